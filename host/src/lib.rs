@@ -1,0 +1,9 @@
+//! The host of caustics: scenes in, frames through a runner, pictures out.
+//!
+//! `scene` reads glTF into flat tables, `method` lists the passes of a frame, `runner` executes the list on the
+//! CPU or, through `vulkan`, on a GPU, `output` writes the picture. See ARCHITECTURE.md.
+
+pub mod method;
+pub mod runner;
+pub mod scene;
+pub mod vulkan;

@@ -1,0 +1,28 @@
+//! A runner executes steps over named buffers: the CPU, or a Vulkan device.
+
+use std::time::Duration;
+
+use crate::method::Step;
+
+pub mod gpu;
+
+/// Time that one step took.
+#[derive(Clone, Debug)]
+pub struct StepTime {
+    /// Name of the pass (`build.points`, `clear.<buffer>` for the steps that are no dispatch).
+    pub pass: String,
+    /// Wall time on the CPU runner, time between device timestamps on a GPU.
+    pub time: Duration,
+}
+
+/// Executes steps over named buffers. Scene tables are buffers like the others.
+pub trait Runner {
+    /// Device and driver, for people and for provenance.
+    fn device(&self) -> String;
+    /// Overwrites the head of a buffer.
+    fn write(&mut self, buffer: &str, bytes: &[u8]) -> anyhow::Result<()>;
+    /// A whole buffer.
+    fn read(&mut self, buffer: &str) -> anyhow::Result<Vec<u8>>;
+    /// Executes the steps in order and returns the time of each.
+    fn run(&mut self, steps: &[Step]) -> anyhow::Result<Vec<StepTime>>;
+}

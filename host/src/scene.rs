@@ -1,0 +1,1 @@
+//! glTF in, flat tables out.

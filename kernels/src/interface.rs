@@ -1,0 +1,13 @@
+//! What host and kernels share: `repr(C)` plain-old-data with a unit on every field. Imports nothing of the crate.
+
+pub mod counters;
+pub mod frame;
+pub mod light;
+pub mod material;
+pub mod needs;
+pub mod point;
+pub mod tree;
+pub mod triangle;
+
+/// Marks "no such element" in every id field.
+pub const NONE: u32 = u32::MAX;

@@ -1,0 +1,51 @@
+//! Kernels never fail, they count: slots of the counter buffer.
+
+/// A slot of the counter buffer (one u32 each).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Counter {
+    /// Deposits stored or gathered.
+    Deposits,
+    /// Deposits that found no room.
+    DepositsDropped,
+    /// (deposit, point) pairs taken.
+    Gathered,
+    /// Addends clamped by the accumulator.
+    Clamped,
+    /// Non-finite addends set to zero.
+    NonFinite,
+    /// Closest-hit rays of `collect`.
+    CameraRays,
+    /// Shadow rays of `collect`.
+    ShadowRays,
+    /// Closest-hit rays of `shoot`.
+    LightRays,
+    /// Light paths started.
+    LightPaths,
+    /// Light paths cut by the bounce limit while they still carried flux.
+    Cut,
+    /// Paths whose stack of nested media overflowed.
+    MediaOverflow,
+    /// Deposits that lie in cells reserved so far (the grid's running total).
+    CellTotal,
+    /// Base-two exponent of the grid's cell size, biased by 127.
+    CellExponent,
+}
+
+/// Slots of the counter buffer.
+pub const COUNTER_COUNT: usize = 16;
+
+/// Names of the counters that a person wants to see.
+pub const COUNTER_NAMES: [(Counter, &str); 11] = [
+    (Counter::Deposits, "deposits"),
+    (Counter::DepositsDropped, "deposits_dropped"),
+    (Counter::Gathered, "gathered"),
+    (Counter::Clamped, "clamped"),
+    (Counter::NonFinite, "non_finite"),
+    (Counter::CameraRays, "camera_rays"),
+    (Counter::ShadowRays, "shadow_rays"),
+    (Counter::LightRays, "light_rays"),
+    (Counter::LightPaths, "light_paths"),
+    (Counter::Cut, "cut"),
+    (Counter::MediaOverflow, "media_overflow"),
+];

@@ -1,0 +1,77 @@
+//! Run settings of one frame: the push constants of every pass.
+
+use bytemuck::{Pod, Zeroable};
+use spirv_std::glam::Vec3;
+
+/// Pinhole camera. A pixel's direction is `forward + x right + y up` with x, y in [-1, 1], y upwards.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Camera {
+    /// Eye [m].
+    pub position: Vec3,
+    /// Unit right times tan(fov_x / 2).
+    pub right: Vec3,
+    /// Unit up times tan(fov_y / 2).
+    pub up: Vec3,
+    /// Unit viewing direction.
+    pub forward: Vec3,
+}
+
+/// Push constants of every pass, at most 128 bytes (what every Vulkan device grants).
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct FrameParams {
+    /// The eye.
+    pub camera: Camera,
+    /// Image width [px].
+    pub width: u32,
+    /// Image height [px].
+    pub height: u32,
+    /// Seed of every random number of the run.
+    pub seed: u32,
+    /// Index of the frame; another frame draws other random numbers.
+    pub frame: u32,
+    /// Light paths of the whole frame.
+    pub light_path_count: u32,
+    /// First light path of this batch (a frame may shoot in several batches).
+    pub light_path_offset: u32,
+    /// Light paths of this batch.
+    pub light_path_batch: u32,
+    /// Scattering vertices between eye and light, at most.
+    pub max_bounces: u32,
+    /// 0: rays through pixel centres, 1: box filter.
+    pub pixel_filter: u32,
+    /// Reflection lobes of at most this roughness are specular.
+    pub specular_roughness: f32,
+    /// Radius of a collection point relative to the disc of its pixel's footprint area.
+    pub radius_px: f32,
+    /// Spread of a pixel's ray cone at the eye [rad].
+    pub pixel_spread: f32,
+    /// Quantum of the accumulator [W sr^-1 in the unit of f phi], a power of two.
+    pub quantum: f32,
+    /// 1 / quantum, exact.
+    pub inverse_quantum: f32,
+    /// Lights in the light table.
+    pub light_count: u32,
+    /// Deposits that fit the deposit buffers.
+    pub deposit_capacity: u32,
+    /// Cells of the deposit grid's hash table minus one (a power of two minus one).
+    pub cell_mask: u32,
+    /// Linear exposure factor of `display`.
+    pub exposure: f32,
+}
+
+const _: () = assert!(size_of::<Camera>() == 48);
+const _: () = assert!(size_of::<FrameParams>() == 120);
+
+impl FrameParams {
+    /// Pixels of the image.
+    pub fn pixel_count(&self) -> u32 {
+        self.width * self.height
+    }
+}
+
+/// `FrameParams::pixel_filter`: rays through pixel centres.
+pub const PIXEL_FILTER_CENTRE: u32 = 0;
+/// `FrameParams::pixel_filter`: rays uniform over the pixel.
+pub const PIXEL_FILTER_BOX: u32 = 1;

@@ -1,0 +1,37 @@
+//! Materials as the kernels see them: glTF factors, resolved.
+
+use bytemuck::{Pod, Zeroable};
+use spirv_std::glam::Vec3;
+
+/// A glTF metallic-roughness material with its extensions resolved to factors.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Material {
+    /// Base colour (diffuse albedo, F0 of the metal, tint of transmission).
+    pub base_color: Vec3,
+    /// Perceptual roughness in [0, 1]; the GGX width is its square.
+    pub roughness: f32,
+    /// Emitted radiance [W m^-2 sr^-1].
+    pub emission: Vec3,
+    /// Share of metal in [0, 1].
+    pub metallic: f32,
+    /// Absorption coefficient inside the volume [1/m].
+    pub absorption: Vec3,
+    /// Index of refraction relative to vacuum.
+    pub ior: f32,
+    /// Share of the dielectric part that transmits instead of scattering diffusely, in [0, 1].
+    pub transmission: f32,
+    /// Factor on the dielectric's F0 (KHR_materials_specular); 0 removes the coat.
+    pub specular: f32,
+    /// Bits `FLAG_*`.
+    pub flags: u32,
+    /// Keeps rows at 16 bytes.
+    pub padding: u32,
+}
+
+/// Emission leaves both faces.
+pub const FLAG_EMIT_BOTH_SIDES: u32 = 1;
+/// Transmission without a volume: an infinitely thin wall that does not bend light.
+pub const FLAG_THIN: u32 = 2;
+
+const _: () = assert!(size_of::<Material>() == 64);

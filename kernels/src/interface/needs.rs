@@ -1,0 +1,59 @@
+//! What a scene needs of the kernels: one bit set, a specialisation constant on the GPU, a value on the CPU.
+
+use core::ops::BitOr;
+
+/// Bits of what the scene needs. Code behind a bit that is not set is dead.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Needs(pub u32);
+
+impl Needs {
+    /// Some surface is metal of roughness >= 0.08.
+    pub const METAL: Needs = Needs(1);
+    /// Some metal is a delta mirror.
+    pub const MIRROR: Needs = Needs(1 << 1);
+    /// Some dielectric has a coat over its diffuse base.
+    pub const COAT: Needs = Needs(1 << 2);
+    /// Some surface transmits.
+    pub const GLASS: Needs = Needs(1 << 3);
+    /// Some volume absorbs.
+    pub const ABSORPTION: Needs = Needs(1 << 4);
+    /// Some triangle emits.
+    pub const AREA_LIGHTS: Needs = Needs(1 << 5);
+    /// There is a point light.
+    pub const POINT_LIGHTS: Needs = Needs(1 << 6);
+    /// Some surface casts caustics: it has a specular lobe.
+    pub const CASTERS: Needs = Needs(1 << 7);
+    /// Vertex normals differ from the face's somewhere.
+    pub const SMOOTH_NORMALS: Needs = Needs(1 << 8);
+    /// Some surface has a non-specular lobe and can show a caustic.
+    pub const RECEIVERS: Needs = Needs(1 << 9);
+    /// Everything.
+    pub const ALL: Needs = Needs((1 << 10) - 1);
+    /// Bits and names, for printing.
+    pub const NAMES: [(Needs, &'static str); 10] = [
+        (Self::METAL, "metal"),
+        (Self::MIRROR, "mirror"),
+        (Self::COAT, "coat"),
+        (Self::GLASS, "glass"),
+        (Self::ABSORPTION, "absorption"),
+        (Self::AREA_LIGHTS, "area-lights"),
+        (Self::POINT_LIGHTS, "point-lights"),
+        (Self::CASTERS, "casters"),
+        (Self::SMOOTH_NORMALS, "smooth-normals"),
+        (Self::RECEIVERS, "receivers"),
+    ];
+
+    /// Whether any bit of `other` is set.
+    #[inline]
+    pub fn has(self, other: Needs) -> bool {
+        self.0 & other.0 != 0
+    }
+}
+
+impl BitOr for Needs {
+    type Output = Needs;
+    #[inline]
+    fn bitor(self, other: Needs) -> Needs {
+        Needs(self.0 | other.0)
+    }
+}

@@ -1,0 +1,80 @@
+//! Collection points and deposits, as structures of arrays.
+
+use bytemuck::{Pod, Zeroable};
+use spirv_std::glam::Vec3;
+
+/// Where a collection point is: all that a gather reads of points it does not take.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct PointGeometry {
+    /// Position [m]; without a point, the last finite vertex of the camera path.
+    pub position: Vec3,
+    /// Radius of the disc [m]; 0 marks "no point here".
+    pub radius: f32,
+    /// Unit interpolated geometric normal, on the viewer's side.
+    pub normal: Vec3,
+    /// Camera vertex: 1 is the primary hit; 0 marks "no point here".
+    pub depth: u32,
+}
+
+/// What light at a collection point is multiplied with.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct PointShading {
+    /// Unit direction to the viewer.
+    pub to_viewer: Vec3,
+    /// Index into the materials.
+    pub material: u32,
+    /// Unit shading normal, on the viewer's side.
+    pub shading_normal: Vec3,
+    /// Keeps rows at 16 bytes.
+    pub padding: u32,
+    /// Camera throughput, divided by the chances of its choices.
+    pub throughput: Vec3,
+    /// Keeps rows at 16 bytes.
+    pub padding_2: u32,
+}
+
+/// Where a deposit lies: all that a gather reads of deposits it does not take.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct DepositGeometry {
+    /// Position [m].
+    pub position: Vec3,
+    /// Scatterings between the light and this hit.
+    pub scatterings: u32,
+    /// Unit interpolated geometric normal, on the side of arrival.
+    pub normal: Vec3,
+    /// Keeps rows at 16 bytes.
+    pub padding: u32,
+}
+
+/// The light of a deposit.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct DepositLight {
+    /// Unit direction back along the light path.
+    pub to_light: Vec3,
+    /// Keeps rows at 16 bytes.
+    pub padding: u32,
+    /// Flux per cosine at the face [W].
+    pub flux: Vec3,
+    /// Keeps rows at 16 bytes.
+    pub padding_2: u32,
+}
+
+/// Axis-aligned box around a collection point's disc: the layout of VkAabbPositionsKHR.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct PointBox {
+    /// Lower corner [m].
+    pub min: Vec3,
+    /// Upper corner [m].
+    pub max: Vec3,
+}
+
+const _: () = assert!(size_of::<PointGeometry>() == 32);
+const _: () = assert!(size_of::<PointShading>() == 48);
+const _: () = assert!(size_of::<DepositGeometry>() == 32);
+const _: () = assert!(size_of::<DepositLight>() == 32);
+const _: () = assert!(size_of::<PointBox>() == 24);

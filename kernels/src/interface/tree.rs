@@ -1,0 +1,59 @@
+//! The software bounding volume hierarchy: four children a node, up to four triangles a leaf.
+
+use bytemuck::{Pod, Zeroable};
+use spirv_std::glam::Vec4;
+
+/// Four children's boxes [m], one lane a child. An empty lane has minimum > maximum.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct TreeNode {
+    /// Minima of the four boxes on x.
+    pub min_x: Vec4,
+    /// Minima on y.
+    pub min_y: Vec4,
+    /// Minima on z.
+    pub min_z: Vec4,
+    /// Maxima on x.
+    pub max_x: Vec4,
+    /// Maxima on y.
+    pub max_y: Vec4,
+    /// Maxima on z.
+    pub max_z: Vec4,
+    /// Node index, or `LEAF | index` of a `TriangleBlock`.
+    pub children: [u32; 4],
+    /// Keeps nodes at two cache lines.
+    pub padding: [u32; 4],
+}
+
+/// Set in `TreeNode::children` for a leaf.
+pub const LEAF: u32 = 0x8000_0000;
+
+/// Entries of the traversal stack; the builder keeps the tree shallow enough (three pushes a level).
+pub const TREE_STACK: usize = 64;
+
+/// Up to four triangles of a leaf, one lane each. An unused lane has three equal corners and is never hit.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct TriangleBlock {
+    /// First corners [m].
+    pub a_x: Vec4,
+    pub a_y: Vec4,
+    pub a_z: Vec4,
+    /// Second corners [m].
+    pub b_x: Vec4,
+    pub b_y: Vec4,
+    pub b_z: Vec4,
+    /// Third corners [m].
+    pub c_x: Vec4,
+    pub c_y: Vec4,
+    pub c_z: Vec4,
+    /// Id of the triangle in lane 0; the others follow.
+    pub first: u32,
+    /// Lanes in use.
+    pub count: u32,
+    /// Keeps blocks at 16 bytes.
+    pub padding: [u32; 2],
+}
+
+const _: () = assert!(size_of::<TreeNode>() == 128);
+const _: () = assert!(size_of::<TriangleBlock>() == 160);

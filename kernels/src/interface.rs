@@ -6,6 +6,8 @@ pub mod light;
 pub mod material;
 pub mod needs;
 pub mod point;
+pub mod scene;
+pub mod step;
 pub mod tree;
 pub mod triangle;
 

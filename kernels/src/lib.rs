@@ -1,3 +1,12 @@
-//! The kernels of caustics.
+//! The kernels of caustics: one source for SPIR-V (through rust-gpu) and for the CPU.
 #![cfg_attr(target_arch = "spirv", no_std, feature(asm_experimental_arch))]
+
+pub mod entry;
+pub mod gather;
 pub mod interface;
+pub mod light;
+pub mod math;
+pub mod pass;
+pub mod seam;
+pub mod surface;
+pub mod trace;

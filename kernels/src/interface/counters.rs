@@ -4,7 +4,7 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Counter {
-    /// Deposits stored or gathered.
+    /// Deposits made.
     Deposits,
     /// Deposits that found no room.
     DepositsDropped,
@@ -26,10 +26,6 @@ pub enum Counter {
     Cut,
     /// Paths whose stack of nested media overflowed.
     MediaOverflow,
-    /// Deposits that lie in cells reserved so far (the grid's running total).
-    CellTotal,
-    /// Base-two exponent of the grid's cell size, biased by 127.
-    CellExponent,
 }
 
 /// Slots of the counter buffer.
@@ -49,3 +45,18 @@ pub const COUNTER_NAMES: [(Counter, &str); 11] = [
     (Counter::Cut, "cut"),
     (Counter::MediaOverflow, "media_overflow"),
 ];
+
+/// A slot of the buffer `deposit_state`, which the passes of a photon gather share.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum DepositState {
+    /// Deposits stored in this batch.
+    Stored,
+    /// Deposits that lie in cells reserved so far.
+    Reserved,
+    /// Bits of the grid's cell size [m], an f32.
+    CellSize,
+}
+
+/// Slots of the buffer `deposit_state`.
+pub const DEPOSIT_STATE_COUNT: usize = 4;

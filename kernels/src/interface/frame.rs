@@ -71,6 +71,9 @@ impl FrameParams {
     }
 }
 
+/// Invocations of an entry point along x; further rows of them lie along y.
+pub const INVOCATIONS_PER_ROW: u32 = 1 << 21;
+
 /// `FrameParams::pixel_filter`: rays through pixel centres.
 pub const PIXEL_FILTER_CENTRE: u32 = 0;
 /// `FrameParams::pixel_filter`: rays uniform over the pixel.

@@ -1,0 +1,59 @@
+//! Which deposits a collection point takes, and how much each gives.
+
+#[cfg(target_arch = "spirv")]
+use spirv_std::num_traits::Float;
+
+use crate::interface::material::Material;
+use crate::interface::needs::Needs;
+use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
+use crate::math::frame::ShadingFrame;
+use crate::surface::Surface;
+use crate::surface::class::Classes;
+use spirv_std::glam::Vec3;
+
+/// Smallest cosine between the normals of a point and of a deposit that it takes.
+pub const MIN_NORMAL_COS: f32 = 0.9;
+/// Half thickness of a point's disc, relative to its radius.
+pub const DISC_THICKNESS: f32 = 0.1;
+
+/// Whether `point` takes `deposit`: inside the disc, on the same surface and side, and short enough a path.
+#[inline(always)]
+pub fn takes(point: &PointGeometry, deposit: &DepositGeometry, max_bounces: u32) -> bool {
+    let along = deposit.position - point.position;
+    let normals = point.normal + deposit.normal;
+    let height = along.dot(normals);
+    let limit = DISC_THICKNESS * point.radius;
+    // Squares on both sides: |height| <= 0.1 R |n_x + n_y| without a root.
+    point.depth != 0
+        && along.length_squared() <= point.radius * point.radius
+        && point.normal.dot(deposit.normal) > MIN_NORMAL_COS
+        && height * height <= limit * limit * normals.length_squared()
+        && point.depth + deposit.scatterings <= max_bounces
+}
+
+/// What a deposit gives to a point: f(viewer, light) times its flux [W/sr].
+#[inline(always)]
+pub fn contribution(
+    shading: &PointShading,
+    material: Material,
+    deposit: &DepositLight,
+    specular_roughness: f32,
+    needs: Needs,
+) -> Vec3 {
+    let frame = ShadingFrame::new(shading.shading_normal);
+    let to_viewer = frame.to_local(shading.to_viewer);
+    let to_light = frame.to_local(deposit.to_light);
+    let (surface, _) =
+        Surface::new(material, to_viewer, 1.0, specular_roughness, Classes::NON_SPECULAR, needs);
+    surface.eval(to_light, Classes::NON_SPECULAR).f * deposit.flux * to_light.z.max(0.0)
+}
+
+/// Half extent [m] of a box that holds every deposit a disc may take. The slab of `takes` is tilted by up to half the
+/// largest angle between the normals (acos(0.9) / 2 = 12.9 degrees), so a deposit may stand off the disc's own plane
+/// by R sin(asin(0.1) + 12.9 degrees) = 0.32 R.
+#[inline(always)]
+pub fn disc_half_extent(normal: Vec3, radius: f32) -> Vec3 {
+    let square = Vec3::ONE - normal * normal;
+    let flat = Vec3::new(square.x.max(0.0).sqrt(), square.y.max(0.0).sqrt(), square.z.max(0.0).sqrt());
+    (flat + normal.abs() * 0.33) * radius
+}

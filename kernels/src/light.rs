@@ -1,0 +1,15 @@
+//! Lights: choosing one, connecting to it, leaving it. Imports `interface` and `math`.
+
+pub mod connect;
+pub mod emit;
+pub mod power;
+
+use crate::interface::light::Light;
+
+/// Chooses a light by the alias table; its chance is `Light::pdf_light_choice`.
+#[inline(always)]
+pub fn choose(lights: &[Light], light_count: u32, u: f32, v: f32) -> u32 {
+    let row = ((u * light_count as f32) as u32).min(light_count - 1);
+    let light = &lights[row as usize];
+    if v < light.threshold { row } else { light.alias }
+}

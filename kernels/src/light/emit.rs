@@ -1,0 +1,19 @@
+//! The seam of light tracing: how a light path leaves its light.
+
+use crate::math::ray::Ray;
+use spirv_std::glam::{Vec3, Vec4};
+
+/// The start of a light path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Leaving {
+    /// First segment.
+    pub ray: Ray,
+    /// Flux over the density of this start [W]; the caller divides by the number of paths.
+    pub flux: Vec3,
+}
+
+/// Starts light paths.
+pub trait Emit {
+    /// Start from two times four uniform numbers: (light, light, place, place), (direction, direction, side, -).
+    fn leave(&self, place: Vec4, direction: Vec4) -> Leaving;
+}

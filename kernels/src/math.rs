@@ -1,0 +1,33 @@
+//! Mathematics of light paths: random numbers, warps, frames, offsets, ray cones. Imports `interface` only.
+
+pub mod cone;
+pub mod frame;
+pub mod offset;
+pub mod ray;
+pub mod rng;
+pub mod trig;
+pub mod warp;
+
+pub use core::f32::consts::PI;
+/// 1 / pi.
+pub const INV_PI: f32 = 1.0 / PI;
+
+use spirv_std::glam::Vec3;
+
+/// Mean of the three channels.
+#[inline]
+pub fn mean(color: Vec3) -> f32 {
+    (color.x + color.y + color.z) * (1.0 / 3.0)
+}
+
+/// Largest of the three magnitudes.
+#[inline]
+pub fn max_abs(v: Vec3) -> f32 {
+    v.x.abs().max(v.y.abs()).max(v.z.abs())
+}
+
+/// Whether the value is neither infinite nor NaN, from its exponent bits (a GPU may fold `is_nan` away).
+#[inline]
+pub fn is_finite(value: f32) -> bool {
+    value.to_bits() & 0x7f80_0000 != 0x7f80_0000
+}

@@ -1,0 +1,132 @@
+//! Ray cones: the footprint of a pixel along its path [Akenine-Moller et al., JCGT 10(1) 2021]. The deterministic
+//! part (width, spread) is signed, so that it may focus; roughness adds a spread of its own, in quadrature.
+
+#[cfg(target_arch = "spirv")]
+use spirv_std::num_traits::Float;
+
+use crate::math::{INV_PI, max_abs};
+use spirv_std::glam::Vec3;
+
+/// A cone around a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RayCone {
+    /// Signed width at the ray's start [m].
+    pub width: f32,
+    /// Signed growth of the width [rad].
+    pub spread: f32,
+    /// Width from rough scattering, a standard deviation [m].
+    pub rough_width: f32,
+    /// Spread from rough scattering, a standard deviation [rad].
+    pub rough_spread: f32,
+}
+
+/// Smallest cosine that footprints are projected with.
+const MIN_COS: f32 = 0.05;
+
+impl RayCone {
+    /// The cone of a pixel at the eye.
+    #[inline]
+    pub fn at_eye(pixel_spread: f32) -> Self {
+        RayCone { width: 0.0, spread: pixel_spread, rough_width: 0.0, rough_spread: 0.0 }
+    }
+
+    /// The cone after `distance` [m].
+    #[inline]
+    pub fn advance(self, distance: f32) -> Self {
+        RayCone {
+            width: self.width + self.spread * distance,
+            rough_width: self.rough_width + self.rough_spread * distance,
+            ..self
+        }
+    }
+
+    /// The cone after reflection at signed curvature [1/m] (positive where the side met is convex).
+    #[inline]
+    pub fn reflect(self, curvature: f32, cos: f32) -> Self {
+        let cos = cos.max(MIN_COS);
+        RayCone { spread: self.spread + 2.0 * curvature * self.width / cos, ..self }
+    }
+
+    /// The cone after refraction; `eta` = index before / index behind, cosines before and behind.
+    #[inline]
+    pub fn refract(self, curvature: f32, cos: f32, cos_behind: f32, eta: f32) -> Self {
+        let (cos, cos_behind) = (cos.max(MIN_COS), cos_behind.max(MIN_COS));
+        let bend = curvature * self.width / cos;
+        RayCone {
+            width: self.width * cos_behind / cos,
+            spread: eta * cos / cos_behind * (self.spread + bend) - bend,
+            rough_spread: eta * self.rough_spread,
+            ..self
+        }
+    }
+
+    /// The cone after a lobe of this perceptual roughness: lobe spread sqrt(0.5 s / (1 - s)), s = min(r^4, 0.99).
+    #[inline]
+    pub fn roughen(self, roughness: f32) -> Self {
+        let square = roughness * roughness;
+        let s = (square * square).min(0.99);
+        let lobe = 0.5 * s / (1.0 - s);
+        RayCone { rough_spread: (self.rough_spread * self.rough_spread + lobe).sqrt(), ..self }
+    }
+
+    /// Radius [m] of the disc whose area is the cone's footprint on a surface met at `cos`, times `radius_px`;
+    /// never below 4 ulp of the position's largest coordinate.
+    #[inline]
+    pub fn radius(self, cos: f32, radius_px: f32, position: Vec3) -> f32 {
+        let width = (self.width * self.width + self.rough_width * self.rough_width).sqrt();
+        let radius = radius_px * width * (INV_PI / cos.abs().max(MIN_COS)).sqrt();
+        // An ulp is at most 2^-23 of the coordinate; the last term keeps a point at the origin alive.
+        radius.max(max_abs(position) * (4.0 / 8_388_608.0)).max(1.0e-30)
+    }
+}
+
+/// Mean signed curvature [1/m] of a triangle's interpolated normals over its three edges.
+pub fn triangle_curvature(corners: [Vec3; 3], normals: [Vec3; 3]) -> f32 {
+    let edge = |i: usize, j: usize| {
+        let along = corners[j] - corners[i];
+        (normals[j] - normals[i]).dot(along) / along.length_squared()
+    };
+    (edge(0, 1) + edge(1, 2) + edge(2, 0)) * (1.0 / 3.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_disc_seen_straight_has_the_pixels_area() {
+        let cone = RayCone::at_eye(0.01).advance(2.0);
+        let radius = cone.radius(1.0, 1.0, Vec3::ZERO);
+        assert!((core::f32::consts::PI * radius * radius - 0.02 * 0.02).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_plane_mirror_changes_nothing_and_a_flat_slab_narrows_the_spread() {
+        let cone = RayCone::at_eye(0.01).advance(2.0);
+        assert_eq!(cone.reflect(0.0, 0.7), cone);
+        let inside = cone.refract(0.0, 1.0, 1.0, 1.0 / 1.5);
+        assert!((inside.spread - 0.01 / 1.5).abs() < 1e-8 && inside.width == cone.width);
+    }
+
+    #[test]
+    fn a_concave_mirror_focuses_at_half_its_radius() {
+        // Parallel cone of width 0.1 onto a concave mirror of radius 2: width 0 after 1 m.
+        let cone = RayCone { width: 0.1, spread: 0.0, rough_width: 0.0, rough_spread: 0.0 };
+        assert!(cone.reflect(-0.5, 1.0).advance(1.0).width.abs() < 1e-7);
+    }
+
+    #[test]
+    fn roughness_survives_a_focus() {
+        let cone = RayCone { width: 0.1, spread: 0.0, rough_width: 0.0, rough_spread: 0.0 };
+        let rough = cone.reflect(-0.5, 1.0).roughen(0.3).advance(1.0);
+        assert!(rough.radius(1.0, 1.0, Vec3::ZERO) > 0.01);
+    }
+
+    #[test]
+    fn a_sphere_has_its_curvature() {
+        let r = 0.5f32;
+        let normals = [Vec3::Z, Vec3::new(0.1, 0.0, 1.0).normalize(), Vec3::new(0.0, 0.1, 1.0).normalize()];
+        let curvature = triangle_curvature(normals.map(|n| n * r), normals);
+        assert!((curvature - 1.0 / r).abs() < 1e-4, "{curvature}");
+    }
+}

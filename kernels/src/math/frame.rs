@@ -1,0 +1,68 @@
+//! Orthonormal frames around a normal.
+
+use spirv_std::glam::Vec3;
+
+/// An orthonormal frame; z is the normal.
+#[derive(Clone, Copy, Debug)]
+pub struct ShadingFrame {
+    /// First tangent.
+    pub x: Vec3,
+    /// Second tangent.
+    pub y: Vec3,
+    /// Normal.
+    pub z: Vec3,
+}
+
+impl ShadingFrame {
+    /// A frame around a unit normal, without branches [Duff et al. 2017].
+    #[inline]
+    pub fn new(normal: Vec3) -> Self {
+        let sign = if normal.z < 0.0 { -1.0 } else { 1.0 };
+        let a = -1.0 / (sign + normal.z);
+        let b = normal.x * normal.y * a;
+        ShadingFrame {
+            x: Vec3::new(1.0 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x),
+            y: Vec3::new(b, sign + normal.y * normal.y * a, -normal.y),
+            z: normal,
+        }
+    }
+
+    /// Coordinates of a world vector in this frame.
+    #[inline]
+    pub fn to_local(&self, v: Vec3) -> Vec3 {
+        Vec3::new(v.dot(self.x), v.dot(self.y), v.dot(self.z))
+    }
+
+    /// World vector of coordinates in this frame.
+    #[inline]
+    pub fn to_world(&self, v: Vec3) -> Vec3 {
+        self.x * v.x + self.y * v.y + self.z * v.z
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{rng::*, warp};
+
+    #[test]
+    fn frames_are_orthonormal_and_invertible() {
+        for path in 0..10_000 {
+            let u = Rng::new(Stream::Light, 0, path, 0).next4();
+            let frame = ShadingFrame::new(warp::uniform_sphere(u.x, u.y));
+            for (a, b, dot) in [
+                (frame.x, frame.x, 1.0),
+                (frame.y, frame.y, 1.0),
+                (frame.x, frame.y, 0.0),
+                (frame.x, frame.z, 0.0),
+                (frame.y, frame.z, 0.0),
+            ] {
+                assert!((a.dot(b) - dot).abs() < 1e-6);
+            }
+            let v = warp::uniform_sphere(u.z, u.w);
+            assert!((frame.to_world(frame.to_local(v)) - v).length() < 1e-6);
+        }
+        let down = ShadingFrame::new(-Vec3::Z);
+        assert!(down.x.is_finite() && down.y.is_finite());
+    }
+}

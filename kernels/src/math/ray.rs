@@ -1,0 +1,55 @@
+//! Rays and what they hit.
+
+use crate::interface::NONE;
+use bytemuck::{Pod, Zeroable};
+use spirv_std::glam::Vec3;
+
+/// A ray over the distances (0, `length`).
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Ray {
+    /// Start [m].
+    pub origin: Vec3,
+    /// Hits at this distance or beyond do not count [m].
+    pub length: f32,
+    /// Unit direction.
+    pub direction: Vec3,
+    /// Keeps rows at 16 bytes.
+    pub padding: u32,
+}
+
+/// Length of a ray without an end [m].
+pub const ENDLESS: f32 = 1.0e30;
+
+impl Ray {
+    /// A ray without an end.
+    #[inline]
+    pub fn endless(origin: Vec3, direction: Vec3) -> Self {
+        Ray { origin, length: ENDLESS, direction, padding: 0 }
+    }
+}
+
+/// Closest hit of a ray; `triangle` is `NONE` for a miss.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Hit {
+    /// Distance along the ray [m].
+    pub distance: f32,
+    /// Triangle id, or `NONE`.
+    pub triangle: u32,
+    /// Barycentric weight of the triangle's corner b.
+    pub u: f32,
+    /// Barycentric weight of the triangle's corner c.
+    pub v: f32,
+}
+
+impl Hit {
+    /// No hit.
+    pub const MISS: Hit = Hit { distance: ENDLESS, triangle: NONE, u: 0.0, v: 0.0 };
+
+    /// Whether nothing was hit.
+    #[inline]
+    pub fn is_miss(&self) -> bool {
+        self.triangle == NONE
+    }
+}

@@ -1,0 +1,10 @@
+//! The passes of a frame, a pass a file: each is a function of an index, generic over the seams.
+
+pub mod bound;
+pub mod collect;
+pub mod display;
+pub mod gather_photons;
+pub mod grid;
+pub mod resolve;
+pub mod shoot;
+pub mod step;

@@ -1,0 +1,245 @@
+//! `collect`: traces a camera path through each pixel. Its prefix of specular events ends at the collection point;
+//! beside it the path gathers all light that is no caustic.
+
+use crate::interface::NONE;
+use crate::interface::counters::Counter;
+use crate::interface::frame::{FrameParams, PIXEL_FILTER_BOX};
+use crate::interface::material::{FLAG_EMIT_BOTH_SIDES, Material};
+use crate::interface::needs::Needs;
+use crate::interface::point::{PointGeometry, PointShading};
+use crate::interface::scene::SceneTables;
+use crate::light::connect::{Connection, connect, pdf_solid_angle};
+use crate::math::cone::RayCone;
+use crate::math::offset;
+use crate::math::ray::Ray;
+use crate::math::rng::{Rng, Stream};
+use crate::seam::Atomics;
+use crate::surface::class::Classes;
+use crate::surface::media::MediaStack;
+use crate::surface::scatter::{Departure, Site};
+use crate::surface::vertex::{Vertex, vertex};
+use crate::trace::Tracer;
+use spirv_std::glam::Vec3;
+
+/// What a camera path brings home.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Collected {
+    /// Radiance that is no caustic [W m^-2 sr^-1].
+    pub radiance: Vec3,
+    /// Where the collection point is.
+    pub geometry: PointGeometry,
+    /// What its light is multiplied with.
+    pub shading: PointShading,
+}
+
+/// The camera ray through a pixel; draws from `rng` in any case, so that filters share all other numbers.
+#[inline(always)]
+pub fn camera_ray(params: &FrameParams, pixel: u32, rng: &mut Rng) -> Ray {
+    let u = rng.next4();
+    let (mut x, mut y) = (0.5, 0.5);
+    if params.pixel_filter == PIXEL_FILTER_BOX {
+        (x, y) = (u.x, u.y);
+    }
+    let column = (pixel % params.width) as f32 + x;
+    let row = (pixel / params.width) as f32 + y;
+    let camera = &params.camera;
+    let along_x = camera.right * (2.0 * column / params.width as f32 - 1.0);
+    let along_y = camera.up * (1.0 - 2.0 * row / params.height as f32);
+    Ray::endless(camera.position, (camera.forward + along_x + along_y).normalize())
+}
+
+/// Traces the path of one pixel.
+#[inline(always)]
+pub fn collect<T: Tracer, C: Atomics>(
+    pixel: u32,
+    params: &FrameParams,
+    needs: Needs,
+    scene: SceneTables<'_>,
+    tracer: &mut T,
+    counters: &mut C,
+) -> Collected {
+    let mut rng = Rng::new(Stream::Camera, params.seed, pixel, params.frame);
+    let ray = camera_ray(params, pixel, &mut rng);
+    let cone = RayCone::at_eye(params.pixel_spread);
+    follow(ray, cone, rng, params, needs, scene, tracer, counters)
+}
+
+/// Follows a camera path from its first ray.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "every argument is a seam or a table")]
+pub fn follow<T: Tracer, C: Atomics>(
+    mut ray: Ray,
+    mut cone: RayCone,
+    mut rng: Rng,
+    params: &FrameParams,
+    needs: Needs,
+    scene: SceneTables<'_>,
+    tracer: &mut T,
+    counters: &mut C,
+) -> Collected {
+    let mut collected = Collected::default();
+    collected.geometry.position = ray.origin;
+    let mut throughput = Vec3::ONE;
+    let mut media = MediaStack::VACUUM;
+    let mut prefix = true;
+    let mut pdf_scattered = 0.0;
+    let (mut rays, mut shadow_rays, mut overflows) = (0, 0, 0);
+
+    // Vertex `depth` is scattered at; the last one may only emit.
+    let mut depth = 1;
+    while depth <= params.max_bounces + 1 {
+        rays += 1;
+        let hit = tracer.closest(&ray);
+        if hit.is_miss() {
+            break;
+        }
+        let here = vertex(scene.triangles, scene.surfaces, needs, &ray, &hit);
+        let material = scene.materials[here.material as usize];
+        if prefix {
+            collected.geometry.position = here.position;
+            cone = cone.advance(hit.distance);
+        }
+        if needs.has(Needs::ABSORPTION) {
+            throughput *= media.transmittance(scene.materials, hit.distance);
+        }
+
+        // Emission, shared with the direct connections of the vertex before.
+        if needs.has(Needs::AREA_LIGHTS) && here.light != NONE && emits(&here, &material) {
+            let light = scene.lights[here.light as usize];
+            let mut weight = 1.0;
+            if pdf_scattered > 0.0 {
+                let cos = here.to_origin.dot(here.face_normal);
+                let pdf_connected = pdf_solid_angle(&light, hit.distance * hit.distance, cos);
+                weight = pdf_scattered / (pdf_scattered + pdf_connected);
+            }
+            collected.radiance += throughput * material.emission * weight;
+        }
+        if depth > params.max_bounces {
+            break;
+        }
+
+        // Direct light on every non-delta lobe, each class for itself.
+        let classes = if prefix { Classes::ALL } else { Classes::NON_SPECULAR };
+        let site =
+            Site::new(here, material, scene.materials, media, classes, params.specular_roughness, needs);
+        let u = rng.next4();
+        if site.surface.scatters() {
+            let connection =
+                connect(scene.lights, params.light_count, scene.triangles, needs, here.position, u);
+            let direct = direct_light(&site, &connection, classes);
+            if direct.max_element() > 0.0 {
+                shadow_rays += 1;
+                if !tracer.occluded(&shadow_ray(&here, &connection)) {
+                    collected.radiance += throughput * direct;
+                }
+            }
+        }
+
+        // Scatter; the first non-specular choice makes the collection point.
+        let u = rng.next4();
+        if !site.surface.scatters() {
+            break;
+        }
+        let departure = site.leave(u);
+        if prefix && departure.sampled.class == Classes::NON_SPECULAR {
+            prefix = false;
+            let chance = site.surface.class_chance(Classes::NON_SPECULAR);
+            if depth < params.max_bounces && chance > 0.0 {
+                let cos = here.to_origin.dot(here.normal);
+                collected.geometry = PointGeometry {
+                    position: here.position,
+                    radius: cone.radius(cos, params.radius_px, here.position),
+                    normal: here.normal,
+                    depth,
+                };
+                collected.shading = PointShading {
+                    to_viewer: here.to_origin,
+                    material: here.material,
+                    shading_normal: here.normal,
+                    padding: 0,
+                    throughput: throughput / chance,
+                    padding_2: 0,
+                };
+            }
+        }
+        throughput *= departure.sampled.weight;
+        if throughput.max_element() <= 0.0 {
+            break;
+        }
+        if prefix {
+            cone = scatter_cone(cone, &here, &departure);
+        }
+        if departure.sampled.transmitted {
+            // Radiance is compressed into the denser side's smaller solid angle.
+            throughput *= departure.sampled.eta * departure.sampled.eta;
+            overflows += u32::from(departure.media_overflow);
+        }
+        media = departure.media;
+        pdf_scattered = departure.sampled.pdf_solid_angle;
+        ray = departure.ray;
+        depth += 1;
+    }
+
+    counters.add(Counter::CameraRays as u32, rays);
+    counters.add(Counter::ShadowRays as u32, shadow_rays);
+    if overflows != 0 {
+        counters.add(Counter::MediaOverflow as u32, overflows);
+    }
+    collected
+}
+
+/// Whether the vertex's side of the triangle emits.
+#[inline(always)]
+fn emits(vertex: &Vertex, material: &Material) -> bool {
+    vertex.front || material.flags & FLAG_EMIT_BOTH_SIDES != 0
+}
+
+/// Reflected light of a connection, weighted against finding the light by scattering (balance heuristic).
+#[inline(always)]
+fn direct_light(site: &Site, connection: &Connection, classes: Classes) -> Vec3 {
+    let mut sum = Vec3::ZERO;
+    if connection.radiance_over_pdf.max_element() > 0.0 {
+        let cos = connection.to_light.dot(site.vertex.normal).max(0.0);
+        let light = connection.radiance_over_pdf * cos;
+        sum = light * weighted(site, connection, Classes::NON_SPECULAR);
+        if classes.has(Classes::SPECULAR) {
+            sum += light * weighted(site, connection, Classes::SPECULAR);
+        }
+    }
+    sum
+}
+
+/// f of one class times its weight against scattering.
+#[inline(always)]
+fn weighted(site: &Site, connection: &Connection, class: Classes) -> Vec3 {
+    let lobes = site.eval(connection.to_light, class);
+    if connection.pdf_solid_angle > 0.0 {
+        lobes.f * (connection.pdf_solid_angle / (connection.pdf_solid_angle + lobes.pdf_solid_angle))
+    } else {
+        lobes.f
+    }
+}
+
+/// The ray from a vertex to just before a light.
+#[inline(always)]
+fn shadow_ray(vertex: &Vertex, connection: &Connection) -> Ray {
+    let origin = offset::leave(vertex.position, vertex.face_normal, connection.to_light, vertex.clearance);
+    let along = connection.target - origin;
+    let length = along.length();
+    Ray { origin, length, direction: along / length, padding: 0 }
+}
+
+/// The ray cone behind a specular event.
+#[inline(always)]
+fn scatter_cone(cone: RayCone, vertex: &Vertex, departure: &Departure) -> RayCone {
+    let sampled = &departure.sampled;
+    let cos = vertex.to_origin.dot(vertex.normal);
+    let bent = if sampled.straight {
+        cone
+    } else if sampled.transmitted {
+        cone.refract(vertex.curvature, cos, -sampled.direction.z, sampled.eta)
+    } else {
+        cone.reflect(vertex.curvature, cos)
+    };
+    if sampled.roughness > 0.0 { bent.roughen(sampled.roughness) } else { bent }
+}

@@ -1,0 +1,35 @@
+//! `display`: scene-linear radiance to display-referred colour.
+
+#[cfg(target_arch = "spirv")]
+use spirv_std::num_traits::Float;
+
+use spirv_std::glam::Vec3;
+
+/// Display colour in [0, 1]: exposure, a filmic curve (rational fit to ACES [Narkowicz 2015]), sRGB encoding.
+#[inline(always)]
+pub fn display(radiance: Vec3, exposure: f32) -> Vec3 {
+    let x = radiance.max(Vec3::ZERO).min(Vec3::splat(1.0e6)) * exposure;
+    let curve = (x * (x * 2.51 + Vec3::splat(0.03))) / (x * (x * 2.43 + Vec3::splat(0.59)) + Vec3::splat(0.14));
+    let linear = curve.clamp(Vec3::ZERO, Vec3::ONE);
+    Vec3::new(encode(linear.x), encode(linear.y), encode(linear.z))
+}
+
+/// sRGB transfer function.
+#[inline(always)]
+fn encode(x: f32) -> f32 {
+    if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn black_stays_black_and_bright_stays_below_one() {
+        assert_eq!(display(Vec3::ZERO, 1.0), Vec3::ZERO);
+        let white = display(Vec3::splat(1.0e30), 1.0);
+        assert!(white.max_element() <= 1.0 && white.min_element() > 0.99);
+        assert!(display(Vec3::splat(0.2), 1.0).x < display(Vec3::splat(0.3), 1.0).x);
+        assert!(display(Vec3::splat(0.2), 1.0).x < display(Vec3::splat(0.2), 2.0).x);
+    }
+}

@@ -1,0 +1,136 @@
+//! `shoot`: traces light sub-paths. Every hit after at least one specular event deposits its flux.
+
+use crate::gather::Neighbours;
+use crate::gather::receive::Receive;
+use crate::interface::counters::Counter;
+use crate::interface::frame::FrameParams;
+use crate::interface::needs::Needs;
+use crate::interface::point::{DepositGeometry, DepositLight};
+use crate::interface::scene::SceneTables;
+use crate::light::emit::Emit;
+use crate::math::rng::{Rng, Stream};
+use crate::seam::Atomics;
+use crate::surface::class::Classes;
+use crate::surface::media::MediaStack;
+use crate::surface::scatter::{Departure, Site};
+use crate::surface::vertex::vertex;
+use crate::trace::Tracer;
+use spirv_std::glam::Vec3;
+
+/// Traces light path `params.light_path_offset + index`.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "every argument is a seam or a table")]
+pub fn shoot<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
+    index: u32,
+    params: &FrameParams,
+    needs: Needs,
+    scene: SceneTables<'_>,
+    emit: &E,
+    tracer: &mut T,
+    points: &mut N,
+    receive: &mut R,
+    counters: &mut C,
+) {
+    let path = params.light_path_offset + index;
+    let mut rng = Rng::new(Stream::Light, params.seed, path, params.frame);
+    let place = rng.next4();
+    let leaving = emit.leave(place, rng.next4());
+    let mut flux = leaving.flux / params.light_path_count as f32;
+    let mut ray = leaving.ray;
+    let mut media = MediaStack::VACUUM;
+    let mut caustic = false;
+    let (mut rays, mut deposits, mut cut, mut overflows) = (0, 0, 0, 0);
+
+    // Hit `hit_count` lies behind `hit_count - 1` scatterings; one more is left for the collection point.
+    let mut hit_count = 1;
+    while hit_count <= params.max_bounces {
+        rays += 1;
+        let hit = tracer.closest(&ray);
+        if hit.is_miss() {
+            break;
+        }
+        let here = vertex(scene.triangles, scene.surfaces, needs, &ray, &hit);
+        let material = scene.materials[here.material as usize];
+        if needs.has(Needs::ABSORPTION) {
+            flux *= media.transmittance(scene.materials, hit.distance);
+        }
+        let site =
+            Site::new(here, material, scene.materials, media, Classes::ALL, params.specular_roughness, needs);
+        if !site.surface.scatters() {
+            break;
+        }
+        let cos_arriving = here.to_origin.dot(here.face_normal);
+        if caustic && site.surface.class_chance(Classes::NON_SPECULAR) > 0.0 && cos_arriving > 0.0 {
+            deposits += 1;
+            receive.receive(
+                points,
+                DepositGeometry {
+                    position: here.position,
+                    scatterings: hit_count - 1,
+                    normal: here.normal,
+                    padding: 0,
+                },
+                DepositLight {
+                    to_light: here.to_origin,
+                    padding: 0,
+                    flux: flux / cos_arriving,
+                    padding_2: 0,
+                },
+            );
+        }
+        if hit_count == params.max_bounces {
+            cut = 1;
+            break;
+        }
+
+        let u = rng.next4();
+        let departure = site.leave(u);
+        if departure.sampled.class == Classes::SPECULAR {
+            caustic = true;
+        } else if !caustic && hit_count + 1 == params.max_bounces {
+            // Too late for a caustic: the last hit could only receive direct light's continuation.
+            cut = 1;
+            break;
+        }
+        flux *= departure.sampled.weight * adjoint(&site, &departure);
+
+        // Russian roulette where flux is lost to diffuse absorption.
+        if departure.sampled.class == Classes::NON_SPECULAR {
+            let survival = departure.sampled.weight.max_element().min(1.0);
+            if u.w >= survival {
+                break;
+            }
+            flux /= survival;
+        }
+        if flux.max_element() <= 0.0 {
+            break;
+        }
+        overflows += u32::from(departure.media_overflow);
+        media = departure.media;
+        ray = departure.ray;
+        hit_count += 1;
+    }
+
+    counters.add(Counter::LightPaths as u32, 1);
+    counters.add(Counter::LightRays as u32, rays);
+    if deposits != 0 {
+        counters.add(Counter::Deposits as u32, deposits);
+    }
+    if cut != 0 {
+        counters.add(Counter::Cut as u32, cut);
+    }
+    if overflows != 0 {
+        counters.add(Counter::MediaOverflow as u32, overflows);
+    }
+}
+
+/// Correction of flux where the shading normal is not the face's [Veach 1997, 5.3]:
+/// |arriving . n_s| |leaving . n_g| / (|arriving . n_g| |leaving . n_s|).
+#[inline(always)]
+fn adjoint(site: &Site, departure: &Departure) -> f32 {
+    let vertex = &site.vertex;
+    let direction: Vec3 = departure.ray.direction;
+    let shading = vertex.to_origin.dot(vertex.normal) * direction.dot(vertex.face_normal);
+    let geometric = vertex.to_origin.dot(vertex.face_normal) * direction.dot(vertex.normal);
+    if geometric == 0.0 { 0.0 } else { (shading / geometric).abs() }
+}

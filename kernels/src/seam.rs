@@ -1,0 +1,115 @@
+//! What a GPU and a CPU do differently when many invocations write one buffer. Imports nothing of the crate.
+//!
+//! On the GPU the implementations hold slices of storage buffers, so they are always inlined. On the CPU they are
+//! `Copy` handles that every worker owns.
+
+/// Words that many invocations add to at once.
+pub trait Atomics {
+    /// Adds to a word and returns what it held before.
+    fn add(&mut self, index: u32, value: u32) -> u32;
+    /// The word, as far as earlier passes wrote it.
+    fn load(&self, index: u32) -> u32;
+}
+
+/// Elements that many invocations write at once, each slot at most once a pass.
+pub trait Scatter<T> {
+    /// Writes a slot.
+    fn write(&mut self, slot: u32, value: T);
+}
+
+#[cfg(target_arch = "spirv")]
+pub use gpu::{GpuAtomics as AtomicWords, GpuScatter as ScatterSlots};
+
+#[cfg(not(target_arch = "spirv"))]
+pub use cpu::{CpuAtomics as AtomicWords, CpuScatter as ScatterSlots};
+
+#[cfg(target_arch = "spirv")]
+mod gpu {
+    use super::{Atomics, Scatter};
+    use spirv_std::arch::atomic_i_add;
+    use spirv_std::memory::{Scope, Semantics};
+
+    /// Device-scope atomics on a storage buffer.
+    pub struct GpuAtomics<'a>(pub &'a mut [u32]);
+
+    impl Atomics for GpuAtomics<'_> {
+        #[inline(always)]
+        fn add(&mut self, index: u32, value: u32) -> u32 {
+            let word = &mut self.0[index as usize];
+            unsafe { atomic_i_add::<u32, { Scope::Device as u32 }, { Semantics::NONE.bits() }>(word, value) }
+        }
+        #[inline(always)]
+        fn load(&self, index: u32) -> u32 {
+            self.0[index as usize]
+        }
+    }
+
+    /// Plain writes to a storage buffer.
+    pub struct GpuScatter<'a, T>(pub &'a mut [T]);
+
+    impl<T: Copy> Scatter<T> for GpuScatter<'_, T> {
+        #[inline(always)]
+        fn write(&mut self, slot: u32, value: T) {
+            self.0[slot as usize] = value;
+        }
+    }
+}
+
+#[cfg(not(target_arch = "spirv"))]
+mod cpu {
+    use super::{Atomics, Scatter};
+    use std::marker::PhantomData;
+    use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
+    /// Atomic words in memory.
+    #[derive(Clone, Copy)]
+    pub struct CpuAtomics<'a>(pub &'a [AtomicU32]);
+
+    impl<'a> CpuAtomics<'a> {
+        /// A view of words that nobody else holds.
+        pub fn new(words: &'a mut [u32]) -> Self {
+            // SAFETY: AtomicU32 has the layout of u32, and the exclusive borrow lasts as long as the view.
+            Self(unsafe { &*(std::ptr::from_mut(words) as *const [AtomicU32]) })
+        }
+    }
+
+    impl Atomics for CpuAtomics<'_> {
+        #[inline]
+        fn add(&mut self, index: u32, value: u32) -> u32 {
+            self.0[index as usize].fetch_add(value, Relaxed)
+        }
+        #[inline]
+        fn load(&self, index: u32) -> u32 {
+            self.0[index as usize].load(Relaxed)
+        }
+    }
+
+    /// Slots in memory, written through a shared handle.
+    #[derive(Clone, Copy)]
+    pub struct CpuScatter<'a, T> {
+        first: *mut T,
+        count: usize,
+        borrow: PhantomData<&'a mut [T]>,
+    }
+
+    // SAFETY: the handle only writes, and the contract of `Scatter` has each slot written by one worker.
+    unsafe impl<T: Send> Send for CpuScatter<'_, T> {}
+    // SAFETY: as above.
+    unsafe impl<T: Send> Sync for CpuScatter<'_, T> {}
+
+    impl<'a, T> CpuScatter<'a, T> {
+        /// A handle on slots that nobody else holds.
+        pub fn new(slots: &'a mut [T]) -> Self {
+            Self { first: slots.as_mut_ptr(), count: slots.len(), borrow: PhantomData }
+        }
+    }
+
+    impl<T: Copy + Send> Scatter<T> for CpuScatter<'_, T> {
+        #[inline]
+        fn write(&mut self, slot: u32, value: T) {
+            assert!((slot as usize) < self.count, "slot {slot} of {}", self.count);
+            // SAFETY: in bounds, and written by no other worker.
+            unsafe { self.first.add(slot as usize).write(value) };
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! GGX microfacets: Trowbridge-Reitz normals, height-correlated Smith shadowing [Heitz 2014], visible normals.
+
+#[cfg(target_arch = "spirv")]
+use spirv_std::num_traits::Float;
+
+use crate::math::{PI, warp};
+use spirv_std::glam::Vec3;
+
+/// Reflections of a lower perceptual roughness are delta lobes.
+pub const DELTA_ROUGHNESS: f32 = 0.08;
+
+/// Width of GGX for a perceptual roughness.
+#[inline]
+pub fn alpha(roughness: f32) -> f32 {
+    roughness * roughness
+}
+
+/// Density of microfacet normals [1/sr].
+#[inline]
+pub fn distribution(cos_half: f32, alpha: f32) -> f32 {
+    let square = alpha * alpha;
+    // 1 + cos^2 (a^2 - 1), without losing the small difference at the peak.
+    let sin2 = (1.0 - cos_half * cos_half).max(0.0);
+    let t = square * cos_half * cos_half + sin2;
+    square / (PI * t * t)
+}
+
+/// Smith's Lambda.
+#[inline]
+fn lambda(cos: f32, alpha: f32) -> f32 {
+    let cos2 = cos * cos;
+    let tan2 = (1.0 - cos2).max(0.0) / cos2;
+    0.5 * ((1.0 + alpha * alpha * tan2).sqrt() - 1.0)
+}
+
+/// D G / (4 cos cos) [1/sr], without Fresnel.
+#[inline]
+pub fn eval(to_origin: Vec3, direction: Vec3, half: Vec3, alpha: f32) -> f32 {
+    let shadowing = 1.0 / (1.0 + lambda(to_origin.z, alpha) + lambda(direction.z, alpha));
+    distribution(half.z, alpha) * shadowing / (4.0 * to_origin.z * direction.z)
+}
+
+/// pdf_solid_angle of `sample` for the direction mirrored at `half`.
+#[inline]
+pub fn visible_pdf(to_origin: Vec3, half: Vec3, alpha: f32) -> f32 {
+    distribution(half.z, alpha) / ((1.0 + lambda(to_origin.z, alpha)) * 4.0 * to_origin.z)
+}
+
+/// A direction mirrored at a visible microfacet normal; may point below the surface.
+#[inline]
+pub fn sample(to_origin: Vec3, alpha: f32, u: f32, v: f32) -> Vec3 {
+    let half = warp::visible_ggx_normal(to_origin, alpha, u, v);
+    half * (2.0 * to_origin.dot(half)) - to_origin
+}

@@ -1,0 +1,52 @@
+//! Smooth dielectric: reflection and refraction by exact Fresnel, or a thin wall that does not bend.
+
+#[cfg(target_arch = "spirv")]
+use spirv_std::num_traits::Float;
+
+use crate::interface::material::{FLAG_THIN, Material};
+use crate::surface::class::Classes;
+use crate::surface::{GlassInterface, Sampled, fresnel};
+use spirv_std::glam::Vec3;
+
+/// Share reflected. A thin wall adds up its inner reflections: 2 r / (1 + r).
+#[inline]
+pub fn reflectance(material: &Material, cos: f32, eta: f32) -> f32 {
+    if material.flags & FLAG_THIN != 0 {
+        let r = fresnel::dielectric(cos, 1.0 / material.ior);
+        2.0 * r / (1.0 + r)
+    } else {
+        fresnel::dielectric(cos, eta)
+    }
+}
+
+/// Reflects or transmits, in proportion to what either carries; the base colour tints what passes. The weight is
+/// that of flux: radiance takes eta^-2 besides (see `collect`). `chance` = of the glass lobe among all.
+#[inline]
+pub fn sample(material: &Material, to_origin: Vec3, glass: GlassInterface, chance: f32, u: f32) -> Sampled {
+    let share = (1.0 - material.metallic) * material.transmission;
+    let tint = material.base_color;
+    let passed = (1.0 - glass.reflectance) * crate::math::mean(tint);
+    let reflect_chance = glass.reflectance / (glass.reflectance + passed);
+    let cos = to_origin.z;
+    let reflected = Sampled {
+        direction: Vec3::new(-to_origin.x, -to_origin.y, cos),
+        weight: Vec3::splat(share * glass.reflectance / (chance * reflect_chance)),
+        pdf_solid_angle: 0.0,
+        class: Classes::SPECULAR,
+        transmitted: false,
+        straight: false,
+        eta: glass.eta,
+        roughness: 0.0,
+    };
+    if u < reflect_chance {
+        return reflected;
+    }
+    let weight = tint * (share * (1.0 - glass.reflectance) / (chance * (1.0 - reflect_chance)));
+    if material.flags & FLAG_THIN != 0 {
+        return Sampled { direction: -to_origin, weight, transmitted: true, straight: true, eta: 1.0, ..reflected };
+    }
+    // Snell: the tangential part scales with eta.
+    let cos_behind = (1.0 - glass.eta * glass.eta * (1.0 - cos * cos)).max(0.0).sqrt();
+    let direction = Vec3::new(-glass.eta * to_origin.x, -glass.eta * to_origin.y, -cos_behind);
+    Sampled { direction: direction.normalize(), weight, transmitted: true, ..reflected }
+}

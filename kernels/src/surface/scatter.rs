@@ -1,0 +1,99 @@
+//! One scattering event: from a vertex and the media around it to the ray that leaves.
+
+use crate::interface::material::{FLAG_THIN, Material};
+use crate::interface::needs::Needs;
+use crate::math::frame::ShadingFrame;
+use crate::math::offset;
+use crate::math::ray::Ray;
+use crate::surface::class::Classes;
+use crate::surface::media::MediaStack;
+use crate::surface::vertex::Vertex;
+use crate::surface::{Evaluated, GlassInterface, Sampled, Surface};
+use spirv_std::glam::{Vec3, Vec4};
+
+/// A vertex that is about to scatter.
+#[derive(Clone, Copy, Debug)]
+pub struct Site {
+    /// The vertex.
+    pub vertex: Vertex,
+    /// Its lobes.
+    pub surface: Surface,
+    frame: ShadingFrame,
+    glass: GlassInterface,
+    media: MediaStack,
+    thin: bool,
+}
+
+/// A ray that leaves a site.
+#[derive(Clone, Copy, Debug)]
+pub struct Departure {
+    /// The ray; its direction is a unit vector in the world.
+    pub ray: Ray,
+    /// How it was sampled. A zero weight ends the path.
+    pub sampled: Sampled,
+    /// Media around the ray.
+    pub media: MediaStack,
+    /// Whether the stack of media overflowed here.
+    pub media_overflow: bool,
+}
+
+impl Site {
+    /// The site at `vertex`, inside `media`, with the lobes of `classes`.
+    #[inline(always)]
+    pub fn new(
+        vertex: Vertex,
+        material: Material,
+        materials: &[Material],
+        media: MediaStack,
+        classes: Classes,
+        specular_roughness: f32,
+        needs: Needs,
+    ) -> Self {
+        let frame = ShadingFrame::new(vertex.normal);
+        let thin = material.flags & FLAG_THIN != 0;
+        let mut eta = 1.0;
+        if needs.has(Needs::GLASS) && !thin {
+            eta = if vertex.front {
+                media.ior(materials) / material.ior
+            } else {
+                material.ior / media.left(vertex.material).ior(materials)
+            };
+        }
+        let to_origin = frame.to_local(vertex.to_origin);
+        let (surface, glass) = Surface::new(material, to_origin, eta, specular_roughness, classes, needs);
+        Site { vertex, surface, frame, glass, media, thin }
+    }
+
+    /// The non-delta lobes of `class` towards a world direction; zero through the face.
+    #[inline(always)]
+    pub fn eval(&self, direction: Vec3, class: Classes) -> Evaluated {
+        if direction.dot(self.vertex.face_normal) <= 0.0 {
+            return Evaluated { f: Vec3::ZERO, pdf_solid_angle: 0.0 };
+        }
+        self.surface.eval(self.frame.to_local(direction), class)
+    }
+
+    /// Samples a lobe and leaves. A direction on the wrong side of the face is absorbed.
+    #[inline(always)]
+    pub fn leave(&self, u: Vec4) -> Departure {
+        let mut sampled = self.surface.sample(self.glass, u);
+        let vertex = &self.vertex;
+        let direction =
+            if sampled.straight { -vertex.to_origin } else { self.frame.to_world(sampled.direction) };
+        let above = direction.dot(vertex.face_normal) > 0.0;
+        if above == sampled.transmitted {
+            sampled.weight = Vec3::ZERO;
+        }
+        let mut media = self.media;
+        let mut media_overflow = false;
+        if sampled.transmitted && !self.thin {
+            if vertex.front {
+                (media, media_overflow) = media.entered(vertex.material);
+            } else {
+                media = media.left(vertex.material);
+            }
+        }
+        let origin = offset::leave(vertex.position, vertex.face_normal, direction, vertex.clearance);
+        Departure { ray: Ray::endless(origin, direction), sampled, media, media_overflow }
+    }
+}

@@ -1,0 +1,173 @@
+//! Software tracer: a bounding volume hierarchy of four children a node, tested four boxes or triangles at a time.
+//! On a CPU glam's Vec4 is a vector register; on a GPU the same code is scalar.
+
+use crate::interface::NONE;
+use crate::interface::tree::{LEAF, TREE_STACK, TreeNode, TriangleBlock};
+use crate::math::ray::{Hit, Ray};
+use crate::trace::Tracer;
+use spirv_std::glam::{Vec3, Vec4};
+
+/// Traverses the tree that the host built.
+#[derive(Clone, Copy)]
+pub struct BvhTracer<'a> {
+    /// Nodes; the root is the first.
+    pub nodes: &'a [TreeNode],
+    /// Leaves.
+    pub blocks: &'a [TriangleBlock],
+}
+
+impl Tracer for BvhTracer<'_> {
+    #[inline(always)]
+    fn closest(&mut self, ray: &Ray) -> Hit {
+        traverse::<false>(self.nodes, self.blocks, ray)
+    }
+    #[inline(always)]
+    fn occluded(&mut self, ray: &Ray) -> bool {
+        !traverse::<true>(self.nodes, self.blocks, ray).is_miss()
+    }
+}
+
+/// 1 / x, finite also for x = 0, so that no box test meets infinity times zero.
+#[inline]
+fn safe_inverse(x: f32) -> f32 {
+    let limit = 1.0e-18;
+    1.0 / if x.abs() < limit { if x < 0.0 { -limit } else { limit } } else { x }
+}
+
+/// Closest hit, or any hit if `ANY`.
+#[inline]
+fn traverse<const ANY: bool>(nodes: &[TreeNode], blocks: &[TriangleBlock], ray: &Ray) -> Hit {
+    let inverse =
+        Vec3::new(safe_inverse(ray.direction.x), safe_inverse(ray.direction.y), safe_inverse(ray.direction.z));
+    let mut best = Hit { distance: ray.length, ..Hit::MISS };
+    let mut stack_child = [0u32; TREE_STACK];
+    let mut stack_distance = [0.0f32; TREE_STACK];
+    let mut height = 0usize;
+    let mut current = 0u32;
+    loop {
+        if current & LEAF != 0 {
+            intersect_block(&blocks[(current & !LEAF) as usize], ray, &mut best);
+            if ANY && best.triangle != NONE {
+                return best;
+            }
+        } else {
+            let node = &nodes[current as usize];
+            let near = entry_distances(node, ray.origin, inverse, best.distance).to_array();
+
+            // Descend into the nearest child and push the others.
+            let mut nearest = f32::MAX;
+            let mut next = NONE;
+            let mut lane = 0;
+            while lane < 4 {
+                let distance = near[lane];
+                if distance < f32::MAX {
+                    let child = node.children[lane];
+                    let (far_child, far_distance) =
+                        if distance < nearest { (next, nearest) } else { (child, distance) };
+                    if distance < nearest {
+                        next = child;
+                        nearest = distance;
+                    }
+                    if far_child != NONE && height < TREE_STACK {
+                        stack_child[height] = far_child;
+                        stack_distance[height] = far_distance;
+                        height += 1;
+                    }
+                }
+                lane += 1;
+            }
+            if next != NONE {
+                current = next;
+                continue;
+            }
+        }
+
+        // Pop the next subtree that may hold a closer hit.
+        loop {
+            if height == 0 {
+                return best;
+            }
+            height -= 1;
+            if stack_distance[height] <= best.distance {
+                current = stack_child[height];
+                break;
+            }
+        }
+    }
+}
+
+/// Distances at which the ray enters the four boxes; f32::MAX for boxes it misses within `length`.
+#[inline(always)]
+fn entry_distances(node: &TreeNode, origin: Vec3, inverse: Vec3, length: f32) -> Vec4 {
+    let x = (slabs(node.min_x, origin.x, inverse.x), slabs(node.max_x, origin.x, inverse.x));
+    let y = (slabs(node.min_y, origin.y, inverse.y), slabs(node.max_y, origin.y, inverse.y));
+    let z = (slabs(node.min_z, origin.z, inverse.z), slabs(node.max_z, origin.z, inverse.z));
+    let enter = x.0.min(x.1).max(y.0.min(y.1)).max(z.0.min(z.1).max(Vec4::ZERO));
+    let leave = x.0.max(x.1).min(y.0.max(y.1)).min(z.0.max(z.1).min(Vec4::splat(length)));
+    // Two roundings a slab: a relative slack of 4 ulp keeps the test conservative.
+    let hit = enter.cmple(leave * (1.0 + 4.0 * f32::EPSILON));
+    Vec4::select(hit, enter, Vec4::splat(f32::MAX))
+}
+
+#[inline(always)]
+fn slabs(planes: Vec4, origin: f32, inverse: f32) -> Vec4 {
+    (planes - Vec4::splat(origin)) * inverse
+}
+
+/// Tests the ray against the block's triangles by signed edge volumes around the ray's origin: a shared edge gives
+/// its two triangles the same numbers with opposite signs, so that no ray slips between them.
+#[inline(always)]
+fn intersect_block(block: &TriangleBlock, ray: &Ray, best: &mut Hit) {
+    let o = ray.origin;
+    let a = [block.a_x - Vec4::splat(o.x), block.a_y - Vec4::splat(o.y), block.a_z - Vec4::splat(o.z)];
+    let b = [block.b_x - Vec4::splat(o.x), block.b_y - Vec4::splat(o.y), block.b_z - Vec4::splat(o.z)];
+    let c = [block.c_x - Vec4::splat(o.x), block.c_y - Vec4::splat(o.y), block.c_z - Vec4::splat(o.z)];
+    let d = ray.direction;
+
+    // Twice the barycentric volumes of corners a, b, c.
+    let u = edge_volume(b, c, d);
+    let v = edge_volume(c, a, d);
+    let w = edge_volume(a, b, d);
+    let least = u.min(v).min(w);
+    let most = u.max(v).max(w);
+    let sum = u + v + w;
+
+    // Distance to the plane.
+    let e1 = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
+    let e2 = [c[0] - a[0], c[1] - a[1], c[2] - a[2]];
+    let n = [e1[1] * e2[2] - e1[2] * e2[1], e1[2] * e2[0] - e1[0] * e2[2], e1[0] * e2[1] - e1[1] * e2[0]];
+    let along = n[0] * d.x + n[1] * d.y + n[2] * d.z;
+    let height = n[0] * a[0] + n[1] * a[1] + n[2] * a[2];
+    let distance = height / along;
+
+    let inside = least.cmpge(Vec4::ZERO) | most.cmple(Vec4::ZERO);
+    let hit = inside
+        & sum.cmpne(Vec4::ZERO)
+        & distance.cmpgt(Vec4::ZERO)
+        & distance.cmplt(Vec4::splat(best.distance));
+    if hit.any() {
+        let distances = Vec4::select(hit, distance, Vec4::splat(f32::MAX)).to_array();
+        let (v, w, sum) = (v.to_array(), w.to_array(), sum.to_array());
+        let mut lane = 0;
+        while lane < 4 {
+            if distances[lane] < best.distance {
+                let inverse = 1.0 / sum[lane];
+                *best = Hit {
+                    distance: distances[lane],
+                    triangle: block.first + lane as u32,
+                    u: v[lane] * inverse,
+                    v: w[lane] * inverse,
+                };
+            }
+            lane += 1;
+        }
+    }
+}
+
+/// Signed volume of the ray against the edge from p to q (both relative to the ray's origin), for four edges.
+#[inline(always)]
+fn edge_volume(p: [Vec4; 3], q: [Vec4; 3], d: Vec3) -> Vec4 {
+    let e = [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
+    let s = [p[0] + q[0], p[1] + q[1], p[2] + q[2]];
+    (e[1] * s[2] - e[2] * s[1]) * d.x + (e[2] * s[0] - e[0] * s[2]) * d.y + (e[0] * s[1] - e[1] * s[0]) * d.z
+}

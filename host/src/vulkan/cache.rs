@@ -63,7 +63,9 @@ fn file_name(properties: &vk::PhysicalDeviceProperties) -> String {
 
 /// Whether the header (length, version, vendor, device, uuid) is this device's.
 fn is_of_device(data: &[u8], properties: &vk::PhysicalDeviceProperties) -> bool {
-    let word = |index: usize| data.get(4 * index..4 * index + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    let word = |index: usize| {
+        data.get(4 * index..4 * index + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+    };
     word(2) == Some(properties.vendor_id)
         && word(3) == Some(properties.device_id)
         && data.get(16..32) == Some(&properties.pipeline_cache_uuid[..])

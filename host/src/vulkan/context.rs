@@ -47,8 +47,7 @@ impl Context {
             .enabled_features(&features)
             .push_next(&mut vulkan12);
         if hardware {
-            info =
-                info.enabled_extension_names(&extensions).push_next(&mut structure).push_next(&mut query);
+            info = info.enabled_extension_names(&extensions).push_next(&mut structure).push_next(&mut query);
         }
 
         // SAFETY: the device has what `info` asks for, as `select` checked.

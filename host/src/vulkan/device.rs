@@ -1,5 +1,7 @@
 //! Devices: what each can do, whether it will be used, and the choice among them.
 
+use std::ffi::{CStr, FromBytesUntilNulError};
+
 use ash::{khr, vk};
 use serde::Serialize;
 
@@ -188,10 +190,9 @@ fn inspect(instance: &Instance, physical: vk::PhysicalDevice, index: usize) -> C
         (query.ray_query == vk::TRUE, "rayQuery"),
     ]);
 
-    let text = |name: Result<&std::ffi::CStr, _>| name.map(|n| n.to_string_lossy()).unwrap_or_default();
     let info = DeviceInfo {
         index,
-        name: text(properties.device_name_as_c_str()).into_owned(),
+        name: text(properties.device_name_as_c_str()),
         driver: format!("{} {}", text(driver.driver_name_as_c_str()), text(driver.driver_info_as_c_str())),
         kind: kind(properties.device_type),
         api_version: version(properties.api_version),
@@ -216,6 +217,10 @@ fn inspect(instance: &Instance, physical: vk::PhysicalDevice, index: usize) -> C
 
 fn missing(needs: &[(bool, &'static str)]) -> Vec<&'static str> {
     needs.iter().filter(|(there, _)| !there).map(|&(_, name)| name).collect()
+}
+
+fn text(name: Result<&CStr, FromBytesUntilNulError>) -> String {
+    name.map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
 fn kind(device_type: vk::PhysicalDeviceType) -> DeviceKind {

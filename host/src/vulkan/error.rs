@@ -26,7 +26,9 @@ pub enum VulkanError {
     )]
     NoValidationLayer,
     /// No device fits the request.
-    #[error("no Vulkan device {wanted}; `caustics device` lists them, and --runner cpu needs none; found: {found}")]
+    #[error(
+        "no Vulkan device {wanted}; `caustics device` lists them, and --runner cpu needs none; found: {found}"
+    )]
     NoDevice {
         /// What was asked for.
         wanted: String,

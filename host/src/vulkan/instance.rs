@@ -52,14 +52,8 @@ impl Instance {
 
         // SAFETY: all that `info` points to lives until the call returns; `messages` outlives the instance.
         let raw = unsafe { entry.create_instance(&info, None) }.map_err(no_driver)?;
-        let mut instance = Instance {
-            raw,
-            physical_devices: Vec::new(),
-            debug_utils,
-            messages,
-            messenger: None,
-            entry,
-        };
+        let mut instance =
+            Instance { raw, physical_devices: Vec::new(), debug_utils, messages, messenger: None, entry };
         if validation && debug_utils {
             instance.listen()?;
         }

@@ -3,7 +3,9 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk;
-use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc};
+use gpu_allocator::vulkan::{
+    Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc,
+};
 use gpu_allocator::{AllocationError, MemoryLocation};
 
 use super::context::Context;
@@ -55,12 +57,7 @@ impl Memory {
     }
 
     /// A buffer of undefined content. Fails if kernels could not bind the whole of it.
-    pub fn buffer(
-        self: &Arc<Self>,
-        name: &str,
-        bytes: u64,
-        purpose: Purpose,
-    ) -> Result<Buffer, VulkanError> {
+    pub fn buffer(self: &Arc<Self>, name: &str, bytes: u64, purpose: Purpose) -> Result<Buffer, VulkanError> {
         let context = &self.context;
         let limit = context.info().max_storage_buffer_bytes;
         if purpose == Purpose::Data && bytes > limit {
@@ -70,8 +67,8 @@ impl Memory {
         let size = bytes.next_multiple_of(4).max(MIN_BYTES);
         let info = vk::BufferCreateInfo::default().size(size).usage(usage(purpose, context.is_hardware()));
         // SAFETY: the device is alive and the size is not zero.
-        let raw = unsafe { context.raw.create_buffer(&info, None) }
-            .map_err(VulkanError::call("vkCreateBuffer"))?;
+        let raw =
+            unsafe { context.raw.create_buffer(&info, None) }.map_err(VulkanError::call("vkCreateBuffer"))?;
         // From here on, dropping the buffer frees what there is of it.
         let memory = Arc::clone(self);
         let mut buffer = Buffer { raw, name: name.into(), bytes, size, allocation: None, memory };
@@ -108,7 +105,8 @@ fn usage(purpose: Purpose, hardware: bool) -> vk::BufferUsageFlags {
     match purpose {
         Purpose::Data => {
             let plain = Usage::STORAGE_BUFFER | Usage::TRANSFER_SRC | Usage::TRANSFER_DST;
-            let input = Usage::SHADER_DEVICE_ADDRESS | Usage::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR;
+            let input =
+                Usage::SHADER_DEVICE_ADDRESS | Usage::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR;
             if hardware { plain | input } else { plain }
         }
         Purpose::Structure => Usage::ACCELERATION_STRUCTURE_STORAGE_KHR | Usage::SHADER_DEVICE_ADDRESS,
@@ -230,8 +228,11 @@ impl Buffer {
     pub(super) fn mapped_or_fail(&mut self) -> Result<&mut [u8], VulkanError> {
         let (buffer, bytes) = (self.name.clone(), self.bytes);
         let source = AllocationError::FailedToMap("the memory is not visible to the host".into());
-        self.mapped(vk::MemoryPropertyFlags::HOST_COHERENT)
-            .ok_or(VulkanError::OutOfMemory { buffer, bytes, source })
+        self.mapped(vk::MemoryPropertyFlags::HOST_COHERENT).ok_or(VulkanError::OutOfMemory {
+            buffer,
+            bytes,
+            source,
+        })
     }
 }
 

@@ -58,7 +58,9 @@ impl Reflection {
         let failed = |reason: String| VulkanError::Module { name: name.into(), reason };
         let source = rspirv::dr::load_words(words).map_err(|state| failed(state.to_string()))?;
         if source.header.as_ref().is_none_or(|header| header.version() < (1, 4)) {
-            return Err(failed("it is older than SPIR-V 1.4, so entry points do not list what they bind".into()));
+            return Err(failed(
+                "it is older than SPIR-V 1.4, so entry points do not list what they bind".into(),
+            ));
         }
 
         let ids = source.types_global_values.iter().filter_map(|i| Some((i.result_id?, i))).collect();
@@ -131,7 +133,8 @@ impl Reader<'_> {
     fn binding(&self, variable: u32, class: StorageClass, pointee: u32) -> Result<Binding, String> {
         let name = self.name(variable).ok_or("a parameter has no name (build with NameVariables)")?;
         let number = |decoration| {
-            let found = self.decorations(variable).find(|operands| operands[0] == Operand::Decoration(decoration));
+            let found =
+                self.decorations(variable).find(|operands| operands[0] == Operand::Decoration(decoration));
             found.and_then(|operands| literal(operands.get(1)?))
         };
         if number(Decoration::DescriptorSet) != Some(0) {
@@ -169,7 +172,7 @@ impl Reader<'_> {
                 Ok(self.size(element)? * length.ok_or_else(unknown)?)
             }
             (Op::TypeStruct, members) => {
-                let ends = members.iter().enumerate().map(|(index, member)| {
+                let mut ends = members.iter().enumerate().map(|(index, member)| {
                     let member = member.id_ref_any().ok_or_else(unknown)?;
                     Ok(self.member_offset(id, index as u32).ok_or_else(unknown)? + self.size(member)?)
                 });
@@ -215,5 +218,42 @@ fn literal(operand: &Operand) -> Option<u32> {
     match operand {
         Operand::LiteralBit32(value) => Some(*value),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vulkan::test_module;
+
+    fn names(entry: &EntryPoint) -> Vec<(u32, &str, BindingKind)> {
+        entry.bindings.iter().map(|b| (b.binding, b.name.as_str(), b.kind)).collect()
+    }
+
+    #[test]
+    fn bindings_are_those_of_the_entry_point() {
+        let base = Reflection::new("base", &test_module::base()).unwrap();
+        let (fill, twice) = (&base.entry_points["fill"], &base.entry_points["twice"]);
+        assert_eq!(names(fill), [(0, "values", BindingKind::Buffer)]);
+        assert_eq!(names(twice), [(0, "doubled", BindingKind::Buffer), (1, "values", BindingKind::Buffer)]);
+        assert_eq!((fill.workgroup_size, fill.push_constant_bytes), (64, 52));
+        assert_eq!(twice.push_constant_bytes, 0);
+    }
+
+    #[test]
+    fn structures_are_told_from_buffers() {
+        let module = Reflection::new("rayquery", &test_module::rayquery()).unwrap();
+        assert!(module.capabilities.contains(&Capability::RayQueryKHR));
+        assert_eq!(
+            names(&module.entry_points["trace.points"]),
+            [(0, "points_structure", BindingKind::Structure), (1, "values", BindingKind::Buffer)]
+        );
+    }
+
+    #[test]
+    fn rubbish_is_an_error_with_the_modules_name() {
+        for words in [&[][..], &[1, 2, 3, 4, 5, 6], &test_module::base()[..40]] {
+            assert!(Reflection::new("base.spv", words).unwrap_err().to_string().contains("base.spv"));
+        }
     }
 }

@@ -1,9 +1,10 @@
 //! The only unsafe host code: Vulkan through ash. May import `caustics_kernels::interface`, nothing else of ours.
 //!
-//! A [`context::Context`] is a device opened for compute; everything else keeps it alive. [`memory`] allocates the
-//! buffers, [`module`] reads what the entry points bind, [`passes`] compiles them, [`pipeline`] binds buffers to them by name, [`structure`]
+//! A [`context::Context`] is a device opened for compute; everything else keeps it alive. [`memory`] allocates
+//! each [`buffer`], [`module`] reads what the entry points bind, [`passes`] compiles them, [`pipeline`] binds buffers to them by name, [`structure`]
 //! builds acceleration structures, and [`frame`] records steps into one command buffer, runs and times it.
 
+pub mod buffer;
 mod cache;
 pub mod context;
 pub mod debug;
@@ -15,6 +16,7 @@ pub mod memory;
 pub mod module;
 pub mod passes;
 pub mod pipeline;
+pub mod primitives;
 pub mod recorder;
 pub mod structure;
 #[cfg(test)]

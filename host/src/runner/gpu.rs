@@ -7,14 +7,16 @@ use caustics_kernels::interface::needs::Needs;
 
 use super::{Runner, StepTime};
 use crate::method::{BufferSpec, Step};
+use crate::vulkan::buffer::Buffer;
 use crate::vulkan::context::Context;
 use crate::vulkan::error::VulkanError;
 use crate::vulkan::frame::Frame;
-use crate::vulkan::memory::{Buffer, Memory, Purpose};
+use crate::vulkan::memory::{Memory, Purpose};
 use crate::vulkan::passes::{Module, Passes};
 use crate::vulkan::pipeline::{Pipeline, Resources};
+use crate::vulkan::primitives::Primitives;
 use crate::vulkan::recorder::Recorder;
-use crate::vulkan::structure::{Hierarchy, Primitives};
+use crate::vulkan::structure::Hierarchy;
 
 const SCENE_STRUCTURE: &str = "scene_structure";
 const POINTS_STRUCTURE: &str = "points_structure";

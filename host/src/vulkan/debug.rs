@@ -81,3 +81,28 @@ impl Labels {
         unsafe { device.cmd_end_debug_utils_label(commands) };
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{context::Context, test_module};
+    use super::*;
+
+    #[test]
+    fn a_wrong_call_makes_the_check_fail() {
+        let context = match Context::new(None, false, true) {
+            Ok(context) => context,
+            Err(error) => return test_module::skip(&error),
+        };
+        context.messages().check().unwrap();
+        // A buffer for no use at all is forbidden, and does no harm.
+        let info = vk::BufferCreateInfo::default().size(4);
+        // SAFETY: the layer reports the mistake; the buffer is never bound to memory.
+        unsafe {
+            let buffer = context.raw.create_buffer(&info, None).unwrap();
+            context.raw.destroy_buffer(buffer, None);
+        }
+        let error = context.messages().check().unwrap_err().to_string();
+        assert!(error.contains("usage"), "{error}");
+        context.messages().check().unwrap();
+    }
+}

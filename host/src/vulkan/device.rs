@@ -98,7 +98,7 @@ pub(super) fn select(
     hardware: bool,
 ) -> Result<Candidate, VulkanError> {
     let found = describe(&candidates);
-    let index = wanted.and_then(|text| text.parse::<usize>().ok());
+    let index = wanted.and_then(|text| text.parse().ok()).filter(|&index: &usize| index < candidates.len());
     let text = wanted.unwrap_or_default().to_lowercase();
     candidates.retain(|c| match index {
         Some(index) => c.info.index == index,

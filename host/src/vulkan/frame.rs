@@ -186,3 +186,15 @@ fn lost(error: VulkanError, steps: &[String]) -> VulkanError {
         other => other,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lost_device_names_the_passes() {
+        let error = VulkanError::call("vkWaitForFences")(vk::Result::ERROR_DEVICE_LOST);
+        let message = lost(error, &["collect".into(), "shoot".into()]).to_string();
+        assert!(message.contains("`collect, shoot`, last pass `shoot`"), "{message}");
+    }
+}

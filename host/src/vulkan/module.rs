@@ -76,7 +76,7 @@ impl Reflection {
             {
                 let entry = reader
                     .entry_point(*function, name, interface)
-                    .map_err(|reason| VulkanError::Module { name: name.clone(), reason })?;
+                    .map_err(|reason| failed(format!("entry point `{name}`: {reason}")))?;
                 reflection.entry_points.insert(name.clone(), entry);
             }
         }

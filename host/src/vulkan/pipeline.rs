@@ -8,10 +8,10 @@ use ash::vk;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::needs::Needs;
 
+use super::buffer::Buffer;
 use super::cache::PipelineCache;
 use super::context::Context;
 use super::error::VulkanError;
-use super::memory::Buffer;
 use super::module::{Binding, BindingKind, EntryPoint};
 use super::passes::Module;
 use super::structure::Hierarchy;
@@ -213,7 +213,7 @@ fn check(entry: &EntryPoint, context: &Context) -> Result<(), VulkanError> {
         format!("its {bytes} bytes of push constants are more than FrameParams has")
     } else if size > widest {
         format!("workgroups of {size} are larger than the device's {widest}")
-    } else if INVOCATIONS_PER_ROW % size != 0
+    } else if !INVOCATIONS_PER_ROW.is_multiple_of(size)
         || INVOCATIONS_PER_ROW / size > limits.max_compute_work_group_count[0]
     {
         format!("workgroups of {size} do not tile a row of {INVOCATIONS_PER_ROW} invocations")

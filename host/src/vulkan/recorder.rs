@@ -2,8 +2,8 @@
 
 use ash::vk;
 
+use super::buffer::Buffer;
 use super::context::Context;
-use super::memory::Buffer;
 use super::pipeline::{INVOCATIONS_PER_ROW, Pipeline};
 use super::structure::Hierarchy;
 

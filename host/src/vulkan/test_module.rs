@@ -1,4 +1,4 @@
-//! SPIR-V assembled by hand, so that the runner is tested without the kernels.
+//! For tests: SPIR-V assembled by hand, so that the runner is tested without the kernels, and the rule for skipping.
 
 use rspirv::binary::Assemble;
 use rspirv::dr::{Builder, Operand};
@@ -6,6 +6,18 @@ use rspirv::spirv::{
     AddressingModel, BuiltIn, Capability, Decoration, ExecutionMode, ExecutionModel, FunctionControl,
     LoopControl, MemoryModel, SelectionControl, StorageClass, Word,
 };
+
+use super::error::VulkanError;
+
+/// Says why a test is skipped, or fails if CAUSTICS_REQUIRE_GPU=1 or if the error is more than an absent device.
+pub(crate) fn skip(error: &VulkanError) {
+    assert!(error.is_no_device() || matches!(error, VulkanError::NoValidationLayer), "{error}");
+    assert!(
+        std::env::var("CAUSTICS_REQUIRE_GPU").as_deref() != Ok("1"),
+        "CAUSTICS_REQUIRE_GPU=1, but {error}"
+    );
+    eprintln!("skipped: {error}");
+}
 
 /// Entry points `fill`: `values[i] = i + params.width + needs`, and `twice`: `doubled[i] = 2 values[i]`, whose two
 /// parameters have the binding numbers in the other order.

@@ -10,25 +10,28 @@ const NEEDS: Needs = Needs(100);
 
 /// A runner over `values`, `doubled` and `point_boxes`; none if the test is to be skipped.
 fn runner(hardware: bool, tables: &[(&'static str, &[u8])], triangles: u32) -> Option<GpuRunner> {
+    open(hardware, COUNT, tables, triangles)
+}
+
+fn open(hardware: bool, count: usize, tables: &[(&'static str, &[u8])], triangles: u32) -> Option<GpuRunner> {
     let buffers =
-        [("values", 4 * COUNT), ("doubled", 4 * COUNT), ("point_boxes", 24 * COUNT), ("no_lights", 0)];
+        [("values", 4 * count), ("doubled", 4 * count), ("point_boxes", 24 * count), ("no_lights", 0)];
     let buffers = buffers.map(|(name, bytes)| BufferSpec { name, bytes });
-    let options = |validation| GpuOptions {
-        device: None,
-        hardware,
-        validation,
-        base: test_module::base(),
-        rayquery: Some(test_module::rayquery()),
+    let open = |validation| {
+        let (base, rayquery) = (test_module::base(), Some(test_module::rayquery()));
+        let options = GpuOptions { device: None, hardware, validation, base, rayquery };
+        GpuRunner::new(options, NEEDS, &buffers, tables, triangles)
     };
-    let open = |validation| GpuRunner::new(options(validation), NEEDS, &buffers, tables, triangles);
     let opened = match open(true) {
-        Err(VulkanError::NoValidationLayer) => open(false),
+        Err(error @ VulkanError::NoValidationLayer) => {
+            eprintln!("without validation: {error}");
+            open(false)
+        }
         opened => opened,
     };
     match opened {
         Err(error) if error.is_no_device() => {
-            assert!(std::env::var_os("CAUSTICS_REQUIRE_GPU").is_none(), "no Vulkan device: {error}");
-            eprintln!("skipped: {error}");
+            test_module::skip(&error);
             None
         }
         opened => Some(opened.unwrap()),
@@ -72,12 +75,12 @@ fn steps_run_in_order_over_buffers_bound_by_name() {
 #[test]
 fn indices_go_on_after_a_row_of_workgroups() {
     let count = crate::vulkan::pipeline::INVOCATIONS_PER_ROW as usize + 100;
-    let buffers = [BufferSpec { name: "values", bytes: 4 * count }];
-    let options = GpuOptions { base: test_module::base(), ..GpuOptions::default() };
-    let Ok(mut runner) = GpuRunner::new(options, Needs(0), &buffers, &[], 0) else { return };
-    runner.run(&[dispatch("fill", count)]).unwrap();
+    let Some(mut runner) = open(false, count, &[], 0) else { return };
+    let start = std::time::Instant::now();
+    let times = runner.run(&[dispatch("fill", count)]).unwrap();
+    assert!(!times[0].time.is_zero() && times[0].time <= start.elapsed(), "{times:?}");
     let values = read(&mut runner, "values");
-    assert!(values.iter().enumerate().all(|(i, &value)| value == i as u32 + 1000));
+    assert!(values.iter().enumerate().all(|(i, &value)| value == i as u32 + 1000 + NEEDS.0));
 }
 
 #[test]

@@ -1,1 +1,26 @@
-//! The only unsafe host code: Vulkan through ash.
+//! The only unsafe host code: Vulkan through ash. May import `caustics_kernels::interface`, nothing else of ours.
+//!
+//! A [`context::Context`] is a device opened for compute; everything else keeps it alive. [`memory`] allocates
+//! each [`buffer`], [`module`] reads what the entry points bind, [`passes`] compiles them, [`pipeline`] binds buffers to them by name, [`structure`]
+//! builds acceleration structures, and [`frame`] records steps into one command buffer, runs and times it.
+
+pub mod buffer;
+mod cache;
+pub mod context;
+pub mod debug;
+pub mod device;
+pub mod error;
+pub mod frame;
+mod instance;
+pub mod memory;
+pub mod module;
+pub mod passes;
+pub mod pipeline;
+pub mod primitives;
+pub mod recorder;
+pub mod structure;
+#[cfg(test)]
+pub(crate) mod test_module;
+
+pub use device::{DeviceInfo, DeviceKind, devices};
+pub use error::VulkanError;

@@ -1,0 +1,150 @@
+//! The runner on whatever Vulkan device there is, with the validation layer where it is installed.
+
+use caustics_kernels::interface::frame::FrameParams;
+
+use super::*;
+use crate::vulkan::{devices, test_module};
+
+const COUNT: usize = 1000;
+const NEEDS: Needs = Needs(100);
+
+/// A runner over `values`, `doubled` and `point_boxes`; none if the test is to be skipped.
+fn runner(hardware: bool, tables: &[(&'static str, &[u8])], triangles: u32) -> Option<GpuRunner> {
+    open(hardware, COUNT, tables, triangles)
+}
+
+fn open(hardware: bool, count: usize, tables: &[(&'static str, &[u8])], triangles: u32) -> Option<GpuRunner> {
+    let buffers =
+        [("values", 4 * count), ("doubled", 4 * count), ("point_boxes", 24 * count), ("no_lights", 0)];
+    let buffers = buffers.map(|(name, bytes)| BufferSpec { name, bytes });
+    let open = |validation| {
+        let (base, rayquery) = (test_module::base(), Some(test_module::rayquery()));
+        let options = GpuOptions { device: None, hardware, validation, base, rayquery };
+        GpuRunner::new(options, NEEDS, &buffers, tables, triangles)
+    };
+    let opened = match open(true) {
+        Err(error @ VulkanError::NoValidationLayer) => {
+            eprintln!("without validation: {error}");
+            open(false)
+        }
+        opened => opened,
+    };
+    match opened {
+        Err(error) if error.is_no_device() => {
+            test_module::skip(&error);
+            None
+        }
+        opened => Some(opened.unwrap()),
+    }
+}
+
+fn dispatch(pass: &'static str, count: usize) -> Step {
+    Step::Dispatch { pass, count: count as u32, params: FrameParams { width: 1000, ..Default::default() } }
+}
+
+fn read(runner: &mut GpuRunner, buffer: &str) -> Vec<u32> {
+    bytemuck::pod_collect_to_vec(&runner.read(buffer).unwrap())
+}
+
+#[test]
+fn devices_are_listed_or_the_reason_is_given() {
+    match devices() {
+        Ok(devices) => {
+            for device in devices {
+                eprintln!("{device:?}");
+            }
+        }
+        Err(error) => assert!(error.is_no_device(), "{error}"),
+    }
+}
+
+#[test]
+fn steps_run_in_order_over_buffers_bound_by_name() {
+    let Some(mut runner) = runner(false, &[("triangles", &[])], 0) else { return };
+    let steps = [dispatch("fill", COUNT), dispatch("twice", COUNT), Step::Clear { buffer: "values" }];
+    let times = runner.run(&steps).unwrap();
+    if runner.context.info().timestamps {
+        let passes: Vec<_> = times.iter().map(|time| time.pass.as_str()).collect();
+        assert_eq!(passes, ["fill", "twice", "clear.values"]);
+    }
+    let doubled = read(&mut runner, "doubled");
+    assert!(doubled.iter().enumerate().all(|(i, &value)| value == 2 * (i as u32 + 1000 + NEEDS.0)));
+    assert_eq!(read(&mut runner, "values"), vec![0; COUNT]);
+}
+
+#[test]
+fn indices_go_on_after_a_row_of_workgroups() {
+    let count = crate::vulkan::pipeline::INVOCATIONS_PER_ROW as usize + 100;
+    let Some(mut runner) = open(false, count, &[], 0) else { return };
+    let start = std::time::Instant::now();
+    let times = runner.run(&[dispatch("fill", count)]).unwrap();
+    assert!(!times[0].time.is_zero() && times[0].time <= start.elapsed(), "{times:?}");
+    let values = read(&mut runner, "values");
+    assert!(values.iter().enumerate().all(|(i, &value)| value == i as u32 + 1000 + NEEDS.0));
+}
+
+#[test]
+fn what_is_written_is_read() {
+    let table: Vec<u32> = (0..100).collect();
+    let Some(mut runner) = runner(false, &[("table", bytemuck::cast_slice(&table))], 0) else { return };
+    assert_eq!(read(&mut runner, "table"), table);
+    assert_eq!(read(&mut runner, "no_lights"), []);
+    runner.write("values", bytemuck::cast_slice(&[5u32, 6])).unwrap();
+    assert_eq!(read(&mut runner, "values")[..3], [5, 6, 0]);
+}
+
+#[test]
+fn errors_name_the_buffer_and_the_pass() {
+    let Some(mut runner) = runner(false, &[], 0) else { return };
+    let message = |result: anyhow::Result<Vec<StepTime>>| result.unwrap_err().to_string();
+    assert!(message(runner.run(&[dispatch("shoot", 1)])).contains("`shoot`; there are: fill, twice"));
+    assert!(message(runner.run(&[Step::Clear { buffer: "texels" }])).contains("`texels`"));
+    assert!(message(runner.run(&[Step::BuildPoints { count: 1 }])).contains("build.points"));
+    assert!(runner.write("no_lights", &[1]).unwrap_err().to_string().contains("`no_lights` of 0 bytes"));
+
+    let options = || GpuOptions { base: test_module::base(), ..GpuOptions::default() };
+    let huge = [BufferSpec { name: "texels", bytes: 1 << 40 }];
+    let error = GpuRunner::new(options(), NEEDS, &huge, &[], 0).err().unwrap().to_string();
+    assert!(error.contains("`texels` needs 1099511627776 bytes"), "{error}");
+    let mut unbound = GpuRunner::new(options(), NEEDS, &[], &[], 0).unwrap();
+    assert!(message(unbound.run(&[dispatch("fill", 1)])).contains("`fill` binds `values`"));
+    let other = GpuOptions { device: Some("no such device".into()), ..options() };
+    assert!(GpuRunner::new(other, NEEDS, &[], &[], 0).err().unwrap().is_no_device());
+}
+
+#[test]
+fn ray_queries_find_triangles_and_boxes() {
+    // A triangle before every third ray, a box around every second.
+    let corner = |x: usize| [[x as f32, 0.0, 0.0], [x as f32 + 1.5, 0.0, 0.0], [x as f32, 2.0, 0.0]];
+    let triangles: Vec<_> = (0..COUNT).step_by(3).map(corner).collect();
+    let boxes: Vec<_> =
+        (0..COUNT / 2).map(|i| [2.0 * i as f32, 0.0, 0.0, 2.0 * i as f32 + 1.0, 1.0, 1.0]).collect();
+    let table: &[u8] = bytemuck::cast_slice(&triangles);
+    let Some(mut runner) = runner(true, &[("triangles", table)], triangles.len() as u32) else { return };
+
+    // The module with ray queries wins: its `fill` writes 7.
+    runner.run(&[dispatch("fill", COUNT)]).unwrap();
+    assert_eq!(read(&mut runner, "values"), vec![7; COUNT]);
+
+    runner.run(&[dispatch("trace.scene", COUNT)]).unwrap();
+    let expected: Vec<_> = (0..COUNT).map(|i| u32::from(i % 3 == 0)).collect();
+    assert_eq!(read(&mut runner, "values"), expected);
+
+    // Before the first build there are no boxes; later builds reuse the storage.
+    let empty = vec![0; COUNT];
+    runner.write("point_boxes", bytemuck::cast_slice(&boxes)).unwrap();
+    runner.run(&[dispatch("trace.points", COUNT)]).unwrap();
+    assert_eq!(read(&mut runner, "values"), empty);
+    for count in [COUNT / 2, 10, 0, COUNT / 2] {
+        runner.run(&[Step::BuildPoints { count: count as u32 }, dispatch("trace.points", COUNT)]).unwrap();
+        let expected: Vec<_> = (0..COUNT).map(|i| 16 * u32::from(i % 2 == 0 && i / 2 < count)).collect();
+        assert_eq!(read(&mut runner, "values"), expected, "{count} boxes");
+    }
+    let error = runner.run(&[Step::BuildPoints { count: COUNT as u32 + 1 }]).unwrap_err();
+    assert!(error.to_string().contains("1001 primitives, but at most 1000"));
+
+    // Nothing was leaked either.
+    let messages = runner.context.messages().clone();
+    drop(runner);
+    messages.check().unwrap();
+}

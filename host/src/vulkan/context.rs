@@ -1,0 +1,84 @@
+//! A device opened for compute, with or without ray queries.
+
+use ash::{ext, khr, vk};
+
+use super::debug::{Labels, Messages};
+use super::device::{Candidate, DeviceInfo, candidates, select};
+use super::error::VulkanError;
+use super::instance::Instance;
+
+/// An open device and its compute queue. Whatever is made of it keeps it alive through an `Arc`.
+pub struct Context {
+    pub(super) raw: ash::Device,
+    pub(super) queue: vk::Queue,
+    pub(super) candidate: Candidate,
+    /// Acceleration structures, on a device opened with ray queries.
+    pub(super) structures: Option<khr::acceleration_structure::Device>,
+    pub(super) labels: Labels,
+    pub(super) instance: Instance,
+}
+
+impl Context {
+    /// Opens the device of this index or with this text in its name, else the best one; see [`DeviceInfo::suits`].
+    pub fn new(device: Option<&str>, hardware: bool, validation: bool) -> Result<Context, VulkanError> {
+        let instance = Instance::new(validation)?;
+        let candidate = select(candidates(&instance), device, hardware)?;
+
+        let priorities = [1.0];
+        let queues = [vk::DeviceQueueCreateInfo::default()
+            .queue_family_index(candidate.family)
+            .queue_priorities(&priorities)];
+        let features = vk::PhysicalDeviceFeatures::default().shader_int64(candidate.int64);
+        let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default()
+            .scalar_block_layout(true)
+            .vulkan_memory_model(true)
+            .vulkan_memory_model_device_scope(true)
+            .buffer_device_address(hardware);
+        let mut structure =
+            vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default().acceleration_structure(true);
+        let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);
+        let extensions = [
+            khr::acceleration_structure::NAME.as_ptr(),
+            khr::ray_query::NAME.as_ptr(),
+            khr::deferred_host_operations::NAME.as_ptr(),
+        ];
+        let mut info = vk::DeviceCreateInfo::default()
+            .queue_create_infos(&queues)
+            .enabled_features(&features)
+            .push_next(&mut vulkan12);
+        if hardware {
+            info = info.enabled_extension_names(&extensions).push_next(&mut structure).push_next(&mut query);
+        }
+
+        // SAFETY: the device has what `info` asks for, as `select` checked.
+        let raw = unsafe { instance.raw.create_device(candidate.physical, &info, None) }
+            .map_err(VulkanError::call("vkCreateDevice"))?;
+        // SAFETY: the family has one queue, created above.
+        let queue = unsafe { raw.get_device_queue(candidate.family, 0) };
+        let structures = hardware.then(|| khr::acceleration_structure::Device::new(&instance.raw, &raw));
+        let labels = Labels(instance.debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &raw)));
+        Ok(Context { raw, queue, candidate, structures, labels, instance })
+    }
+
+    /// What the device is and can do.
+    pub fn info(&self) -> &DeviceInfo {
+        &self.candidate.info
+    }
+
+    /// Whether it was opened with ray queries.
+    pub fn is_hardware(&self) -> bool {
+        self.structures.is_some()
+    }
+
+    /// What the validation layer says.
+    pub fn messages(&self) -> &Messages {
+        &self.instance.messages
+    }
+}
+
+impl Drop for Context {
+    fn drop(&mut self) {
+        // SAFETY: whatever was made of the device held it, so it is gone and the queue idle.
+        unsafe { self.raw.destroy_device(None) };
+    }
+}

@@ -1,0 +1,56 @@
+//! What acceleration structures are built over.
+
+use ash::vk;
+
+/// What a structure is built over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Primitives {
+    /// Opaque triangles, three vertices of 12 bytes each; built once, traced fast.
+    Triangles,
+    /// Boxes of 24 bytes, each reported to a query once; rebuilt every frame, built fast.
+    Boxes,
+}
+
+impl Primitives {
+    /// Size of a primitive in its buffer [bytes].
+    pub fn stride(self) -> u64 {
+        match self {
+            Primitives::Triangles => 36,
+            Primitives::Boxes => 24,
+        }
+    }
+
+    pub(super) fn flags(self) -> vk::BuildAccelerationStructureFlagsKHR {
+        match self {
+            Primitives::Triangles => vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE,
+            Primitives::Boxes => vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_BUILD,
+        }
+    }
+
+    pub(super) fn geometry(self, address: u64, count: u32) -> vk::AccelerationStructureGeometryKHR<'static> {
+        let data = vk::DeviceOrHostAddressConstKHR { device_address: address };
+        let geometry = vk::AccelerationStructureGeometryKHR::default();
+        match self {
+            Primitives::Triangles => {
+                let triangles = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
+                    .vertex_format(vk::Format::R32G32B32_SFLOAT)
+                    .vertex_data(data)
+                    .vertex_stride(12)
+                    .max_vertex((3 * count).max(1) - 1)
+                    .index_type(vk::IndexType::NONE_KHR);
+                geometry
+                    .geometry_type(vk::GeometryTypeKHR::TRIANGLES)
+                    .geometry(vk::AccelerationStructureGeometryDataKHR { triangles })
+                    .flags(vk::GeometryFlagsKHR::OPAQUE)
+            }
+            Primitives::Boxes => {
+                let aabbs =
+                    vk::AccelerationStructureGeometryAabbsDataKHR::default().data(data).stride(self.stride());
+                geometry
+                    .geometry_type(vk::GeometryTypeKHR::AABBS)
+                    .geometry(vk::AccelerationStructureGeometryDataKHR { aabbs })
+                    .flags(vk::GeometryFlagsKHR::NO_DUPLICATE_ANY_HIT_INVOCATION)
+            }
+        }
+    }
+}

@@ -1,5 +1,7 @@
 //! Builds the four-wide tree of `interface::tree` over triangles. Imports obvhs, interface.
 
+use std::collections::HashMap;
+
 use caustics_kernels::interface::tree::{LEAF, TREE_STACK, TreeNode, TriangleBlock};
 use caustics_kernels::interface::triangle::Triangle;
 use glam::{Vec3, Vec3A, Vec4};
@@ -8,7 +10,7 @@ use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
-use self::plan::{Plan, WIDTH};
+use self::plan::{Plan, WIDTH, least_levels};
 
 mod plan;
 #[cfg(test)]
@@ -34,8 +36,9 @@ pub struct Tree {
 /// Builds the tree over at least one finite triangle. The same triangles give the same bits.
 pub fn build(triangles: &[Triangle]) -> Tree {
     let boxes: Vec<Aabb> = triangles.iter().map(bounds).collect();
-    let binary = build_binary(&boxes);
-    let plan = Plan::new(&binary);
+    let groups = group(&boxes);
+    let binary = build_binary(&boxes, &groups);
+    let plan = Plan::new(&binary, &groups);
     let mut builder =
         Builder { triangles, boxes: &boxes, binary: &binary, plan: &plan, tree: Tree::default() };
     builder.node(0, LEVELS);
@@ -46,26 +49,31 @@ fn bounds(triangle: &Triangle) -> Aabb {
     Aabb::from_points(&[triangle.a, triangle.b, triangle.c].map(Vec3A::from))
 }
 
+/// Gathers triangles that share a box: clustering them one by one would take quadratic time.
+fn group(boxes: &[Aabb]) -> Vec<Vec<u32>> {
+    let mut groups: Vec<Vec<u32>> = Vec::with_capacity(boxes.len());
+    let mut known = HashMap::with_capacity(boxes.len());
+    for (id, bounds) in boxes.iter().enumerate() {
+        let key = [bounds.min, bounds.max].map(|corner| corner.to_array().map(f32::to_bits));
+        let group = *known.entry(key).or_insert(groups.len());
+        if group == groups.len() {
+            groups.push(Vec::with_capacity(1));
+        }
+        groups[group].push(id as u32);
+    }
+    groups
+}
+
 /// Clusters bottom up, then moves nodes to where they cost less [Meister and Bittner 2018]. Sequential, thus repeatable.
-fn build_binary(boxes: &[Aabb]) -> Bvh2 {
+fn build_binary(boxes: &[Aabb], groups: &[Vec<u32>]) -> Bvh2 {
+    let boxes: Vec<Aabb> = groups.iter().map(|ids| boxes[ids[0] as usize]).collect();
     let ids = (0..boxes.len() as u32).collect();
-    let mut binary = PlocBuilder::new().build(PlocSearchDistance::Medium, boxes, ids, SortPrecision::U64, 0);
+    let mut binary = PlocBuilder::new().build(PlocSearchDistance::Medium, &boxes, ids, SortPrecision::U64, 0);
     // The optimiser's stack has room for usual depths only; a pathological tree is balanced below instead.
     if binary.max_depth <= obvhs::bvh2::DEFAULT_MAX_STACK_DEPTH {
         ReinsertionOptimizer::default().run(&mut binary, REINSERTED_SHARE, None);
     }
     binary
-}
-
-/// Levels of nodes that this many triangles need at least.
-fn least_levels(count: usize) -> u32 {
-    let mut levels = 0;
-    let mut capacity = WIDTH;
-    while capacity < count {
-        capacity *= WIDTH;
-        levels += 1;
-    }
-    levels
 }
 
 struct Builder<'a> {
@@ -93,7 +101,8 @@ impl Builder<'_> {
             return self.block(&self.plan.triangles(binary));
         }
         let fits = |child: usize| least_levels(self.plan.count(child)) < levels;
-        if self.plan.height(binary) <= levels || self.plan.lanes(binary).into_iter().all(fits) {
+        let is_leaf = self.plan.is_leaf(binary);
+        if !is_leaf && (self.plan.height(binary) <= levels || self.plan.lanes(binary).into_iter().all(fits)) {
             return self.node(binary, levels);
         }
         let mut ids = self.plan.triangles(binary);

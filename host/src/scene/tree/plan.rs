@@ -8,6 +8,17 @@ use obvhs::bvh2::Bvh2;
 /// Lanes of a node, and triangles of a block.
 pub const WIDTH: usize = 4;
 
+/// Levels of nodes that this many triangles need at least.
+pub fn least_levels(count: usize) -> u32 {
+    let mut levels = 0;
+    let mut capacity = WIDTH;
+    while capacity < count {
+        capacity *= WIDTH;
+        levels += 1;
+    }
+    levels
+}
+
 /// The plan of one binary node. Arrays are indexed by the lanes it may take, minus one.
 #[derive(Clone, Copy, Default)]
 pub struct Entry {
@@ -26,13 +37,14 @@ pub struct Entry {
 /// The plan of every binary node.
 pub struct Plan<'a> {
     tree: &'a Bvh2,
+    groups: &'a [Vec<u32>],
     entries: Vec<Entry>,
 }
 
 impl<'a> Plan<'a> {
-    /// Plans a binary tree with one triangle a leaf.
-    pub fn new(tree: &'a Bvh2) -> Self {
-        let mut plan = Plan { tree, entries: vec![Entry::default(); tree.nodes.len()] };
+    /// Plans a binary tree with one group of triangles a leaf.
+    pub fn new(tree: &'a Bvh2, groups: &'a [Vec<u32>]) -> Self {
+        let mut plan = Plan { tree, groups, entries: vec![Entry::default(); tree.nodes.len()] };
 
         // Visit children before their parents, without recursion: a binary tree may be as deep as it has leaves.
         let mut order = vec![0];
@@ -53,7 +65,15 @@ impl<'a> Plan<'a> {
     fn entry(&self, node: usize) -> Entry {
         let area = self.tree.nodes[node].aabb().half_area().min(1e30);
         let Some([left, right]) = self.children(node) else {
-            return Entry { count: 1, cost: [area; WIDTH], ..Entry::default() };
+            let count = self.group(node).len();
+            let cost = area * count.div_ceil(WIDTH) as f32;
+            let height = least_levels(count);
+            return Entry {
+                count: count as u32,
+                height: [height; WIDTH],
+                cost: [cost; WIDTH],
+                ..Entry::default()
+            };
         };
         let (left, right) = (&self.entries[left], &self.entries[right]);
         let mut entry = Entry { count: left.count + right.count, ..Entry::default() };
@@ -78,6 +98,16 @@ impl<'a> Plan<'a> {
             (entry.cost[lanes - 1], entry.height[lanes - 1], entry.split[lanes - 1]) = best;
         }
         entry
+    }
+
+    /// Triangles of a binary leaf: all that share its box.
+    fn group(&self, leaf: usize) -> &[u32] {
+        &self.groups[self.tree.primitive_indices[self.tree.nodes[leaf].first_index as usize] as usize]
+    }
+
+    /// Whether the binary node has no children.
+    pub fn is_leaf(&self, node: usize) -> bool {
+        self.tree.nodes[node].is_leaf()
     }
 
     fn children(&self, node: usize) -> Option<[usize; 2]> {
@@ -128,7 +158,7 @@ impl<'a> Plan<'a> {
         while let Some(node) = stack.pop() {
             match self.children(node) {
                 Some([left, right]) => stack.extend([right, left]),
-                None => found.push(self.tree.primitive_indices[self.tree.nodes[node].first_index as usize]),
+                None => found.extend(self.group(node)),
             }
         }
         found

@@ -94,6 +94,12 @@ fn identical_triangles_stay_within_the_stack() {
 }
 
 #[test]
+fn identical_triangles_among_others_are_all_kept() {
+    let triangles: Vec<_> = soup(200, 0.1).into_iter().flat_map(|t| [t; 9]).collect();
+    assert!(check(&triangles, &build(&triangles)) <= LEVELS);
+}
+
+#[test]
 fn nested_triangles_stay_within_the_stack() {
     // Each triangle holds all smaller ones: no split separates them.
     let shrink = |id: i32| 0.97_f32.powi(id);
@@ -107,8 +113,9 @@ fn nested_triangles_stay_within_the_stack() {
 fn balancing_holds_every_triangle_within_least_levels() {
     let triangles = soup(4096, 0.02);
     let boxes: Vec<Aabb> = triangles.iter().map(bounds).collect();
-    let binary = build_binary(&boxes);
-    let plan = Plan::new(&binary);
+    let groups = group(&boxes);
+    let binary = build_binary(&boxes, &groups);
+    let plan = Plan::new(&binary, &groups);
     let mut builder =
         Builder { triangles: &triangles, boxes: &boxes, binary: &binary, plan: &plan, tree: Tree::default() };
     builder.balanced(&mut plan.triangles(0));

@@ -82,10 +82,10 @@ pub fn corners(triangle: &Triangle) -> [DVec3; 3] {
     [triangle.a, triangle.b, triangle.c].map(|p| p.as_dvec3())
 }
 
-/// Unit normal of the face's front.
+/// Unit normal of the face's front; any for a triangle without an area.
 pub fn face_normal(triangle: &Triangle) -> Vec3 {
     let [a, b, c] = corners(triangle);
-    (b - a).cross(c - a).normalize().as_vec3()
+    (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Y).as_vec3()
 }
 
 /// Area [m^2].

@@ -22,6 +22,8 @@ mod geometry;
 mod gltf;
 mod light;
 mod needs;
+#[cfg(test)]
+mod tests;
 mod tree;
 
 /// A scene as the kernels see it, recentred.

@@ -91,19 +91,19 @@ fn add_mirror(document: &mut Document, kind: Kind) {
     let (centre, half) = (0.5 * (MIRROR_MIN + MIRROR_MAX), 0.5 * (MIRROR_MAX - MIRROR_MIN));
     document.mesh("mirror", material, &Mesh::default().panel(centre, half.x * DVec3::X, half.y * DVec3::Y));
 
-    // Four bars around it, a little prouder than the glass.
+    // Four flat bars around it, in its own plane: no edge of theirs catches the mirror's light.
     let frame = document.material("frame", lambert([0.16, 0.11, 0.07]));
     let bar = 0.06;
-    let (near, far) = (MIRROR_MIN.z + 0.02, ROOM_MIN.z + GAP);
-    let block = |mesh: Mesh, x: [f64; 2], y: [f64; 2]| {
-        mesh.block(DVec3::new(x[0], y[0], far), DVec3::new(x[1], y[1], near))
+    let panel = |mesh: Mesh, x: [f64; 2], y: [f64; 2]| {
+        let centre = DVec3::new(0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1]), MIRROR_MIN.z);
+        mesh.panel(centre, 0.5 * (x[1] - x[0]) * DVec3::X, 0.5 * (y[1] - y[0]) * DVec3::Y)
     };
     let (left, right) = (MIRROR_MIN.x, MIRROR_MAX.x);
     let (bottom, top) = (MIRROR_MIN.y, MIRROR_MAX.y);
-    let mut bars = block(Mesh::default(), [left - bar, right + bar], [bottom - bar, bottom]);
-    bars = block(bars, [left - bar, right + bar], [top, top + bar]);
-    bars = block(bars, [left - bar, left], [bottom, top]);
-    bars = block(bars, [right, right + bar], [bottom, top]);
+    let mut bars = panel(Mesh::default(), [left - bar, right + bar], [bottom - bar, bottom]);
+    bars = panel(bars, [left - bar, right + bar], [top, top + bar]);
+    bars = panel(bars, [left - bar, left], [bottom, top]);
+    bars = panel(bars, [right, right + bar], [bottom, top]);
     document.mesh("frame", frame, &bars);
 }
 
@@ -157,6 +157,8 @@ fn add_table(document: &mut Document, kind: Kind) {
     document.mesh("ring", ring, &Mesh::default().ring(base, 0.27, 0.278, 0.08, 256, 4));
 
     let screen = document.material("screen", lambert([0.09, 0.08, 0.10]));
-    let (min, max) = (DVec3::new(-1.6, GAP, -0.47), DVec3::new(1.6, SCREEN_TOP, -0.43));
-    document.mesh("screen", screen, &Mesh::default().block(min, max));
+    // A sheet without an upper edge that would catch the mirror's light.
+    let (centre, half_height) = (DVec3::new(0.0, 0.5 * (GAP + SCREEN_TOP), -0.45), 0.5 * (SCREEN_TOP - GAP));
+    let sheet = Mesh::default().panel(centre, 1.6 * DVec3::X, half_height * DVec3::Y);
+    document.mesh("screen", screen, &sheet);
 }

@@ -26,9 +26,9 @@ const ROOM_MIN: DVec3 = DVec3::new(-2.2, 0.0, -2.0);
 /// Upper corner of the room [m].
 const ROOM_MAX: DVec3 = DVec3::new(2.2, 3.0, 2.0);
 /// Mirror, lower left corner on its plane [m].
-const MIRROR_MIN: DVec3 = DVec3::new(-1.65, 0.55, -1.98);
+const MIRROR_MIN: DVec3 = DVec3::new(-1.3, 0.55, -1.98);
 /// Mirror, upper right corner [m].
-const MIRROR_MAX: DVec3 = DVec3::new(1.65, 2.2, -1.98);
+const MIRROR_MAX: DVec3 = DVec3::new(1.3, 1.9, -1.98);
 /// Height of the table's top [m].
 const TABLE_TOP: f64 = 0.5;
 /// Height of the screen [m].
@@ -40,7 +40,7 @@ const LAMP: DVec3 = DVec3::new(1.75, 2.5, -1.7);
 /// Half the lamp's side [m].
 const LAMP_HALF: f64 = 0.06;
 /// Radiance of the lamp [W m^-2 sr^-1].
-const LAMP_RADIANCE: f64 = 1200.0;
+const LAMP_RADIANCE: f64 = 4000.0;
 /// Radius of the ball [m].
 const BALL_RADIUS: f64 = 0.18;
 /// Gap that keeps faces of things that stand on each other apart [m].
@@ -53,9 +53,9 @@ pub fn build(kind: Kind) -> Document {
     add_mirror(&mut document, kind);
     add_lamp(&mut document);
     add_table(&mut document, kind);
-    let pitch = 20_f64.to_radians();
+    let pitch = 21.5_f64.to_radians();
     let target = EYE + DVec3::new(0.0, -pitch.sin(), -pitch.cos());
-    document.camera("main", EYE, target, 30_f64.to_radians(), 16.0 / 9.0);
+    document.camera("main", EYE, target, 25_f64.to_radians(), 16.0 / 9.0);
     document
 }
 
@@ -68,7 +68,7 @@ fn add_walls(document: &mut Document) {
         ("left wall", [0.62, 0.50, 0.45], DVec3::X),
         ("right wall", [0.48, 0.58, 0.62], DVec3::NEG_X),
         ("front wall", [0.60, 0.58, 0.52], DVec3::NEG_Z),
-        ("back wall", [0.08, 0.08, 0.09], DVec3::Z),
+        ("back wall", [0.05, 0.05, 0.06], DVec3::Z),
     ];
     for (name, albedo, facing) in walls {
         let right = if facing.y == 0.0 { DVec3::Y.cross(facing) } else { DVec3::X };
@@ -92,7 +92,7 @@ fn add_mirror(document: &mut Document, kind: Kind) {
     document.mesh("mirror", material, &Mesh::default().panel(centre, half.x * DVec3::X, half.y * DVec3::Y));
 
     // Four flat bars around it, in its own plane: no edge of theirs catches the mirror's light.
-    let frame = document.material("frame", lambert([0.16, 0.11, 0.07]));
+    let frame = document.material("frame", lambert([0.08, 0.06, 0.04]));
     let bar = 0.06;
     let panel = |mesh: Mesh, x: [f64; 2], y: [f64; 2]| {
         let centre = DVec3::new(0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1]), MIRROR_MIN.z);
@@ -116,7 +116,7 @@ fn add_lamp(document: &mut Document) {
     document.mesh("lamp", material, &panel);
 
     // The shade's far edge just cuts the line from the lamp's far side to the mirror's far corner.
-    let shade = document.material("shade", lambert([0.08, 0.08, 0.08]));
+    let shade = document.material("shade", lambert([0.05, 0.05, 0.05]));
     let length = 0.6;
     let corner = DVec3::new(MIRROR_MIN.x, MIRROR_MIN.y, MIRROR_MIN.z);
     let source = LAMP + LAMP_HALF * DVec3::Z;
@@ -154,9 +154,9 @@ fn add_table(document: &mut Document, kind: Kind) {
     document.mesh("ball", ball, &Mesh::default().sphere(centre, BALL_RADIUS, 96, 48));
     let ring = document.material("ring", ring);
     let base = DVec3::new(0.42, TABLE_TOP + GAP, -1.15);
-    document.mesh("ring", ring, &Mesh::default().ring(base, 0.27, 0.278, 0.08, 256, 4));
+    document.mesh("ring", ring, &Mesh::default().ring(base, 0.28, 0.288, 0.07, 256, 4));
 
-    let screen = document.material("screen", lambert([0.09, 0.08, 0.10]));
+    let screen = document.material("screen", lambert([0.05, 0.05, 0.06]));
     // A sheet without an upper edge that would catch the mirror's light.
     let (centre, half_height) = (DVec3::new(0.0, 0.5 * (GAP + SCREEN_TOP), -0.45), 0.5 * (SCREEN_TOP - GAP));
     let sheet = Mesh::default().panel(centre, 1.6 * DVec3::X, half_height * DVec3::Y);

@@ -56,7 +56,7 @@ fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
     let mut corners: Vec<[Corner; 3]> = Vec::new();
     let mut materials_of: Vec<usize> = Vec::new();
     for instance in &placed.meshes {
-        for (material, triangles) in mesh::read(&mut document, instance)? {
+        for mesh::Part { material, triangles } in mesh::read(&mut document, instance)? {
             materials_of.resize(materials_of.len() + triangles.len(), material);
             corners.extend(triangles);
         }

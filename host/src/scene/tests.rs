@@ -28,7 +28,7 @@ fn closest(scene: &Scene, origin: Vec3, direction: Vec3) -> Option<(f32, usize)>
     hits.min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-fn material<'a>(scene: &'a Scene, triangle: usize) -> &'a str {
+fn material(scene: &Scene, triangle: usize) -> &str {
     &scene.material_names[scene.surfaces[triangle].material as usize]
 }
 

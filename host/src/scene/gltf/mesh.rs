@@ -18,11 +18,16 @@ pub struct Corner {
     pub normal: Option<Vec3>,
 }
 
-/// Triangles of every primitive of an instance, with the index of their material.
-pub fn read(
-    document: &mut Document,
-    instance: &MeshInstance,
-) -> Result<Vec<(usize, Vec<[Corner; 3]>)>, SceneError> {
+/// The triangles of one primitive.
+pub struct Part {
+    /// Index of their material.
+    pub material: usize,
+    /// Their corners, counter-clockwise seen from the front.
+    pub triangles: Vec<[Corner; 3]>,
+}
+
+/// Triangles of every primitive of an instance.
+pub fn read(document: &mut Document, instance: &MeshInstance) -> Result<Vec<Part>, SceneError> {
     let mesh = document.get(&document.root.meshes, instance.mesh, "mesh", &instance.node)?.clone();
     let label = unsupported::label("mesh", instance.mesh.value(), mesh.name.as_deref());
     let mut read = Vec::with_capacity(mesh.primitives.len());
@@ -41,7 +46,8 @@ pub fn read(
             document.warn(format!("{owner}: points and lines are not supported; rendered without them"));
             continue;
         };
-        read.push((material, triangles(document, primitive, mode, instance, &owner)?));
+        let triangles = triangles(document, primitive, mode, instance, &owner)?;
+        read.push(Part { material, triangles });
     }
     Ok(read)
 }
@@ -118,6 +124,6 @@ fn faces(indices: &[u32], mode: Mode) -> Box<dyn Iterator<Item = [u32; 3]> + '_>
         Mode::TriangleFan => {
             Box::new(windows.map(|(index, _)| [indices[index + 1], indices[index + 2], indices[0]]))
         }
-        _ => Box::new(indices.chunks_exact(3).map(|ids| [ids[0], ids[1], ids[2]])),
+        _ => Box::new(indices.as_chunks().0.iter().copied()),
     }
 }

@@ -1,5 +1,7 @@
 //! The node tree: what stands where, in f64.
 
+use std::f32::consts::PI;
+
 use glam::{DAffine3, DMat4, DQuat, DVec3, Vec3};
 use gltf::json::extensions::scene::khr_lights_punctual::{Light, Type};
 use gltf::json::scene::Node;
@@ -123,7 +125,7 @@ fn camera(
         document.warn(format!("{label}: only perspective cameras are supported; left out"));
         return Ok(None);
     };
-    if !(lens.yfov > 1e-4 && lens.yfov < 3.14) {
+    if !(lens.yfov > 1e-4 && lens.yfov < PI - 1e-4) {
         let what = format!("its camera's yfov is {} rad and should be between 0 and pi", lens.yfov);
         return Err(SceneError::Node { file: document.file.clone(), node: label.into(), what });
     }

@@ -119,7 +119,7 @@ fn transforms_compose_and_mirrors_keep_the_front() {
     document["nodes"] = json!([
         { "children": [2], "scale": [2, 2, 2] },
         { "name": "main", "camera": 0 },
-        { "mesh": 0, "scale": [-1, 1, 1], "rotation": [0, 0.7071068, 0, 0.7071068] },
+        { "mesh": 0, "scale": [-1, 1, 1], "rotation": [0, 1, 0, 1] },
     ]);
     let scene = load(&document, &tiny_binary()).unwrap();
     let face = geometry::face_normal(&scene.triangles[0]);

@@ -1,1 +1,103 @@
-//! Deterministic generators of the scenes.
+//! Deterministic generators of the scenes: the same bytes on every run. Imports no other crate of caustics.
+//!
+//! A scene is a function in its own file that fills a [`gltf::Document`] with meshes from [`mesh`].
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+
+mod gltf;
+mod mesh;
+mod ring;
+mod room;
+
+/// Names of the scenes.
+pub const NAMES: [&str; 4] = ["mirror-room", "glossy-room", "ring", "plain-room"];
+
+/// What a scene shows, in one line.
+pub fn description(name: &str) -> Option<&'static str> {
+    Some(match name {
+        "mirror-room" => {
+            "A glass ball and a metal ring behind a screen: their caustics are seen only in a wall mirror."
+        }
+        "glossy-room" => "mirror-room with a mirror of roughness 0.15.",
+        "ring" => "A metal ring on a plane under a distant small emitter: the nephroid.",
+        "plain-room" => "mirror-room with every surface Lambertian: no caster at all.",
+        _ => return None,
+    })
+}
+
+/// Files of a scene: names and contents.
+fn files(name: &str) -> Option<Vec<(&'static str, Vec<u8>)>> {
+    let (document, notes) = match name {
+        "mirror-room" => (room::build(room::Kind::Mirror), include_str!("notes/mirror-room.md")),
+        "glossy-room" => (room::build(room::Kind::Glossy), include_str!("notes/glossy-room.md")),
+        "ring" => (ring::build(), include_str!("notes/ring.md")),
+        "plain-room" => (room::build(room::Kind::Plain), include_str!("notes/plain-room.md")),
+        _ => return None,
+    };
+    let (json, binary) = document.encode();
+    Some(vec![("scene.gltf", json), ("scene.bin", binary), ("README.md", notes.into())])
+}
+
+/// Writes `<dir>/<name>/` with `scene.gltf`, `scene.bin` and `README.md`; returns the path of the first.
+///
+/// Overwrites only with `force`. Each file appears whole or not at all.
+pub fn make(name: &str, dir: &Path, force: bool) -> anyhow::Result<PathBuf> {
+    let Some(files) = files(name) else {
+        bail!("no scene {name:?} can be made; known are {}", NAMES.join(", "));
+    };
+    let folder = dir.join(name);
+    if !force && let Some((file, _)) = files.iter().find(|(file, _)| folder.join(file).exists()) {
+        bail!("{} exists; give --force to overwrite it", folder.join(file).display());
+    }
+    fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
+    for (file, bytes) in files {
+        let path = folder.join(file);
+        let part = folder.join(format!("{file}.part"));
+        fs::write(&part, bytes)
+            .and_then(|()| fs::rename(&part, &path))
+            .inspect_err(|_| drop(fs::remove_file(&part)))
+            .with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    Ok(folder.join("scene.gltf"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn committed_scenes_are_what_is_made_now() {
+        let committed = Path::new(env!("CARGO_MANIFEST_DIR"));
+        for name in NAMES {
+            for (file, bytes) in files(name).unwrap() {
+                let path = committed.join(name).join(file);
+                let found = fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+                assert!(found == bytes, "{} differs: make the scene again", path.display());
+            }
+        }
+    }
+
+    #[test]
+    fn scenes_are_made_the_same_twice_and_small() {
+        for name in NAMES {
+            assert!(description(name).is_some());
+            let (first, second) = (files(name).unwrap(), files(name).unwrap());
+            assert_eq!(first, second);
+            assert!(first.iter().all(|(_, bytes)| bytes.len() < 1 << 20));
+        }
+    }
+
+    #[test]
+    fn make_overwrites_only_by_force() {
+        let dir = std::env::temp_dir().join(format!("caustics-scenes-{}", std::process::id()));
+        let made = make("ring", &dir, false).unwrap();
+        let again = make("ring", &dir, false).unwrap_err().to_string();
+        assert!(again.contains("--force"), "{again}");
+        assert_eq!(make("ring", &dir, true).unwrap(), made);
+        assert!(make("unknown", &dir, true).unwrap_err().to_string().contains("mirror-room"));
+        fs::remove_dir_all(dir).unwrap();
+    }
+}

@@ -1,0 +1,65 @@
+//! Cameras of a scene, and what a frame of a given size sees of them.
+
+use caustics_kernels::interface::frame::Camera;
+use glam::Vec3;
+
+/// A perspective camera of the scene, recentred.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneCamera {
+    /// Name of the node, else of the camera.
+    pub name: String,
+    /// Eye [m].
+    pub position: Vec3,
+    /// Unit direction to the image's right.
+    pub right: Vec3,
+    /// Unit direction to the image's top.
+    pub up: Vec3,
+    /// Unit viewing direction.
+    pub forward: Vec3,
+    /// Vertical field of view [rad], in (0, pi).
+    pub fov_y: f32,
+    /// Width over height that the file suggests.
+    pub aspect: Option<f32>,
+}
+
+impl SceneCamera {
+    /// A camera at `position` that looks at `target`, with `up` upwards.
+    pub fn look_at(name: &str, position: Vec3, target: Vec3, up: Vec3, fov_y: f32) -> Self {
+        let forward = (target - position).normalize();
+        let right = forward.cross(up).normalize();
+        let up = right.cross(forward);
+        SceneCamera { name: name.into(), position, right, up, forward, fov_y, aspect: None }
+    }
+
+    /// The camera of an image of this size [px]: the vertical field of view stays, pixels are square.
+    pub fn camera(&self, width: u32, height: u32) -> Camera {
+        let tan_y = (0.5 * self.fov_y).tan();
+        let tan_x = tan_y * width as f32 / height as f32;
+        Camera {
+            position: self.position,
+            right: self.right * tan_x,
+            up: self.up * tan_y,
+            forward: self.forward,
+        }
+    }
+
+    /// Spread of a pixel's ray cone [rad], [ray cones eq. 30].
+    pub fn pixel_spread(&self, _width: u32, height: u32) -> f32 {
+        (2.0 * (0.5 * self.fov_y).tan() / height as f32).atan()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn square_pixels_keep_the_vertical_field() {
+        let camera = SceneCamera::look_at("c", Vec3::ZERO, Vec3::NEG_Z, Vec3::Y, 1.0);
+        assert_eq!((camera.right, camera.up), (Vec3::X, Vec3::Y));
+        let wide = camera.camera(200, 100);
+        assert_eq!(wide.right.length(), 2.0 * wide.up.length());
+        assert_eq!(wide.up.y, 0.5_f32.tan());
+        assert!((camera.pixel_spread(200, 100) - 0.01 * 2.0 * 0.5_f32.tan()).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,146 @@
+//! What can be wrong with a scene: the file, the part of it, and what to do.
+
+/// Why a scene cannot be rendered.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// No such scene.
+    #[error(
+        "no scene {argument:?}: give a .gltf or .glb file, a folder with a scene.gltf, or one of: {known}"
+    )]
+    Unknown {
+        /// What was asked for.
+        argument: String,
+        /// Scenes that can be named.
+        known: String,
+    },
+    /// A file cannot be read.
+    #[error("{file}: cannot be read ({source}); check the path and its permissions")]
+    Unreadable {
+        /// The file.
+        file: String,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// A .glb container is damaged.
+    #[error("{file}: not a whole binary glTF 2.0 file ({what}); export or download it again")]
+    Container {
+        /// The file.
+        file: String,
+        /// What is wrong.
+        what: String,
+    },
+    /// The JSON is no glTF.
+    #[error("{file}: not a glTF 2.0 document ({what}); check it with the Khronos glTF validator")]
+    Document {
+        /// The file.
+        file: String,
+        /// What is wrong.
+        what: String,
+    },
+    /// The file cannot be shown without an extension that is not supported.
+    #[error(
+        "{file}: requires the extension {extension}, which is not supported; export the scene without it"
+    )]
+    RequiredExtension {
+        /// The file.
+        file: String,
+        /// The extension.
+        extension: String,
+    },
+    /// A buffer is missing, too short, or not to be had.
+    #[error("{file}: buffer {buffer} {what}; restore the file beside the .gltf or export the scene again")]
+    Buffer {
+        /// The file.
+        file: String,
+        /// Index of the buffer.
+        buffer: usize,
+        /// What is wrong.
+        what: String,
+    },
+    /// An accessor does not fit its buffer or its use.
+    #[error("{file}: accessor {accessor} ({owner}) {what}; export the scene again")]
+    Accessor {
+        /// The file.
+        file: String,
+        /// Index of the accessor.
+        accessor: usize,
+        /// Mesh and primitive that it serves.
+        owner: String,
+        /// What is wrong.
+        what: String,
+    },
+    /// A mesh holds values that no image can come from.
+    #[error("{file}: {mesh}: {what}; repair the mesh and export the scene again")]
+    Mesh {
+        /// The file.
+        file: String,
+        /// Mesh and primitive.
+        mesh: String,
+        /// What is wrong.
+        what: String,
+    },
+    /// A node cannot be placed.
+    #[error("{file}: {node}: {what}; repair the node and export the scene again")]
+    Node {
+        /// The file.
+        file: String,
+        /// The node.
+        node: String,
+        /// What is wrong.
+        what: String,
+    },
+    /// A material has values out of range.
+    #[error("{file}: material {material:?} has {what}; set it to a value that glTF allows")]
+    Material {
+        /// The file.
+        file: String,
+        /// The material.
+        material: String,
+        /// What is wrong.
+        what: String,
+    },
+    /// An index points at nothing.
+    #[error("{file}: {owner} refers to {kind} {index}, but there are {count}; export the scene again")]
+    Index {
+        /// The file.
+        file: String,
+        /// Who refers.
+        owner: String,
+        /// What it refers to.
+        kind: &'static str,
+        /// The index.
+        index: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// Tables given by a program do not belong together.
+    #[error("{file}: {what}")]
+    Tables {
+        /// The scene's name.
+        file: String,
+        /// What is wrong.
+        what: String,
+    },
+    /// Nothing to see.
+    #[error(
+        "{file}: no geometry ({dropped} triangles without an area were dropped); add a mesh of triangles"
+    )]
+    NoGeometry {
+        /// The file.
+        file: String,
+        /// Dropped triangles.
+        dropped: usize,
+    },
+    /// Nothing to see it by.
+    #[error("{file}: no light; give a material an emissiveFactor above zero or add a point light")]
+    NoLight {
+        /// The file.
+        file: String,
+    },
+    /// Nobody to see it.
+    #[error("{file}: no perspective camera; add a camera node to the scene")]
+    NoCamera {
+        /// The file.
+        file: String,
+    },
+}

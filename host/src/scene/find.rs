@@ -1,0 +1,60 @@
+//! Finds a scene by its path or its name.
+
+use std::path::{Path, PathBuf};
+
+use super::SceneError;
+
+/// The file of a scene: a .gltf or .glb file, a folder with a `scene.gltf`, or the name of a folder in `scenes/`.
+pub fn resolve(argument: &str) -> Result<PathBuf, SceneError> {
+    let path = Path::new(argument);
+    let is_scene = |path: &Path| {
+        let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+        matches!(extension.to_ascii_lowercase().as_str(), "gltf" | "glb")
+    };
+    if is_scene(path) || path.is_file() {
+        return Ok(path.into());
+    }
+    // A name is one folder: without this, an empty argument would find the folder of scenes itself.
+    let is_name = path.components().count() == 1;
+    let named = folders().into_iter().filter(|_| is_name).map(|folder| folder.join(path));
+    std::iter::once(path.to_path_buf())
+        .chain(named)
+        .map(|folder| folder.join("scene.gltf"))
+        .find(|file| file.is_file())
+        .ok_or_else(|| SceneError::Unknown { argument: argument.into(), known: names().join(", ") })
+}
+
+/// Names of the scenes that [`resolve`] finds without a path, sorted.
+pub fn names() -> Vec<String> {
+    let entries = folders().into_iter().filter_map(|folder| folder.read_dir().ok()).flatten().flatten();
+    let mut names: Vec<String> = entries
+        .filter(|entry| entry.path().join("scene.gltf").is_file())
+        .map(|entry| entry.file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    names.dedup();
+    names
+}
+
+/// Folders that hold scenes: the current folder's, then the source tree's.
+fn folders() -> [PathBuf; 2] {
+    ["scenes".into(), Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes")]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unknown_names_list_the_known() {
+        for argument in ["no-such-scene", "", "no/such/scene", "."] {
+            let error = resolve(argument).unwrap_err().to_string();
+            assert!(error.contains(".glb"), "{error}");
+        }
+    }
+
+    #[test]
+    fn paths_pass_whether_they_exist_or_not() {
+        assert_eq!(resolve("missing.glb").unwrap(), Path::new("missing.glb"));
+    }
+}

@@ -1,0 +1,130 @@
+//! Checks of triangles and materials, degenerate triangles, curvature.
+
+use caustics_kernels::interface::material::Material;
+use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
+use glam::{DVec3, Vec3};
+
+use super::SceneError;
+
+/// Largest coordinate [m] whose squares and cross products stay finite in the kernels' f32.
+pub const LARGEST_COORDINATE: f64 = 1e9;
+
+/// Refuses tables that do not belong together, and values that no kernel can use.
+pub fn check(
+    file: &str,
+    triangles: &[Triangle],
+    surfaces: &[TriangleSurface],
+    materials: &[Material],
+    names: &[String],
+) -> Result<(), SceneError> {
+    if triangles.len() != surfaces.len() || materials.len() != names.len() {
+        let what = "as many surfaces as triangles and as many names as materials are needed".into();
+        return Err(SceneError::Tables { file: file.into(), what });
+    }
+    for (id, (triangle, surface)) in triangles.iter().zip(surfaces).enumerate() {
+        let corners = [triangle.a, triangle.b, triangle.c];
+        let normals = [surface.normal_a, surface.normal_b, surface.normal_c];
+        let usable = |p: Vec3| p.is_finite() && f64::from(p.abs().max_element()) <= LARGEST_COORDINATE;
+        let what = if !corners.into_iter().all(usable) {
+            format!("triangle {id} has a corner that is not finite or beyond {LARGEST_COORDINATE:e} m")
+        } else if !normals.into_iter().all(|n| (n.length() - 1.0).abs() < 1e-3) {
+            format!("triangle {id} has a normal that is not of unit length")
+        } else if surface.material as usize >= materials.len() {
+            format!("triangle {id} has material {}, but there are {}", surface.material, materials.len())
+        } else {
+            continue;
+        };
+        return Err(SceneError::Tables { file: file.into(), what });
+    }
+    for (material, name) in materials.iter().zip(names) {
+        check_material(file, name, material)?;
+    }
+    Ok(())
+}
+
+/// Refuses factors out of glTF's ranges; the comparisons refuse NaN too.
+fn check_material(file: &str, name: &str, material: &Material) -> Result<(), SceneError> {
+    let shares = [material.roughness, material.metallic, material.transmission, material.specular];
+    let range = |values: &[f32], most: f32| values.iter().all(|value| (0.0..=most).contains(value));
+    let what = if !range(&shares, 1.0) || !range(&material.base_color.to_array(), 1.0) {
+        "a factor out of the range 0 to 1"
+    } else if !range(&material.emission.to_array(), 1e30) {
+        "an emission that is negative, infinite or not a number"
+    } else if !range(&material.absorption.to_array(), f32::MAX) {
+        "an attenuation that is negative, infinite or not a number"
+    } else if !(1.0..=100.0).contains(&material.ior) {
+        "an index of refraction out of the range 1 to 100"
+    } else {
+        return Ok(());
+    };
+    Err(SceneError::Material { file: file.into(), material: name.into(), what: what.into() })
+}
+
+/// Removes triangles thinner than f32 can tell from a line, relative to their longest edge; returns how many.
+pub fn drop_degenerate(triangles: &mut Vec<Triangle>, surfaces: &mut Vec<TriangleSurface>) -> usize {
+    let keep: Vec<bool> = triangles.iter().map(has_area).collect();
+    let before = triangles.len();
+    let mut flags = keep.iter();
+    triangles.retain(|_| *flags.next().unwrap());
+    let mut flags = keep.iter();
+    surfaces.retain(|_| *flags.next().unwrap());
+    before - triangles.len()
+}
+
+fn has_area(triangle: &Triangle) -> bool {
+    let [a, b, c] = corners(triangle);
+    let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
+    (b - a).cross(c - a).length() > 1e-7 * longest
+}
+
+/// Corners in f64 [m].
+pub fn corners(triangle: &Triangle) -> [DVec3; 3] {
+    [triangle.a, triangle.b, triangle.c].map(|p| p.as_dvec3())
+}
+
+/// Unit normal of the face's front; any for a triangle without an area.
+pub fn face_normal(triangle: &Triangle) -> Vec3 {
+    let [a, b, c] = corners(triangle);
+    (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Y).as_vec3()
+}
+
+/// Area [m^2].
+pub fn area(triangle: &Triangle) -> f64 {
+    let [a, b, c] = corners(triangle);
+    0.5 * (b - a).cross(c - a).length()
+}
+
+/// Whether the normals differ from the face's.
+pub fn is_smooth(triangle: &Triangle, surface: &TriangleSurface) -> bool {
+    let face = face_normal(triangle);
+    let normals = [surface.normal_a, surface.normal_b, surface.normal_c];
+    normals.into_iter().any(|normal| (normal - face).length() > 1e-6)
+}
+
+/// Mean over the edges of the normal's change along the edge [1/m].
+pub fn curvature(triangle: &Triangle, surface: &TriangleSurface) -> f32 {
+    if !is_smooth(triangle, surface) {
+        return 0.0;
+    }
+    let p = corners(triangle);
+    let n = [surface.normal_a, surface.normal_b, surface.normal_c].map(|n| n.as_dvec3());
+    let along = |from: usize, to: usize| {
+        let edge = p[to] - p[from];
+        (n[to] - n[from]).dot(edge) / edge.length_squared()
+    };
+    ((along(0, 1) + along(1, 2) + along(2, 0)) / 3.0) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn curvature_of_a_sphere_is_one_over_its_radius() {
+        let n = [Vec3::new(1.0, 0.1, 0.0), Vec3::new(1.0, 0.0, 0.1), Vec3::new(1.0, -0.1, -0.1)];
+        let [normal_a, normal_b, normal_c] = n.map(Vec3::normalize);
+        let surface = TriangleSurface { normal_a, normal_b, normal_c, ..TriangleSurface::default() };
+        let triangle = Triangle { a: 0.5 * normal_a, b: 0.5 * normal_b, c: 0.5 * normal_c };
+        assert!((curvature(&triangle, &surface) - 2.0).abs() < 1e-4);
+    }
+}

@@ -1,0 +1,115 @@
+//! Reads glTF 2.0 (.gltf, .glb) into [`Scene::from_parts`]. Imports the crate gltf's document types.
+//!
+//! The document is walked by checked look-ups only: whatever a file holds, it gives a scene or an error. Photometric
+//! values are taken as radiometric ones, number for number.
+
+use std::path::Path;
+
+use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
+use glam::{DVec3, Vec3};
+
+use self::document::Document;
+use self::mesh::Corner;
+use super::{PointLight, Scene, SceneCamera, SceneError, geometry};
+
+mod accessor;
+mod buffer;
+mod document;
+mod material;
+mod mesh;
+mod node;
+#[cfg(test)]
+mod tests;
+mod unsupported;
+
+/// Triangles of a scene at most: ids have 31 bits, and this many fill the memory of a large machine.
+const MOST_TRIANGLES: usize = 1 << 28;
+
+impl Scene {
+    /// Loads a .gltf or .glb file. Every error names the file and what to do.
+    pub fn load(path: &Path) -> Result<Scene, SceneError> {
+        let file = path.display().to_string();
+        let bytes = buffer::read_file(path)
+            .map_err(|source| SceneError::Unreadable { file: file.clone(), source })?;
+        let mut scene = read(&file, &bytes, path.parent().unwrap_or(Path::new("")))?;
+        scene.name = scene_name(path);
+        Ok(scene)
+    }
+}
+
+/// The file's stem, or its folder's name where the stem says nothing.
+fn scene_name(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or_default();
+    let folder = path.parent().and_then(Path::file_name).filter(|_| stem == "scene");
+    folder.unwrap_or(stem).to_string_lossy().into_owned()
+}
+
+/// Reads a scene from a file's bytes; other files are looked for in `folder`.
+fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
+    let mut document = Document::read(file, bytes, folder)?;
+    let placed = node::place(&mut document)?;
+    if placed.cameras.is_empty() {
+        return Err(SceneError::NoCamera { file: file.into() });
+    }
+
+    // Bring every mesh into the world in f64.
+    let mut corners: Vec<[Corner; 3]> = Vec::new();
+    let mut materials_of: Vec<usize> = Vec::new();
+    for instance in &placed.meshes {
+        for mesh::Part { material, triangles } in mesh::read(&mut document, instance)? {
+            materials_of.resize(materials_of.len() + triangles.len(), material);
+            corners.extend(triangles);
+        }
+        if corners.len() > MOST_TRIANGLES {
+            let what = format!("makes more than {MOST_TRIANGLES} triangles in all");
+            return Err(SceneError::Mesh { file: file.into(), mesh: instance.node.clone(), what });
+        }
+    }
+
+    // Recentre, so that f32 is finest where the scene is.
+    let all = || corners.iter().flatten().map(|corner| corner.position);
+    let (lower, upper) =
+        all().fold((DVec3::MAX, DVec3::MIN), |(lower, upper), p| (lower.min(p), upper.max(p)));
+    let origin = if corners.is_empty() { DVec3::ZERO } else { 0.5 * (lower + upper) };
+    let local = |position: DVec3| (position - origin).as_vec3();
+
+    let (triangles, surfaces) = corners
+        .iter()
+        .zip(&materials_of)
+        .map(|([a, b, c], &material)| {
+            let triangle = Triangle { a: local(a.position), b: local(b.position), c: local(c.position) };
+            let face = geometry::face_normal(&triangle);
+            let normal = |corner: &Corner| corner.normal.unwrap_or(face);
+            let surface = TriangleSurface {
+                normal_a: normal(a),
+                normal_b: normal(b),
+                normal_c: normal(c),
+                material: material as u32,
+                ..TriangleSurface::default()
+            };
+            (triangle, surface)
+        })
+        .unzip();
+    let lights = placed
+        .lights
+        .iter()
+        .map(|&(position, intensity)| PointLight { position: local(position), intensity })
+        .collect();
+    let cameras = placed
+        .cameras
+        .into_iter()
+        .map(|(position, camera)| SceneCamera { position: local(position), ..camera })
+        .collect();
+
+    let (materials, names) = material::read_all(&mut document);
+    let scene = Scene::from_parts(file, triangles, surfaces, materials, names, lights, cameras)?;
+    if scene.lights.is_empty() {
+        return Err(SceneError::NoLight { file: file.into() });
+    }
+    Ok(Scene { origin, warnings: document.warnings, ..scene })
+}
+
+/// A vector of the file.
+fn vector(values: [f32; 3]) -> DVec3 {
+    Vec3::from(values).as_dvec3()
+}

@@ -1,0 +1,113 @@
+//! Accessors: typed views of buffers, checked against their ends before anything is read.
+
+use gltf::json::accessor::{Accessor, ComponentType, Type};
+use gltf::json::validation::Checked;
+use gltf::json::{Index, buffer};
+
+use super::document::Document;
+use crate::scene::SceneError;
+
+/// Three floats an element, for the primitive that `owner` names.
+pub fn vectors(
+    document: &Document,
+    index: Index<Accessor>,
+    owner: &str,
+) -> Result<Vec<[f32; 3]>, SceneError> {
+    let accessor = document.get(&document.root.accessors, index, "accessor", owner)?;
+    if component(accessor) != Some(ComponentType::F32)
+        || !matches!(accessor.type_, Checked::Valid(Type::Vec3))
+    {
+        return Err(wrong(document, index, owner, "should hold three floats an element"));
+    }
+    let float = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+    let read = |e: &[u8]| [float(e), float(&e[4..]), float(&e[8..])];
+    elements(document, index, accessor, owner, 12).map(|elements| elements.map(read).collect())
+}
+
+/// One unsigned integer an element.
+pub fn integers(document: &Document, index: Index<Accessor>, owner: &str) -> Result<Vec<u32>, SceneError> {
+    let accessor = document.get(&document.root.accessors, index, "accessor", owner)?;
+    let is_scalar = matches!(accessor.type_, Checked::Valid(Type::Scalar));
+    let size = match component(accessor).filter(|_| is_scalar) {
+        Some(ComponentType::U8) => 1,
+        Some(ComponentType::U16) => 2,
+        Some(ComponentType::U32) => 4,
+        _ => return Err(wrong(document, index, owner, "should hold one unsigned integer an element")),
+    };
+    let read = |e: &[u8]| e.iter().rev().fold(0, |number, &byte| (number << 8) | u32::from(byte));
+    elements(document, index, accessor, owner, size).map(|elements| elements.map(read).collect())
+}
+
+fn component(accessor: &Accessor) -> Option<ComponentType> {
+    match accessor.component_type {
+        Checked::Valid(generic) => Some(generic.0),
+        Checked::Invalid => None,
+    }
+}
+
+fn wrong(
+    document: &Document,
+    index: Index<Accessor>,
+    owner: &str,
+    what: impl std::fmt::Display,
+) -> SceneError {
+    SceneError::Accessor {
+        file: document.file.clone(),
+        accessor: index.value(),
+        owner: owner.into(),
+        what: what.to_string(),
+    }
+}
+
+/// Bytes of each element, once all are known to lie in the view and the view in its buffer.
+fn elements<'a>(
+    document: &'a Document,
+    index: Index<Accessor>,
+    accessor: &Accessor,
+    owner: &str,
+    size: usize,
+) -> Result<impl Iterator<Item = &'a [u8]> + use<'a>, SceneError> {
+    let wrong = |what: String| wrong(document, index, owner, what);
+    if accessor.sparse.is_some() {
+        return Err(wrong("is sparse, which is not supported".into()));
+    }
+    let Some(view) = accessor.buffer_view else {
+        return Err(wrong("has no buffer view".into()));
+    };
+    let owner = format!("accessor {}", index.value());
+    let view: &buffer::View = document.get(&document.root.buffer_views, view, "buffer view", &owner)?;
+    let bytes = document.buffers.get(view.buffer.value()).ok_or_else(|| SceneError::Index {
+        file: document.file.clone(),
+        owner,
+        kind: "buffer",
+        index: view.buffer.value(),
+        count: document.buffers.len(),
+    })?;
+
+    // All sums saturate: a file's offsets may be as large as 64 bits hold.
+    let start = view.byte_offset.unwrap_or_default().0;
+    let end = start.saturating_add(view.byte_length.0);
+    if end > bytes.len() as u64 {
+        return Err(wrong(format!("needs {end} bytes of a buffer of {}", bytes.len())));
+    }
+    let view_bytes = &bytes[start as usize..end as usize];
+    let stride = view.byte_stride.map_or(size, |stride| stride.0);
+    if stride < size {
+        return Err(wrong(format!("has elements of {size} bytes, but the next begins after {stride}")));
+    }
+    let count = accessor.count.0;
+    let offset = accessor.byte_offset.unwrap_or_default().0;
+    let needed = match count.checked_sub(1) {
+        Some(others) => {
+            offset.saturating_add(others.saturating_mul(stride as u64)).saturating_add(size as u64)
+        }
+        None => 0,
+    };
+    if needed > view_bytes.len() as u64 {
+        return Err(wrong(format!("needs {needed} bytes of a buffer view of {}", view_bytes.len())));
+    }
+    Ok((0..count as usize).map(move |element| {
+        let at = offset as usize + element * stride;
+        &view_bytes[at..at + size]
+    }))
+}

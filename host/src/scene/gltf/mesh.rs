@@ -1,0 +1,129 @@
+//! Meshes: primitives as triangles with corners in the world.
+
+use glam::{DMat3, DVec3, Vec3};
+use gltf::json::mesh::{Mode, Primitive, Semantic};
+use gltf::json::validation::Checked;
+
+use super::document::Document;
+use super::node::MeshInstance;
+use super::{accessor, unsupported, vector};
+use crate::scene::SceneError;
+
+/// A triangle's corner in the world.
+#[derive(Clone, Copy)]
+pub struct Corner {
+    /// Position [m], not yet recentred.
+    pub position: DVec3,
+    /// Unit normal; none where the face's is meant.
+    pub normal: Option<Vec3>,
+}
+
+/// The triangles of one primitive.
+pub struct Part {
+    /// Index of their material.
+    pub material: usize,
+    /// Their corners, counter-clockwise seen from the front.
+    pub triangles: Vec<[Corner; 3]>,
+}
+
+/// Triangles of every primitive of an instance.
+pub fn read(document: &mut Document, instance: &MeshInstance) -> Result<Vec<Part>, SceneError> {
+    let mesh = document.get(&document.root.meshes, instance.mesh, "mesh", &instance.node)?.clone();
+    let label = unsupported::label("mesh", instance.mesh.value(), mesh.name.as_deref());
+    let mut read = Vec::with_capacity(mesh.primitives.len());
+    for (index, primitive) in mesh.primitives.iter().enumerate() {
+        let owner = format!("{label}, primitive {index}");
+        let material = match primitive.material {
+            Some(material) => {
+                document.get(&document.root.materials, material, "material", &owner)?;
+                material.value()
+            }
+            None => document.root.materials.len(),
+        };
+        let Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) =
+            primitive.mode
+        else {
+            document.warn(format!("{owner}: points and lines are not supported; rendered without them"));
+            continue;
+        };
+        let triangles = triangles(document, primitive, mode, instance, &owner)?;
+        read.push(Part { material, triangles });
+    }
+    Ok(read)
+}
+
+fn triangles(
+    document: &Document,
+    primitive: &Primitive,
+    mode: Mode,
+    instance: &MeshInstance,
+    owner: &str,
+) -> Result<Vec<[Corner; 3]>, SceneError> {
+    let wrong = |what: String| SceneError::Mesh { file: document.file.clone(), mesh: owner.into(), what };
+    let attribute = |semantic: Semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
+    let positions = attribute(Semantic::Positions).ok_or_else(|| wrong("has no POSITION".into()))?;
+    let positions = accessor::vectors(document, positions, owner)?;
+    let normals = attribute(Semantic::Normals)
+        .map(|normals| accessor::vectors(document, normals, owner))
+        .transpose()?;
+    if normals.as_ref().is_some_and(|normals| normals.len() != positions.len()) {
+        return Err(wrong("has not as many normals as positions".into()));
+    }
+
+    // Bring each vertex into the world.
+    let to_world = instance.to_world;
+    let turn = to_world.matrix3.inverse().transpose();
+    let mut corners = Vec::with_capacity(positions.len());
+    for (id, &position) in positions.iter().enumerate() {
+        let position = to_world.transform_point3(vector(position));
+        if !position.is_finite() {
+            return Err(wrong(format!("vertex {id} is not finite")));
+        }
+        let normal = match &normals {
+            Some(normals) => {
+                turned(&turn, normals[id]).map_err(|what| wrong(format!("normal {id} {what}")))?
+            }
+            None => None,
+        };
+        corners.push(Corner { position, normal });
+    }
+
+    let indices = match primitive.indices {
+        Some(indices) => accessor::integers(document, indices, owner)?,
+        None => (0..corners.len() as u32).collect(),
+    };
+    if let Some(index) = indices.iter().find(|&&index| index as usize >= corners.len()) {
+        return Err(wrong(format!("index {index} is out of range, there are {} vertices", corners.len())));
+    }
+    let is_mirrored = to_world.matrix3.determinant() < 0.0;
+    Ok(faces(&indices, mode)
+        .map(|[a, b, c]| if is_mirrored { [a, c, b] } else { [a, b, c] })
+        .map(|ids| ids.map(|id| corners[id as usize]))
+        .collect())
+}
+
+/// A normal in the world; none if the file's has no length.
+fn turned(turn: &DMat3, normal: [f32; 3]) -> Result<Option<Vec3>, &'static str> {
+    let normal = vector(normal);
+    if !normal.is_finite() {
+        return Err("is not finite");
+    }
+    Ok(normal
+        .try_normalize()
+        .and_then(|normal| (*turn * normal).try_normalize())
+        .map(|normal| normal.as_vec3()))
+}
+
+/// Corners of each triangle, counter-clockwise.
+fn faces(indices: &[u32], mode: Mode) -> Box<dyn Iterator<Item = [u32; 3]> + '_> {
+    let windows = indices.windows(3).enumerate();
+    match mode {
+        Mode::TriangleStrip => Box::new(windows.map(|(index, ids)| {
+            if index % 2 == 0 { [ids[0], ids[1], ids[2]] } else { [ids[0], ids[2], ids[1]] }
+        })),
+        Mode::TriangleFan => {
+            Box::new(windows.map(|(index, _)| [indices[index + 1], indices[index + 2], indices[0]]))
+        }
+        _ => Box::new(indices.as_chunks().0.iter().copied()),
+    }
+}

@@ -1,0 +1,88 @@
+//! Names what a document asks for and is not rendered. Reads plain JSON, since the document types drop some of it.
+
+use serde_json::Value;
+
+/// Extensions that are rendered, at least in part.
+pub const EXTENSIONS: [&str; 6] = [
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_volume",
+];
+
+/// Sections whose elements are named in warnings, and what one element is called.
+const SECTIONS: [(&str, &str); 6] = [
+    ("materials", "material"),
+    ("nodes", "node"),
+    ("meshes", "mesh"),
+    ("cameras", "camera"),
+    ("scenes", "scene"),
+    ("animations", "animation"),
+];
+
+/// What is not rendered: the element and why.
+pub fn list(document: &Value) -> Vec<String> {
+    let mut found = Vec::new();
+    for (section, kind) in SECTIONS {
+        for (index, element) in document[section].as_array().into_iter().flatten().enumerate() {
+            let owner = label(kind, index, element["name"].as_str());
+            let mut note = |what: String| found.push(format!("{owner}: {what}"));
+            walk(element, &mut note);
+            match section {
+                "materials" => of_material(element, &mut note),
+                "animations" => note("animations are not supported; shown at rest".into()),
+                "nodes" if !element["skin"].is_null() => {
+                    note("skins are not supported; shown unbent".into());
+                }
+                _ => {}
+            }
+        }
+    }
+    found
+}
+
+/// How a message calls an element.
+pub fn label(kind: &str, index: usize, name: Option<&str>) -> String {
+    name.map_or_else(|| format!("{kind} {index}"), |name| format!("{kind} {name:?}"))
+}
+
+/// Finds unknown extensions, textures, vertex colours and morph targets at any depth.
+fn walk(value: &Value, note: &mut impl FnMut(String)) {
+    if let Value::Array(elements) = value {
+        elements.iter().for_each(|element| walk(element, note));
+    }
+    let Value::Object(members) = value else { return };
+    for (key, member) in members {
+        match key.as_str() {
+            "extras" => continue,
+            "extensions" => {
+                let names = member.as_object().into_iter().flat_map(|extensions| extensions.keys());
+                for name in names.filter(|name| !EXTENSIONS.contains(&name.as_str())) {
+                    note(format!("extension {name} is not supported; rendered without it"));
+                }
+            }
+            "COLOR_0" => note("vertex colours are not supported; rendered without them".into()),
+            "targets" => note("morph targets are not supported; shown at rest".into()),
+            _ if key.ends_with("Texture") => {
+                note(format!("{key} is not supported; its factor alone is rendered"));
+            }
+            _ => {}
+        }
+        walk(member, note);
+    }
+}
+
+fn of_material(material: &Value, note: &mut impl FnMut(String)) {
+    if let Some(mode) = material["alphaMode"].as_str().filter(|&mode| mode != "OPAQUE") {
+        note(format!("alphaMode {mode} is not supported; rendered opaque"));
+    }
+    let color = &material["extensions"]["KHR_materials_specular"]["specularColorFactor"];
+    let is_white = |color: &Value| {
+        color.as_array().is_none_or(|channels| channels.iter().all(|channel| channel.as_f64() == Some(1.0)))
+    };
+    if !is_white(color) {
+        note("specularColorFactor is not supported; rendered white".into());
+    }
+}

@@ -1,0 +1,130 @@
+//! The light table: emitters by power, and the alias table that chooses one in constant time.
+
+use std::f64::consts::PI;
+
+use caustics_kernels::interface::NONE;
+use caustics_kernels::interface::light::Light;
+use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, Material};
+use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
+use glam::{DVec3, Vec3};
+
+use super::{SceneError, geometry};
+
+/// A point that emits evenly in all directions.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PointLight {
+    /// Position [m].
+    pub position: Vec3,
+    /// Radiant intensity of each channel [W sr^-1].
+    pub intensity: Vec3,
+}
+
+/// Refuses point lights that no kernel can use.
+pub fn check(file: &str, lights: &[PointLight]) -> Result<(), SceneError> {
+    for (id, light) in lights.iter().enumerate() {
+        let lit = light.intensity.to_array().iter().all(|value| (0.0..=1e30).contains(value));
+        let placed = light.position.is_finite()
+            && f64::from(light.position.abs().max_element()) <= geometry::LARGEST_COORDINATE;
+        if !lit || !placed {
+            let what = format!("point light {id} has a position or an intensity that cannot be used");
+            return Err(SceneError::Tables { file: file.into(), what });
+        }
+    }
+    Ok(())
+}
+
+/// Emitters of positive power in the order of triangles, then point lights, with their alias table; and the emitted
+/// flux of each channel [W].
+pub fn table(
+    triangles: &[Triangle],
+    surfaces: &[TriangleSurface],
+    materials: &[Material],
+    point_lights: &[PointLight],
+) -> (Vec<Light>, Vec3) {
+    let of_triangles = triangles.iter().zip(surfaces).enumerate().map(|(id, (triangle, surface))| {
+        let material = &materials[surface.material as usize];
+        let sides = 1 + u32::from(material.flags & FLAG_EMIT_BOTH_SIDES != 0);
+        let area = geometry::area(triangle);
+        let light = Light {
+            triangle: id as u32,
+            emission: material.emission,
+            area: area as f32,
+            sides,
+            ..Light::default()
+        };
+        (light, material.emission.as_dvec3() * PI * area * f64::from(sides))
+    });
+    let of_points = point_lights.iter().map(|point| {
+        let light =
+            Light { position: point.position, triangle: NONE, emission: point.intensity, ..Light::default() };
+        (light, point.intensity.as_dvec3() * 4.0 * PI)
+    });
+
+    // Leave out what is dark, or so dim beside the rest that f32 cannot hold its chance.
+    let power = |flux: DVec3| flux.element_sum() / 3.0;
+    let all: Vec<_> = of_triangles.chain(of_points).filter(|&(_, flux)| power(flux) > 0.0).collect();
+    let total: f64 = all.iter().map(|&(_, flux)| power(flux)).sum();
+    let (mut lights, fluxes): (Vec<_>, Vec<_>) =
+        all.into_iter().filter(|&(_, flux)| power(flux) >= 1e-30 * total).unzip();
+    choose_by_power(&mut lights, &fluxes.iter().map(|&flux| power(flux)).collect::<Vec<_>>());
+    (lights, fluxes.into_iter().sum::<DVec3>().as_vec3())
+}
+
+/// Fills the alias table [Vose 1991]: a row chosen evenly keeps its light below the threshold, else takes its alias.
+fn choose_by_power(lights: &mut [Light], powers: &[f64]) {
+    let total: f64 = powers.iter().sum();
+    let count = lights.len() as f64;
+    let mut heights: Vec<f64> = powers.iter().map(|power| power / total * count).collect();
+    for (id, light) in lights.iter_mut().enumerate() {
+        light.pdf_light_choice = (powers[id] / total) as f32;
+        (light.threshold, light.alias) = (1.0, id as u32);
+    }
+
+    // Fill each low row up with what a high row has too much.
+    let (mut low, mut high): (Vec<usize>, Vec<usize>) = (0..lights.len()).partition(|&id| heights[id] < 1.0);
+    while let (Some(&short), Some(&tall)) = (low.last(), high.last()) {
+        low.pop();
+        lights[short].threshold = heights[short] as f32;
+        lights[short].alias = tall as u32;
+        heights[tall] -= 1.0 - heights[short];
+        if heights[tall] < 1.0 {
+            high.pop();
+            low.push(tall);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn alias_table_chooses_in_proportion_to_power() {
+        for count in [1_usize, 2, 3, 100, 1000] {
+            let powers: Vec<f64> = (0..count).map(|id| 1.0 + (id * id % 37) as f64 * 10.0).collect();
+            let total: f64 = powers.iter().sum();
+            let mut lights = vec![Light::default(); count];
+            choose_by_power(&mut lights, &powers);
+
+            let mut chances = vec![0.0; count];
+            for (row, light) in lights.iter().enumerate() {
+                let keep = f64::from(light.threshold);
+                chances[row] += keep / count as f64;
+                chances[light.alias as usize] += (1.0 - keep) / count as f64;
+            }
+            for (id, chance) in chances.into_iter().enumerate() {
+                assert!((chance - powers[id] / total).abs() < 1e-6);
+                assert!((f64::from(lights[id].pdf_light_choice) - powers[id] / total).abs() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn dark_lights_are_left_out() {
+        let point = |intensity| PointLight { intensity, ..PointLight::default() };
+        let (lights, flux) = table(&[], &[], &[], &[point(Vec3::ZERO), point(Vec3::ONE)]);
+        assert_eq!(lights.len(), 1);
+        assert!((flux.x - 12.566_371).abs() < 1e-5);
+        assert!(table(&[], &[], &[], &[point(Vec3::ZERO)]).0.is_empty());
+    }
+}

@@ -1,0 +1,81 @@
+//! What a scene needs of the kernels.
+
+use caustics_kernels::interface::NONE;
+use caustics_kernels::interface::material::{FLAG_THIN, Material};
+use caustics_kernels::interface::needs::Needs;
+
+use super::{Scene, geometry};
+
+/// Metal below this roughness is a delta mirror.
+const MIRROR_ROUGHNESS: f32 = 0.08;
+
+impl Scene {
+    /// What the scene's triangles and lights need, with reflection lobes up to `specular_roughness` specular.
+    pub fn needs(&self, specular_roughness: f32) -> Needs {
+        let mut used = vec![false; self.materials.len()];
+        for surface in &self.surfaces {
+            used[surface.material as usize] = true;
+        }
+        let materials = self.materials.iter().zip(used).filter(|&(_, used)| used);
+        let mut needs =
+            materials.fold(Needs(0), |all, (material, _)| all | of_material(material, specular_roughness));
+        for light in &self.lights {
+            needs = needs | if light.triangle == NONE { Needs::POINT_LIGHTS } else { Needs::AREA_LIGHTS };
+        }
+        if self.triangles.iter().zip(&self.surfaces).any(|(t, s)| geometry::is_smooth(t, s)) {
+            needs = needs | Needs::SMOOTH_NORMALS;
+        }
+        needs
+    }
+}
+
+fn of_material(material: &Material, specular_roughness: f32) -> Needs {
+    let dielectric = material.metallic < 1.0;
+    let metal = material.metallic > 0.0;
+    let glass = dielectric && material.transmission > 0.0;
+    let coat = dielectric && material.transmission < 1.0 && material.specular > 0.0 && material.ior > 1.0;
+    let diffuse = dielectric && material.transmission < 1.0 && material.base_color.max_element() > 0.0;
+    let reflects = metal || coat;
+    let is_specular = material.roughness <= specular_roughness;
+
+    let bits = [
+        (metal && material.roughness >= MIRROR_ROUGHNESS, Needs::METAL),
+        (metal && material.roughness < MIRROR_ROUGHNESS, Needs::MIRROR),
+        (coat, Needs::COAT),
+        (glass, Needs::GLASS),
+        (
+            glass && material.flags & FLAG_THIN == 0 && material.absorption.max_element() > 0.0,
+            Needs::ABSORPTION,
+        ),
+        (glass || (reflects && is_specular), Needs::CASTERS),
+        (diffuse || (reflects && !is_specular), Needs::RECEIVERS),
+    ];
+    bits.into_iter().filter(|&(set, _)| set).fold(Needs(0), |all, (_, need)| all | need)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    #[test]
+    fn materials_need_their_lobes_only() {
+        let lambert = Material { base_color: Vec3::ONE, roughness: 1.0, ior: 1.5, ..Material::default() };
+        let coated = Material { specular: 1.0, roughness: 0.2, ..lambert };
+        let mirror = Material { metallic: 1.0, roughness: 0.0, ..lambert };
+        let rough_metal = Material { roughness: 0.5, ..mirror };
+        let glass = Material { transmission: 1.0, specular: 1.0, absorption: Vec3::X, ..lambert };
+        let cases = [
+            (lambert, Needs::RECEIVERS),
+            (coated, Needs::COAT | Needs::RECEIVERS | Needs::CASTERS),
+            (Material { roughness: 0.3, ..coated }, Needs::COAT | Needs::RECEIVERS),
+            (mirror, Needs::MIRROR | Needs::CASTERS),
+            (rough_metal, Needs::METAL | Needs::RECEIVERS),
+            (glass, Needs::GLASS | Needs::ABSORPTION | Needs::CASTERS),
+            (Material { flags: FLAG_THIN, ..glass }, Needs::GLASS | Needs::CASTERS),
+        ];
+        for (material, needs) in cases {
+            assert_eq!(of_material(&material, 0.25), needs, "{material:?}");
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! The tree holds what it must.
+
+use super::*;
+
+/// A repeatable stand-in for randomness, in [0, 1).
+fn noise(index: u32) -> f32 {
+    let mut x = index.wrapping_mul(0x9E37_79B9) ^ 0x5bd1_e995;
+    x = (x ^ (x >> 15)).wrapping_mul(0x2c1b_3c6d);
+    x = (x ^ (x >> 12)).wrapping_mul(0x297a_2d39);
+    (x ^ (x >> 15)) as f32 / 4_294_967_808.0
+}
+
+fn soup(count: u32, size: f32) -> Vec<Triangle> {
+    let point = |seed: u32| Vec3::new(noise(seed), noise(seed + 1), noise(seed + 2));
+    (0..count)
+        .map(|id| {
+            let a = point(9 * id);
+            Triangle { a, b: a + size * point(9 * id + 3), c: a + size * point(9 * id + 6) }
+        })
+        .collect()
+}
+
+/// Walks the tree, checks boxes and blocks, and returns its depth in nodes.
+fn check(triangles: &[Triangle], tree: &Tree) -> u32 {
+    let mut seen = vec![0; triangles.len()];
+    let mut blocks_seen = vec![0; tree.blocks.len()];
+    let mut deepest = 0;
+    let mut stack = vec![(0, 1, Vec3::MIN, Vec3::MAX)];
+    while let Some((id, depth, lower, upper)) = stack.pop() {
+        deepest = deepest.max(depth);
+        let node: &TreeNode = &tree.nodes[id];
+        for lane in 0..WIDTH {
+            let min = Vec3::new(node.min_x[lane], node.min_y[lane], node.min_z[lane]);
+            let max = Vec3::new(node.max_x[lane], node.max_y[lane], node.max_z[lane]);
+            let child = node.children[lane];
+            if min.x > max.x {
+                assert_eq!((min, max, child), (Vec3::MAX, Vec3::MIN, LEAF), "empty lanes are canonical");
+                continue;
+            }
+            assert!(lower.cmple(min).all() && max.cmple(upper).all(), "boxes nest");
+            if child & LEAF == 0 {
+                stack.push((child as usize, depth + 1, min, max));
+                continue;
+            }
+            let block = &tree.blocks[(child & !LEAF) as usize];
+            blocks_seen[(child & !LEAF) as usize] += 1;
+            for lane in 0..WIDTH {
+                let a = Vec3::new(block.a_x[lane], block.a_y[lane], block.a_z[lane]);
+                let b = Vec3::new(block.b_x[lane], block.b_y[lane], block.b_z[lane]);
+                let c = Vec3::new(block.c_x[lane], block.c_y[lane], block.c_z[lane]);
+                if lane as u32 >= block.count {
+                    assert!(a == b && b == c, "unused lanes are never hit");
+                    continue;
+                }
+                let old = tree.order[block.first as usize + lane] as usize;
+                seen[old] += 1;
+                assert_eq!(Triangle { a, b, c }, triangles[old]);
+                for corner in [a, b, c] {
+                    assert!(min.cmplt(corner).all() && corner.cmplt(max).all(), "boxes hold their triangles");
+                }
+            }
+        }
+    }
+    assert!(seen.iter().all(|&times| times == 1), "every triangle is in exactly one leaf");
+    assert!(blocks_seen.iter().all(|&times| times == 1));
+    deepest
+}
+
+#[test]
+fn holds_every_triangle_once_inside_all_its_boxes() {
+    for count in [1, 2, 4, 5, 17, 1000, 5000] {
+        let triangles = soup(count, 0.05);
+        assert!(check(&triangles, &build(&triangles)) <= LEVELS);
+    }
+}
+
+#[test]
+fn one_triangle_has_a_root_that_is_a_node() {
+    let tree = build(&soup(1, 1.0));
+    assert_eq!((tree.nodes.len(), tree.blocks.len()), (1, 1));
+}
+
+#[test]
+fn same_triangles_give_the_same_bits() {
+    let triangles = soup(3000, 0.1);
+    let (first, second) = (build(&triangles), build(&triangles));
+    assert_eq!((first.nodes, first.blocks, first.order), (second.nodes, second.blocks, second.order));
+}
+
+#[test]
+fn identical_triangles_stay_within_the_stack() {
+    let triangles = vec![soup(1, 1.0)[0]; 10_000];
+    assert!(check(&triangles, &build(&triangles)) <= LEVELS);
+}
+
+#[test]
+fn identical_triangles_among_others_are_all_kept() {
+    let triangles: Vec<_> = soup(200, 0.1).into_iter().flat_map(|t| [t; 9]).collect();
+    assert!(check(&triangles, &build(&triangles)) <= LEVELS);
+}
+
+#[test]
+fn nested_triangles_stay_within_the_stack() {
+    // Each triangle holds all smaller ones: no split separates them.
+    let shrink = |id: i32| 0.97_f32.powi(id);
+    let triangles: Vec<_> = (0..2000)
+        .map(|id| Triangle { a: Vec3::ZERO, b: Vec3::X * shrink(id), c: Vec3::Y * shrink(id) })
+        .collect();
+    assert!(check(&triangles, &build(&triangles)) <= LEVELS);
+}
+
+#[test]
+fn balancing_holds_every_triangle_within_least_levels() {
+    let triangles = soup(4096, 0.02);
+    let boxes: Vec<Aabb> = triangles.iter().map(bounds).collect();
+    let groups = group(&boxes);
+    let binary = build_binary(&boxes, &groups);
+    let plan = Plan::new(&binary, &groups);
+    let mut builder =
+        Builder { triangles: &triangles, boxes: &boxes, binary: &binary, plan: &plan, tree: Tree::default() };
+    builder.balanced(&mut plan.triangles(0));
+    assert_eq!(check(&triangles, &builder.tree), least_levels(4096));
+
+    // A budget one level above the least forces a mixture of planned and balanced parts.
+    builder.tree = Tree::default();
+    builder.node(0, least_levels(4096) + 1);
+    assert!(check(&triangles, &builder.tree) <= least_levels(4096) + 1);
+}
+
+#[test]
+fn flat_and_huge_scenes_are_built() {
+    for scale in [1e-12_f32, 1.0, 1e12] {
+        let flat = |p: Vec3| Vec3::new(p.x, 0.0, p.z) * scale;
+        let triangles: Vec<_> =
+            soup(300, 0.1).iter().map(|t| Triangle { a: flat(t.a), b: flat(t.b), c: flat(t.c) }).collect();
+        assert!(check(&triangles, &build(&triangles)) <= LEVELS);
+    }
+}

@@ -1,0 +1,178 @@
+//! Writes glTF 2.0: one JSON document and one binary buffer.
+
+use glam::{DMat3, DQuat, DVec3, Vec3};
+use serde_json::{Value, json};
+
+use crate::mesh::Mesh;
+
+/// A material by its name; handed out by [`Document::material`].
+#[derive(Clone, Copy, Debug)]
+pub struct MaterialId(usize);
+
+/// A glTF document in the making.
+#[derive(Default)]
+pub struct Document {
+    binary: Vec<u8>,
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+    materials: Vec<Value>,
+    meshes: Vec<Value>,
+    cameras: Vec<Value>,
+    nodes: Vec<Value>,
+    extensions: Vec<String>,
+}
+
+/// A surface that scatters as a plain Lambertian of this albedo.
+pub fn lambert(albedo: [f64; 3]) -> Value {
+    json!({
+        "extensions": { "KHR_materials_specular": { "specularFactor": 0.0 } },
+        "pbrMetallicRoughness": pbr(albedo, 0.0, 1.0),
+    })
+}
+
+/// A metal; a delta mirror below roughness 0.08.
+pub fn metal(color: [f64; 3], roughness: f64) -> Value {
+    json!({ "pbrMetallicRoughness": pbr(color, 1.0, roughness) })
+}
+
+/// Clear glass with a volume.
+pub fn glass(ior: f64, thickness: f64) -> Value {
+    json!({
+        "extensions": {
+            "KHR_materials_ior": { "ior": ior },
+            "KHR_materials_transmission": { "transmissionFactor": 1.0 },
+            "KHR_materials_volume": { "thicknessFactor": thickness },
+        },
+        "pbrMetallicRoughness": pbr([1.0; 3], 0.0, 0.0),
+    })
+}
+
+/// A black surface that emits `strength` times `color` [W m^-2 sr^-1] from its front.
+pub fn emitter(color: [f64; 3], strength: f64) -> Value {
+    json!({
+        "emissiveFactor": color,
+        "extensions": {
+            "KHR_materials_emissive_strength": { "emissiveStrength": strength },
+            "KHR_materials_specular": { "specularFactor": 0.0 },
+        },
+        "pbrMetallicRoughness": pbr([0.0; 3], 0.0, 1.0),
+    })
+}
+
+fn pbr(color: [f64; 3], metallic: f64, roughness: f64) -> Value {
+    json!({
+        "baseColorFactor": [color[0], color[1], color[2], 1.0],
+        "metallicFactor": metallic,
+        "roughnessFactor": roughness,
+    })
+}
+
+impl Document {
+    /// Adds a material.
+    pub fn material(&mut self, name: &str, mut material: Value) -> MaterialId {
+        let used = material["extensions"].as_object().into_iter().flat_map(|extensions| extensions.keys());
+        self.extensions.extend(used.cloned());
+        material["name"] = name.into();
+        self.materials.push(material);
+        MaterialId(self.materials.len() - 1)
+    }
+
+    /// Adds a mesh of one material as a node of its own.
+    pub fn mesh(&mut self, name: &str, material: MaterialId, mesh: &Mesh) {
+        let positions = self.vectors(&mesh.positions, true);
+        let normals = self.vectors(&mesh.normals, false);
+        let indices = self.indices(&mesh.indices);
+        self.nodes.push(json!({ "mesh": self.meshes.len(), "name": name }));
+        self.meshes.push(json!({
+            "name": name,
+            "primitives": [{
+                "attributes": { "NORMAL": normals, "POSITION": positions },
+                "indices": indices,
+                "material": material.0,
+            }],
+        }));
+    }
+
+    /// Adds a camera that looks from `eye` at `target`, with a vertical field of view [rad] and y upwards.
+    pub fn camera(&mut self, name: &str, eye: DVec3, target: DVec3, fov_y: f64, aspect: f64) {
+        let back = (eye - target).normalize();
+        let right = DVec3::Y.cross(back).normalize();
+        let rotation = DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back));
+        self.nodes.push(json!({
+            "camera": self.cameras.len(),
+            "name": name,
+            "rotation": rotation.as_quat().to_array(),
+            "translation": eye.to_array(),
+        }));
+        self.cameras.push(json!({
+            "name": name,
+            "perspective": { "aspectRatio": aspect, "yfov": fov_y as f32, "znear": 0.01 },
+            "type": "perspective",
+        }));
+    }
+
+    fn view(&mut self, bytes: &[u8], target: u32) -> usize {
+        self.views.push(json!({
+            "buffer": 0, "byteLength": bytes.len(), "byteOffset": self.binary.len(), "target": target,
+        }));
+        self.binary.extend(bytes);
+        self.binary.resize(self.binary.len().next_multiple_of(4), 0);
+        self.views.len() - 1
+    }
+
+    fn vectors(&mut self, vectors: &[Vec3], with_bounds: bool) -> usize {
+        let bytes: Vec<u8> = vectors.iter().flat_map(|v| v.to_array()).flat_map(f32::to_le_bytes).collect();
+        let mut accessor = json!({
+            "bufferView": self.view(&bytes, 34962), "componentType": 5126, "count": vectors.len(), "type": "VEC3",
+        });
+        if with_bounds {
+            let bound =
+                |pick: fn(Vec3, Vec3) -> Vec3| vectors.iter().copied().reduce(pick).unwrap().to_array();
+            accessor["min"] = json!(bound(Vec3::min));
+            accessor["max"] = json!(bound(Vec3::max));
+        }
+        self.accessors.push(accessor);
+        self.accessors.len() - 1
+    }
+
+    fn indices(&mut self, indices: &[u32]) -> usize {
+        let is_short = indices.iter().all(|&index| index < u32::from(u16::MAX));
+        let bytes: Vec<u8> = if is_short {
+            indices.iter().flat_map(|&index| (index as u16).to_le_bytes()).collect()
+        } else {
+            indices.iter().flat_map(|index| index.to_le_bytes()).collect()
+        };
+        let view = self.view(&bytes, 34963);
+        self.accessors.push(json!({
+            "bufferView": view,
+            "componentType": if is_short { 5123 } else { 5125 },
+            "count": indices.len(),
+            "type": "SCALAR",
+        }));
+        self.accessors.len() - 1
+    }
+
+    /// The document and its buffer, which the document expects as `scene.bin` beside it.
+    pub fn encode(mut self) -> (Vec<u8>, Vec<u8>) {
+        self.extensions.sort();
+        self.extensions.dedup();
+        let mut document = json!({
+            "accessors": self.accessors,
+            "asset": { "generator": "caustics scene make", "version": "2.0" },
+            "bufferViews": self.views,
+            "buffers": [{ "byteLength": self.binary.len(), "uri": "scene.bin" }],
+            "cameras": self.cameras,
+            "extensionsUsed": self.extensions,
+            "materials": self.materials,
+            "meshes": self.meshes,
+            "nodes": self.nodes,
+            "scene": 0,
+            "scenes": [{ "nodes": (0..self.nodes.len()).collect::<Vec<_>>() }],
+        });
+        // Key order must not depend on which features other crates switch on in serde_json.
+        document.sort_all_objects();
+        let mut json = serde_json::to_vec_pretty(&document).expect("a JSON value can be written");
+        json.push(b'\n');
+        (json, self.binary)
+    }
+}

@@ -1,0 +1,164 @@
+//! The room of `mirror-room`, `glossy-room` and `plain-room`.
+//!
+//! The camera looks down over a screen into a mirror on the back wall. Between screen and mirror stands the table, which
+//! the screen hides: a ray that passes over the screen meets the table only after the mirror. All else that the camera
+//! sees directly faces away from the mirror and is dark, and a shade keeps the lamp's own light off the mirror, so that
+//! caustic light has to bounce twice to be seen outside of the mirror.
+
+use glam::DVec3;
+
+use crate::gltf::{Document, emitter, glass, lambert, metal};
+use crate::mesh::Mesh;
+
+/// Which of the three rooms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A perfect wall mirror.
+    Mirror,
+    /// A wall mirror of roughness 0.15.
+    Glossy,
+    /// Lambertian surfaces only.
+    Plain,
+}
+
+/// Lower corner of the room [m].
+const ROOM_MIN: DVec3 = DVec3::new(-2.2, 0.0, -2.0);
+/// Upper corner of the room [m].
+const ROOM_MAX: DVec3 = DVec3::new(2.2, 3.0, 2.0);
+/// Mirror, lower left corner on its plane [m].
+const MIRROR_MIN: DVec3 = DVec3::new(-1.3, 0.55, -1.98);
+/// Mirror, upper right corner [m].
+const MIRROR_MAX: DVec3 = DVec3::new(1.3, 1.9, -1.98);
+/// Height of the table's top [m].
+const TABLE_TOP: f64 = 0.5;
+/// Height of the screen [m].
+const SCREEN_TOP: f64 = 1.37;
+/// Eye [m].
+const EYE: DVec3 = DVec3::new(0.0, 2.65, 1.85);
+/// Centre of the lamp [m].
+const LAMP: DVec3 = DVec3::new(1.75, 2.5, -1.7);
+/// Half the lamp's side [m].
+const LAMP_HALF: f64 = 0.06;
+/// Radiance of the lamp [W m^-2 sr^-1].
+const LAMP_RADIANCE: f64 = 4000.0;
+/// Radius of the ball [m].
+const BALL_RADIUS: f64 = 0.18;
+/// Gap that keeps faces of things that stand on each other apart [m].
+const GAP: f64 = 0.001;
+
+/// Builds the room.
+pub fn build(kind: Kind) -> Document {
+    let mut document = Document::default();
+    add_walls(&mut document);
+    add_mirror(&mut document, kind);
+    add_lamp(&mut document);
+    add_table(&mut document, kind);
+    let pitch = 21.5_f64.to_radians();
+    let target = EYE + DVec3::new(0.0, -pitch.sin(), -pitch.cos());
+    document.camera("main", EYE, target, 25_f64.to_radians(), 16.0 / 9.0);
+    document
+}
+
+fn add_walls(document: &mut Document) {
+    let (centre, half) = (0.5 * (ROOM_MIN + ROOM_MAX), 0.5 * (ROOM_MAX - ROOM_MIN));
+    // Name, albedo, the way the wall faces.
+    let walls = [
+        ("floor", [0.55, 0.52, 0.50], DVec3::Y),
+        ("ceiling", [0.72, 0.72, 0.70], DVec3::NEG_Y),
+        ("left wall", [0.62, 0.50, 0.45], DVec3::X),
+        ("right wall", [0.48, 0.58, 0.62], DVec3::NEG_X),
+        ("front wall", [0.60, 0.58, 0.52], DVec3::NEG_Z),
+        ("back wall", [0.05, 0.05, 0.06], DVec3::Z),
+    ];
+    for (name, albedo, facing) in walls {
+        let right = if facing.y == 0.0 { DVec3::Y.cross(facing) } else { DVec3::X };
+        let up = facing.cross(right);
+        let wall = Mesh::default().panel(centre - facing * half, right * half, up * half);
+        let material = document.material(name, lambert(albedo));
+        document.mesh(name, material, &wall);
+    }
+}
+
+fn add_mirror(document: &mut Document, kind: Kind) {
+    let material = document.material(
+        "mirror",
+        match kind {
+            Kind::Mirror => metal([0.96, 0.96, 0.96], 0.0),
+            Kind::Glossy => metal([0.96, 0.96, 0.96], 0.15),
+            Kind::Plain => lambert([0.55, 0.60, 0.65]),
+        },
+    );
+    let (centre, half) = (0.5 * (MIRROR_MIN + MIRROR_MAX), 0.5 * (MIRROR_MAX - MIRROR_MIN));
+    document.mesh("mirror", material, &Mesh::default().panel(centre, half.x * DVec3::X, half.y * DVec3::Y));
+
+    // Four flat bars around it, in its own plane: no edge of theirs catches the mirror's light.
+    let frame = document.material("frame", lambert([0.08, 0.06, 0.04]));
+    let bar = 0.06;
+    let panel = |mesh: Mesh, x: [f64; 2], y: [f64; 2]| {
+        let centre = DVec3::new(0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1]), MIRROR_MIN.z);
+        mesh.panel(centre, 0.5 * (x[1] - x[0]) * DVec3::X, 0.5 * (y[1] - y[0]) * DVec3::Y)
+    };
+    let (left, right) = (MIRROR_MIN.x, MIRROR_MAX.x);
+    let (bottom, top) = (MIRROR_MIN.y, MIRROR_MAX.y);
+    let mut bars = panel(Mesh::default(), [left - bar, right + bar], [bottom - bar, bottom]);
+    bars = panel(bars, [left - bar, right + bar], [top, top + bar]);
+    bars = panel(bars, [left - bar, left], [bottom, top]);
+    bars = panel(bars, [right, right + bar], [bottom, top]);
+    document.mesh("frame", frame, &bars);
+}
+
+fn add_lamp(document: &mut Document) {
+    let material = document.material("lamp", emitter([1.0, 0.93, 0.82], LAMP_RADIANCE));
+    // Face the middle of the table, level along z.
+    let facing = (DVec3::new(0.0, TABLE_TOP, LAMP.z) - LAMP).normalize();
+    let across = facing.cross(DVec3::Z);
+    let panel = Mesh::default().panel(LAMP, LAMP_HALF * DVec3::Z, LAMP_HALF * across);
+    document.mesh("lamp", material, &panel);
+
+    // The shade's far edge just cuts the line from the lamp's far side to the mirror's far corner.
+    let shade = document.material("shade", lambert([0.05, 0.05, 0.05]));
+    let length = 0.6;
+    let corner = DVec3::new(MIRROR_MIN.x, MIRROR_MIN.y, MIRROR_MIN.z);
+    let source = LAMP + LAMP_HALF * DVec3::Z;
+    let slope = (corner.z - source.z) / (corner - LAMP).dot(facing);
+    let tip_z = source.z + slope * length;
+    let base_z = LAMP.z - LAMP_HALF - 0.02;
+    let at = |along: f64, across_by: f64, z: f64| (LAMP + along * facing + across_by * across).with_z(z);
+    let corners = [
+        at(-0.02, -0.15, base_z),
+        at(-0.02, 0.15, base_z),
+        at(length, 0.62, tip_z),
+        at(length, -0.62, tip_z),
+    ];
+    document.mesh("shade", shade, &Mesh::default().quad(corners));
+}
+
+fn add_table(document: &mut Document, kind: Kind) {
+    let table = document.material("table", lambert([0.70, 0.66, 0.58]));
+    let (min, max) = (DVec3::new(-1.05, TABLE_TOP - 0.04, -1.8), DVec3::new(1.05, TABLE_TOP, -0.65));
+    let mut mesh = Mesh::default().block(min, max);
+    for x in [min.x + 0.05, max.x - 0.1] {
+        for z in [min.z + 0.05, max.z - 0.1] {
+            let foot = DVec3::new(x, GAP, z);
+            mesh = mesh.block(foot, foot + DVec3::new(0.05, min.y - 2.0 * GAP, 0.05));
+        }
+    }
+    document.mesh("table", table, &mesh);
+
+    let (ball, ring) = match kind {
+        Kind::Plain => (lambert([0.55, 0.62, 0.70]), lambert([0.75, 0.62, 0.42])),
+        _ => (glass(1.5, 2.0 * BALL_RADIUS), metal([0.95, 0.87, 0.68], 0.02)),
+    };
+    let ball = document.material("ball", ball);
+    let centre = DVec3::new(-0.3, TABLE_TOP + GAP + BALL_RADIUS, -1.15);
+    document.mesh("ball", ball, &Mesh::default().sphere(centre, BALL_RADIUS, 96, 48));
+    let ring = document.material("ring", ring);
+    let base = DVec3::new(0.42, TABLE_TOP + GAP, -1.15);
+    document.mesh("ring", ring, &Mesh::default().ring(base, 0.28, 0.288, 0.07, 256, 4));
+
+    let screen = document.material("screen", lambert([0.05, 0.05, 0.06]));
+    // A sheet without an upper edge that would catch the mirror's light.
+    let (centre, half_height) = (DVec3::new(0.0, 0.5 * (GAP + SCREEN_TOP), -0.45), 0.5 * (SCREEN_TOP - GAP));
+    let sheet = Mesh::default().panel(centre, 1.6 * DVec3::X, half_height * DVec3::Y);
+    document.mesh("screen", screen, &sheet);
+}

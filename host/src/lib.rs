@@ -1,9 +1,12 @@
 //! The host of caustics: scenes in, frames through a runner, pictures out.
 //!
 //! `scene` reads glTF into flat tables, `method` lists the passes of a frame, `runner` executes the list on the
-//! CPU or, through `vulkan`, on a GPU, `output` writes the picture. See ARCHITECTURE.md.
+//! CPU or, through `vulkan`, on a GPU, `session` ties them together, `output` writes the picture. See ARCHITECTURE.md.
 
+pub mod kernels;
 pub mod method;
+pub mod output;
 pub mod runner;
 pub mod scene;
+pub mod session;
 pub mod vulkan;

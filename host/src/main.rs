@@ -1,2 +1,40 @@
 //! The command line of caustics.
-fn main() {}
+
+use std::process::ExitCode;
+
+use caustics::output::target::TargetError;
+use caustics::scene::SceneError;
+use caustics::vulkan::VulkanError;
+use clap::Parser;
+
+mod cli;
+mod command;
+
+fn main() -> ExitCode {
+    let result = match cli::Cli::parse().command {
+        cli::Command::Render(options) => command::render::run(options),
+        cli::Command::Device(options) => command::device::run(&options),
+        cli::Command::Scene(command) => command::scene::run(command),
+    };
+    match result {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(exit_code(&error))
+        }
+    }
+}
+
+/// 2 for what the command line got wrong, 4 for a device that is not there, else 1.
+fn exit_code(error: &anyhow::Error) -> u8 {
+    let usage = error.is::<cli::Usage>()
+        || matches!(error.downcast_ref(), Some(TargetError::Exists(_)))
+        || matches!(error.downcast_ref(), Some(SceneError::Unknown { .. }));
+    if usage {
+        2
+    } else if error.downcast_ref().is_some_and(VulkanError::is_no_device) {
+        4
+    } else {
+        1
+    }
+}

@@ -1,6 +1,10 @@
-//! A method is data: the ordered list of steps that every runner executes.
+//! A method is data: the buffers and the ordered list of steps that every runner executes.
 
+use caustics_kernels::gather::variant::{Over, Variant, Work};
 use caustics_kernels::interface::frame::FrameParams;
+
+pub mod basic;
+pub mod settings;
 
 /// One step of a frame. Every step sees all that earlier steps wrote.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,6 +30,17 @@ pub enum Step {
     },
 }
 
+impl Step {
+    /// The step of a piece of work of a gather variant.
+    fn of(work: Work, params: FrameParams) -> Step {
+        match work {
+            Work::Pass(pass, over) => Step::Dispatch { pass, count: extent(over, &params), params },
+            Work::Clear(buffer) => Step::Clear { buffer },
+            Work::BuildPoints => Step::BuildPoints { count: params.pixel_count() },
+        }
+    }
+}
+
 /// A buffer of a plan, by the name that entry points bind it with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BufferSpec {
@@ -33,4 +48,21 @@ pub struct BufferSpec {
     pub name: &'static str,
     /// Size [bytes].
     pub bytes: usize,
+}
+
+/// Elements of what a pass runs over.
+fn extent(over: Over, params: &FrameParams) -> u32 {
+    match over {
+        Over::Pixels => params.pixel_count(),
+        Over::LightPaths => params.light_path_batch,
+        Over::Deposits => params.deposit_capacity,
+        Over::Cells => params.cell_mask + 1,
+        Over::One => 1,
+    }
+}
+
+/// Buffers that a variant has beside those of every gather.
+fn variant_buffers(variant: &Variant, params: &FrameParams) -> impl Iterator<Item = BufferSpec> {
+    let spec = |&(name, size, over)| BufferSpec { name, bytes: size * extent(over, params) as usize };
+    variant.buffers.iter().map(spec)
 }

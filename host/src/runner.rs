@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use crate::method::Step;
 
+pub mod cpu;
 pub mod gpu;
 
 /// Time that one step took.

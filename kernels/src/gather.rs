@@ -10,6 +10,8 @@ pub mod photons_grid;
 #[cfg(feature = "ray-query")]
 pub mod points_rt;
 pub mod receive;
+#[cfg(not(target_arch = "spirv"))]
+pub mod variant;
 
 use spirv_std::glam::Vec3;
 

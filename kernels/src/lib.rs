@@ -1,6 +1,8 @@
 //! The kernels of caustics: one source for SPIR-V (through rust-gpu) and for the CPU.
-#![cfg_attr(target_arch = "spirv", no_std, feature(asm_experimental_arch))]
+#![cfg_attr(target_arch = "spirv", no_std)]
+#![cfg_attr(feature = "ray-query", feature(asm_experimental_arch))]
 
+#[cfg(target_arch = "spirv")]
 pub mod entry;
 pub mod gather;
 pub mod interface;

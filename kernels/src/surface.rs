@@ -177,7 +177,9 @@ impl Surface {
     #[inline(always)]
     pub fn sample(&self, glass: GlassInterface, u: Vec4) -> Sampled {
         let reflections = self.chances.metal + self.chances.coat;
-        if self.needs.has(Needs::GLASS) && u.x >= reflections + self.chances.lambert && self.chances.glass > 0.0
+        if self.needs.has(Needs::GLASS)
+            && u.x >= reflections + self.chances.lambert
+            && self.chances.glass > 0.0
         {
             return glass::sample(&self.material, self.to_origin, glass, self.chances.glass, u.w);
         }

@@ -5,7 +5,6 @@ pub mod bvh;
 #[cfg(feature = "ray-query")]
 pub mod ray_query;
 
-
 use crate::math::ray::{Hit, Ray};
 
 /// Finds what rays hit.

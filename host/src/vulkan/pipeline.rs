@@ -16,8 +16,7 @@ use super::module::{Binding, BindingKind, EntryPoint};
 use super::passes::Module;
 use super::structure::Hierarchy;
 
-/// Invocations of one row of a dispatch: `index = global_id.x + INVOCATIONS_PER_ROW * global_id.y`.
-pub const INVOCATIONS_PER_ROW: u32 = 1 << 21;
+pub use caustics_kernels::interface::frame::INVOCATIONS_PER_ROW;
 
 /// What entry points can bind, by name.
 pub struct Resources {

@@ -85,7 +85,17 @@ pub fn shoot_store(
             dropped: 0,
         };
         let points = &mut Brute { count: 0 };
-        pass::shoot::shoot(index, params, needs, scene, &emit, &mut tracer, points, &mut store, &mut counters);
+        pass::shoot::shoot(
+            index,
+            params,
+            needs,
+            scene,
+            &emit,
+            &mut tracer,
+            points,
+            &mut store,
+            &mut counters,
+        );
         if store.dropped != 0 {
             counters.add(Counter::DepositsDropped as u32, store.dropped);
         }

@@ -42,8 +42,7 @@ pub fn step_scatter(
     let index = index(id);
     if index < params.light_path_batch {
         let scene = SceneTables { triangles, surfaces, materials, lights };
-        scatter_out[index as usize] =
-            step::scatter(&scatter_in[index as usize], params, Needs(needs), scene);
+        scatter_out[index as usize] = step::scatter(&scatter_in[index as usize], params, Needs(needs), scene);
     }
 }
 

@@ -168,7 +168,10 @@ mod tests {
     #[test]
     fn what_does_not_fit_is_clamped_and_counted() {
         let sum = Sum::of(Vec3::new(1.0e30, -1.0, f32::NAN), 1.0);
-        assert_eq!((sum.red, sum.green, sum.blue), (Quanta { low: 0, high: 65_536 }, Quanta::default(), Quanta::default()));
+        assert_eq!(
+            (sum.red, sum.green, sum.blue),
+            (Quanta { low: 0, high: 65_536 }, Quanta::default(), Quanta::default())
+        );
         assert_eq!((sum.clamped, sum.non_finite), (0, 1));
         assert_eq!(Sum::of(Vec3::new(1.0e30, 0.0, 0.0), 1.0).clamped, 1);
         assert_eq!(Sum::of(Vec3::new(f32::INFINITY, 0.0, 0.0), 1.0).red, Quanta::default());

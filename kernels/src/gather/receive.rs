@@ -143,8 +143,13 @@ impl Visit for Take<'_> {
     fn visit(&mut self, id: u32) {
         if takes(&self.point, &self.deposit_geometry[id as usize], self.params.max_bounces) {
             let light = self.deposit_light[id as usize];
-            let value =
-                contribution(&self.shading, self.material, &light, self.params.specular_roughness, self.needs);
+            let value = contribution(
+                &self.shading,
+                self.material,
+                &light,
+                self.params.specular_roughness,
+                self.needs,
+            );
             self.sum = self.sum.plus(Sum::of(value, self.params.inverse_quantum));
         }
     }

@@ -16,4 +16,3 @@ pub struct SceneTables<'a> {
     /// Lights.
     pub lights: &'a [Light],
 }
-

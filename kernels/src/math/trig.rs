@@ -14,8 +14,7 @@ pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
     // Taylor series: the first term left out is below 1e-9 at pi/4.
     let s = angle
         * (1.0
-            + square
-                * (-1.0 / 6.0 + square * (1.0 / 120.0 + square * (-1.0 / 5040.0 + square / 362_880.0))));
+            + square * (-1.0 / 6.0 + square * (1.0 / 120.0 + square * (-1.0 / 5040.0 + square / 362_880.0))));
     let c = 1.0
         + square
             * (-0.5

@@ -97,7 +97,15 @@ mod tests {
         for (u, v) in samples() {
             let b = uniform_triangle(u, v);
             assert!(b.x >= 0.0 && b.y >= 0.0 && b.x + b.y <= 1.0 + 1e-6);
-            let corner = if b.x > 0.5 { 0 } else if b.y > 0.5 { 1 } else if b.x + b.y < 0.5 { 2 } else { 3 };
+            let corner = if b.x > 0.5 {
+                0
+            } else if b.y > 0.5 {
+                1
+            } else if b.x + b.y < 0.5 {
+                2
+            } else {
+                3
+            };
             bins[corner] += 1;
         }
         for bin in bins {

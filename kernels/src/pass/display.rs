@@ -9,7 +9,8 @@ use spirv_std::glam::Vec3;
 #[inline(always)]
 pub fn display(radiance: Vec3, exposure: f32) -> Vec3 {
     let x = radiance.max(Vec3::ZERO).min(Vec3::splat(1.0e6)) * exposure;
-    let curve = (x * (x * 2.51 + Vec3::splat(0.03))) / (x * (x * 2.43 + Vec3::splat(0.59)) + Vec3::splat(0.14));
+    let curve =
+        (x * (x * 2.51 + Vec3::splat(0.03))) / (x * (x * 2.43 + Vec3::splat(0.59)) + Vec3::splat(0.14));
     let linear = curve.clamp(Vec3::ZERO, Vec3::ONE);
     Vec3::new(encode(linear.x), encode(linear.y), encode(linear.z))
 }

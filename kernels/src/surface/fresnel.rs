@@ -1,8 +1,8 @@
 //! Fresnel reflectance.
 
+use spirv_std::glam::Vec3;
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
-use spirv_std::glam::Vec3;
 
 /// Schlick's weight (1 - cos)^5.
 #[inline]

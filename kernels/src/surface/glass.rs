@@ -43,7 +43,14 @@ pub fn sample(material: &Material, to_origin: Vec3, glass: GlassInterface, chanc
     }
     let weight = tint * (share * (1.0 - glass.reflectance) / (chance * (1.0 - reflect_chance)));
     if material.flags & FLAG_THIN != 0 {
-        return Sampled { direction: -to_origin, weight, transmitted: true, straight: true, eta: 1.0, ..reflected };
+        return Sampled {
+            direction: -to_origin,
+            weight,
+            transmitted: true,
+            straight: true,
+            eta: 1.0,
+            ..reflected
+        };
     }
     // Snell: the tangential part scales with eta.
     let cos_behind = (1.0 - glass.eta * glass.eta * (1.0 - cos * cos)).max(0.0).sqrt();

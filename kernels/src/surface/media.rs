@@ -23,7 +23,8 @@ impl MediaStack {
     /// The stack inside `material`; the outermost is forgotten if four are there already (second value true).
     #[inline]
     pub fn entered(self, material: u32) -> (Self, bool) {
-        let inside = MediaStack { inner: material, second: self.inner, third: self.second, fourth: self.third };
+        let inside =
+            MediaStack { inner: material, second: self.inner, third: self.second, fourth: self.third };
         (inside, self.fourth != NONE)
     }
 

@@ -37,8 +37,11 @@ fn safe_inverse(x: f32) -> f32 {
 /// Closest hit, or any hit if `ANY`.
 #[inline]
 fn traverse<const ANY: bool>(nodes: &[TreeNode], blocks: &[TriangleBlock], ray: &Ray) -> Hit {
-    let inverse =
-        Vec3::new(safe_inverse(ray.direction.x), safe_inverse(ray.direction.y), safe_inverse(ray.direction.z));
+    let inverse = Vec3::new(
+        safe_inverse(ray.direction.x),
+        safe_inverse(ray.direction.y),
+        safe_inverse(ray.direction.z),
+    );
     let mut best = Hit { distance: ray.length, ..Hit::MISS };
     let mut stack_child = [0u32; TREE_STACK];
     let mut stack_distance = [0.0f32; TREE_STACK];

@@ -1,0 +1,35 @@
+//! Tells the host whether the committed SPIR-V still is what the kernels' sources say.
+
+#[path = "../kernels/builder/src/fingerprint.rs"]
+mod fingerprint;
+
+use std::path::Path;
+
+fn main() {
+    let kernels = Path::new("../kernels");
+    for watched in ["src", "base.spv", "rayquery.spv", "kernels.lock"] {
+        println!("cargo::rerun-if-changed={}", kernels.join(watched).display());
+    }
+    println!("cargo::rerun-if-changed=../kernels/builder/src/fingerprint.rs");
+    let lock = std::fs::read_to_string(kernels.join("kernels.lock")).unwrap_or_default();
+    let locked = |key: &str| {
+        let line = lock.lines().find(|line| line.starts_with(&format!("{key} = ")));
+        line.and_then(|line| line.split('"').rev().nth(1)).map(str::to_string)
+    };
+    let sources = fingerprint::fingerprint(&kernels.join("src")).ok();
+    let module = |name: &str| std::fs::read(kernels.join(name)).ok().map(|bytes| fingerprint::hash(&bytes));
+    let fresh = sources.is_some()
+        && locked("sources") == sources
+        && ["base.spv", "rayquery.spv"]
+            .iter()
+            .all(|name| module(name).is_some() && locked(&format!("\"{name}\"")) == module(name));
+    println!("cargo::rustc-env=CAUSTICS_KERNELS_FRESH={}", u8::from(fresh));
+    println!("cargo::rustc-env=CAUSTICS_KERNELS_HASH={}", sources.unwrap_or_default());
+    let commit = std::process::Command::new("git").args(["rev-parse", "--short=12", "HEAD"]).output();
+    let commit = commit.ok().filter(|output| output.status.success());
+    let commit =
+        commit.map_or("unknown".into(), |output| String::from_utf8_lossy(&output.stdout).trim().to_string());
+    println!("cargo::rustc-env=CAUSTICS_COMMIT={commit}");
+    println!("cargo::rerun-if-changed=../.git/HEAD");
+    println!("cargo::rerun-if-changed=../.git/logs/HEAD");
+}

@@ -1,0 +1,6 @@
+//! The subcommands, a file each.
+
+pub mod device;
+pub mod pick;
+pub mod render;
+pub mod scene;

@@ -1,0 +1,40 @@
+//! `caustics device`.
+
+use std::process::ExitCode;
+
+use caustics::vulkan::{DeviceInfo, devices};
+
+use crate::cli;
+
+/// Lists devices; without any, says why and exits with 4.
+pub fn run(options: &cli::Device) -> anyhow::Result<ExitCode> {
+    let devices = devices()?;
+    if options.json {
+        println!("{}", serde_json::to_string_pretty(&devices)?);
+        return Ok(ExitCode::SUCCESS);
+    }
+    for device in &devices {
+        println!("{}: {} ({}), Vulkan {}", device.index, device.name, device.driver, device.api_version);
+        println!("   kind: {:?}", device.kind);
+        println!("   ray queries: {}", if device.ray_queries { "yes" } else { "no" });
+        println!("   largest buffer: {} MiB", device.max_storage_buffer_bytes >> 20);
+        println!("   timestamps: {}", if device.timestamps { "yes" } else { "no" });
+        println!("   used: {}", verdict(device));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn verdict(device: &DeviceInfo) -> String {
+    if !device.usable {
+        format!("no, it lacks {}", device.missing.join(", "))
+    } else if device.is_cpu() {
+        "with --runner gpu only: it is software, and --runner cpu is faster".into()
+    } else if device.ray_queries {
+        "yes, by --runner auto, with ray queries".into()
+    } else {
+        format!(
+            "yes, by --runner auto, with the software tracer (no {})",
+            device.missing_ray_queries.join(", ")
+        )
+    }
+}

@@ -1,0 +1,109 @@
+//! Picks runner, tracer and gather from the options and what the machine has, and says why.
+
+use caustics::kernels;
+use caustics::session::RunnerChoice;
+use caustics::vulkan::{DeviceInfo, devices};
+use caustics_kernels::gather::variant::{self, Variant};
+
+use crate::cli::{Debug, Render, RunnerName, Tracer, Usage};
+
+/// What will run, and the reason in one line.
+pub fn pick(options: &Render) -> anyhow::Result<(RunnerChoice, &'static Variant, String)> {
+    let (choice, reason) = match options.runner {
+        RunnerName::Cpu => (cpu(options)?, "--runner cpu".to_string()),
+        RunnerName::Gpu => {
+            kernels::modules()?;
+            let devices = devices()?;
+            let device = find(options, &devices, |_| true);
+            let hardware = hardware(options, device);
+            (gpu(options, hardware), "--runner gpu".to_string())
+        }
+        RunnerName::Auto => auto(options)?,
+    };
+    let hardware = matches!(choice, RunnerChoice::Gpu { hardware: true, .. });
+    let variant = match &options.gather {
+        Some(name) => variant::find(name).ok_or_else(|| Usage(format!("no gather is called {name}")))?,
+        None if hardware => &variant::POINTS_RT,
+        None => &variant::PHOTONS_GRID,
+    };
+    if variant.hardware && !hardware {
+        let usable: Vec<_> = variant::ALL.iter().filter(|v| !v.hardware).map(|v| v.name).collect();
+        let name = variant.name;
+        return Err(Usage(format!(
+            "--gather {name} needs ray queries, and {reason} has none here; use --runner gpu on a device that has \
+             them, or --gather {}",
+            usable.join(" or ")
+        ))
+        .into());
+    }
+    Ok((choice, variant, reason))
+}
+
+fn cpu(options: &Render) -> Result<RunnerChoice, Usage> {
+    if options.tracer == Tracer::Hardware {
+        return Err(Usage("--tracer hardware needs --runner gpu: a CPU has no ray queries".into()));
+    }
+    if options.debug.is_some() {
+        return Err(Usage("--debug validation watches Vulkan: it needs --runner gpu".into()));
+    }
+    Ok(RunnerChoice::Cpu { threads: options.threads })
+}
+
+fn gpu(options: &Render, hardware: bool) -> RunnerChoice {
+    RunnerChoice::Gpu {
+        device: options.device.clone(),
+        hardware,
+        validation: options.debug == Some(Debug::Validation),
+    }
+}
+
+/// The device that would be opened, as far as this can be told before.
+fn find<'a>(
+    options: &Render,
+    devices: &'a [DeviceInfo],
+    fits: impl Fn(&DeviceInfo) -> bool,
+) -> Option<&'a DeviceInfo> {
+    let named = |device: &&DeviceInfo| match &options.device {
+        None => true,
+        Some(name) => {
+            device.index.to_string() == *name || device.name.to_lowercase().contains(&name.to_lowercase())
+        }
+    };
+    let mut usable: Vec<_> = devices.iter().filter(|d| d.usable && fits(d)).filter(named).collect();
+    usable.sort_by_key(|device| device.is_cpu());
+    usable.first().copied()
+}
+
+fn hardware(options: &Render, device: Option<&DeviceInfo>) -> bool {
+    match options.tracer {
+        Tracer::Hardware => true,
+        Tracer::Software => false,
+        Tracer::Auto => device.is_some_and(|device| device.ray_queries),
+    }
+}
+
+/// A real GPU if there is one and the kernels are fresh, else the CPU.
+fn auto(options: &Render) -> anyhow::Result<(RunnerChoice, String)> {
+    let wants_gpu = options.tracer == Tracer::Hardware || options.device.is_some() || options.debug.is_some();
+    let found = devices();
+    let why_not = match &found {
+        Err(error) => error.to_string(),
+        Ok(devices) => match find(options, devices, |device| wants_gpu || !device.is_cpu()) {
+            Some(device) => match kernels::modules() {
+                Ok(_) => {
+                    let tracer = hardware(options, Some(device));
+                    let reason = format!("{} is there", device.name);
+                    return Ok((gpu(options, tracer), reason));
+                }
+                Err(stale) => stale.to_string(),
+            },
+            None if devices.is_empty() => "there is no Vulkan device".into(),
+            None => "there is no Vulkan device that is a real GPU".into(),
+        },
+    };
+    if wants_gpu {
+        found?;
+        return Err(Usage(format!("no device fits the options: {why_not}")).into());
+    }
+    Ok((cpu(options)?, why_not))
+}

@@ -1,0 +1,94 @@
+//! `caustics scene list|info|make`.
+
+use std::process::ExitCode;
+
+use caustics::scene::{self, Scene};
+use caustics_kernels::interface::needs::Needs;
+use serde_json::json;
+
+use crate::cli;
+
+/// Runs a command on scenes.
+pub fn run(command: cli::Scene) -> anyhow::Result<ExitCode> {
+    match command {
+        cli::Scene::List => list(),
+        cli::Scene::Info { scene, specular_roughness, json } => info(&scene, specular_roughness, json)?,
+        cli::Scene::Make { name, output, force } => {
+            let known = caustics_scenes::NAMES;
+            if name != "all" && !known.contains(&name.as_str()) {
+                let known = known.join(", ");
+                return Err(
+                    cli::Usage(format!("no scene {name:?} can be made; known are {known}, all")).into()
+                );
+            }
+            for scene in known.iter().filter(|known| name == "all" || name == **known) {
+                println!("{}", caustics_scenes::make(scene, &output, force)?.display());
+            }
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn list() {
+    let there = scene::names();
+    for name in caustics_scenes::NAMES {
+        let missing =
+            if there.iter().any(|n| n == name) { "" } else { " (not made yet: caustics scene make)" };
+        println!("{name:14} {}{missing}", caustics_scenes::description(name).unwrap_or_default());
+    }
+    for name in there.iter().filter(|name| !caustics_scenes::NAMES.contains(&name.as_str())) {
+        println!("{name}");
+    }
+}
+
+fn info(argument: &str, specular_roughness: f32, as_json: bool) -> anyhow::Result<()> {
+    let file = scene::resolve(argument)?;
+    let scene = Scene::load(&file)?;
+    let needs = scene.needs(specular_roughness);
+    let depth = useful_bounces(needs);
+    if as_json {
+        let info = json!({
+            "name": scene.name,
+            "file": file,
+            "triangles": scene.triangles.len(),
+            "dropped_triangles": scene.dropped_triangles,
+            "materials": scene.material_names,
+            "lights": scene.lights.len(),
+            "flux_w": scene.flux.to_array(),
+            "cameras": scene.cameras.iter().map(|camera| &camera.name).collect::<Vec<_>>(),
+            "tree_nodes": scene.nodes.len(),
+            "needs": needs_names(needs),
+            "deepest_useful_prefix": depth,
+            "warnings": scene.warnings,
+        });
+        println!("{}", serde_json::to_string_pretty(&info)?);
+        return Ok(());
+    }
+    println!("{} ({})", scene.name, file.display());
+    println!("triangles  {} ({} without an area dropped)", scene.triangles.len(), scene.dropped_triangles);
+    println!("materials  {}", scene.material_names.join(", "));
+    println!("lights     {}, {:.4} W in all channels", scene.lights.len(), scene.flux.element_sum());
+    let cameras: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
+    println!("cameras    {}", cameras.join(", "));
+    println!("tree       {} nodes, {} leaves", scene.nodes.len(), scene.blocks.len());
+    println!("needs      {}", needs_names(needs).join(", "));
+    let unlimited = "as many as --max-bounces allows".to_string();
+    println!(
+        "prefix     {}",
+        depth.map_or(unlimited, |depth| format!("{depth} vertex, nothing is specular"))
+    );
+    for warning in &scene.warnings {
+        println!("warning    {warning}");
+    }
+    Ok(())
+}
+
+/// Names of what a scene needs.
+pub fn needs_names(needs: Needs) -> Vec<&'static str> {
+    Needs::NAMES.iter().filter(|(bit, _)| needs.has(*bit)).map(|(_, name)| *name).collect()
+}
+
+/// Vertices that a camera prefix can have: one where nothing is specular; else the bounce limit decides.
+fn useful_bounces(needs: Needs) -> Option<u32> {
+    (!needs.has(Needs::CASTERS)).then_some(1)
+}

@@ -1,0 +1,109 @@
+//! The settings of a run, and the push constants that they make of a scene.
+
+use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::interface::needs::Needs;
+
+use crate::scene::{Scene, SceneCamera};
+
+/// What a person sets for a run; the defaults are the talk's, at a smaller picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Image width [px].
+    pub width: u32,
+    /// Image height [px].
+    pub height: u32,
+    /// Light paths a frame.
+    pub light_paths: u32,
+    /// Scattering vertices between eye and light, at most.
+    pub max_bounces: u32,
+    /// Radius of a collection point relative to the disc of its pixel's footprint area.
+    pub radius_px: f32,
+    /// Reflection lobes of at most this roughness are specular.
+    pub specular_roughness: f32,
+    /// Seed of all random numbers.
+    pub seed: u32,
+    /// `PIXEL_FILTER_CENTRE` or `PIXEL_FILTER_BOX`.
+    pub pixel_filter: u32,
+    /// Exposure of the PNG [stops].
+    pub exposure: f32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            width: 960,
+            height: 540,
+            light_paths: 1024 * 1024,
+            max_bounces: 5,
+            radius_px: 1.0,
+            specular_roughness: 0.25,
+            seed: 0,
+            pixel_filter: 0,
+            exposure: 0.0,
+        }
+    }
+}
+
+/// Largest buffer that is asked for [bytes]: what lavapipe grants.
+const LARGEST_BUFFER: u32 = 128 << 20;
+/// Bytes of a row of `deposit_geometry` or `deposit_light`.
+const DEPOSIT_BYTES: u32 = 32;
+/// Most cells of the hash grid.
+const MOST_CELLS: u32 = 1 << 20;
+
+impl Settings {
+    /// Push constants of frame `frame`, with the first batch of light paths. Without casters (or receivers, or
+    /// light) there is no batch: no light path is shot.
+    pub fn params(&self, scene: &Scene, camera: &SceneCamera, needs: Needs, frame: u32) -> FrameParams {
+        let caustics = needs.has(Needs::CASTERS) && needs.has(Needs::RECEIVERS);
+        let shoots = caustics && !scene.lights.is_empty() && self.max_bounces > 1;
+        let light_paths = if shoots { self.light_paths } else { 0 };
+
+        // A batch never overflows the deposit buffers: a path deposits at every hit but the first, at most.
+        let deposits_per_path = self.max_bounces.saturating_sub(1).max(1);
+        let batch = light_paths.min((LARGEST_BUFFER / DEPOSIT_BYTES / deposits_per_path).max(1));
+
+        // The largest flux of a light path; a power of two, so that scaling lights by one changes no bit.
+        let flux = scene.flux.max_element() / self.light_paths.max(1) as f32;
+        let quantum = next_power_of_two(flux) * 2.0f32.powi(-24);
+        FrameParams {
+            camera: camera.camera(self.width, self.height),
+            width: self.width,
+            height: self.height,
+            seed: self.seed,
+            frame,
+            light_path_count: light_paths,
+            light_path_offset: 0,
+            light_path_batch: batch,
+            max_bounces: self.max_bounces,
+            pixel_filter: self.pixel_filter,
+            specular_roughness: self.specular_roughness,
+            radius_px: self.radius_px,
+            pixel_spread: camera.pixel_spread(self.width, self.height),
+            quantum,
+            inverse_quantum: 1.0 / quantum,
+            light_count: scene.lights.len() as u32,
+            deposit_capacity: (batch * deposits_per_path).max(1),
+            cell_mask: batch.next_power_of_two().clamp(1024, MOST_CELLS) - 1,
+            exposure: self.exposure.exp2(),
+        }
+    }
+}
+
+/// The power of two at or above a positive value; 1 where there is none that an f32 and its inverse hold.
+fn next_power_of_two(value: f32) -> f32 {
+    let exponent = f64::from(value).log2().ceil();
+    if (-80.0..=120.0).contains(&exponent) { exponent.exp2() as f32 } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn powers_of_two_bound_their_value() {
+        for (value, power) in [(1.0, 1.0), (1.1, 2.0), (0.3, 0.5), (0.0, 1.0), (f32::INFINITY, 1.0)] {
+            assert_eq!(next_power_of_two(value), power);
+        }
+    }
+}

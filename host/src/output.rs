@@ -1,0 +1,5 @@
+//! Pictures to files: EXR with every layer, PNG for people. No file is ever half-written.
+
+pub mod exr;
+pub mod png;
+pub mod target;

@@ -1,0 +1,15 @@
+//! PNG of display colours, eight bits a channel.
+
+use anyhow::Context;
+use glam::Vec3;
+use image::{ImageFormat, RgbImage};
+
+/// Encodes display colours in [0, 1], row by row from the top.
+pub fn encode(width: u32, height: u32, colors: &[Vec3]) -> anyhow::Result<Vec<u8>> {
+    let bytes = colors.iter().flat_map(|color| (*color * 255.0 + 0.5).to_array()).map(|value| value as u8);
+    let picture =
+        RgbImage::from_raw(width, height, bytes.collect()).context("the picture has another size")?;
+    let mut out = std::io::Cursor::new(Vec::new());
+    picture.write_to(&mut out, ImageFormat::Png).context("encoding PNG")?;
+    Ok(out.into_inner())
+}

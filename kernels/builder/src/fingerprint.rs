@@ -1,0 +1,99 @@
+//! Fingerprint of the kernels' sources: the same for builder and host, blind to comments, layout and tests.
+
+use proc_macro2::{Delimiter, TokenStream, TokenTree};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+/// FNV-1a hash, 64 bits, of the token streams of all `.rs` files below `folder`, in the order of their paths.
+pub fn fingerprint(folder: &Path) -> std::io::Result<String> {
+    let mut files = Vec::new();
+    list(folder, &mut files)?;
+    files.sort();
+    let mut hash = Fnv::default();
+    for file in files {
+        let source = std::fs::read_to_string(&file)?;
+        let tokens = TokenStream::from_str(&source)
+            .map_err(|error| std::io::Error::other(format!("{}: {error}", file.display())))?;
+        let name = file.strip_prefix(folder).unwrap_or(&file).to_string_lossy().replace('\\', "/");
+        hash.add(name.as_bytes());
+        add(tokens, &mut hash);
+    }
+    Ok(hash.hex())
+}
+
+/// The hash of some bytes, for the compiled modules.
+pub fn hash(bytes: &[u8]) -> String {
+    let mut hash = Fnv::default();
+    hash.add(bytes);
+    hash.hex()
+}
+
+fn list(folder: &Path, files: &mut Vec<PathBuf>) -> std::io::Result<()> {
+    for entry in std::fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.is_dir() {
+            list(&path, files)?;
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            files.push(path);
+        }
+    }
+    Ok(())
+}
+
+/// Adds tokens, without documentation and without items marked `#[cfg(test)]`.
+fn add(tokens: TokenStream, hash: &mut Fnv) {
+    let mut tokens = tokens.into_iter().peekable();
+    while let Some(token) = tokens.next() {
+        if matches!(&token, TokenTree::Punct(punct) if punct.as_char() == '#') {
+            let inner = matches!(tokens.peek(), Some(TokenTree::Punct(punct)) if punct.as_char() == '!');
+            if inner {
+                tokens.next();
+            }
+            if let Some(TokenTree::Group(group)) = tokens.next() {
+                let attribute = group.stream().to_string().replace(' ', "");
+                if attribute == "cfg(test)" {
+                    // Skip the item: up to its braces or its semicolon.
+                    for token in tokens.by_ref() {
+                        match token {
+                            TokenTree::Group(group) if group.delimiter() == Delimiter::Brace => break,
+                            TokenTree::Punct(punct) if punct.as_char() == ';' => break,
+                            _ => {}
+                        }
+                    }
+                } else if !attribute.starts_with("doc=") {
+                    hash.add(attribute.as_bytes());
+                }
+            }
+            continue;
+        }
+        match token {
+            TokenTree::Group(group) => {
+                hash.add(format!("{:?}", group.delimiter()).as_bytes());
+                add(group.stream(), hash);
+                hash.add(b"end");
+            }
+            other => hash.add(other.to_string().as_bytes()),
+        }
+    }
+}
+
+struct Fnv(u64);
+
+impl Default for Fnv {
+    fn default() -> Self {
+        Fnv(0xcbf2_9ce4_8422_2325)
+    }
+}
+
+impl Fnv {
+    /// Adds bytes and a separator.
+    fn add(&mut self, bytes: &[u8]) {
+        for &byte in bytes.iter().chain([&0xff]) {
+            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    }
+
+    fn hex(&self) -> String {
+        format!("{:016x}", self.0)
+    }
+}

@@ -40,7 +40,7 @@ const LAMP: DVec3 = DVec3::new(1.75, 2.5, -1.7);
 /// Half the lamp's side [m].
 const LAMP_HALF: f64 = 0.06;
 /// Radiance of the lamp [W m^-2 sr^-1].
-const LAMP_RADIANCE: f64 = 4000.0;
+const LAMP_RADIANCE: f64 = 1500.0;
 /// Radius of the ball [m].
 const BALL_RADIUS: f64 = 0.18;
 /// Gap that keeps faces of things that stand on each other apart [m].
@@ -134,7 +134,7 @@ fn add_lamp(document: &mut Document) {
 }
 
 fn add_table(document: &mut Document, kind: Kind) {
-    let table = document.material("table", lambert([0.70, 0.66, 0.58]));
+    let table = document.material("table", lambert([0.42, 0.40, 0.36]));
     let (min, max) = (DVec3::new(-1.05, TABLE_TOP - 0.04, -1.8), DVec3::new(1.05, TABLE_TOP, -0.65));
     let mut mesh = Mesh::default().block(min, max);
     for x in [min.x + 0.05, max.x - 0.1] {
@@ -154,7 +154,7 @@ fn add_table(document: &mut Document, kind: Kind) {
     document.mesh("ball", ball, &Mesh::default().sphere(centre, BALL_RADIUS, 96, 48));
     let ring = document.material("ring", ring);
     let base = DVec3::new(0.42, TABLE_TOP + GAP, -1.15);
-    document.mesh("ring", ring, &Mesh::default().ring(base, 0.28, 0.288, 0.07, 256, 4));
+    document.mesh("ring", ring, &Mesh::default().ring(base, 0.28, 0.288, 0.085, 256, 4));
 
     let screen = document.material("screen", lambert([0.05, 0.05, 0.06]));
     // A sheet without an upper edge that would catch the mirror's light.

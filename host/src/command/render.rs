@@ -14,7 +14,7 @@ use caustics::output::target::Target;
 use caustics::output::{exr, png};
 use caustics::runner::StepTime;
 use caustics::scene::{self, Scene, SceneCamera};
-use caustics::session::{Average, Counters, Session};
+use caustics::session::{Average, Counters, Session, closest_hits_per_second};
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
 use caustics_kernels::interface::needs::Needs;
@@ -91,7 +91,8 @@ pub fn run(options: Box<Render>) -> anyhow::Result<ExitCode> {
     }
     if options.json {
         let pass_ms = report.pass_ms();
-        let rates = report.rates();
+        let mut rates = report.rates();
+        rates.insert("closest_hits_per_s", closest_hits_per_second(&choice, &scene, camera, needs)?);
         let out = json!({
             "scene": scene.name, "file": file, "method": "basic", "gather": variant.name,
             "device": session.device(), "why": reason, "camera": camera.name,

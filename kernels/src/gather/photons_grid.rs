@@ -5,9 +5,6 @@
 //! Where it is slow: a point whose radius is far above the median visits many cells (at most as many as there are
 //! deposits: beyond that it looks at all of them). It is exact for every radius.
 
-#[cfg(target_arch = "spirv")]
-use spirv_std::num_traits::Float;
-
 use crate::gather::{Near, Neighbours, Visit};
 use crate::interface::point::DepositGeometry;
 use spirv_std::glam::{IVec3, Vec3};
@@ -75,7 +72,13 @@ impl Neighbours for PhotonsGrid<'_> {
 /// The cell of a position; far away everything falls into the outermost cells.
 #[inline(always)]
 pub fn cell(position: Vec3, cell_size: f32) -> IVec3 {
-    let index = |x: f32| (x / cell_size).floor().clamp(-1.0e9, 1.0e9) as i32;
+    // The size is a power of two, so its inverse is exact. Truncation rounds up below zero: step back.
+    let inverse = 1.0 / cell_size;
+    let index = |x: f32| {
+        let scaled = (x * inverse).clamp(-1.0e9, 1.0e9);
+        let truncated = scaled as i32;
+        if truncated as f32 > scaled { truncated - 1 } else { truncated }
+    };
     IVec3::new(index(position.x), index(position.y), index(position.z))
 }
 
@@ -114,7 +117,7 @@ pub fn cell_size(radius_histogram: &[u32]) -> f32 {
         bin += 1;
     }
     // A radius of this exponent is below 2^(exponent + 1); twice that is one more. Keep the result a normal number.
-    f32::from_bits((exponent + 2).clamp(1, 254) << 23)
+    f32::from_bits((exponent + 2).clamp(1, 252) << 23)
 }
 
 #[cfg(test)]

@@ -1,14 +1,11 @@
 //! Sine and cosine from + - * only: Vulkan's own may be off by 2^-11, and decisions must agree on every device.
 
-#[cfg(target_arch = "spirv")]
-use spirv_std::num_traits::Float;
-
 /// (sin, cos) of 2 pi `turns`, for turns in [0, 1]; absolute error below 3e-7.
 #[inline]
 pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
     // Reduce to an eighth of a turn around the nearest quarter.
-    let quarter = (turns * 4.0 + 0.5).floor();
-    let angle = (turns - quarter * 0.25) * core::f32::consts::TAU;
+    let quarter = (turns * 4.0 + 0.5) as u32;
+    let angle = (turns - quarter as f32 * 0.25) * core::f32::consts::TAU;
     let square = angle * angle;
 
     // Taylor series: the first term left out is below 1e-9 at pi/4.
@@ -23,7 +20,7 @@ pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
                         + square * (-1.0 / 720.0 + square * (1.0 / 40_320.0 - square / 3_628_800.0))));
 
     // Turn by the quarters taken off.
-    let quadrant = quarter as u32 & 3;
+    let quadrant = quarter & 3;
     if quadrant == 0 {
         (s, c)
     } else if quadrant == 1 {

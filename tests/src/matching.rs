@@ -56,12 +56,13 @@ pub fn pair(left: &[Deposit], right: &[Deposit], reach: f32) -> Matching {
 }
 
 fn is_alike(a: &Deposit, b: &Deposit, reach: f32) -> bool {
+    // Lane by lane: the largest element of a vector ignores NaN.
     let flux = a.1.flux.max(b.1.flux).max_element();
     a.0.scatterings == b.0.scatterings
         && a.0.position.distance(b.0.position) <= reach
         && a.0.normal.distance(b.0.normal) <= ALIKE
         && a.1.to_light.distance(b.1.to_light) <= ALIKE
-        && (a.1.flux - b.1.flux).abs().max_element() <= ALIKE * flux
+        && (a.1.flux - b.1.flux).abs().cmple(Vec3::splat(ALIKE * flux)).all()
 }
 
 /// How unlike two deposits are: partners of one place may still differ in their light.

@@ -116,8 +116,7 @@ impl Twin {
 
 /// All rows of a runner's buffer.
 pub fn rows<T: Pod>(runner: &mut dyn Runner, buffer: &str) -> Vec<T> {
-    let bytes =
-        runner.read(buffer).unwrap_or_else(|error| panic!("reading {buffer}: {error:#}"));
+    let bytes = runner.read(buffer).unwrap_or_else(|error| panic!("reading {buffer}: {error:#}"));
     bytemuck::pod_collect_to_vec(&bytes)
 }
 

@@ -17,9 +17,9 @@ use caustics_tests::lobes;
 use caustics_tests::table::Table;
 use caustics_tests::twin::{Twin, load};
 
-/// A small view.
+/// A small view whose points are large enough to take thousands of deposits.
 fn settings() -> Settings {
-    Settings { width: 160, height: 90, light_paths: 65_536, ..Settings::default() }
+    Settings { width: 160, height: 90, light_paths: 65_536, radius_px: 3.0, ..Settings::default() }
 }
 
 #[test]

@@ -17,6 +17,8 @@ use crate::passes::NEAR;
 pub const COUNTS: Tolerance = Tolerance::relative(2.0e-3, 0.0, "contract 8: 0.2 % of the paths may diverge");
 /// Whole paths.
 const PATHS: Tolerance = NEAR.except(2.0e-3, "contract 8: 0.2 % of the paths may diverge");
+/// Quantities of whole paths that have a unit and so no scale of their own.
+const RATIOS: Tolerance = Tolerance { absolute: 0.0, ..PATHS };
 /// Divergences that are printed.
 const PRINTED: usize = 12;
 
@@ -28,7 +30,7 @@ pub fn collect(twin: &mut Twin, paths: Paths<'_>, table: &mut Table) {
     let words_tolerance =
         Tolerance { reason: PATHS.reason, ..Tolerance::EXACT.except(PATHS.share, PATHS.reason) };
     let mut all = vec![floats("path_radiance", 3, &cpu_radiance, &gpu_radiance, PATHS)];
-    all.extend(rows(&cpu_geometry, &gpu_geometry, words_tolerance, |_| PATHS));
+    all.extend(rows(&cpu_geometry, &gpu_geometry, words_tolerance, |field| path_field(field.name)));
     all.extend(rows(&cpu_shading, &gpu_shading, words_tolerance, |_| PATHS));
 
     let pixels: BTreeSet<usize> =
@@ -47,10 +49,14 @@ pub fn collect(twin: &mut Twin, paths: Paths<'_>, table: &mut Table) {
     table.add("collect", summary("pixels", cpu_geometry.len(), pixels.len(), unexplained));
 }
 
+fn path_field(name: &str) -> Tolerance {
+    if name == "radius" || name == "flux" { RATIOS } else { PATHS }
+}
+
 /// Whether two camera paths are as far apart as the comparison forbids.
 fn diverges(a: &Collected, b: &Collected) -> bool {
     let radiance = floats("", 3, &a.radiance.to_array(), &b.radiance.to_array(), NEAR);
-    let geometry = rows(&[a.geometry], &[b.geometry], Tolerance::EXACT, |_| NEAR);
+    let geometry = rows(&[a.geometry], &[b.geometry], Tolerance::EXACT, |field| path_field(field.name));
     let shading = rows(&[a.shading], &[b.shading], Tolerance::EXACT, |_| NEAR);
     geometry.iter().chain(&shading).chain([&radiance]).any(|difference| difference.exceeding > 0)
 }
@@ -87,7 +93,7 @@ pub fn shoot(twin: &mut Twin, paths: Paths<'_>, table: &mut Table) {
     let split = |deposits: &[Deposit]| deposits.iter().copied().unzip::<_, _, Vec<_>, Vec<_>>();
     let ((geometry, light), (other_geometry, other_light)) = (split(&left), split(&right));
     table.add("shoot.store", rows(&geometry, &other_geometry, Tolerance::EXACT, |_| PATHS));
-    table.add("shoot.store", rows(&light, &other_light, Tolerance::EXACT, |_| PATHS));
+    table.add("shoot.store", rows(&light, &other_light, Tolerance::EXACT, |field| path_field(field.name)));
     let lost = matching.left.len().max(matching.right.len());
     table.add("shoot.store", summary("deposits", cpu.len(), lost, unexplained));
 }

@@ -26,8 +26,8 @@ use crate::matching::Deposit;
 /// What a tracer answered.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Answer {
-    /// The closest triangle.
-    Hit(u32),
+    /// The closest triangle and its distance [m].
+    Hit(u32, f32),
     /// Whether something is between.
     Occluded(bool),
 }
@@ -57,7 +57,7 @@ impl Tracer for Trembling<'_> {
     fn closest(&mut self, ray: &Ray) -> Hit {
         let ray = self.tremble(ray);
         let hit = self.tracer.closest(&ray);
-        self.answers.push(Answer::Hit(hit.triangle));
+        self.answers.push(Answer::Hit(hit.triangle, hit.distance));
         hit
     }
 
@@ -171,13 +171,23 @@ impl<'a> Paths<'a> {
     }
 }
 
+/// The first ray whose answer is another, else the first whose distance has moved by more than trembling alone moves it.
 fn first_difference(still: &[Answer], trembling: &[Answer]) -> String {
-    let ray =
-        still.iter().zip(trembling).position(|(a, b)| a != b).unwrap_or(still.len().min(trembling.len()));
-    match (still.get(ray), trembling.get(ray)) {
-        (Some(a), Some(b)) => format!("ray {ray}: {a:?} or {b:?}"),
-        (None, None) => "amplified ulps, same triangles".into(),
-        (a, b) => format!("choice before ray {ray}: {a:?} or {b:?}"),
+    let find =
+        |differ: fn(Answer, Answer) -> bool| still.iter().zip(trembling).position(|(&a, &b)| differ(a, b));
+    let is_other = |a, b| match (a, b) {
+        (Answer::Hit(a, _), Answer::Hit(b, _)) => a != b,
+        (a, b) => a != b,
+    };
+    let has_moved = |a, b| match (a, b) {
+        (Answer::Hit(_, a), Answer::Hit(_, b)) => (a - b).abs() > 4.0 * AMOUNT * a.max(b),
+        _ => false,
+    };
+    let ends = still.len().min(trembling.len());
+    let cut = (still.len() != trembling.len()).then_some(ends);
+    match find(is_other).or(cut).or_else(|| find(has_moved)) {
+        Some(ray) => format!("ray {ray}: {:?} or {:?}", still.get(ray), trembling.get(ray)),
+        None => "the same hits, weights amplified".into(),
     }
 }
 

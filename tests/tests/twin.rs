@@ -19,7 +19,7 @@ use caustics_tests::twin::{Twin, load};
 
 /// A small view whose points are large enough to take thousands of deposits.
 fn settings() -> Settings {
-    Settings { width: 160, height: 90, light_paths: 65_536, radius_px: 3.0, ..Settings::default() }
+    Settings { width: 160, height: 90, light_paths: 131_072, radius_px: 3.0, ..Settings::default() }
 }
 
 #[test]

@@ -63,7 +63,8 @@ fn gathers_on_the_gpu_equal_each_other() {
     let Some(gpu) = gpu() else { return };
     for &hardware in gpu.tracers() {
         let scene = load("mirror-room");
-        let mut twin = Twin::open(&gpu, hardware, &scene, &settings());
+        let fewer = Settings { light_paths: 32_768, ..settings() };
+        let mut twin = Twin::open(&gpu, hardware, &scene, &fewer);
         let params = twin.params;
         let mut table = Table::new(&format!("gathers against brute force on {}", gpu.info.name));
         let mut sums = |variant| {

@@ -1,1 +1,12 @@
-//! Comparers.
+//! Comparers of what two runners computed, each with a test in which it must fail, and what the tests share.
+
+pub mod compare;
+pub mod fields;
+pub mod gpu;
+pub mod lobes;
+pub mod matching;
+pub mod rays;
+pub mod statistics;
+pub mod table;
+pub mod tremble;
+pub mod twin;

@@ -1,0 +1,177 @@
+//! Compares what two runners computed: slices of floats, of words, or rows of them by field.
+
+use crate::fields::{Field, Fields, Kind};
+
+/// How far two computations of one thing may lie apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// Absolute difference that is allowed [unit of the field].
+    pub absolute: f32,
+    /// Difference relative to the larger magnitude (of the whole vector, for vectors) that is allowed as well.
+    pub relative: f32,
+    /// Share of the elements that may exceed both.
+    pub share: f64,
+    /// Why.
+    pub reason: &'static str,
+}
+
+impl Tolerance {
+    /// The same bits everywhere.
+    pub const EXACT: Tolerance = Tolerance {
+        absolute: 0.0,
+        relative: 0.0,
+        share: 0.0,
+        reason: "integers and copies have no rounding",
+    };
+
+    /// This much relative difference, and as much absolute for values up to `scale`.
+    pub const fn relative(relative: f32, scale: f32, reason: &'static str) -> Tolerance {
+        Tolerance { absolute: relative * scale, relative, share: 0.0, reason }
+    }
+
+    /// The same with a share of elements that may exceed it.
+    pub const fn except(self, share: f64, reason: &'static str) -> Tolerance {
+        Tolerance { share, reason, ..self }
+    }
+
+    /// The elements out of `count` that may exceed it.
+    pub fn allowed(&self, count: usize) -> usize {
+        (count as f64 * self.share).floor() as usize
+    }
+}
+
+/// How two slices differ in one field.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Difference {
+    /// Name of the field.
+    pub name: String,
+    /// Elements of the longer slice.
+    pub count: usize,
+    /// Largest absolute difference of a component; infinite if a NaN stands against anything.
+    pub max_abs: f32,
+    /// Largest difference relative to the larger magnitude.
+    pub max_rel: f32,
+    /// Elements that exceed the tolerance; those that only one slice has count.
+    pub exceeding: usize,
+    /// The first of them.
+    pub first: Option<usize>,
+    /// All of them, for explanations.
+    pub indices: Vec<usize>,
+    /// What was allowed.
+    pub tolerance: Tolerance,
+}
+
+impl Difference {
+    /// Whether no more elements exceed the tolerance than may.
+    pub fn passes(&self) -> bool {
+        self.exceeding <= self.tolerance.allowed(self.count)
+    }
+
+    fn new(name: &str, count: usize, tolerance: Tolerance) -> Difference {
+        let (max_abs, max_rel, exceeding) = (0.0, 0.0, 0);
+        Difference {
+            name: name.into(),
+            count,
+            max_abs,
+            max_rel,
+            exceeding,
+            first: None,
+            indices: vec![],
+            tolerance,
+        }
+    }
+
+    fn add(&mut self, index: usize, absolute: f32, relative: f32, exceeds: bool) {
+        self.max_abs = self.max_abs.max(absolute);
+        self.max_rel = self.max_rel.max(relative);
+        if exceeds {
+            self.exceeding += 1;
+            self.first = self.first.or(Some(index));
+            self.indices.push(index);
+        }
+    }
+}
+
+/// Compares vectors of `components` floats, one an element.
+pub fn floats(
+    name: &str,
+    components: usize,
+    left: &[f32],
+    right: &[f32],
+    tolerance: Tolerance,
+) -> Difference {
+    let count = left.len().max(right.len()) / components;
+    let mut difference = Difference::new(name, count, tolerance);
+    for index in 0..count {
+        let range = index * components..(index + 1) * components;
+        let (absolute, relative, exceeds) = match (left.get(range.clone()), right.get(range)) {
+            (Some(left), Some(right)) => float_element(left, right, &tolerance),
+            _ => (f32::INFINITY, f32::INFINITY, true),
+        };
+        difference.add(index, absolute, relative, exceeds);
+    }
+    difference
+}
+
+fn float_element(left: &[f32], right: &[f32], tolerance: &Tolerance) -> (f32, f32, bool) {
+    let pairs = || left.iter().zip(right);
+    if left.iter().chain(right).any(|value| value.is_nan()) {
+        return (f32::INFINITY, f32::INFINITY, true);
+    }
+    // Equal infinities are equal; their difference would be NaN.
+    let absolute = pairs().map(|(a, b)| if a == b { 0.0 } else { (a - b).abs() }).fold(0.0, f32::max);
+    let largest = left.iter().chain(right).fold(0.0f32, |most, value| most.max(value.abs()));
+    let relative = if absolute == 0.0 { 0.0 } else { absolute / largest };
+    let allowed = tolerance.absolute + tolerance.relative * largest;
+    // An infinite magnitude makes `allowed` infinite, and so must not excuse the difference.
+    (absolute, relative, absolute > allowed || absolute.is_infinite())
+}
+
+/// Compares groups of `components` words, one an element: any bit that differs exceeds.
+pub fn words(name: &str, components: usize, left: &[u32], right: &[u32], tolerance: Tolerance) -> Difference {
+    let count = left.len().max(right.len()) / components;
+    let mut difference = Difference::new(name, count, tolerance);
+    for index in 0..count {
+        let range = index * components..(index + 1) * components;
+        let (absolute, exceeds) = match (left.get(range.clone()), right.get(range)) {
+            (Some(left), Some(right)) => {
+                (left.iter().zip(right).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0), left != right)
+            }
+            _ => (u32::MAX, true),
+        };
+        difference.add(index, absolute as f32, 0.0, exceeds);
+    }
+    difference
+}
+
+/// Compares rows field by field; `tolerance` says what a float field may do. Words must agree.
+pub fn rows<T: Fields>(
+    left: &[T],
+    right: &[T],
+    words_tolerance: Tolerance,
+    tolerance: impl Fn(&Field) -> Tolerance,
+) -> Vec<Difference> {
+    let compare = |field: &Field| {
+        let (left, right) = (column(left, field), column(right, field));
+        match field.kind {
+            Kind::Floats => {
+                let (left, right) = (bytemuck::cast_slice(&left), bytemuck::cast_slice(&right));
+                floats(field.name, field.words, left, right, tolerance(field))
+            }
+            Kind::Words => words(field.name, field.words, &left, &right, words_tolerance),
+        }
+    };
+    T::FIELDS.iter().map(compare).collect()
+}
+
+/// The words of one field of all rows.
+fn column<T: Fields>(rows: &[T], field: &Field) -> Vec<u32> {
+    let range = field.first..field.first + field.words;
+    let words =
+        rows.iter().flat_map(|row| &bytemuck::cast_slice::<T, u32>(std::slice::from_ref(row))[range.clone()]);
+    words.copied().collect()
+}
+
+#[cfg(test)]
+#[path = "compare/tests.rs"]
+mod tests;

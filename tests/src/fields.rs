@@ -1,0 +1,98 @@
+//! The fields of the interface's rows, so that differences are reported by name.
+
+use bytemuck::Pod;
+use caustics_kernels::interface::point::{
+    DepositGeometry, DepositLight, PointBox, PointGeometry, PointShading,
+};
+use caustics_kernels::interface::step::{EmitStep, SampleStep, ScatterOut};
+use caustics_kernels::math::ray::Hit;
+use std::mem::offset_of;
+
+/// What the words of a field are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// f32 components of one vector.
+    Floats,
+    /// Ids, counts, flags.
+    Words,
+}
+
+/// A field of a row of 4-byte words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Field {
+    /// Its name.
+    pub name: &'static str,
+    /// Its first word.
+    pub first: usize,
+    /// Its words.
+    pub words: usize,
+    /// What they are.
+    pub kind: Kind,
+}
+
+/// A row whose fields are known by name. Padding is no field.
+pub trait Fields: Pod {
+    /// The fields.
+    const FIELDS: &'static [Field];
+}
+
+/// Lists the fields of a row: `name(.inner): words kind`.
+macro_rules! fields {
+    ($row:ty { $($($part:ident).+: $words:literal $kind:ident,)+ }) => {
+        impl Fields for $row {
+            const FIELDS: &'static [Field] = &[$(Field {
+                name: stringify!($($part).+),
+                first: offset_of!($row, $($part).+) / 4,
+                words: $words,
+                kind: Kind::$kind,
+            }),+];
+        }
+    };
+}
+
+fields!(Hit { distance: 1 Floats, triangle: 1 Words, u: 1 Floats, v: 1 Floats, });
+fields!(SampleStep {
+    uniform: 4 Words, sphere: 3 Floats, hemisphere: 3 Floats, facet: 3 Floats, triangle: 2 Floats,
+});
+fields!(ScatterOut {
+    ray.origin: 3 Floats, ray.length: 1 Floats, ray.direction: 3 Floats, weight: 3 Floats, pdf: 1 Floats,
+    class: 1 Words, transmitted: 1 Words, specular: 3 Floats, non_specular: 3 Floats, chance: 1 Floats,
+});
+fields!(EmitStep {
+    ray.origin: 3 Floats, ray.length: 1 Floats, ray.direction: 3 Floats, flux: 3 Floats, to_light: 3 Floats,
+    radiance_over_pdf: 3 Floats, pdf: 1 Floats,
+});
+fields!(PointGeometry { position: 3 Floats, radius: 1 Floats, normal: 3 Floats, depth: 1 Words, });
+fields!(PointShading {
+    to_viewer: 3 Floats, material: 1 Words, shading_normal: 3 Floats, throughput: 3 Floats,
+});
+fields!(DepositGeometry { position: 3 Floats, scatterings: 1 Words, normal: 3 Floats, });
+fields!(DepositLight { to_light: 3 Floats, flux: 3 Floats, });
+fields!(PointBox { min: 3 Floats, max: 3 Floats, });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fields_do_not_overlap_and_fit_their_row() {
+        fn check<T: Fields>() {
+            let mut used = vec![false; size_of::<T>() / 4];
+            for field in T::FIELDS {
+                for used in &mut used[field.first..field.first + field.words] {
+                    assert!(!std::mem::replace(used, true), "{} overlaps", field.name);
+                }
+            }
+        }
+        check::<Hit>();
+        check::<SampleStep>();
+        check::<ScatterOut>();
+        check::<EmitStep>();
+        check::<PointGeometry>();
+        check::<PointShading>();
+        check::<DepositGeometry>();
+        check::<DepositLight>();
+        check::<PointBox>();
+        assert_eq!(ScatterOut::FIELDS.iter().map(|field| field.words).sum::<usize>(), 20);
+    }
+}

@@ -1,0 +1,76 @@
+//! The Vulkan device that the tests run on, or the reason why there is none.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use caustics::kernels;
+use caustics::session::RunnerChoice;
+use caustics::vulkan::context::Context;
+use caustics::vulkan::{DeviceInfo, VulkanError};
+
+/// A device to test on. While it lives no other test of this process has one.
+pub struct Gpu {
+    /// What it is.
+    pub info: DeviceInfo,
+    /// Whether the validation layer watches.
+    pub validation: bool,
+    _turn: MutexGuard<'static, ()>,
+}
+
+impl Gpu {
+    /// The runner on this device, tracing by ray queries or in software, watched where that is possible.
+    pub fn choice(&self, hardware: bool) -> RunnerChoice {
+        RunnerChoice::Gpu { device: None, hardware, validation: self.validation }
+    }
+
+    /// The tracers it has: `false` is software, `true` is ray queries.
+    pub fn tracers(&self) -> &'static [bool] {
+        if self.info.ray_queries { &[false, true] } else { &[false] }
+    }
+}
+
+/// The device, or none after saying why the test is skipped; with `CAUSTICS_REQUIRE_GPU=1` that panics.
+pub fn gpu() -> Option<Gpu> {
+    static TURN: Mutex<()> = Mutex::new(());
+    // A test that failed leaves nothing behind that the next one could stumble over.
+    let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    match find() {
+        Ok((info, validation)) => {
+            eprintln!("on {} ({}), validation {validation}", info.name, info.driver);
+            Some(Gpu { info, validation, _turn: turn })
+        }
+        Err(reason) => {
+            skip(&reason);
+            None
+        }
+    }
+}
+
+fn find() -> Result<(DeviceInfo, bool), String> {
+    kernels::modules().map_err(|stale| stale.to_string())?;
+    let open = |validation| {
+        let context = Context::new(None, true, validation).or_else(|error| match error {
+            VulkanError::Unsuitable { .. } => Context::new(None, false, validation),
+            error => Err(error),
+        });
+        context.map(|context| context.info().clone())
+    };
+    match open(true) {
+        Ok(info) => Ok((info, true)),
+        Err(error @ VulkanError::NoValidationLayer) => {
+            assert!(!is_required(), "CAUSTICS_REQUIRE_GPU=1, but {error}");
+            eprintln!("without validation: {error}");
+            open(false).map(|info| (info, false)).map_err(|error| error.to_string())
+        }
+        Err(error) if error.is_no_device() => Err(error.to_string()),
+        Err(error) => panic!("{error}"),
+    }
+}
+
+fn is_required() -> bool {
+    std::env::var("CAUSTICS_REQUIRE_GPU").is_ok_and(|value| value == "1")
+}
+
+fn skip(reason: &str) {
+    assert!(!is_required(), "CAUSTICS_REQUIRE_GPU=1, but {reason}");
+    eprintln!("skipped: {reason}");
+}

@@ -1,0 +1,54 @@
+//! Random rays through a scene, and the scattering events where they hit it.
+
+use caustics::scene::Scene;
+use caustics_kernels::interface::NONE;
+use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::step::ScatterIn;
+use caustics_kernels::math::offset;
+use caustics_kernels::math::ray::{Hit, Ray};
+use caustics_kernels::math::rng::{Rng, Stream};
+use caustics_kernels::math::warp::uniform_sphere;
+use caustics_kernels::surface::vertex::vertex;
+use glam::Vec3;
+
+fn rng(index: usize, purpose: u32) -> Rng {
+    Rng::new(Stream::Camera, 0x7177, index as u32, purpose)
+}
+
+/// `count` rays from anywhere in the scene's bounds in any direction.
+pub fn through(scene: &Scene, count: usize) -> Vec<Ray> {
+    let corners = || scene.triangles.iter().flat_map(|triangle| [triangle.a, triangle.b, triangle.c]);
+    let low = corners().fold(Vec3::INFINITY, Vec3::min);
+    let high = corners().fold(Vec3::NEG_INFINITY, Vec3::max);
+    let ray = |index| {
+        let mut rng = rng(index, 0);
+        let (place, to) = (rng.next4(), rng.next4());
+        Ray::endless(low + (high - low) * place.truncate(), uniform_sphere(to.x, to.y))
+    };
+    (0..count).map(ray).collect()
+}
+
+/// A ray from where each of these hits is, to either side of its triangle; misses start nothing.
+pub fn from_surfaces(scene: &Scene, rays: &[Ray], hits: &[Hit]) -> Vec<Ray> {
+    let leave = |(index, (ray, hit)): (usize, (&Ray, &Hit))| {
+        let here = vertex(&scene.triangles, &scene.surfaces, Needs::ALL, ray, hit);
+        let u = rng(index, 1).next4();
+        let direction = uniform_sphere(u.x, u.y);
+        Ray::endless(offset::leave(here.position, here.face_normal, direction, here.clearance), direction)
+    };
+    rays.iter().zip(hits).enumerate().filter(|(_, (_, hit))| !hit.is_miss()).map(leave).collect()
+}
+
+/// A scattering event at each hit, with an evaluation to a random direction. Rays that meet glass from behind are
+/// inside it, or for every fourth wrongly in nothing.
+pub fn events(scene: &Scene, rays: &[Ray], hits: &[Hit]) -> Vec<ScatterIn> {
+    let event = |(index, (&ray, &hit)): (usize, (&Ray, &Hit))| {
+        let here = vertex(&scene.triangles, &scene.surfaces, Needs::ALL, &ray, &hit);
+        let is_glass = scene.materials[here.material as usize].transmission > 0.0;
+        let inside = if is_glass && !here.front && index % 4 != 0 { here.material } else { NONE };
+        let mut rng = rng(index, 2);
+        let (uniform, to) = (rng.next4().to_array(), rng.next4());
+        ScatterIn { ray, hit, uniform, towards: uniform_sphere(to.x, to.y), inside }
+    };
+    rays.iter().zip(hits).enumerate().filter(|(_, (_, hit))| !hit.is_miss()).map(event).collect()
+}

@@ -1,0 +1,215 @@
+//! Whole paths on the CPU with rays that tremble by a few ulps: where a path is so ill-conditioned that it diverges
+//! by itself, a divergence between two runners is explained.
+
+use std::convert::Infallible;
+
+use caustics::scene::Scene;
+use caustics_kernels::gather::brute::Brute;
+use caustics_kernels::gather::receive::Receive;
+use caustics_kernels::gather::{Near, Neighbours, Visit};
+use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
+use caustics_kernels::interface::scene::SceneTables;
+use caustics_kernels::light::power::ByPower;
+use caustics_kernels::math::ray::{Hit, Ray};
+use caustics_kernels::math::rng::{Rng, Stream};
+use caustics_kernels::pass::collect::{Collected, collect};
+use caustics_kernels::pass::shoot::shoot;
+use caustics_kernels::seam::Atomics;
+use caustics_kernels::trace::Tracer;
+use caustics_kernels::trace::bvh::BvhTracer;
+use glam::Vec3;
+
+use crate::matching::Deposit;
+
+/// What a tracer answered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Answer {
+    /// The closest triangle and its distance [m].
+    Hit(u32, f32),
+    /// Whether something is between.
+    Occluded(bool),
+}
+
+/// Relative size of the trembling: the difference of two runners after one vertex.
+const AMOUNT: f32 = 2.0e-6;
+/// Trembling paths that are tried for an explanation.
+const TRIES: u32 = 512;
+
+/// Traces rays that tremble, and records the answers.
+struct Trembling<'a> {
+    tracer: BvhTracer<'a>,
+    rng: Rng,
+    amount: f32,
+    answers: Vec<Answer>,
+}
+
+impl Trembling<'_> {
+    fn tremble(&mut self, ray: &Ray) -> Ray {
+        let mut noise = || (self.rng.next4().truncate() * 2.0 - Vec3::ONE) * self.amount;
+        let origin = ray.origin + ray.origin.abs().max_element() * noise();
+        Ray { origin, direction: ray.direction + noise(), ..*ray }
+    }
+}
+
+impl Tracer for Trembling<'_> {
+    fn closest(&mut self, ray: &Ray) -> Hit {
+        let ray = self.tremble(ray);
+        let hit = self.tracer.closest(&ray);
+        self.answers.push(Answer::Hit(hit.triangle, hit.distance));
+        hit
+    }
+
+    fn occluded(&mut self, ray: &Ray) -> bool {
+        let ray = self.tremble(ray);
+        let occluded = self.tracer.occluded(&ray);
+        self.answers.push(Answer::Occluded(occluded));
+        occluded
+    }
+}
+
+/// Counts nothing.
+struct Ignore(Option<Infallible>);
+
+impl Atomics for Ignore {
+    fn add(&mut self, _index: u32, _value: u32) -> u32 {
+        0
+    }
+    fn load(&self, _index: u32) -> u32 {
+        0
+    }
+}
+
+/// Keeps the deposits of a path.
+struct Keep(Vec<Deposit>);
+
+impl Receive for Keep {
+    fn receive<N: Neighbours>(&mut self, points: &mut N, geometry: DepositGeometry, light: DepositLight) {
+        struct Nothing;
+        impl Visit for Nothing {
+            fn visit(&mut self, _id: u32) {}
+        }
+        points.for_each_near(Near { position: geometry.position, half_extent: Vec3::ZERO }, &mut Nothing);
+        self.0.push((geometry, light));
+    }
+}
+
+/// The paths of one frame.
+#[derive(Clone, Copy)]
+pub struct Paths<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Push constants.
+    pub params: &'a FrameParams,
+    /// What the scene needs.
+    pub needs: Needs,
+}
+
+impl<'a> Paths<'a> {
+    fn tables(&self) -> SceneTables<'a> {
+        let Scene { triangles, surfaces, materials, lights, .. } = self.scene;
+        SceneTables { triangles, surfaces, materials, lights }
+    }
+
+    fn tracer(&self, attempt: u32) -> Trembling<'a> {
+        let Scene { nodes, blocks, .. } = self.scene;
+        let amount = if attempt == 0 { 0.0 } else { AMOUNT };
+        let rng = Rng::new(Stream::Camera, 99, attempt, 0);
+        Trembling { tracer: BvhTracer { nodes, blocks }, rng, amount, answers: vec![] }
+    }
+
+    /// The camera path of a pixel; attempt 0 does not tremble.
+    fn camera(&self, pixel: u32, attempt: u32) -> (Collected, Vec<Answer>) {
+        let mut tracer = self.tracer(attempt);
+        let tables = self.tables();
+        let collected = collect(pixel, self.params, self.needs, tables, &mut tracer, &mut Ignore(None));
+        (collected, tracer.answers)
+    }
+
+    /// The deposits of a light path; attempt 0 does not tremble.
+    fn light(&self, path: u32, attempt: u32) -> (Vec<Deposit>, Vec<Answer>) {
+        let (mut tracer, mut keep) = (self.tracer(attempt), Keep(vec![]));
+        let (params, needs, scene) = (self.params, self.needs, self.tables());
+        let light_count = params.light_count;
+        let emit = ByPower { lights: scene.lights, light_count, triangles: scene.triangles, needs };
+        let (points, ignore) = (&mut Brute { count: 0 }, &mut Ignore(None));
+        shoot(path, params, needs, scene, &emit, &mut tracer, points, &mut keep, ignore);
+        (keep.0, tracer.answers)
+    }
+
+    /// The deposits of every light path, with their path.
+    pub fn deposits(&self) -> Vec<(u32, Deposit)> {
+        let paths = 0..self.params.light_path_batch;
+        paths.flat_map(|path| self.light(path, 0).0.into_iter().map(move |deposit| (path, deposit))).collect()
+    }
+
+    /// Why the camera path of a pixel may diverge: what first differs when it trembles.
+    pub fn explain_camera(
+        &self,
+        pixel: u32,
+        differs: impl Fn(&Collected, &Collected) -> bool,
+    ) -> Option<String> {
+        let (still, answers) = self.camera(pixel, 0);
+        (1..TRIES).find_map(|attempt| {
+            let (other, trembling) = self.camera(pixel, attempt);
+            differs(&still, &other).then(|| first_difference(&answers, &trembling))
+        })
+    }
+
+    /// Why a light path may diverge.
+    pub fn explain_light(
+        &self,
+        path: u32,
+        differs: impl Fn(&[Deposit], &[Deposit]) -> bool,
+    ) -> Option<String> {
+        let (still, answers) = self.light(path, 0);
+        (1..TRIES).find_map(|attempt| {
+            let (other, trembling) = self.light(path, attempt);
+            differs(&still, &other).then(|| first_difference(&answers, &trembling))
+        })
+    }
+}
+
+/// The first ray whose answer is another, else the first whose distance has moved by more than trembling alone moves it.
+fn first_difference(still: &[Answer], trembling: &[Answer]) -> String {
+    let find =
+        |differ: fn(Answer, Answer) -> bool| still.iter().zip(trembling).position(|(&a, &b)| differ(a, b));
+    let is_other = |a, b| match (a, b) {
+        (Answer::Hit(a, _), Answer::Hit(b, _)) => a != b,
+        (a, b) => a != b,
+    };
+    let has_moved = |a, b| match (a, b) {
+        (Answer::Hit(_, a), Answer::Hit(_, b)) => (a - b).abs() > 4.0 * AMOUNT * a.max(b),
+        _ => false,
+    };
+    let ends = still.len().min(trembling.len());
+    let cut = (still.len() != trembling.len()).then_some(ends);
+    match find(is_other).or(cut).or_else(|| find(has_moved)) {
+        Some(ray) => format!("ray {ray}: {:?} or {:?}", still.get(ray), trembling.get(ray)),
+        None => "the same hits, weights amplified".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lobes;
+    use caustics::method::settings::Settings;
+
+    #[test]
+    fn a_path_that_does_not_tremble_repeats_itself_and_some_that_do_diverge() {
+        let scene = lobes::scene();
+        let settings = Settings { width: 64, height: 36, light_paths: 1024, ..Settings::default() };
+        let params = settings.params(&scene, &scene.cameras[0], Needs::ALL, 0);
+        let paths = Paths { scene: &scene, params: &params, needs: Needs::ALL };
+        assert_eq!(paths.camera(1000, 0), paths.camera(1000, 0));
+        assert!(!paths.deposits().is_empty());
+        // A comparer that never differs finds no explanation; one that asks for the same bits soon does.
+        assert_eq!(paths.explain_camera(1000, |_, _| false), None);
+        let pixels = (0..64 * 36).step_by(50);
+        let found =
+            pixels.filter(|&pixel| paths.explain_camera(pixel, |a, b| a.radiance != b.radiance).is_some());
+        assert!(found.count() > 10);
+    }
+}

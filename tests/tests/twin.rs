@@ -1,0 +1,53 @@
+//! Twin tests: the same inputs through the CPU runner and the GPU runner, pass by pass and frame by frame.
+
+#[path = "twin/frames.rs"]
+mod frames;
+#[path = "twin/passes.rs"]
+mod passes;
+#[path = "twin/paths.rs"]
+mod paths;
+#[path = "twin/sorted.rs"]
+mod sorted;
+#[path = "twin/steps.rs"]
+mod steps;
+
+use caustics::method::settings::Settings;
+use caustics_tests::gpu::gpu;
+use caustics_tests::lobes;
+use caustics_tests::table::Table;
+use caustics_tests::twin::{Twin, load};
+
+/// A small view whose points are large enough to take thousands of deposits.
+fn settings() -> Settings {
+    Settings { width: 160, height: 90, light_paths: 131_072, radius_px: 3.0, ..Settings::default() }
+}
+
+#[test]
+fn steps_and_passes_agree() {
+    let Some(gpu) = gpu() else { return };
+    for &hardware in gpu.tracers() {
+        let tracer = if hardware { "hardware" } else { "software" };
+        let scene = load("mirror-room");
+        let mut twin = Twin::open(&gpu, hardware, &scene, &settings());
+        let mut table = Table::new(&format!("mirror-room, CPU against {} ({tracer} tracer)", gpu.info.name));
+        steps::sample(&mut twin, &mut table);
+        steps::hit(&mut twin, &scene, &mut table);
+        steps::scatter(&mut twin, &scene, &mut table);
+        steps::emit(&mut twin, &mut table);
+        passes::all(&mut twin, &scene, hardware, &mut table);
+        table.finish();
+    }
+}
+
+#[test]
+fn scattering_agrees_on_every_lobe() {
+    let Some(gpu) = gpu() else { return };
+    for scene in [load("glossy-room"), lobes::scene()] {
+        let title = format!("{}, CPU against {}", scene.name, gpu.info.name);
+        let mut table = Table::new(&title);
+        let mut twin = Twin::open(&gpu, false, &scene, &settings());
+        steps::scatter(&mut twin, &scene, &mut table);
+        steps::emit(&mut twin, &mut table);
+        table.finish();
+    }
+}

@@ -1,0 +1,123 @@
+//! Single steps: random numbers and warps, hits, scattering, emission.
+
+use caustics::scene::Scene;
+use caustics_kernels::interface::step::{EmitStep, SampleStep, ScatterIn, ScatterOut};
+use caustics_kernels::math::ray::{Hit, Ray};
+use caustics_tests::compare::{Tolerance, floats, rows, words};
+use caustics_tests::rays;
+use caustics_tests::table::Table;
+use caustics_tests::twin::Twin;
+
+const WARP: Tolerance = Tolerance::relative(
+    2.0e-6,
+    1.0,
+    "unit vectors from a dozen roundings; GPU division and root are off by 2.5 and 3 ulp",
+);
+const FACET: Tolerance =
+    Tolerance::relative(1.0e-4, 1.0, "z is the root of 1 - x^2 - y^2: at the rim an ulp grows to 2e-5");
+const RATIO: Tolerance = Tolerance::relative(1.0e-4, 0.0, "contract 8, of quantities with a unit");
+
+/// Uniform numbers bit for bit, warps of them.
+pub fn sample(twin: &mut Twin, table: &mut Table) {
+    twin.step("step.sample", 100_000);
+    let (cpu, gpu) = twin.head::<SampleStep>("samples", 100_000);
+    table.add(
+        "step.sample",
+        rows(&cpu, &gpu, Tolerance::EXACT, |field| match field.name {
+            "facet" => FACET,
+            _ => WARP,
+        }),
+    );
+}
+
+/// Closest hits of rays through the air and from surfaces.
+pub fn hit(twin: &mut Twin, scene: &Scene, table: &mut Table) {
+    let through = rays::through(scene, 100_000);
+    let hits = compare_hits(twin, scene, "step.hit", &through, table);
+    let from = rays::from_surfaces(scene, &through, &hits);
+    assert!(from.len() > 90_000, "the room is closed: {}", from.len());
+    compare_hits(twin, scene, "step.hit (surfaces)", &from, table);
+}
+
+fn compare_hits(twin: &mut Twin, scene: &Scene, name: &str, rays: &[Ray], table: &mut Table) -> Vec<Hit> {
+    twin.write("rays", rays);
+    twin.step("step.hit", rays.len());
+    let (cpu, gpu) = twin.head::<Hit>("hits", rays.len());
+    let ids = |hits: &[Hit]| hits.iter().map(|hit| hit.triangle).collect::<Vec<_>>();
+    let edges = Tolerance::EXACT.except(0.002, "a ray on a shared edge may take either triangle");
+    let differing = words("triangle", 1, &ids(&cpu), &ids(&gpu), edges);
+
+    // Every ray whose triangles differ must hit both at one distance.
+    let pick = |hits: &[Hit]| differing.indices.iter().map(|&i| hits[i].distance).collect::<Vec<_>>();
+    let tie = Tolerance::relative(1.0e-4, 0.0, "triangles of one edge are met at one distance");
+    let ties = floats("distance, other triangle", 1, &pick(&cpu), &pick(&gpu), tie);
+    for &i in ties.indices.iter().take(5) {
+        let index = differing.indices[i];
+        eprintln!("{name} {index}: {:?}\n  {:?}\n  {:?}", rays[index], cpu[index], gpu[index]);
+    }
+
+    let same = |hits: &[Hit]| {
+        let kept = (0..hits.len()).filter(|&i| cpu[i].triangle == gpu[i].triangle);
+        kept.map(|i| hits[i]).collect::<Vec<_>>()
+    };
+    // A distance is a quotient of differences of coordinates, so its error scales with the room.
+    let size = scene.triangles.iter().fold(0.0f32, |most, t| most.max(t.a.abs().max_element()));
+    let near = Tolerance::relative(1.0e-4, 0.05 * size, "distances cancel near the origin of a ray");
+    let slivers = near.except(1.0e-3, "barycentrics of slivers and of grazing rays amplify ulps");
+    let hits = rows(&same(&cpu), &same(&gpu), Tolerance::EXACT, |field| match field.name {
+        "distance" => near,
+        _ => Tolerance { absolute: 1.0e-4, ..slivers },
+    });
+    table.add(name, [differing, ties]);
+    table.add(name, hits);
+    cpu
+}
+
+/// Scattering at the hits of random rays, from both sides.
+pub fn scatter(twin: &mut Twin, scene: &Scene, table: &mut Table) {
+    let through = rays::through(scene, 100_000);
+    twin.write("rays", &through);
+    twin.step_on_cpu("step.hit", through.len());
+    let (hits, _) = twin.head::<Hit>("hits", through.len());
+    let mut events = rays::events(scene, &through, &hits);
+    let reversed = rays::from_surfaces(scene, &through, &hits);
+    twin.write("rays", &reversed);
+    twin.step_on_cpu("step.hit", reversed.len());
+    let (hits, _) = twin.head::<Hit>("hits", reversed.len());
+    events.extend(rays::events(scene, &reversed, &hits));
+    compare_events(twin, &events, table);
+}
+
+fn compare_events(twin: &mut Twin, events: &[ScatterIn], table: &mut Table) {
+    twin.write("scatter_in", events);
+    twin.step("step.scatter", events.len());
+    let (cpu, gpu) = twin.head::<ScatterOut>("scatter_out", events.len());
+    let choices = Tolerance::EXACT.except(1.0e-4, "a random number within ulps of a lobe's chance");
+    let near = Tolerance::relative(1.0e-4, 1.0, "contract 8").except(1.0e-4, choices.reason);
+    let peak =
+        Tolerance::relative(5.0e-3, 1.0, "2 ulp of the half vector's cosine are 2.4e-3 of D at alpha = 0.01");
+    let differences = rows(&cpu, &gpu, choices, |field| match field.name {
+        "pdf" => Tolerance { absolute: 0.0, ..peak }.except(near.share, peak.reason),
+        _ => near,
+    });
+    for difference in differences.iter().filter(|difference| !difference.passes()) {
+        for &i in difference.indices.iter().take(3) {
+            eprintln!("{} {i}: {:?}\n  {:?}\n  {:?}", difference.name, events[i], cpu[i], gpu[i]);
+        }
+    }
+    table.add("step.scatter", differences);
+}
+
+/// Starts of light paths and connections.
+pub fn emit(twin: &mut Twin, table: &mut Table) {
+    twin.step("step.emit", 100_000);
+    let (cpu, gpu) = twin.head::<EmitStep>("emit_steps", 100_000);
+    let unit = Tolerance::relative(1.0e-4, 1.0, "contract 8");
+    table.add(
+        "step.emit",
+        rows(&cpu, &gpu, Tolerance::EXACT, |field| match field.name {
+            "flux" | "radiance_over_pdf" | "pdf" => RATIO,
+            _ => unit,
+        }),
+    );
+}

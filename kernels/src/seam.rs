@@ -7,8 +7,6 @@
 pub trait Atomics {
     /// Adds to a word and returns what it held before.
     fn add(&mut self, index: u32, value: u32) -> u32;
-    /// The word, as far as earlier passes wrote it.
-    fn load(&self, index: u32) -> u32;
 }
 
 /// Elements that many invocations write at once, each slot at most once a pass.
@@ -37,10 +35,6 @@ mod gpu {
         fn add(&mut self, index: u32, value: u32) -> u32 {
             let word = &mut self.0[index as usize];
             unsafe { atomic_i_add::<u32, { Scope::Device as u32 }, { Semantics::NONE.bits() }>(word, value) }
-        }
-        #[inline(always)]
-        fn load(&self, index: u32) -> u32 {
-            self.0[index as usize]
         }
     }
 
@@ -77,10 +71,6 @@ mod cpu {
         #[inline]
         fn add(&mut self, index: u32, value: u32) -> u32 {
             self.0[index as usize].fetch_add(value, Relaxed)
-        }
-        #[inline]
-        fn load(&self, index: u32) -> u32 {
-            self.0[index as usize].load(Relaxed)
         }
     }
 

@@ -52,7 +52,6 @@ pub fn reserve<A: Atomics>(cell_count: u32, deposit_state: &mut A) -> u32 {
 
 /// `grid.fill`: moves a deposit to its cell's range; `cell_ends` starts at the range's first slot and ends at its end.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "every argument is a seam or a table")]
 pub fn fill<A: Atomics, G: Scatter<DepositGeometry>, L: Scatter<DepositLight>>(
     deposit: &DepositGeometry,
     light: &DepositLight,

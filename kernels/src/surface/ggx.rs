@@ -15,13 +15,12 @@ pub fn alpha(roughness: f32) -> f32 {
     roughness * roughness
 }
 
-/// Density of microfacet normals [1/sr].
+/// Density of microfacet normals [1/sr] at a unit local normal.
 #[inline]
-pub fn distribution(cos_half: f32, alpha: f32) -> f32 {
+pub fn distribution(half: Vec3, alpha: f32) -> f32 {
     let square = alpha * alpha;
-    // 1 + cos^2 (a^2 - 1), without losing the small difference at the peak.
-    let sin2 = (1.0 - cos_half * cos_half).max(0.0);
-    let t = square * cos_half * cos_half + sin2;
+    // 1 + cos^2 (a^2 - 1) as a sum, since 1 - cos^2 would lose the peak of a narrow lobe.
+    let t = square * half.z * half.z + half.x * half.x + half.y * half.y;
     square / (PI * t * t)
 }
 
@@ -37,13 +36,13 @@ fn lambda(cos: f32, alpha: f32) -> f32 {
 #[inline]
 pub fn eval(to_origin: Vec3, direction: Vec3, half: Vec3, alpha: f32) -> f32 {
     let shadowing = 1.0 / (1.0 + lambda(to_origin.z, alpha) + lambda(direction.z, alpha));
-    distribution(half.z, alpha) * shadowing / (4.0 * to_origin.z * direction.z)
+    distribution(half, alpha) * shadowing / (4.0 * to_origin.z * direction.z)
 }
 
 /// pdf_solid_angle of `sample` for the direction mirrored at `half`.
 #[inline]
 pub fn visible_pdf(to_origin: Vec3, half: Vec3, alpha: f32) -> f32 {
-    distribution(half.z, alpha) / ((1.0 + lambda(to_origin.z, alpha)) * 4.0 * to_origin.z)
+    distribution(half, alpha) / ((1.0 + lambda(to_origin.z, alpha)) * 4.0 * to_origin.z)
 }
 
 /// A direction mirrored at a visible microfacet normal; may point below the surface.

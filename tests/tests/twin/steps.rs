@@ -95,7 +95,7 @@ fn compare_events(twin: &mut Twin, events: &[ScatterIn], table: &mut Table) {
     let choices = Tolerance::EXACT.except(1.0e-4, "a random number within ulps of a lobe's chance");
     let near = Tolerance::relative(1.0e-4, 1.0, "contract 8").except(1.0e-4, choices.reason);
     let peak =
-        Tolerance::relative(5.0e-3, 1.0, "2 ulp of the half vector's cosine are 2.4e-3 of D at alpha = 0.01");
+        Tolerance::relative(1.0e-4, 1.0, "contract 8: single steps to 1e-4");
     let differences = rows(&cpu, &gpu, choices, |field| match field.name {
         "pdf" => Tolerance { absolute: 0.0, ..peak }.except(near.share, peak.reason),
         _ => near,

@@ -24,10 +24,6 @@ impl Atomics for LocalCounters<'_> {
         *word = before.wrapping_add(value);
         before
     }
-    #[inline]
-    fn load(&self, index: u32) -> u32 {
-        self.words[index as usize]
-    }
 }
 
 impl Drop for LocalCounters<'_> {

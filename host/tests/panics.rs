@@ -19,7 +19,9 @@ fn an_index_out_of_bounds_is_reported() {
     let tables: [(&'static str, &[u8]); 2] =
         [("pixel_order", cast_slice(&order)), ("point_geometry", cast_slice(&points))];
     let boxes = [BufferSpec { name: "point_boxes", bytes: 24 * 64 }];
-    let options = GpuOptions { base: kernels::modules().unwrap().base, ..GpuOptions::default() };
+    // Watched by the validation layer, as the tests are that must not panic.
+    let base = kernels::modules().unwrap().base;
+    let options = GpuOptions { base, validation: true, ..GpuOptions::default() };
     let mut runner = GpuRunner::new(options, Needs::ALL, &boxes, &tables, 0).unwrap();
     let params = FrameParams { width: 8, height: 8, ..FrameParams::default() };
     runner.run(&[Step::Dispatch { pass: "bound", count: 64, params }]).unwrap();

@@ -34,8 +34,9 @@ pub enum Command {
     Scene(Scene),
 }
 
-/// Options of `render`.
+/// Options of `render`. A negative number reaches the check of its option, which names it.
 #[derive(Args, Debug)]
+#[command(allow_negative_numbers = true)]
 #[command(before_help = "Examples:
   caustics render mirror-room -o room.exr --png room.png
   caustics render path/to/scene.glb -o out.exr --frames 64 --width 1920 --height 1080")]
@@ -97,7 +98,7 @@ pub struct Render {
     #[arg(long)]
     pub camera: Option<String>,
     /// Exposure of the PNG [stops]
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 0.0)]
     pub exposure: f32,
     /// Which kernel code is alive: what the scene needs, or all of it
     #[arg(long, value_enum, default_value = "scene")]

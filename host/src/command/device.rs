@@ -2,13 +2,16 @@
 
 use std::process::ExitCode;
 
-use caustics::vulkan::{DeviceInfo, devices};
+use caustics::vulkan::{DeviceInfo, VulkanError, devices};
 
 use crate::cli;
 
 /// Lists devices; without any, says why and exits with 4.
 pub fn run(options: &cli::Device) -> anyhow::Result<ExitCode> {
     let devices = devices()?;
+    if devices.is_empty() {
+        return Err(VulkanError::NoDevice { wanted: "at all".into(), found: "none".into() }.into());
+    }
     if options.json {
         println!("{}", serde_json::to_string_pretty(&devices)?);
         return Ok(ExitCode::SUCCESS);

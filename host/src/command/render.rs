@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -28,7 +29,12 @@ use crate::cli::{NeedsName, PixelFilter, Render, Usage};
 /// Renders, writes, reports. 130 after Ctrl-C, with what was done written.
 pub fn run(options: Box<Render>) -> anyhow::Result<ExitCode> {
     let settings = settings(&options)?;
+    check_outputs(&options)?;
     let file = scene::resolve(&options.scene)?;
+    // Ctrl-C ends after the frame at hand; what is done is saved, and a part of a file never stays.
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst)).context("cannot catch Ctrl-C")?;
     let target = Target::claim(&options.output, options.force)?;
     let png_target = options.png.as_ref().map(|path| Target::claim(path, options.force)).transpose()?;
 
@@ -51,10 +57,9 @@ pub fn run(options: Box<Render>) -> anyhow::Result<ExitCode> {
     let mut session = Session::new(&choice, &scene, camera, &shot, variant, needs)?;
     eprintln!("{}: {} ({reason}), gather {}", scene.name, session.device(), variant.name);
 
-    // Ctrl-C ends after the frame at hand; what is done is saved.
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst)).context("cannot catch Ctrl-C")?;
+    if interrupted.load(Ordering::SeqCst) {
+        return Ok(ExitCode::from(130));
+    }
     let bar = bar(options.frames);
     let mut report = Report::default();
     let mut average = Average::default();
@@ -162,6 +167,19 @@ fn settings(options: &Render) -> Result<Settings, Usage> {
         },
         exposure: options.exposure,
     })
+}
+
+/// Checks that the files to write are two files.
+fn check_outputs(options: &Render) -> Result<(), Usage> {
+    let folder = |path: &&PathBuf| path.is_dir();
+    if let Some(path) = [Some(&options.output), options.png.as_ref()].into_iter().flatten().find(folder) {
+        return Err(Usage(format!("{} is a folder; name a file in it", path.display())));
+    }
+    if options.png.as_ref() == Some(&options.output) {
+        let path = options.output.display();
+        return Err(Usage(format!("--png {path}: this is the file of -o; give another name")));
+    }
+    Ok(())
 }
 
 fn camera<'a>(scene: &'a Scene, name: Option<&str>) -> Result<&'a SceneCamera, Usage> {

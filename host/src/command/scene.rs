@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use caustics::output::target::TargetError;
 use caustics::scene::{self, Scene};
 use caustics_kernels::interface::needs::Needs;
 use serde_json::json;
@@ -21,7 +22,13 @@ pub fn run(command: cli::Scene) -> anyhow::Result<ExitCode> {
                     cli::Usage(format!("no scene {name:?} can be made; known are {known}, all")).into()
                 );
             }
-            for scene in known.iter().filter(|known| name == "all" || name == **known) {
+            let wanted: Vec<_> = known.iter().filter(|known| name == "all" || name == **known).collect();
+            // All or none.
+            let there = wanted.iter().map(|scene| output.join(scene).join("scene.gltf"));
+            if let Some(file) = there.into_iter().find(|file| !force && file.exists()) {
+                return Err(TargetError::Exists(file).into());
+            }
+            for scene in wanted {
                 println!("{}", caustics_scenes::make(scene, &output, force)?.display());
             }
         }

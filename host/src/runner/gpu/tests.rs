@@ -88,7 +88,7 @@ fn what_is_written_is_read() {
     let table: Vec<u32> = (0..100).collect();
     let Some(mut runner) = runner(false, &[("table", bytemuck::cast_slice(&table))], 0) else { return };
     assert_eq!(read(&mut runner, "table"), table);
-    assert_eq!(read(&mut runner, "no_lights"), []);
+    assert!(read(&mut runner, "no_lights").is_empty());
     runner.write("values", bytemuck::cast_slice(&[5u32, 6])).unwrap();
     assert_eq!(read(&mut runner, "values")[..3], [5, 6, 0]);
 }

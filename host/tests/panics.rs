@@ -1,0 +1,28 @@
+//! Provokes a panic in a kernel, for the CI step that looks for the reports of panics. Alone it shows nothing, so it is
+//! ignored: the committed kernels end a panicking invocation without a word.
+
+use bytemuck::{Zeroable, cast_slice};
+use caustics::kernels;
+use caustics::method::{BufferSpec, Step};
+use caustics::runner::Runner;
+use caustics::runner::gpu::{GpuOptions, GpuRunner};
+use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::point::PointGeometry;
+
+#[test]
+#[ignore = "needs a GPU and kernels built by `cargo kernels --panics`"]
+fn an_index_out_of_bounds_is_reported() {
+    // One pixel, and an order of pixels that names the thousandth. More reports would not fit the layer's buffer.
+    let points = [PointGeometry::zeroed(); 64];
+    let order = [1000_u32; 64];
+    let tables: [(&'static str, &[u8]); 2] =
+        [("pixel_order", cast_slice(&order)), ("point_geometry", cast_slice(&points))];
+    let boxes = [BufferSpec { name: "point_boxes", bytes: 24 * 64 }];
+    // Watched by the validation layer, as the tests are that must not panic.
+    let base = kernels::modules().unwrap().base;
+    let options = GpuOptions { base, validation: true, ..GpuOptions::default() };
+    let mut runner = GpuRunner::new(options, Needs::ALL, &boxes, &tables, 0).unwrap();
+    let params = FrameParams { width: 1, height: 1, ..FrameParams::default() };
+    runner.run(&[Step::Dispatch { pass: "bound", count: 1, params }]).unwrap();
+}

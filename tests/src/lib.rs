@@ -1,1 +1,3 @@
 //! Comparers.
+pub mod direct;
+pub mod scenes;

@@ -201,9 +201,7 @@ impl<'a> World<'a> {
     pub fn collect(&self) -> Vec<Collected> {
         let (mut tracer, mut tally) = (self.tracer(), Tally::default());
         (0..self.params.pixel_count())
-            .map(|pixel| {
-                collect(pixel, &self.params, self.needs, self.tables(), &mut tracer, &mut tally)
-            })
+            .map(|pixel| collect(pixel, &self.params, self.needs, self.tables(), &mut tracer, &mut tally))
             .collect()
     }
 }

@@ -1,8 +1,11 @@
 //! O11: every gather is brute force, bit for bit, over whatever points and deposits there are.
 
+use bytemuck::{cast_slice, pod_collect_to_vec};
+use caustics::method::settings::Settings;
 use caustics::method::{BufferSpec, Step, basic};
 use caustics::runner::Runner;
 use caustics::runner::cpu::CpuRunner;
+use caustics::scene::Scene;
 use caustics::session::tables;
 use caustics_kernels::gather::accumulator::{Quanta, WORDS};
 use caustics_kernels::gather::brute::Brute;
@@ -16,9 +19,6 @@ use caustics_kernels::math::warp::uniform_sphere;
 use caustics_kernels::pass::bound::bound;
 use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
-use bytemuck::{cast_slice, pod_collect_to_vec};
-use caustics::method::settings::Settings;
-use caustics::scene::Scene;
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 
@@ -100,8 +100,7 @@ fn random_case(seed: u32, point_count: u32, deposit_count: u32, missing: f32, sp
         };
         let normal = (near.normal + uniform_sphere(c.x, c.y) * 0.3).normalize();
         let to_light = uniform_sphere(c.z, c.w);
-        let geometry =
-            DepositGeometry { position, scatterings: 1 + (a.w * 4.0) as u32, normal, padding: 0 };
+        let geometry = DepositGeometry { position, scatterings: 1 + (a.w * 4.0) as u32, normal, padding: 0 };
         let light = DepositLight {
             to_light: to_light * to_light.dot(normal).signum(),
             flux: Vec3::new(b.y, b.z, b.w) * 10.0_f32.powf(4.0 * a.w - 3.0),
@@ -117,8 +116,7 @@ fn random_case(seed: u32, point_count: u32, deposit_count: u32, missing: f32, sp
 /// Accumulator words of a variant over given deposits, by the CPU runner; none where the variant cannot take them.
 fn by_runner(variant: &Variant, scene: &Scene, case: &Case) -> Option<Vec<u32>> {
     let work: Vec<Work> = variant.prepare.iter().chain(variant.batch).copied().collect();
-    let shoots_itself =
-        |work: &Work| matches!(work, Work::Pass(pass, _) if pass.starts_with("shoot") && *pass != "shoot.store");
+    let shoots_itself = |work: &Work| matches!(work, Work::Pass(pass, _) if pass.starts_with("shoot") && *pass != "shoot.store");
     if variant.hardware || work.iter().any(shoots_itself) {
         println!("{} takes no stored deposits on the CPU: left to the other tests", variant.name);
         return None;
@@ -218,7 +216,11 @@ fn random_cases_have_what_they_test() {
     let at_bound = case.points.iter().flat_map(|p| {
         case.deposits.geometry.iter().filter(move |d| (d.position - p.position).length() == p.radius)
     });
-    println!("{} of 300 points take {taken} deposits, {} at the bound", takers(&words), at_bound.clone().count());
+    println!(
+        "{} of 300 points take {taken} deposits, {} at the bound",
+        takers(&words),
+        at_bound.clone().count()
+    );
     assert!(takers(&words) > 100 && taken > 1000 && at_bound.count() > 20);
 }
 
@@ -247,8 +249,7 @@ fn many_deposits_in_one_spot_sum_exactly() {
         ..PointShading::default()
     };
     let mut deposits = Deposits::default();
-    let geometry =
-        DepositGeometry { position: Vec3::ONE, scatterings: 1, normal: Vec3::Y, padding: 0 };
+    let geometry = DepositGeometry { position: Vec3::ONE, scatterings: 1, normal: Vec3::Y, padding: 0 };
     let light = DepositLight {
         to_light: Vec3::new(0.6, 0.8, 0.0),
         flux: Vec3::new(3.0, 0.1, 1e-7),
@@ -280,13 +281,11 @@ fn every_gather_takes_what_rounding_puts_into_the_disc() {
         throughput: Vec3::ONE,
         ..PointShading::default()
     };
-    let geometry = DepositGeometry {
-        position: Vec3::new(-1e-9, 0.5, 0.5),
-        scatterings: 1,
-        normal: Vec3::Z,
-        padding: 0,
-    };
+    let geometry =
+        DepositGeometry { position: Vec3::new(-1e-9, 0.5, 0.5), scatterings: 1, normal: Vec3::Z, padding: 0 };
     assert!(takes(&point, &geometry, 5));
+    let b = bound(&point);
+    assert!(geometry.position.cmpge(b.min).all() && geometry.position.cmple(b.max).all());
     let mut deposits = Deposits::default();
     // Enough of them that the grid is looked up by cells.
     let light = DepositLight { to_light: Vec3::Z, flux: Vec3::ONE, ..DepositLight::default() };

@@ -88,10 +88,8 @@ fn before_a_mirror() -> (Scene, u32) {
 /// What the camera mirrored at z = `plane` collects at the pixels in which the eye sees the mirror.
 fn mirrored_view(world: &World<'_>, mirror: u32, plane: f64) -> Vec<Option<Collected>> {
     let params = &world.params;
-    let shorter = caustics_kernels::interface::frame::FrameParams {
-        max_bounces: params.max_bounces - 1,
-        ..*params
-    };
+    let shorter =
+        caustics_kernels::interface::frame::FrameParams { max_bounces: params.max_bounces - 1, ..*params };
     let through = |v: DVec3| DVec3::new(v.x, v.y, -v.z);
     let eye = params.camera.position.as_dvec3();
     let mirrored_eye = through(eye) + 2.0 * plane * DVec3::Z;
@@ -209,20 +207,19 @@ fn view_through_a_perfect_mirror_is_the_mirrored_cameras() {
     };
     let (near, near_shading) = split(&|pair| *pair.0);
     let (far, far_shading) = split(&|pair| *pair.1);
-    let images: Vec<Vec<Vec3>> =
-        [(&near, &near_shading, world.params), (&far, &far_shading, shorter)]
-            .into_iter()
-            .map(|(points, shadings, params)| {
-                let materials = &scene.materials;
-                let brute = Brute { count: deposits.len() };
-                let words = gather(points, shadings, &deposits, brute, materials, world.needs, &params);
-                let grid = Grid::build(points, &deposits, &params);
-                let (sorted, neighbours) = (&grid.sorted, grid.neighbours());
-                let found = gather(points, shadings, sorted, neighbours, materials, world.needs, &params);
-                assert!(words == found, "photons-grid differs from brute");
-                resolved(points, shadings, &words, &params)
-            })
-            .collect();
+    let images: Vec<Vec<Vec3>> = [(&near, &near_shading, world.params), (&far, &far_shading, shorter)]
+        .into_iter()
+        .map(|(points, shadings, params)| {
+            let materials = &scene.materials;
+            let brute = Brute { count: deposits.len() };
+            let words = gather(points, shadings, &deposits, brute, materials, world.needs, &params);
+            let grid = Grid::build(points, &deposits, &params);
+            let (sorted, neighbours) = (&grid.sorted, grid.neighbours());
+            let found = gather(points, shadings, sorted, neighbours, materials, world.needs, &params);
+            assert!(words == found, "photons-grid differs from brute");
+            resolved(points, shadings, &words, &params)
+        })
+        .collect();
 
     // A deposit that only one of the two takes lies at the bound of the disc, or of what its normal may be.
     let (mut taken, mut only_one) = (0, 0);
@@ -473,8 +470,7 @@ fn estimated(radius: f32, at: impl Fn(u32) -> (f32, f32), flux: impl Fn(f32, f32
             }
             let grid = Grid::build(&points, &deposits, &params);
             let (sorted, neighbours) = (&grid.sorted, grid.neighbours());
-            let words =
-                gather(&points, &shadings, sorted, neighbours, &materials, Needs::RECEIVERS, &params);
+            let words = gather(&points, &shadings, sorted, neighbours, &materials, Needs::RECEIVERS, &params);
             assert!(words.iter().any(|&word| word != 0));
             mean_of(&resolved(&points, &shadings, &words, &params)) * PI / f64::from(albedo)
         })
@@ -500,12 +496,12 @@ fn disc_estimates_as_its_bias_says() {
 /// Irradiance over truth on a cylinder of radius 1 with `facets` under smooth normals, by discs of 0.05; mean over
 /// points anywhere on it and its standard error (from batches of deposits).
 fn on_facets(facets: u32) -> (f64, f64) {
-    let place = |u: glam::Vec4, y: f64| {
+    let place = |around: f64, y: f64| {
         let step = 2.0 * PI / f64::from(facets);
-        let left = f64::from((u.x * facets as f32).floor()) * step;
+        let left = (around * f64::from(facets)).floor() * step;
         let at = |angle: f64| DVec3::new(angle.cos(), 0.0, angle.sin());
         let (a, b) = (at(left), at(left + step));
-        let share = f64::from(u.y);
+        let share = (around * f64::from(facets)).fract();
         let position = a.lerp(b, share) + y * DVec3::Y;
         (position.as_vec3(), a.lerp(b, share).normalize().as_vec3())
     };
@@ -513,17 +509,20 @@ fn on_facets(facets: u32) -> (f64, f64) {
     let points: Vec<_> = (0..200)
         .map(|id| {
             let u = Rng::new(Stream::Camera, 11, id, facets).next4();
-            let (position, normal) = place(u, 0.6 * f64::from(u.z) - 0.3);
+            let (position, normal) = place(f64::from(u.x), 0.6 * f64::from(u.z) - 0.3);
             PointGeometry { position, radius: 0.05, normal, depth: 1 }
         })
         .collect();
     let count = 30_000;
     let batches: Vec<f64> = (0..12)
         .map(|batch| {
+            // An even lattice (the plastic number's), shifted at random: each batch is unbiased, and sharp.
+            let shift = Rng::new(Stream::Light, 12, 0, batch).next4();
             let mut taken = 0_u32;
             for path in 0..count {
-                let u = Rng::new(Stream::Light, 12, path, batch).next4();
-                let (position, normal) = place(u, f64::from(u.z) - 0.5);
+                let around = (f64::from(shift.x) + f64::from(path) * 0.754_877_666_246_692_8).fract();
+                let y = (f64::from(shift.y) + f64::from(path) * 0.569_840_290_998_053_3).fract();
+                let (position, normal) = place(around, y - 0.5);
                 let deposit = DepositGeometry { position, scatterings: 1, normal, padding: 0 };
                 taken += points.iter().map(|point| u32::from(takes(point, &deposit, 5))).sum::<u32>();
             }
@@ -537,7 +536,7 @@ fn on_facets(facets: u32) -> (f64, f64) {
 #[test]
 fn disc_loses_nothing_on_smooth_normals_over_facets() {
     for facets in [128, 64, 32] {
-        near(&format!("{facets} facets"), on_facets(facets), 1.0, 5e-3);
+        near(&format!("{facets} facets"), on_facets(facets), 1.0, 2e-3);
     }
     for facets in [24, 16, 12] {
         let (share, error) = on_facets(facets);
@@ -578,8 +577,7 @@ fn lossless_things_in_a_uniform_room_are_invisible() {
     let scene = b.build();
     let settings = Settings { max_bounces: 20, radius_px: 0.3, ..settings(64, 48, 100_000) };
     let frames = render(&scene, &settings, "photons-grid", None, 0, 10);
-    let sums: Vec<f64> =
-        frames.iter().map(|(p, _)| mean_of(&p.path) + mean_of(&p.caustics)).collect();
+    let sums: Vec<f64> = frames.iter().map(|(p, _)| mean_of(&p.path) + mean_of(&p.caustics)).collect();
     let caustics: Vec<f64> = frames.iter().map(|(p, _)| mean_of(&p.caustics)).collect();
     println!("caustic part {:.4}", mean_and_error(&caustics).0);
     assert!(mean_and_error(&caustics).0 > 0.05, "the test has lost its subject");

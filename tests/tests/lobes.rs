@@ -98,7 +98,9 @@ fn white_metal_never_gains_energy() {
 /// 1e-3 is for the sums in f32.
 #[test]
 fn coat_over_white_lambert_never_gains_energy() {
-    println!("directional albedo of a coat (n = 1.5) over white; rows: roughness, columns: cosine {COSINES:?}");
+    println!(
+        "directional albedo of a coat (n = 1.5) over white; rows: roughness, columns: cosine {COSINES:?}"
+    );
     let mut worst = 0.0_f64;
     for roughness in [0.0, 0.1, 0.25, 0.4, 0.7, 1.0] {
         let row = COSINES.map(|cos| albedo(coated(1.0, roughness), cos));
@@ -110,8 +112,14 @@ fn coat_over_white_lambert_never_gains_energy() {
 
 #[test]
 fn lobes_are_reciprocal() {
-    let materials =
-        [metal(0.7, 0.1), metal(0.7, 0.5), coated(0.6, 0.3), coated(0.6, 0.9), coated(0.6, 0.0), lambert(0.6)];
+    let materials = [
+        metal(0.7, 0.1),
+        metal(0.7, 0.5),
+        coated(0.6, 0.3),
+        coated(0.6, 0.9),
+        coated(0.6, 0.0),
+        lambert(0.6),
+    ];
     for material in materials {
         for path in 0..20_000 {
             let u = Rng::new(Stream::Camera, 3, path, 0).next4();
@@ -161,8 +169,7 @@ fn samples_follow_their_density() {
                 // Cells are even in cosine and azimuth: equal solid angles.
                 let mut seen = vec![0_u32; CELLS * CELLS];
                 for path in 0..count {
-                    let sampled =
-                        surface.sample(interface, Rng::new(Stream::Light, 4, path, 0).next4());
+                    let sampled = surface.sample(interface, Rng::new(Stream::Light, 4, path, 0).next4());
                     if sampled.class != class || sampled.direction.z <= 0.0 {
                         continue;
                     }

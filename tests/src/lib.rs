@@ -1,11 +1,13 @@
 //! Comparers of what two runners computed, each with a test in which it must fail, and what the tests share.
 
 pub mod compare;
+pub mod direct;
 pub mod fields;
 pub mod gpu;
 pub mod lobes;
 pub mod matching;
 pub mod rays;
+pub mod scenes;
 pub mod statistics;
 pub mod table;
 pub mod tremble;

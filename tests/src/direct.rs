@@ -1,0 +1,328 @@
+//! Kernel functions called one by one on this thread, without a runner: light paths from any emitter, camera paths,
+//! gathers of any neighbours. And frames through a [`Session`] on the CPU.
+
+use caustics::method::settings::Settings;
+use caustics::scene::Scene;
+use caustics::session::{Counters, Picture, RunnerChoice, Session};
+use caustics_kernels::gather::Neighbours;
+use caustics_kernels::gather::accumulator::WORDS;
+use caustics_kernels::gather::brute::Brute;
+use caustics_kernels::gather::photons_grid::{PhotonsGrid, RADIUS_BINS};
+use caustics_kernels::gather::receive::Receive;
+use caustics_kernels::gather::variant;
+use caustics_kernels::interface::counters::{COUNTER_COUNT, DEPOSIT_STATE_COUNT};
+use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::interface::material::Material;
+use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
+use caustics_kernels::interface::scene::SceneTables;
+use caustics_kernels::light::emit::{Emit, Leaving};
+use caustics_kernels::light::power::ByPower;
+use caustics_kernels::math::ray::Ray;
+use caustics_kernels::math::trig::sin_cos_turns;
+use caustics_kernels::pass::collect::{Collected, collect};
+use caustics_kernels::pass::gather_photons::gather_photons;
+use caustics_kernels::pass::resolve::resolve;
+use caustics_kernels::pass::{grid, shoot};
+use caustics_kernels::seam::{AtomicWords, Atomics, ScatterSlots};
+use caustics_kernels::trace::bvh::BvhTracer;
+use glam::{Vec3, Vec4};
+
+/// Mean of independent values and the standard error of that mean.
+pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (mean, (variance / n).sqrt())
+}
+
+/// Parallel light through a parallelogram (or the ellipse in it).
+#[derive(Clone, Copy, Debug)]
+pub struct Beam {
+    /// Centre of the cross-section [m].
+    pub centre: Vec3,
+    /// Unit direction of travel.
+    pub direction: Vec3,
+    /// Half axes of the cross-section [m], orthogonal to each other and to the direction.
+    pub axes: [Vec3; 2],
+    /// Ellipse instead of parallelogram.
+    pub round: bool,
+    /// Irradiance on a plane across [W m^-2].
+    pub irradiance: f32,
+}
+
+impl Beam {
+    /// Area of the cross-section [m^2].
+    pub fn area(&self) -> f64 {
+        let area = 4.0 * f64::from(self.axes[0].length()) * f64::from(self.axes[1].length());
+        if self.round { area * std::f64::consts::PI / 4.0 } else { area }
+    }
+}
+
+impl Emit for Beam {
+    fn leave(&self, place: Vec4, _direction: Vec4) -> Leaving {
+        let (x, y) = if self.round {
+            let (sin, cos) = sin_cos_turns(place.w);
+            (place.z.sqrt() * cos, place.z.sqrt() * sin)
+        } else {
+            (2.0 * place.z - 1.0, 2.0 * place.w - 1.0)
+        };
+        let origin = self.centre + self.axes[0] * x + self.axes[1] * y;
+        Leaving {
+            ray: Ray::endless(origin, self.direction),
+            flux: Vec3::splat(self.irradiance * self.area() as f32),
+        }
+    }
+}
+
+/// Counts in plain memory.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Tally(pub [u32; COUNTER_COUNT]);
+
+impl Atomics for Tally {
+    fn add(&mut self, index: u32, value: u32) -> u32 {
+        let before = self.0[index as usize];
+        self.0[index as usize] += value;
+        before
+    }
+    fn load(&self, index: u32) -> u32 {
+        self.0[index as usize]
+    }
+}
+
+/// Deposits in memory.
+#[derive(Clone, Debug, Default)]
+pub struct Deposits {
+    /// Where they lie.
+    pub geometry: Vec<DepositGeometry>,
+    /// Their light.
+    pub light: Vec<DepositLight>,
+}
+
+impl Deposits {
+    /// Adds one.
+    pub fn push(&mut self, geometry: DepositGeometry, light: DepositLight) {
+        self.geometry.push(geometry);
+        self.light.push(light);
+    }
+
+    /// How many.
+    pub fn len(&self) -> u32 {
+        self.geometry.len() as u32
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.geometry.is_empty()
+    }
+
+    /// Each deposit and the flux [W] that it brought, in the red channel.
+    pub fn flux(&self) -> impl Iterator<Item = (&DepositGeometry, f64)> {
+        self.geometry.iter().zip(&self.light).map(|(geometry, light)| {
+            (geometry, f64::from(light.flux.x) * f64::from(light.to_light.dot(geometry.normal)))
+        })
+    }
+}
+
+impl Receive for Deposits {
+    fn receive<N: Neighbours>(&mut self, _points: &mut N, geometry: DepositGeometry, light: DepositLight) {
+        self.push(geometry, light);
+    }
+}
+
+/// A scene with the settings of a frame.
+pub struct World<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// What it needs.
+    pub needs: Needs,
+    /// Push constants.
+    pub params: FrameParams,
+}
+
+impl<'a> World<'a> {
+    /// Through the scene's first camera. Light paths are shot whatever the scene's lights are.
+    pub fn new(scene: &'a Scene, settings: &Settings) -> Self {
+        let needs = scene.needs(settings.specular_roughness);
+        let mut params = settings.params(scene, &scene.cameras[0], needs, 0);
+        params.light_path_count = settings.light_paths;
+        World { scene, needs, params }
+    }
+
+    /// The scene's tables.
+    pub fn tables(&self) -> SceneTables<'a> {
+        let Scene { triangles, surfaces, materials, lights, .. } = self.scene;
+        SceneTables { triangles, surfaces, materials, lights }
+    }
+
+    /// The software tracer.
+    pub fn tracer(&self) -> BvhTracer<'a> {
+        BvhTracer { nodes: &self.scene.nodes, blocks: &self.scene.blocks }
+    }
+
+    /// Emission by power.
+    pub fn by_power(&self) -> ByPower<'a> {
+        let Scene { lights, triangles, .. } = self.scene;
+        ByPower { lights, light_count: lights.len() as u32, triangles, needs: self.needs }
+    }
+
+    /// All light paths of the frame, on two threads.
+    pub fn shoot<E: Emit + Sync>(&self, emit: &E) -> Deposits {
+        let count = self.params.light_path_count;
+        let part = |indices: std::ops::Range<u32>| {
+            let mut deposits = Deposits::default();
+            let (mut tracer, mut tally) = (self.tracer(), Tally::default());
+            for index in indices {
+                shoot::shoot(
+                    index,
+                    &self.params,
+                    self.needs,
+                    self.tables(),
+                    emit,
+                    &mut tracer,
+                    &mut Brute { count: 0 },
+                    &mut deposits,
+                    &mut tally,
+                );
+            }
+            deposits
+        };
+        std::thread::scope(|scope| {
+            let second = scope.spawn(|| part(count / 2..count));
+            let mut deposits = part(0..count / 2);
+            let rest = second.join().expect("no panic");
+            deposits.geometry.extend(rest.geometry);
+            deposits.light.extend(rest.light);
+            deposits
+        })
+    }
+
+    /// All camera paths of the frame.
+    pub fn collect(&self) -> Vec<Collected> {
+        let (mut tracer, mut tally) = (self.tracer(), Tally::default());
+        (0..self.params.pixel_count())
+            .map(|pixel| collect(pixel, &self.params, self.needs, self.tables(), &mut tracer, &mut tally))
+            .collect()
+    }
+}
+
+/// The hash grid over deposits, built by the kernels' passes.
+pub struct Grid {
+    /// Deposits sorted by cell.
+    pub sorted: Deposits,
+    starts: Vec<u32>,
+    ends: Vec<u32>,
+    cell_mask: u32,
+    cell_size: f32,
+}
+
+impl Grid {
+    /// Surveys the points, counts, reserves, fills.
+    pub fn build(points: &[PointGeometry], deposits: &Deposits, params: &FrameParams) -> Grid {
+        let mut histogram = vec![0; RADIUS_BINS as usize];
+        let mut words = AtomicWords::new(&mut histogram);
+        points.iter().for_each(|point| grid::survey(point, &mut words));
+        let size = grid::size(&histogram);
+        let mut counts = vec![0; params.cell_mask as usize + 1];
+        let mut words = AtomicWords::new(&mut counts);
+        deposits.geometry.iter().for_each(|deposit| grid::count(deposit, size, params, &mut words));
+        let mut state = [0; DEPOSIT_STATE_COUNT];
+        let mut words = AtomicWords::new(&mut state);
+        let starts: Vec<u32> = counts.iter().map(|&count| grid::reserve(count, &mut words)).collect();
+        let mut ends = starts.clone();
+        let mut sorted = deposits.clone();
+        let mut words = AtomicWords::new(&mut ends);
+        let mut to_geometry = ScatterSlots::new(&mut sorted.geometry);
+        let mut to_light = ScatterSlots::new(&mut sorted.light);
+        for (geometry, light) in deposits.geometry.iter().zip(&deposits.light) {
+            grid::fill(geometry, light, size, params, &mut words, &mut to_geometry, &mut to_light);
+        }
+        Grid { sorted, starts, ends, cell_mask: params.cell_mask, cell_size: f32::from_bits(size) }
+    }
+
+    /// The neighbours of the gather, ids being those of `sorted`.
+    pub fn neighbours(&self) -> PhotonsGrid<'_> {
+        PhotonsGrid {
+            sorted_geometry: &self.sorted.geometry,
+            cell_starts: &self.starts,
+            cell_ends: &self.ends,
+            cell_mask: self.cell_mask,
+            cell_size: self.cell_size,
+            count: self.sorted.len(),
+        }
+    }
+}
+
+/// Accumulator words of all points; `points` and `shadings` are as long as there are pixels.
+pub fn gather<N: Neighbours>(
+    points: &[PointGeometry],
+    shadings: &[PointShading],
+    deposits: &Deposits,
+    mut neighbours: N,
+    materials: &[Material],
+    needs: Needs,
+    params: &FrameParams,
+) -> Vec<u32> {
+    let mut words = vec![0; WORDS as usize * points.len()];
+    let mut accumulator = AtomicWords::new(&mut words);
+    let mut tally = Tally::default();
+    for (pixel, (point, shading)) in points.iter().zip(shadings).enumerate() {
+        gather_photons(
+            pixel as u32,
+            params,
+            needs,
+            materials,
+            *point,
+            *shading,
+            &deposits.geometry,
+            &deposits.light,
+            &mut neighbours,
+            &mut accumulator,
+            &mut tally,
+        );
+    }
+    words
+}
+
+/// Radiance of every point from its words.
+pub fn resolved(
+    points: &[PointGeometry],
+    shadings: &[PointShading],
+    words: &[u32],
+    params: &FrameParams,
+) -> Vec<Vec3> {
+    let pair = points.iter().zip(shadings).enumerate();
+    pair.map(|(pixel, (point, shading))| resolve(pixel as u32, point, shading, words, params)).collect()
+}
+
+/// Renders `frames` frames through the first camera on the CPU, as the command line does.
+pub fn render(
+    scene: &Scene,
+    settings: &Settings,
+    gather: &str,
+    needs: Option<Needs>,
+    threads: usize,
+    frames: u32,
+) -> Vec<(Picture, Counters)> {
+    let own = scene.needs(settings.specular_roughness);
+    let mut settings = settings.clone();
+    if !(own.has(Needs::CASTERS) && own.has(Needs::RECEIVERS)) {
+        settings.light_paths = 0;
+    }
+    let variant = variant::find(gather).expect("a known gather");
+    let choice = RunnerChoice::Cpu { threads };
+    let needs = needs.unwrap_or(own);
+    let mut session = Session::new(&choice, scene, &scene.cameras[0], &settings, variant, needs)
+        .expect("a session on the CPU opens");
+    (0..frames)
+        .map(|frame| {
+            session.frame(frame).expect("a frame runs");
+            (session.picture().expect("a picture"), session.counters().expect("counters"))
+        })
+        .collect()
+}
+
+/// Mean of the red channel over all pixels of a layer.
+pub fn mean_of(layer: &[Vec3]) -> f64 {
+    layer.iter().map(|value| f64::from(value.x)).sum::<f64>() / layer.len() as f64
+}

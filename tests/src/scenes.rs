@@ -1,0 +1,220 @@
+//! Builders of small scenes: panels, blocks, spheres and rings of a few materials, through [`Scene::from_parts`].
+
+use std::f64::consts::{PI, TAU};
+
+use caustics::scene::{PointLight, Scene, SceneCamera};
+use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAG_THIN, Material};
+use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
+use glam::{DVec3, Vec3};
+
+/// Plain Lambert of this albedo.
+pub fn lambert(albedo: f32) -> Material {
+    Material { base_color: Vec3::splat(albedo), roughness: 1.0, ior: 1.5, ..Material::default() }
+}
+
+/// Lambert under a dielectric coat of index 1.5.
+pub fn coated(albedo: f32, roughness: f32) -> Material {
+    Material { specular: 1.0, roughness, ..lambert(albedo) }
+}
+
+/// Metal of this reflectance at normal incidence; a delta mirror below roughness 0.08.
+pub fn metal(color: f32, roughness: f32) -> Material {
+    Material { metallic: 1.0, roughness, ..lambert(color) }
+}
+
+/// Clear dielectric with a volume.
+pub fn glass(ior: f32) -> Material {
+    Material { transmission: 1.0, specular: 1.0, roughness: 0.0, ior, ..lambert(1.0) }
+}
+
+/// Clear dielectric without a volume: a thin wall.
+pub fn pane(ior: f32) -> Material {
+    Material { flags: FLAG_THIN, ..glass(ior) }
+}
+
+/// Black, with this radiance [W m^-2 sr^-1] from its front.
+pub fn emitter(radiance: f32) -> Material {
+    Material { emission: Vec3::splat(radiance), ..lambert(0.0) }
+}
+
+/// The same from both sides.
+pub fn emitter_both(radiance: f32) -> Material {
+    Material { flags: FLAG_EMIT_BOTH_SIDES, ..emitter(radiance) }
+}
+
+/// A scene in the making. Coordinates are f64 and in metres.
+#[derive(Clone, Debug, Default)]
+pub struct Builder {
+    triangles: Vec<Triangle>,
+    surfaces: Vec<TriangleSurface>,
+    materials: Vec<Material>,
+    lights: Vec<PointLight>,
+    cameras: Vec<SceneCamera>,
+}
+
+impl Builder {
+    /// Adds a material; its id.
+    pub fn material(&mut self, material: Material) -> u32 {
+        self.materials.push(material);
+        self.materials.len() as u32 - 1
+    }
+
+    /// Adds a triangle with vertex normals.
+    pub fn triangle(&mut self, material: u32, corners: [DVec3; 3], normals: [DVec3; 3]) {
+        let [a, b, c] = corners.map(|corner| corner.as_vec3());
+        let [normal_a, normal_b, normal_c] = normals.map(|normal| normal.normalize().as_vec3());
+        self.triangles.push(Triangle { a, b, c });
+        self.surfaces.push(TriangleSurface {
+            normal_a,
+            normal_b,
+            normal_c,
+            material,
+            ..TriangleSurface::default()
+        });
+    }
+
+    /// Adds a flat parallelogram; its front is where `right` x `up` points.
+    pub fn panel(&mut self, material: u32, centre: DVec3, right: DVec3, up: DVec3) {
+        let n = right.cross(up);
+        let [a, b, c, d] =
+            [centre - right - up, centre + right - up, centre + right + up, centre - right + up];
+        self.triangle(material, [a, b, c], [n; 3]);
+        self.triangle(material, [a, c, d], [n; 3]);
+    }
+
+    /// Adds an axis-aligned block; `inwards` turns its fronts to the inside (a room).
+    pub fn block(&mut self, material: u32, min: DVec3, max: DVec3, inwards: bool) {
+        let (centre, half) = (0.5 * (min + max), 0.5 * (max - min));
+        let flip = if inwards { -1.0 } else { 1.0 };
+        for axis in 0..3 {
+            for sign in [1.0, -1.0] {
+                let unit = |axis: usize| DVec3::AXES[axis % 3] * half[axis % 3];
+                let right = flip * sign * unit(axis + 1);
+                self.panel(material, centre + sign * unit(axis), right, unit(axis + 2));
+            }
+        }
+    }
+
+    /// Adds a sphere with smooth normals, poles on the y axis.
+    pub fn sphere(&mut self, material: u32, centre: DVec3, radius: f64, segments: u32, rows: u32) {
+        let at = |row: u32, segment: u32| {
+            let (sin, cos) = match row {
+                0 => (0.0, 1.0),
+                row if row == rows => (0.0, -1.0),
+                row => (PI * f64::from(row) / f64::from(rows)).sin_cos(),
+            };
+            let (s, c) = (TAU * f64::from(segment % segments) / f64::from(segments)).sin_cos();
+            DVec3::new(sin * c, cos, -sin * s)
+        };
+        for row in 0..rows {
+            for segment in 0..segments {
+                let n =
+                    [at(row, segment), at(row + 1, segment), at(row + 1, segment + 1), at(row, segment + 1)];
+                let p = n.map(|n| centre + radius * n);
+                if row + 1 != rows {
+                    self.triangle(material, [p[0], p[1], p[2]], [n[0], n[1], n[2]]);
+                }
+                if row != 0 {
+                    self.triangle(material, [p[0], p[2], p[3]], [n[0], n[2], n[3]]);
+                }
+            }
+        }
+    }
+
+    /// Adds the inside of a cylinder's wall (a ring of no thickness, axis on y) over angles `from`..`to` around the
+    /// axis; angle 0 is +x, angles grow towards +z; fronts and normals look at the axis.
+    #[expect(clippy::too_many_arguments, reason = "a shape in one call")]
+    pub fn wall(
+        &mut self,
+        material: u32,
+        base: DVec3,
+        radius: f64,
+        height: f64,
+        from: f64,
+        to: f64,
+        segments: u32,
+    ) {
+        let at = |segment: u32| {
+            let (sin, cos) = (from + (to - from) * f64::from(segment) / f64::from(segments)).sin_cos();
+            DVec3::new(cos, 0.0, sin)
+        };
+        for segment in 0..segments {
+            let (left, right) = (at(segment), at(segment + 1));
+            let (a, b) = (base + radius * left, base + radius * right);
+            let up = height * DVec3::Y;
+            self.triangle(material, [a, b, b + up], [-left, -right, -right]);
+            self.triangle(material, [a, b + up, a + up], [-left, -right, -left]);
+        }
+    }
+
+    /// Adds a point light of this intensity [W/sr] in every channel.
+    pub fn light(&mut self, position: DVec3, intensity: f32) {
+        self.lights.push(PointLight { position: position.as_vec3(), intensity: Vec3::splat(intensity) });
+    }
+
+    /// Adds a camera with y upwards (z where it looks along y).
+    pub fn camera(&mut self, eye: DVec3, target: DVec3, fov_y: f32) {
+        let (eye, target) = (eye.as_vec3(), target.as_vec3());
+        let steep = (target - eye).normalize().y.abs() > 0.999;
+        let up = if steep { Vec3::Z } else { Vec3::Y };
+        self.cameras.push(SceneCamera::look_at("main", eye, target, up, fov_y));
+    }
+
+    /// Multiplies lengths by `scale`; intensities by its square and absorption by its inverse, so that the picture
+    /// stays.
+    pub fn scaled(mut self, scale: f32) -> Self {
+        for triangle in &mut self.triangles {
+            (triangle.a, triangle.b, triangle.c) =
+                (triangle.a * scale, triangle.b * scale, triangle.c * scale);
+        }
+        for light in &mut self.lights {
+            light.position *= scale;
+            light.intensity *= scale * scale;
+        }
+        self.materials.iter_mut().for_each(|material| material.absorption /= scale);
+        self.cameras.iter_mut().for_each(|camera| camera.position *= scale);
+        self
+    }
+
+    /// Multiplies all light by `scale`.
+    pub fn brightened(mut self, scale: f32) -> Self {
+        self.lights.iter_mut().for_each(|light| light.intensity *= scale);
+        self.materials.iter_mut().for_each(|material| material.emission *= scale);
+        self
+    }
+
+    /// The scene.
+    pub fn build(self) -> Scene {
+        let names = (0..self.materials.len()).map(|id| format!("material {id}")).collect();
+        let Builder { triangles, surfaces, materials, lights, cameras } = self;
+        Scene::from_parts("test", triangles, surfaces, materials, names, lights, cameras)
+            .expect("a test's scene is valid")
+    }
+}
+
+/// A committed scene.
+pub fn committed(name: &str) -> Scene {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name);
+    Scene::load(&folder.join("scene.gltf")).expect("committed scenes load")
+}
+
+/// A closed room of 2 x 2 x 2 m around the origin with every kind of thing in it: a glass ball (absorbing), a mirror
+/// ring, a coated block, a glossy plate, an area light and a point light.
+pub fn mixed_room() -> Builder {
+    let mut b = Builder::default();
+    let wall = b.material(lambert(0.6));
+    let ball = b.material(Material { absorption: Vec3::new(0.5, 1.0, 2.0), ..glass(1.5) });
+    let ring = b.material(metal(0.9, 0.0));
+    let block = b.material(coated(0.5, 0.4));
+    let plate = b.material(metal(0.8, 0.2));
+    let lamp = b.material(emitter(40.0));
+    b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+    b.sphere(ball, DVec3::new(-0.35, -0.645, 0.1), 0.35, 48, 24);
+    b.wall(ring, DVec3::new(0.45, -0.999, 0.2), 0.3, 0.15, 0.0, TAU, 96);
+    b.block(block, DVec3::new(0.3, -0.998, -0.8), DVec3::new(0.8, -0.5, -0.4), false);
+    b.panel(plate, DVec3::new(-0.99, -0.2, 0.0), DVec3::new(0.0, 0.0, -0.5), DVec3::new(0.0, 0.5, 0.0));
+    b.panel(lamp, DVec3::new(0.2, 0.98, 0.1), DVec3::new(0.15, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.15));
+    b.light(DVec3::new(-0.5, 0.7, 0.5), 0.3);
+    b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.45, 0.0), 0.9);
+    b
+}

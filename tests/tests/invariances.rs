@@ -1,0 +1,218 @@
+//! O9: what must not change a picture, and what must scale it.
+
+use bytemuck::{cast_slice, pod_collect_to_vec};
+use caustics::method::basic;
+use caustics::method::settings::Settings;
+use caustics::scene::Scene;
+use caustics::session::{Picture, RunnerChoice, open};
+use caustics_kernels::gather::variant;
+use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::interface::needs::Needs;
+use caustics_tests::direct::*;
+use caustics_tests::scenes::*;
+use glam::{DVec3, Vec3};
+use std::path::Path;
+
+fn settings() -> Settings {
+    Settings { width: 64, height: 48, light_paths: 60_000, ..Settings::default() }
+}
+
+fn picture(scene: &Scene, settings: &Settings) -> Picture {
+    render(scene, settings, "photons-grid", None, 0, 1).remove(0).0
+}
+
+fn assert_same(a: &Picture, b: &Picture, what: &str) {
+    assert!(a.path == b.path, "{what}: path differs in {} pixels", differing(&a.path, &b.path));
+    assert!(a.caustics == b.caustics, "{what}: {} pixels", differing(&a.caustics, &b.caustics));
+    assert!(a == b, "{what}: points differ");
+}
+
+fn differing(a: &[Vec3], b: &[Vec3]) -> usize {
+    a.iter().zip(b).filter(|(a, b)| a != b).count()
+}
+
+fn max_relative(a: &[Vec3], b: &[Vec3]) -> f32 {
+    a.iter().zip(b).map(|(a, b)| (*a - *b).length() / (b.length() + 1e-20)).fold(0.0, f32::max)
+}
+
+#[test]
+fn threads_change_no_bit() {
+    let scene = mixed_room().build();
+    for gather in variant::ALL.iter().filter(|variant| !variant.hardware) {
+        let light_paths = if gather.name == "brute" { 2_000 } else { 60_000 };
+        let settings = Settings { light_paths, ..settings() };
+        let runs = [1, 2, 7].map(|threads| render(&scene, &settings, gather.name, None, threads, 2));
+        for frame in 0..2 {
+            for run in &runs[1..] {
+                assert_same(&runs[0][frame].0, &run[frame].0, gather.name);
+                assert_eq!(runs[0][frame].1, run[frame].1);
+            }
+        }
+        let first = &runs[0];
+        assert!(first[0].0.caustics != first[1].0.caustics && first[0].0.path != first[1].0.path);
+        assert!(first[0].0.deposits.iter().sum::<f32>() > 50.0, "the test has lost its subject");
+    }
+}
+
+#[test]
+fn another_seed_draws_other_numbers() {
+    let scene = mixed_room().build();
+    let (a, b) = (picture(&scene, &settings()), picture(&scene, &Settings { seed: 1, ..settings() }));
+    assert!(differing(&a.path, &b.path) > 64 * 48 / 2);
+    assert!(differing(&a.caustics, &b.caustics) > 100);
+}
+
+#[test]
+fn pictures_scale_with_the_light() {
+    let plain = picture(&mixed_room().build(), &settings());
+    for exponent in [-20, 20] {
+        let scale = 2.0_f32.powi(exponent);
+        let mut scaled = picture(&mixed_room().brightened(scale).build(), &settings());
+        scaled.path.iter_mut().chain(&mut scaled.caustics).for_each(|value| *value /= scale);
+        assert_same(&plain, &scaled, &format!("light x 2^{exponent}"));
+    }
+    // Other factors: the paths are the same, so rounding alone is seen.
+    for scale in [1e-6_f32, 1e6] {
+        let mut scaled = picture(&mixed_room().brightened(scale).build(), &settings());
+        scaled.path.iter_mut().chain(&mut scaled.caustics).for_each(|value| *value /= scale);
+        let (path, caustics) =
+            (max_relative(&scaled.path, &plain.path), max_relative(&scaled.caustics, &plain.caustics));
+        println!("light x {scale:e}: largest relative difference: path {path:e}, caustics {caustics:e}");
+        assert!(path < 1e-4 && caustics < 1e-4);
+    }
+}
+
+#[test]
+fn pictures_do_not_depend_on_the_unit_of_length() {
+    let plain = picture(&mixed_room().build(), &settings());
+    for exponent in [-10, 13] {
+        let scale = 2.0_f32.powi(exponent);
+        let mut scaled = picture(&mixed_room().scaled(scale).build(), &settings());
+        scaled.radius.iter_mut().for_each(|radius| *radius /= scale);
+        assert_same(&plain, &scaled, &format!("lengths x 2^{exponent}"));
+    }
+    for scale in [1e-3_f32, 0.1, 10.0, 1e4] {
+        let scaled = picture(&mixed_room().scaled(scale).build(), &settings());
+        let path = mean_of(&scaled.path) / mean_of(&plain.path) - 1.0;
+        let caustics = mean_of(&scaled.caustics) / mean_of(&plain.caustics) - 1.0;
+        let off =
+            plain.path.iter().zip(&scaled.path).filter(|(a, b)| (**a - **b).length() > 1e-3 * a.length());
+        println!(
+            "lengths x {scale:e}: mean path {path:e}, mean caustics {caustics:e}, {} pixels off by 1e-3",
+            off.count()
+        );
+        // The mean over few pixels moves where one path takes another turn.
+        assert!(path.abs() < 1e-3 && caustics.abs() < 1e-3);
+    }
+}
+
+/// Renders with the scene's needs and with all; the bits to blame are printed.
+fn assert_needs_change_nothing(name: &str, scene: &Scene) {
+    let own = render(scene, &settings(), "photons-grid", None, 0, 1).remove(0);
+    let with = |needs| render(scene, &settings(), "photons-grid", Some(needs), 0, 1).remove(0);
+    let all = with(Needs::ALL);
+    if own.0 != all.0 {
+        let needs = scene.needs(0.25);
+        for (bit, bit_name) in Needs::NAMES.into_iter().filter(|&(bit, _)| !needs.has(bit)) {
+            let one = with(needs | bit).0;
+            let off = |a: &[Vec3], b: &[Vec3]| (differing(a, b), max_relative(a, b));
+            let (path, caustics) = (off(&one.path, &own.0.path), off(&one.caustics, &own.0.caustics));
+            println!("{name} with {bit_name}: path {path:?}, caustics {caustics:?} (pixels, largest)");
+        }
+    }
+    assert_same(&own.0, &all.0, name);
+    assert_eq!(own.1, all.1, "{name}");
+}
+
+#[test]
+fn code_that_a_scene_does_not_need_changes_no_bit() {
+    for name in ["mirror-room", "glossy-room", "plain-room", "ring"] {
+        assert_needs_change_nothing(name, &committed(name));
+    }
+    assert_needs_change_nothing("mixed", &mixed_room().build());
+}
+
+/// Flat faces only: interpolated normals must be the face's to the bit.
+#[test]
+fn code_for_smooth_normals_changes_no_bit_of_flat_scenes() {
+    let mut flat = Builder::default();
+    let wall = flat.material(lambert(0.6));
+    let mirror = flat.material(metal(0.9, 0.0));
+    flat.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+    flat.panel(mirror, DVec3::new(0.0, -0.9, -0.5), 0.5 * DVec3::Z, DVec3::new(0.4, 0.1, 0.0));
+    flat.light(DVec3::new(0.2, 0.7, 0.1), 1.0);
+    flat.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.45, 0.0), 0.9);
+    assert_needs_change_nothing("flat", &flat.build());
+}
+
+/// The committed ring below a root node that is moved by `by` along every axis.
+fn translated_ring(folder: &Path, by: f64) -> Scene {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/ring");
+    let text = std::fs::read_to_string(source.join("scene.gltf")).unwrap();
+    let mut document: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let roots = document["scenes"][0]["nodes"].clone();
+    let nodes = document["nodes"].as_array_mut().unwrap();
+    nodes.push(serde_json::json!({ "name": "moved", "children": roots, "translation": [by, -by, by] }));
+    let root = nodes.len() - 1;
+    document["scenes"][0]["nodes"] = serde_json::json!([root]);
+    std::fs::copy(source.join("scene.bin"), folder.join("scene.bin")).unwrap();
+    let path = folder.join("scene.gltf");
+    std::fs::write(&path, document.to_string()).unwrap();
+    Scene::load(&path).unwrap()
+}
+
+#[test]
+fn moved_scenes_look_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = translated_ring(folder.path(), 0.0);
+    let expected = picture(&plain, &settings());
+    assert_same(&expected, &picture(&committed("ring"), &settings()), "a root node at the origin");
+    for by in [1e4, 1e5] {
+        let moved = translated_ring(folder.path(), by);
+        assert!((moved.origin - plain.origin - DVec3::new(by, -by, by)).length() < 1e-9 * by);
+        let farthest = plain
+            .triangles
+            .iter()
+            .zip(&moved.triangles)
+            .map(|(a, b)| (a.a - b.a).length().max((a.b - b.b).length()).max((a.c - b.c).length()))
+            .fold(0.0, f32::max);
+        let got = picture(&moved, &settings());
+        let path = mean_of(&got.path) / mean_of(&expected.path) - 1.0;
+        let caustics = mean_of(&got.caustics) / mean_of(&expected.caustics) - 1.0;
+        println!(
+            "moved by {by:e}: corners by {farthest:e} m, mean path {path:e}, mean caustics {caustics:e}, {} pixels differ",
+            differing(&got.path, &expected.path)
+        );
+        // Corners round to another f32 in an ulp of 7 m at most; single paths may take another turn.
+        assert!(farthest <= 1e-6);
+        assert!(path.abs() < 1e-3 && caustics.abs() < 1e-2);
+    }
+}
+
+/// Light paths in batches give what one batch gives: sums are integers.
+#[test]
+fn batches_change_no_bit() {
+    let scene = mixed_room().build();
+    let settings = settings();
+    let needs = scene.needs(settings.specular_roughness);
+    let variant = variant::find("photons-grid").unwrap();
+    let whole = settings.params(&scene, &scene.cameras[0], needs, 0);
+    assert_eq!(whole.light_path_batch, whole.light_path_count, "one batch");
+    let caustics = [60_000, 7_001, 1_000].map(|batch| {
+        let params = FrameParams {
+            light_path_batch: batch,
+            deposit_capacity: batch * (settings.max_bounces - 1),
+            ..whole
+        };
+        let buffers = basic::buffers(variant, &params);
+        let mut runner = open(&RunnerChoice::Cpu { threads: 0 }, &scene, needs, &buffers).unwrap();
+        let order = basic::pixel_order(params.width, params.height);
+        runner.write("pixel_order", cast_slice(&order)).unwrap();
+        runner.run(&basic::steps(variant, params)).unwrap();
+        let words: Vec<u32> = pod_collect_to_vec(&runner.read("accumulator").unwrap());
+        let counters: Vec<u32> = pod_collect_to_vec(&runner.read("counters").unwrap());
+        (words, counters)
+    });
+    assert!(caustics[0].0.iter().any(|&word| word != 0));
+    assert!(caustics[1] == caustics[0] && caustics[2] == caustics[0]);
+}

@@ -66,7 +66,6 @@ pub fn collect<T: Tracer, C: Atomics>(
 
 /// Follows a camera path from its first ray.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "every argument is a seam or a table")]
 pub fn follow<T: Tracer, C: Atomics>(
     mut ray: Ray,
     mut cone: RayCone,

@@ -12,7 +12,6 @@ use crate::seam::Atomics;
 
 /// Sums the deposits near the point of `pixel` into its words.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "every argument is a seam or a table")]
 pub fn gather_photons<N: Neighbours, A: Atomics, C: Atomics>(
     pixel: u32,
     params: &FrameParams,

@@ -19,7 +19,6 @@ use spirv_std::glam::Vec3;
 
 /// Traces light path `params.light_path_offset + index`.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "every argument is a seam or a table")]
 pub fn shoot<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
     index: u32,
     params: &FrameParams,

@@ -60,7 +60,7 @@ pub struct Scene {
 impl Scene {
     /// Makes the tables of geometry that is centred already. A scene may be dark or have no camera.
     ///
-    /// Drops triangles without an area, computes curvatures, orders triangles by the tree, and builds the light table;
+    /// Drops triangles without an area, computes curvatures, clears normals that are the face's, orders triangles by the tree, and builds the light table;
     /// `curvature` and `light` of the given surfaces are overwritten.
     pub fn from_parts(
         name: &str,
@@ -83,6 +83,7 @@ impl Scene {
         let mut surfaces: Vec<_> = tree.order.iter().map(|&id| surfaces[id as usize]).collect();
         for (triangle, surface) in triangles.iter().zip(&mut surfaces) {
             surface.curvature = geometry::curvature(triangle, surface);
+            geometry::flatten(triangle, surface);
             surface.light = NONE;
         }
 

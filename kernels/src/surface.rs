@@ -165,7 +165,7 @@ impl Surface {
         if class.has(Classes::NON_SPECULAR) {
             let mut base = opaque;
             if self.needs.has(Needs::COAT) {
-                base *= 1.0 - coat::reflectance(&self.material, cos_half);
+                base *= coat::base_share(&self.material, self.to_origin.z, direction.z);
             }
             f += lambert::eval(&self.material) * base;
             pdf += self.chances.lambert * lambert::pdf(direction);

@@ -85,9 +85,6 @@ impl Atomics for Tally {
         self.0[index as usize] += value;
         before
     }
-    fn load(&self, index: u32) -> u32 {
-        self.0[index as usize]
-    }
 }
 
 /// Deposits in memory.

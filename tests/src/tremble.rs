@@ -76,9 +76,6 @@ impl Atomics for Ignore {
     fn add(&mut self, _index: u32, _value: u32) -> u32 {
         0
     }
-    fn load(&self, _index: u32) -> u32 {
-        0
-    }
 }
 
 /// Keeps the deposits of a path.

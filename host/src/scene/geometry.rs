@@ -94,8 +94,15 @@ pub fn area(triangle: &Triangle) -> f64 {
     0.5 * (b - a).cross(c - a).length()
 }
 
+/// Clears normals that are the face's own, so that the kernels take that one, to the bit.
+pub fn flatten(triangle: &Triangle, surface: &mut TriangleSurface) {
+    if !is_smooth(triangle, surface) {
+        (surface.normal_a, surface.normal_b, surface.normal_c) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
+    }
+}
+
 /// Whether the normals differ from the face's.
-pub fn is_smooth(triangle: &Triangle, surface: &TriangleSurface) -> bool {
+fn is_smooth(triangle: &Triangle, surface: &TriangleSurface) -> bool {
     let face = face_normal(triangle);
     let normals = [surface.normal_a, surface.normal_b, surface.normal_c];
     normals.into_iter().any(|normal| (normal - face).length() > 1e-6)

@@ -3,8 +3,9 @@
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::material::{FLAG_THIN, Material};
 use caustics_kernels::interface::needs::Needs;
+use glam::Vec3;
 
-use super::{Scene, geometry};
+use super::Scene;
 
 /// Metal below this roughness is a delta mirror.
 const MIRROR_ROUGHNESS: f32 = 0.08;
@@ -22,7 +23,7 @@ impl Scene {
         for light in &self.lights {
             needs = needs | if light.triangle == NONE { Needs::POINT_LIGHTS } else { Needs::AREA_LIGHTS };
         }
-        if self.triangles.iter().zip(&self.surfaces).any(|(t, s)| geometry::is_smooth(t, s)) {
+        if self.surfaces.iter().any(|surface| surface.normal_a != Vec3::ZERO) {
             needs = needs | Needs::SMOOTH_NORMALS;
         }
         needs
@@ -56,7 +57,6 @@ fn of_material(material: &Material, specular_roughness: f32) -> Needs {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
 
     #[test]
     fn materials_need_their_lobes_only() {

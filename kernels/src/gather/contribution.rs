@@ -7,6 +7,7 @@ use crate::interface::material::Material;
 use crate::interface::needs::Needs;
 use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
 use crate::math::frame::ShadingFrame;
+use crate::math::max_abs;
 use crate::surface::Surface;
 use crate::surface::class::Classes;
 use spirv_std::glam::Vec3;
@@ -50,10 +51,12 @@ pub fn contribution(
 
 /// Half extent [m] of a box that holds every deposit a disc may take. The slab of `takes` is tilted by up to half the
 /// largest angle between the normals (acos(0.9) / 2 = 12.9 degrees), so a deposit may stand off the disc's own plane
-/// by R sin(asin(0.1) + 12.9 degrees) = 0.32 R.
+/// by R sin(asin(0.1) + 12.9 degrees) = 0.32 R. Inflated by 4 ulp of the largest coordinate, for what rounding takes.
 #[inline(always)]
-pub fn disc_half_extent(normal: Vec3, radius: f32) -> Vec3 {
+pub fn disc_half_extent(point: &PointGeometry) -> Vec3 {
+    let normal = point.normal;
     let square = Vec3::ONE - normal * normal;
     let flat = Vec3::new(square.x.max(0.0).sqrt(), square.y.max(0.0).sqrt(), square.z.max(0.0).sqrt());
-    (flat + normal.abs() * 0.33) * radius
+    let slack = (max_abs(point.position) + point.radius) * (4.0 * f32::EPSILON);
+    (flat + normal.abs() * 0.33) * point.radius + Vec3::splat(slack)
 }

@@ -19,7 +19,7 @@ pub struct Triangle {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct TriangleSurface {
-    /// Unit vertex normal at `a`.
+    /// Unit vertex normal at `a`; zero, as the others, where the face's own normal serves.
     pub normal_a: Vec3,
     /// Unit vertex normal at `b`.
     pub normal_b: Vec3,

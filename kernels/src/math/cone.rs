@@ -80,15 +80,6 @@ impl RayCone {
     }
 }
 
-/// Mean signed curvature [1/m] of a triangle's interpolated normals over its three edges.
-pub fn triangle_curvature(corners: [Vec3; 3], normals: [Vec3; 3]) -> f32 {
-    let edge = |i: usize, j: usize| {
-        let along = corners[j] - corners[i];
-        (normals[j] - normals[i]).dot(along) / along.length_squared()
-    };
-    (edge(0, 1) + edge(1, 2) + edge(2, 0)) * (1.0 / 3.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -120,13 +111,5 @@ mod tests {
         let cone = RayCone { width: 0.1, spread: 0.0, rough_width: 0.0, rough_spread: 0.0 };
         let rough = cone.reflect(-0.5, 1.0).roughen(0.3).advance(1.0);
         assert!(rough.radius(1.0, 1.0, Vec3::ZERO) > 0.01);
-    }
-
-    #[test]
-    fn a_sphere_has_its_curvature() {
-        let r = 0.5f32;
-        let normals = [Vec3::Z, Vec3::new(0.1, 0.0, 1.0).normalize(), Vec3::new(0.0, 0.1, 1.0).normalize()];
-        let curvature = triangle_curvature(normals.map(|n| n * r), normals);
-        assert!((curvature - 1.0 / r).abs() < 1e-4, "{curvature}");
     }
 }

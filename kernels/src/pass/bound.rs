@@ -2,19 +2,15 @@
 
 use crate::gather::contribution::disc_half_extent;
 use crate::interface::point::{PointBox, PointGeometry};
-use crate::math::max_abs;
-use spirv_std::glam::Vec3;
 
-/// The box of one point, inflated by 4 ulp of its largest coordinate. Without a point: a box of no size where the
+/// The box of one point. Without a point: a box of no size where the
 /// camera path ended, never NaN and never far away (drivers answer both badly).
 #[inline(always)]
 pub fn bound(point: &PointGeometry) -> PointBox {
     if point.depth == 0 {
         return PointBox { min: point.position, max: point.position };
     }
-    let half = disc_half_extent(point.normal, point.radius);
-    let slack = (max_abs(point.position) + point.radius) * (4.0 * f32::EPSILON);
-    let half = half + Vec3::splat(slack);
+    let half = disc_half_extent(point);
     PointBox { min: point.position - half, max: point.position + half }
 }
 
@@ -25,6 +21,7 @@ mod tests {
     use crate::interface::point::DepositGeometry;
     use crate::math::rng::{Rng, Stream};
     use crate::math::warp::uniform_sphere;
+    use spirv_std::glam::Vec3;
 
     #[test]
     fn every_deposit_taken_lies_in_the_box() {

@@ -38,7 +38,7 @@ pub fn gather_photons<N: Neighbours, A: Atomics, C: Atomics>(
         needs,
         sum: Sum::default(),
     };
-    let near = Near { position: point.position, half_extent: disc_half_extent(point.normal, point.radius) };
+    let near = Near { position: point.position, half_extent: disc_half_extent(&point) };
     neighbours.for_each_near(near, &mut take);
     let sum = take.sum;
     if sum.count != 0 {

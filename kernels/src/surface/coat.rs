@@ -1,4 +1,8 @@
-//! The dielectric's coat: GGX reflection over the base, which gets what the coat lets through (glTF `fresnel_mix`).
+//! The dielectric's coat: GGX reflection over the base. The base gets what the coat lets in and out.
+//!
+//! glTF's `fresnel_mix` scales the base by 1 - F(v.h), which gains energy at grazing angles (up to 1.8 over white). The
+//! product below is reciprocal and, with a smooth coat over a white base, reflects exactly what arrives [Ashikhmin and
+//! Shirley 2000, section 2.2, with exact normalisation].
 
 use crate::interface::material::Material;
 use crate::surface::fresnel;
@@ -15,4 +19,15 @@ pub fn reflectance(material: &Material, cos: f32) -> f32 {
 #[inline]
 pub fn eval(material: &Material, facets: f32, cos_half: f32) -> f32 {
     reflectance(material, cos_half) * facets
+}
+
+/// Share of the base's own scattering that passes the coat both ways, for the cosines of both directions: what enters,
+/// times what leaves, over the mean of what leaves (light thrown back inside scatters until it does).
+#[inline]
+pub fn base_share(material: &Material, cos_viewer: f32, cos_light: f32) -> f32 {
+    let ratio = (material.ior - 1.0) / (material.ior + 1.0);
+    let f0 = ratio * ratio;
+    // The cosine-weighted mean of (1 - cos)^5 is 1/21.
+    let mean = material.specular * (f0 + (1.0 - f0) * (1.0 / 21.0));
+    (1.0 - reflectance(material, cos_viewer)) * (1.0 - reflectance(material, cos_light)) / (1.0 - mean)
 }

@@ -94,8 +94,7 @@ fn compare_events(twin: &mut Twin, events: &[ScatterIn], table: &mut Table) {
     let (cpu, gpu) = twin.head::<ScatterOut>("scatter_out", events.len());
     let choices = Tolerance::EXACT.except(1.0e-4, "a random number within ulps of a lobe's chance");
     let near = Tolerance::relative(1.0e-4, 1.0, "contract 8").except(1.0e-4, choices.reason);
-    let peak =
-        Tolerance::relative(1.0e-4, 1.0, "contract 8: single steps to 1e-4");
+    let peak = Tolerance::relative(1.0e-4, 1.0, "contract 8: single steps to 1e-4");
     let differences = rows(&cpu, &gpu, choices, |field| match field.name {
         "pdf" => Tolerance { absolute: 0.0, ..peak }.except(near.share, peak.reason),
         _ => near,

@@ -3,10 +3,13 @@
 //! `scene` reads glTF into flat tables, `method` lists the passes of a frame, `runner` executes the list on the
 //! CPU or, through `vulkan`, on a GPU, `session` ties them together, `output` writes the picture. See ARCHITECTURE.md.
 
+pub mod counters;
 pub mod kernels;
 pub mod method;
 pub mod output;
+pub mod picture;
 pub mod runner;
 pub mod scene;
 pub mod session;
+pub mod trace_rate;
 pub mod vulkan;

@@ -1,7 +1,7 @@
 //! Every `#[spirv]` entry point: bounds check, bind, call the pass; no logic.
 //!
 //! Parameters are named after the buffers, and the host binds by these names. Entry points that trace come in two
-//! versions of one name: `software` in `base.spv`, `hardware` (ray queries) in `rayquery.spv`.
+//! versions of one name (`tracing`): `software` in `base.spv`, `hardware` (ray queries) in `rayquery.spv`.
 
 #[cfg(feature = "ray-query")]
 pub mod hardware;
@@ -13,6 +13,8 @@ pub mod points;
 pub mod software;
 #[cfg(not(feature = "ray-query"))]
 pub mod steps;
+
+mod tracing;
 
 use crate::interface::frame::INVOCATIONS_PER_ROW;
 use spirv_std::glam::UVec3;

@@ -53,7 +53,8 @@ mod gpu {
 mod cpu {
     use super::{Atomics, Scatter};
     use std::marker::PhantomData;
-    use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+    use std::sync::atomic::AtomicU32;
+    use std::sync::atomic::Ordering::Relaxed;
 
     /// Atomic words in memory.
     #[derive(Clone, Copy)]

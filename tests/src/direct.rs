@@ -1,15 +1,16 @@
 //! Kernel functions called one by one on this thread, without a runner: light paths from any emitter, camera paths,
 //! gathers of any neighbours. And frames through a [`Session`] on the CPU.
 
+use caustics::counters::Counters;
 use caustics::method::settings::Settings;
+use caustics::picture::Picture;
 use caustics::scene::Scene;
-use caustics::session::{Counters, Picture, RunnerChoice, Session};
-use caustics_kernels::gather::Neighbours;
+use caustics::session::{RunnerChoice, Session};
 use caustics_kernels::gather::accumulator::WORDS;
 use caustics_kernels::gather::brute::Brute;
 use caustics_kernels::gather::photons_grid::{PhotonsGrid, RADIUS_BINS};
 use caustics_kernels::gather::receive::Receive;
-use caustics_kernels::gather::variant;
+use caustics_kernels::gather::{Neighbours, variant};
 use caustics_kernels::interface::counters::{COUNTER_COUNT, DEPOSIT_STATE_COUNT};
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::material::Material;

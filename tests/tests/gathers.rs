@@ -298,7 +298,7 @@ fn gathers_agree_on_real_scenes() {
     for name in ["mirror-room", "ring"] {
         let scene = committed(name);
         let settings = Settings { width: 80, height: 45, light_paths: 30_000, ..Settings::default() };
-        let mut first: Option<caustics::session::Picture> = None;
+        let mut first: Option<caustics::picture::Picture> = None;
         for variant in variant::ALL {
             if variant.hardware {
                 println!("{} needs ray queries: not on the CPU", variant.name);

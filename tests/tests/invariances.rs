@@ -3,8 +3,9 @@
 use bytemuck::{cast_slice, pod_collect_to_vec};
 use caustics::method::basic;
 use caustics::method::settings::Settings;
+use caustics::picture::Picture;
 use caustics::scene::Scene;
-use caustics::session::{Picture, RunnerChoice, open};
+use caustics::session::{RunnerChoice, open};
 use caustics_kernels::gather::variant;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::needs::Needs;

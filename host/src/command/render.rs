@@ -9,13 +9,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
+use caustics::counters::Counters;
 use caustics::kernels;
 use caustics::method::settings::Settings;
 use caustics::output::target::Target;
 use caustics::output::{exr, png};
+use caustics::picture::Average;
 use caustics::runner::StepTime;
 use caustics::scene::{self, Scene, SceneCamera};
-use caustics::session::{Average, Counters, Session, closest_hits_per_second};
+use caustics::session::Session;
+use caustics::trace_rate::closest_hits_per_second;
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
 use caustics_kernels::interface::needs::Needs;

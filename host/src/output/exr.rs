@@ -4,7 +4,7 @@ use anyhow::Context;
 use exr::prelude::*;
 use glam::Vec3;
 
-use crate::session::Picture;
+use crate::picture::Picture;
 
 /// Encodes a picture; `attributes` say how it was made. Colours are linear with the primaries of Rec. 709.
 pub fn encode(picture: &Picture, attributes: &[(&str, String)]) -> anyhow::Result<Vec<u8>> {

@@ -135,7 +135,8 @@ impl Drop for Buffer {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{context::Context, test_module};
+    use super::super::context::Context;
+    use super::super::test_module;
     use super::*;
 
     #[test]

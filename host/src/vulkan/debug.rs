@@ -28,8 +28,7 @@ impl Messages {
 
     /// A messenger that writes into this list, which must outlive it.
     pub(super) fn messenger(&self) -> vk::DebugUtilsMessengerCreateInfoEXT<'static> {
-        use vk::DebugUtilsMessageSeverityFlagsEXT as Severity;
-        use vk::DebugUtilsMessageTypeFlagsEXT as Type;
+        use vk::{DebugUtilsMessageSeverityFlagsEXT as Severity, DebugUtilsMessageTypeFlagsEXT as Type};
         vk::DebugUtilsMessengerCreateInfoEXT::default()
             .message_severity(Severity::ERROR | Severity::WARNING)
             .message_type(Type::VALIDATION | Type::PERFORMANCE)
@@ -84,7 +83,8 @@ impl Labels {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{context::Context, test_module};
+    use super::super::context::Context;
+    use super::super::test_module;
     use super::*;
 
     #[test]

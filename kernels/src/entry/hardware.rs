@@ -1,121 +1,16 @@
 //! Entry points that trace by ray queries.
 
-use crate::entry::index;
+use crate::entry::tracing::tracing_entries;
 use crate::gather::accumulator::Sum;
-use crate::gather::brute::Brute;
 use crate::gather::points_rt::PointsRt;
-use crate::gather::receive::{Give, Store};
-use crate::interface::counters::Counter;
-use crate::interface::frame::FrameParams;
-use crate::interface::light::Light;
-use crate::interface::material::Material;
-use crate::interface::needs::Needs;
-use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
-use crate::interface::scene::SceneTables;
-use crate::interface::triangle::{Triangle, TriangleSurface};
-use crate::light::power::ByPower;
-use crate::math::ray::{Hit, Ray};
-use crate::pass;
-use crate::seam::{AtomicWords, Atomics, ScatterSlots};
-use crate::trace::Tracer;
+use crate::gather::receive::Give;
 use crate::trace::ray_query::RayQueryTracer;
-use spirv_std::glam::{UVec3, Vec3};
 use spirv_std::ray_tracing::AccelerationStructure;
-use spirv_std::spirv;
 
-/// Camera paths, a pixel an invocation.
-#[spirv(compute(threads(64), entry_point_name = "collect"))]
-pub fn collect(
-    #[spirv(global_invocation_id)] id: UVec3,
-    #[spirv(spec_constant(id = 0, default = 1023))] needs: u32,
-    #[spirv(push_constant)] params: &FrameParams,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] triangles: &[Triangle],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] surfaces: &[TriangleSurface],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] materials: &[Material],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] lights: &[Light],
-    #[spirv(descriptor_set = 0, binding = 4)] scene_structure: &AccelerationStructure,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] pixel_order: &[u32],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] path_radiance: &mut [Vec3],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] point_geometry: &mut [PointGeometry],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] point_shading: &mut [PointShading],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] counters: &mut [u32],
-) {
-    let index = index(id);
-    if index < params.pixel_count() {
-        let pixel = pixel_order[index as usize];
-        let scene = SceneTables { triangles, surfaces, materials, lights };
-        let mut tracer = RayQueryTracer { scene: scene_structure };
-        let mut counters = AtomicWords(counters);
-        let collected =
-            pass::collect::collect(pixel, params, Needs(needs), scene, &mut tracer, &mut counters);
-        path_radiance[pixel as usize] = collected.radiance;
-        point_geometry[pixel as usize] = collected.geometry;
-        point_shading[pixel as usize] = collected.shading;
-    }
-}
-
-/// Light paths, one an invocation; deposits are stored.
-#[spirv(compute(threads(64), entry_point_name = "shoot.store"))]
-pub fn shoot_store(
-    #[spirv(global_invocation_id)] id: UVec3,
-    #[spirv(spec_constant(id = 0, default = 1023))] needs: u32,
-    #[spirv(push_constant)] params: &FrameParams,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] triangles: &[Triangle],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] surfaces: &[TriangleSurface],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] materials: &[Material],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] lights: &[Light],
-    #[spirv(descriptor_set = 0, binding = 4)] scene_structure: &AccelerationStructure,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] deposit_geometry: &mut [DepositGeometry],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] deposit_light: &mut [DepositLight],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] deposit_state: &mut [u32],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] counters: &mut [u32],
-) {
-    let index = index(id);
-    if index < params.light_path_batch {
-        let needs = Needs(needs);
-        let scene = SceneTables { triangles, surfaces, materials, lights };
-        let emit = ByPower { lights, light_count: params.light_count, triangles, needs };
-        let mut tracer = RayQueryTracer { scene: scene_structure };
-        let mut counters = AtomicWords(counters);
-        let mut store = Store {
-            geometry: ScatterSlots(deposit_geometry),
-            light: ScatterSlots(deposit_light),
-            state: AtomicWords(deposit_state),
-            capacity: params.deposit_capacity,
-            dropped: 0,
-        };
-        let points = &mut Brute { count: 0 };
-        pass::shoot::shoot(
-            index,
-            params,
-            needs,
-            scene,
-            &emit,
-            &mut tracer,
-            points,
-            &mut store,
-            &mut counters,
-        );
-        if store.dropped != 0 {
-            counters.add(Counter::DepositsDropped as u32, store.dropped);
-        }
-    }
-}
-
-/// Closest hits of given rays.
-#[spirv(compute(threads(64), entry_point_name = "step.hit"))]
-pub fn step_hit(
-    #[spirv(global_invocation_id)] id: UVec3,
-    #[spirv(push_constant)] params: &FrameParams,
-    #[spirv(descriptor_set = 0, binding = 0)] scene_structure: &AccelerationStructure,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] rays: &[Ray],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] hits: &mut [Hit],
-) {
-    let index = index(id);
-    if index < params.light_path_batch {
-        hits[index as usize] = RayQueryTracer { scene: scene_structure }.closest(&rays[index as usize]);
-    }
-}
+tracing_entries!(
+    [#[spirv(descriptor_set = 0, binding = 16)] scene_structure: &AccelerationStructure,],
+    RayQueryTracer { scene: scene_structure }
+);
 
 /// Light paths, one an invocation; each deposit goes at once to the points that take it.
 #[spirv(compute(threads(64), entry_point_name = "shoot.points_rt"))]

@@ -43,8 +43,8 @@ impl ShadingFrame {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::is_finite;
-    use crate::math::{rng::*, warp};
+    use crate::math::rng::*;
+    use crate::math::{is_finite, warp};
 
     #[test]
     fn frames_are_orthonormal_and_invertible() {

@@ -3,7 +3,8 @@
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
-use crate::math::{INV_PI, trig::sin_cos_turns};
+use crate::math::INV_PI;
+use crate::math::trig::sin_cos_turns;
 use spirv_std::glam::{Vec2, Vec3};
 
 /// Uniform direction; pdf_solid_angle = 1 / (4 pi).

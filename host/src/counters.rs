@@ -1,0 +1,45 @@
+//! What the kernels counted in a frame.
+
+use std::collections::BTreeMap;
+
+use caustics_kernels::interface::counters::{COUNTER_NAMES, Counter};
+
+/// What the kernels counted.
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[serde(transparent)]
+pub struct Counters(BTreeMap<&'static str, u64>);
+
+impl Counters {
+    /// The counters in the words of the buffer `counters`.
+    pub fn from_words(words: &[u32]) -> Counters {
+        let value = |slot: Counter| words.get(slot as usize).copied().unwrap_or(0);
+        Counters(COUNTER_NAMES.iter().map(|&(slot, name)| (name, u64::from(value(slot)))).collect())
+    }
+
+    /// One counter.
+    pub fn get(&self, counter: Counter) -> u64 {
+        let name = COUNTER_NAMES.iter().find(|(slot, _)| *slot == counter).map(|(_, name)| *name);
+        name.and_then(|name| self.0.get(name).copied()).unwrap_or(0)
+    }
+
+    /// Adds another frame's.
+    pub fn add(&mut self, other: &Counters) {
+        for (name, value) in &other.0 {
+            *self.0.entry(name).or_default() += value;
+        }
+    }
+
+    /// What a person should be warned of.
+    pub fn warnings(&self) -> Vec<String> {
+        [
+            (Counter::DepositsDropped, "deposits found no room and are missing"),
+            (Counter::Clamped, "addends were clamped by the accumulator"),
+            (Counter::NonFinite, "non-finite addends were left out"),
+            (Counter::MediaOverflow, "paths were inside more than four nested media"),
+        ]
+        .iter()
+        .filter(|(counter, _)| self.get(*counter) > 0)
+        .map(|(counter, what)| format!("{} {what}", self.get(*counter)))
+        .collect()
+    }
+}

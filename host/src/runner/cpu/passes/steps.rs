@@ -1,0 +1,40 @@
+//! The single steps of the twin tests.
+
+use caustics_kernels::interface::step::{EmitStep, SampleStep, ScatterIn, ScatterOut};
+use caustics_kernels::light::power::ByPower;
+use caustics_kernels::math::ray::{Hit, Ray};
+use caustics_kernels::pass;
+use caustics_kernels::trace::Tracer;
+
+use super::{Call, map, scene, tracer};
+
+/// Random numbers and warps.
+pub fn step_sample(call: &Call<'_>) -> anyhow::Result<()> {
+    map::<SampleStep>(call, "samples", |i| pass::step::sample(i, call.params))
+}
+
+/// Closest hits.
+pub fn step_hit(call: &Call<'_>) -> anyhow::Result<()> {
+    tracer!(call, tracer);
+    let rays = call.memory.read::<Ray>("rays")?;
+    let rays = &rays[..];
+    map::<Hit>(call, "hits", |i| { tracer }.closest(&rays[i as usize]))
+}
+
+/// Scattering events.
+pub fn step_scatter(call: &Call<'_>) -> anyhow::Result<()> {
+    scene!(call, scene);
+    let input = call.memory.read::<ScatterIn>("scatter_in")?;
+    let input = &input[..];
+    map::<ScatterOut>(call, "scatter_out", |i| {
+        pass::step::scatter(&input[i as usize], call.params, call.needs, scene)
+    })
+}
+
+/// Starts of light paths.
+pub fn step_emit(call: &Call<'_>) -> anyhow::Result<()> {
+    scene!(call, scene);
+    let (lights, triangles) = (scene.lights, scene.triangles);
+    let emit = ByPower { lights, light_count: call.params.light_count, triangles, needs: call.needs };
+    map::<EmitStep>(call, "emit_steps", |i| pass::step::emit(i, call.params, call.needs, scene, &emit))
+}

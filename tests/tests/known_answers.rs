@@ -1,4 +1,4 @@
-//! Known answers: scenes whose light can be computed by hand (METHOD.md section 4).
+//! Known answers: scenes whose light can be computed by hand.
 //!
 //! Statistical tolerances are three standard errors, estimated from independent frames or from the binomial law;
 //! what is added to them is named.

@@ -58,7 +58,7 @@ fn disc_mean(p: (f64, f64), radius: f64) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// The listed floor points, their sums of METHOD.md, and a disc's radius small enough to stay off the fold.
+/// The listed floor points, the sums over their branches, and a disc's radius small enough to stay off the fold.
 const LISTED: [(f64, f64, f64, f64); 4] =
     [(0.3, 0.2, 2.532, 0.03), (0.1, 0.75, 1.970, 0.03), (0.9, 0.1, 2.240, 0.02), (1.2, 0.05, 2.085, 0.006)];
 

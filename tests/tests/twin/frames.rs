@@ -116,7 +116,8 @@ fn detects_another_seed() {
         let mut table = Table::new("frames of two seeds");
         for buffer in ["path_radiance", "caustic_radiance", "display_color"] {
             let (cpu, gpu) = twin.rows::<f32>(buffer);
-            let near = Tolerance::relative(1.0e-3, 1.0, "contract 8").except(0.02, "whole paths may diverge");
+            let near = Tolerance::relative(1.0e-3, 1.0, "the rule for twins")
+                .except(0.02, "whole paths may diverge");
             table.add(buffer, [floats(buffer, 3, &cpu, &gpu, near)]);
         }
         table

@@ -17,7 +17,7 @@ use crate::{paths, sorted};
 
 /// Contract 8: floats of a pass over equal inputs.
 pub const NEAR: Tolerance =
-    Tolerance::relative(1.0e-4, 1.0, "contract 8: a pass amplifies ulps, but not beyond 1e-4");
+    Tolerance::relative(1.0e-4, 1.0, "the rule for twins: a pass amplifies ulps, but not beyond 1e-4");
 
 /// Boxes of equal points: sums and products of coordinates.
 const BOXES: Tolerance = Tolerance::relative(1.0e-6, 2.0, "a few ulps of the largest coordinate of the room");
@@ -123,7 +123,7 @@ fn sums(twin: &mut Twin, params: &FrameParams) -> Vec<Difference> {
     let total = |counts: &[u32]| counts.iter().sum::<u32>();
     assert!(total(&cpu_counts) > 5000, "the frame has a caustic: {}", total(&cpu_counts));
     let scale = cpu_sums.iter().map(|sum| sum.max_element()).fold(0.0, f32::max);
-    let near = Tolerance::relative(1.0e-4, 1.0e-3 * scale, "contract 8, of sums of f times flux");
+    let near = Tolerance::relative(1.0e-4, 1.0e-3 * scale, "the rule for twins, of sums of f times flux");
     let (cpu_sums, gpu_sums) = (bytemuck::cast_slice(&cpu_sums), bytemuck::cast_slice(&gpu_sums));
     vec![
         floats("sum", 3, cpu_sums, gpu_sums, near.except(1.0e-3, "pairs within 1e-5 of the disc's bound")),

@@ -15,9 +15,10 @@ use caustics_tests::twin::Twin;
 use crate::passes::NEAR;
 
 /// Counts over whole paths.
-pub const COUNTS: Tolerance = Tolerance::relative(2.0e-3, 0.0, "contract 8: 0.2 % of the paths may diverge");
+pub const COUNTS: Tolerance =
+    Tolerance::relative(2.0e-3, 0.0, "the rule for twins: 0.2 % of the paths may diverge");
 /// Whole paths.
-const PATHS: Tolerance = NEAR.except(2.0e-3, "contract 8: 0.2 % of the paths may diverge");
+const PATHS: Tolerance = NEAR.except(2.0e-3, "the rule for twins: 0.2 % of the paths may diverge");
 /// Quantities of whole paths that have a unit and so no scale of their own.
 const RATIOS: Tolerance = Tolerance::relative(
     1.0e-3,

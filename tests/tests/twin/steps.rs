@@ -15,7 +15,7 @@ const WARP: Tolerance = Tolerance::relative(
 );
 const FACET: Tolerance =
     Tolerance::relative(1.0e-4, 1.0, "z is the root of 1 - x^2 - y^2: at the rim an ulp grows to 2e-5");
-const RATIO: Tolerance = Tolerance::relative(1.0e-4, 0.0, "contract 8, of quantities with a unit");
+const RATIO: Tolerance = Tolerance::relative(1.0e-4, 0.0, "the rule for twins, of quantities with a unit");
 
 /// Uniform numbers bit for bit, warps of them.
 pub fn sample(twin: &mut Twin, table: &mut Table) {
@@ -93,8 +93,8 @@ fn compare_events(twin: &mut Twin, events: &[ScatterIn], table: &mut Table) {
     twin.step("step.scatter", events.len());
     let (cpu, gpu) = twin.head::<ScatterOut>("scatter_out", events.len());
     let choices = Tolerance::EXACT.except(1.0e-4, "a random number within ulps of a lobe's chance");
-    let near = Tolerance::relative(1.0e-4, 1.0, "contract 8").except(1.0e-4, choices.reason);
-    let peak = Tolerance::relative(1.0e-4, 1.0, "contract 8: single steps to 1e-4");
+    let near = Tolerance::relative(1.0e-4, 1.0, "the rule for twins").except(1.0e-4, choices.reason);
+    let peak = Tolerance::relative(1.0e-4, 1.0, "the rule for twins: single steps to 1e-4");
     let differences = rows(&cpu, &gpu, choices, |field| match field.name {
         "pdf" => Tolerance { absolute: 0.0, ..peak }.except(near.share, peak.reason),
         _ => near,
@@ -111,7 +111,7 @@ fn compare_events(twin: &mut Twin, events: &[ScatterIn], table: &mut Table) {
 pub fn emit(twin: &mut Twin, table: &mut Table) {
     twin.step("step.emit", 100_000);
     let (cpu, gpu) = twin.head::<EmitStep>("emit_steps", 100_000);
-    let unit = Tolerance::relative(1.0e-4, 1.0, "contract 8");
+    let unit = Tolerance::relative(1.0e-4, 1.0, "the rule for twins");
     table.add(
         "step.emit",
         rows(&cpu, &gpu, Tolerance::EXACT, |field| match field.name {

@@ -1,0 +1,170 @@
+//! Glass: thin walls, slabs, nested media, and a sphere in parallel light.
+
+use caustics::method::settings::Settings;
+use caustics::scene::Scene;
+use caustics_kernels::interface::material::Material;
+use caustics_kernels::interface::point::DepositGeometry;
+use caustics_tests::direct::*;
+use caustics_tests::scenes::*;
+use glam::{DVec3, Vec3};
+use std::f64::consts::PI;
+
+use super::{above_a_floor, near, settings};
+
+/// Share of a beam straight down that reaches the floor through `filter` scatterings, and its standard error.
+fn transmitted(scene: &Scene, paths: u32, max_bounces: u32, filter: impl Fn(u32) -> bool) -> (f64, f64) {
+    let world = World::new(scene, &Settings { max_bounces, ..settings(8, 8, paths) });
+    let beam = Beam {
+        centre: Vec3::new(0.01, 2.0, 0.02),
+        direction: Vec3::NEG_Y,
+        axes: [0.5 * Vec3::X, 0.5 * Vec3::Z],
+        round: false,
+        irradiance: 1.0,
+    };
+    let deposits = world.shoot(&beam);
+    let on_floor = |g: &DepositGeometry| g.position.y < -1.99 && filter(g.scatterings);
+    let flux: f64 = deposits.flux().filter(|(g, _)| on_floor(g)).map(|(_, flux)| flux).sum();
+    let share = flux / beam.area();
+    (share, (share * (1.0 - share) / f64::from(paths)).sqrt())
+}
+
+/// Radiance of an emitter of radiance 1 seen straight through a scene: mean over 4 frames of 256 x 256 pixels, and
+/// its standard error from the pixels (each an independent path of the same expectation).
+fn radiance_through(mut builder: Builder, max_bounces: u32) -> [(f64, f64); 3] {
+    let lamp = builder.material(emitter(1.0));
+    builder.panel(lamp, DVec3::new(0.0, -1.5, 0.0), 2.0 * DVec3::Z, 2.0 * DVec3::X);
+    let scene = builder.build();
+    let settings = Settings { max_bounces, ..settings(256, 256, 1) };
+    let frames = render(&scene, &settings, "photons-grid", None, 0, 4);
+    [0, 1, 2].map(|channel| {
+        let values: Vec<f64> =
+            frames.iter().flat_map(|(p, _)| &p.path).map(|v| f64::from(v[channel])).collect();
+        mean_and_error(&values)
+    })
+}
+
+/// O4: a thin wall of index 1.5 transmits T = (1-r)/(1+r), as flux and as radiance.
+#[test]
+fn thin_wall_transmits_what_a_slab_does() {
+    let build = || {
+        let mut b = above_a_floor();
+        let thin = b.material(pane(1.5));
+        b.panel(thin, DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X);
+        b
+    };
+    let expected = 0.96 / 1.04;
+    near("thin wall, flux", transmitted(&build().build(), 1_000_000, 5, |_| true), expected, 1e-5);
+    near("thin wall, radiance", radiance_through(build(), 5)[0], expected, 1e-5);
+}
+
+fn slab(absorption: Vec3, thickness: f64) -> Builder {
+    let mut b = above_a_floor();
+    let solid = b.material(Material { absorption, ..glass(1.5) });
+    b.block(solid, DVec3::new(-3.0, -0.5 * thickness, -3.0), DVec3::new(3.0, 0.5 * thickness, 3.0), false);
+    b
+}
+
+/// O4: a slab with a volume and all bounces transmits the same. 30 bounces leave out 0.04^28.
+#[test]
+fn slab_with_all_bounces_transmits_what_a_thin_wall_does() {
+    let expected = 0.96 / 1.04;
+    let scene = slab(Vec3::ZERO, 0.5).build();
+    near("slab, flux", transmitted(&scene, 1_000_000, 30, |_| true), expected, 1e-5);
+    near("slab, radiance", radiance_through(slab(Vec3::ZERO, 0.5), 30)[0], expected, 1e-5);
+    let single = transmitted(&scene, 1_000_000, 30, |k| k == 2);
+    near("slab, flux without inner reflections", single, 0.96 * 0.96, 1e-5);
+}
+
+/// Light and radiance are absorbed by exp(-sigma t) at every crossing of a slab: with r the reflectance and a the
+/// absorption of one crossing, T = (1-r)^2 a / (1 - r^2 a^2).
+#[test]
+fn slab_absorbs_by_beer() {
+    let sigma = Vec3::new(0.5, 1.0, 2.0);
+    let through = |sigma: f32| {
+        let a = (-f64::from(sigma) * 0.5).exp();
+        0.96 * 0.96 * a / (1.0 - 0.0016 * a * a)
+    };
+    let measured = radiance_through(slab(sigma, 0.5), 30);
+    for channel in 0..3 {
+        let name = format!("absorbing slab, radiance, sigma {}", sigma[channel]);
+        near(&name, measured[channel], through(sigma[channel]), 1e-5);
+    }
+    let scene = slab(sigma, 0.5).build();
+    near("absorbing slab, flux, sigma 0.5", transmitted(&scene, 1_000_000, 30, |_| true), through(0.5), 1e-5);
+}
+
+/// Glass in water: the inner faces reflect by the relative index (1.5 / 1.33), four faces in a row.
+#[test]
+fn glass_in_water_reflects_by_the_relative_index() {
+    let build = || {
+        let mut b = above_a_floor();
+        let water = b.material(glass(1.33));
+        let ice = b.material(glass(1.5));
+        b.block(water, DVec3::new(-3.0, -1.0, -3.0), DVec3::new(3.0, 1.0, 3.0), false);
+        b.block(ice, DVec3::new(-2.0, -0.4, -2.0), DVec3::new(2.0, 0.4, 2.0), false);
+        b
+    };
+    let passes = |ratio: f64| 1.0 - ((ratio - 1.0) / (ratio + 1.0)).powi(2);
+    let expected = passes(1.33).powi(2) * passes(1.5 / 1.33).powi(2);
+    near("glass in water, flux", transmitted(&build().build(), 1_000_000, 12, |k| k == 4), expected, 1e-5);
+    // Four bounces leave the straight path only.
+    near("glass in water, radiance", radiance_through(build(), 4)[0], expected, 1e-5);
+}
+
+/// O5: impact parameter, angles inside, transmittance of one face of a sphere of index 1.5.
+fn sphere_ray(b: f64) -> (f64, f64, f64) {
+    let (i, t) = (b.asin(), (b / 1.5).asin());
+    let s = ((i.cos() - 1.5 * t.cos()) / (i.cos() + 1.5 * t.cos())).powi(2);
+    let p = ((1.5 * i.cos() - t.cos()) / (1.5 * i.cos() + t.cos())).powi(2);
+    (i, t, 1.0 - 0.5 * (s + p))
+}
+
+/// O5: a glass sphere passes 0.8355 of parallel light by two refractions, and where it should. The beam is exactly
+/// parallel; 1e-3 is for 512 x 256 facets (their outline, and shading normals that face away at the rim).
+#[test]
+fn glass_sphere_transmits_and_focuses_parallel_light() {
+    let mut b = Builder::default();
+    let wall = b.material(lambert(1e-6));
+    let ball = b.material(glass(1.5));
+    let floor = 1.2;
+    b.block(wall, DVec3::new(-9.0, -floor, -9.0), DVec3::new(9.0, 9.0, 9.0), true);
+    b.sphere(ball, DVec3::ZERO, 1.0, 512, 256);
+    b.camera(DVec3::new(0.0, 8.0, 0.0), DVec3::ZERO, 0.5);
+    let scene = b.build();
+    let paths = 1_000_000;
+    let world = World::new(&scene, &Settings { max_bounces: 40, ..settings(8, 8, paths) });
+    let beam = Beam {
+        centre: Vec3::new(0.0, 3.0, 0.0),
+        direction: Vec3::NEG_Y,
+        axes: [Vec3::X, Vec3::Z],
+        round: true,
+        irradiance: 1.0,
+    };
+    let deposits = world.shoot(&beam);
+    let share = |keep: &dyn Fn(Vec3) -> bool| {
+        let inside = deposits.flux().filter(|(g, _)| g.scatterings == 2 && keep(g.position));
+        let share = inside.map(|(_, flux)| flux).sum::<f64>() / PI;
+        (share, (share * (1.0 - share) / f64::from(paths)).sqrt())
+    };
+    near("glass sphere, two refractions", share(&|_| true), 0.8355, 1e-3);
+    let all: f64 = deposits.flux().map(|(_, flux)| flux).sum::<f64>() / PI;
+    near("glass sphere, all that arrives anywhere", (all, 0.0), 1.0, 1e-3);
+
+    // Within circles on the floor 1.2 R below the centre, in front of the focus at 1.5 R.
+    for radius in [0.05, 0.1, 0.2, 0.3] {
+        let steps = 200_000;
+        let ring = |step: i32| {
+            let b = (f64::from(step) + 0.5) / f64::from(steps);
+            let (i, t, passes) = sphere_ray(b);
+            let rho = (2.0 * t - i).sin() - (floor - (2.0 * t - i).cos()) * (2.0 * (i - t)).tan();
+            let reaches = 2.0 * (i - t) < 0.5 * PI && rho.abs() <= radius;
+            if reaches { passes * passes * 2.0 * b / f64::from(steps) } else { 0.0 }
+        };
+        let expected: f64 = (0..steps).map(ring).sum();
+        let inside = |p: Vec3| {
+            let p = p.as_dvec3();
+            p.y < -floor + 1e-3 && p.x.hypot(p.z) <= radius
+        };
+        near(&format!("glass sphere, within {radius} R"), share(&inside), expected, 1e-3);
+    }
+}

@@ -1,0 +1,71 @@
+//! Rooms whose light is known everywhere.
+
+use caustics::method::settings::Settings;
+use caustics_kernels::interface::counters::Counter;
+use caustics_kernels::interface::material::Material;
+use caustics_kernels::interface::needs::Needs;
+use caustics_tests::direct::*;
+use caustics_tests::scenes::*;
+use glam::{DVec3, Vec3};
+
+use super::{near, settings};
+
+/// No caster: the caustic layer is exactly zero and no light path is shot, whatever the needs.
+#[test]
+fn plain_room_has_no_caustic_and_shoots_no_light_path() {
+    let scene = committed("plain-room");
+    for needs in [None, Some(Needs::ALL)] {
+        let (picture, counters) =
+            render(&scene, &settings(96, 54, 100_000), "photons-grid", needs, 0, 1).remove(0);
+        assert!(picture.caustics.iter().all(|&value| value == Vec3::ZERO));
+        assert!(picture.deposits.iter().all(|&count| count == 0.0));
+        for counter in [Counter::LightPaths, Counter::LightRays, Counter::Deposits, Counter::Gathered] {
+            assert_eq!(counters.get(counter), 0, "{counter:?}");
+        }
+        assert!(mean_of(&picture.path) > 0.0);
+    }
+}
+
+/// A closed room whose walls emit 1 and reflect a half holds radiance sum 0.5^k = 2 everywhere; lossless things in
+/// it are invisible. 1e-3 is for paths that glass makes longer than 20 bounces and for discs cut by the room's edges.
+#[test]
+fn lossless_things_in_a_uniform_room_are_invisible() {
+    let mut b = Builder::default();
+    let wall = b.material(Material { emission: Vec3::ONE, ..lambert(0.5) });
+    let ball = b.material(glass(1.5));
+    let mirror = b.material(metal(1.0, 0.0));
+    let thin = b.material(pane(1.5));
+    b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+    b.sphere(ball, DVec3::new(-0.4, -0.3, 0.0), 0.35, 128, 64);
+    b.sphere(mirror, DVec3::new(0.4, -0.3, -0.3), 0.3, 64, 32);
+    b.panel(thin, DVec3::new(0.3, 0.5, 0.2), 0.3 * DVec3::X, DVec3::new(0.0, 0.2, 0.2));
+    b.camera(DVec3::new(0.0, 0.1, 0.95), DVec3::new(0.0, -0.1, 0.0), 1.0);
+    let scene = b.build();
+    let settings = Settings { max_bounces: 20, radius_px: 0.3, ..settings(64, 48, 100_000) };
+    let frames = render(&scene, &settings, "photons-grid", None, 0, 10);
+    let sums: Vec<f64> = frames.iter().map(|(p, _)| mean_of(&p.path) + mean_of(&p.caustics)).collect();
+    let caustics: Vec<f64> = frames.iter().map(|(p, _)| mean_of(&p.caustics)).collect();
+    println!("caustic part {:.4}", mean_and_error(&caustics).0);
+    assert!(mean_and_error(&caustics).0 > 0.05, "the test has lost its subject");
+    near("uniform room", mean_and_error(&sums), 2.0, 2e-3);
+}
+
+/// The same with black walls: every pixel shows exactly 1, through glass and mirrors, but for paths that end at the
+/// length limit or at a facet's wrong side.
+#[test]
+fn glass_in_a_black_glowing_room_shows_its_radiance_in_every_pixel() {
+    let mut b = Builder::default();
+    let wall = b.material(emitter(1.0));
+    let ball = b.material(Material { absorption: Vec3::ZERO, ..glass(1.5) });
+    b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+    b.sphere(ball, DVec3::ZERO, 0.5, 128, 64);
+    b.camera(DVec3::new(0.0, 0.0, 0.95), DVec3::ZERO, 1.0);
+    let scene = b.build();
+    let settings = Settings { max_bounces: 40, ..settings(128, 96, 1) };
+    let (picture, _) = render(&scene, &settings, "photons-grid", None, 0, 1).remove(0);
+    let total = picture.path.len() as f64;
+    let off = picture.path.iter().filter(|v| (v.x - 1.0).abs() > 1e-4).count() as f64 / total;
+    println!("mean {:.6}, pixels off by more than 1e-4: {:.5}", mean_of(&picture.path), off);
+    assert!(picture.path.iter().all(|v| v.x < 1.0 + 1e-4));
+    assert!((mean_of(&picture.path) - 1.0).abs() < 2e-3);
+}

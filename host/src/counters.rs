@@ -34,7 +34,7 @@ impl Counters {
         [
             (Counter::DepositsDropped, "deposits found no room and are missing"),
             (Counter::Clamped, "addends were clamped by the accumulator"),
-            (Counter::NonFinite, "non-finite addends were left out"),
+            (Counter::NonFinite, "non-finite values were left out"),
             (Counter::MediaOverflow, "paths were inside more than four nested media"),
         ]
         .iter()

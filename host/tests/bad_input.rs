@@ -357,6 +357,13 @@ fn nothing_is_overwritten_without_force() {
     render_refuses(folder.path(), "missing.gltf", &["--force"], 1, &["missing.gltf"]);
     assert_eq!(std::fs::read(&file).unwrap(), b"precious");
     render_refuses(folder.path(), "mirror-room", &["--force", "--png", "out.exr"], 2, &["--png", "out.exr"]);
+    render_refuses(
+        folder.path(),
+        "mirror-room",
+        &["--force", "--png", "./out.exr"],
+        2,
+        &["--png", "out.exr"],
+    );
 
     std::fs::create_dir(folder.path().join("ring")).unwrap();
     std::fs::write(folder.path().join("ring/scene.gltf"), "precious").unwrap();

@@ -131,6 +131,12 @@ fn code_that_a_scene_does_not_need_changes_no_bit() {
         assert_needs_change_nothing(name, &committed(name));
     }
     assert_needs_change_nothing("mixed", &mixed_room().build());
+    // An index of 1 leaves the coat its grazing reflection.
+    let mut scene = committed("plain-room");
+    scene.materials[0].specular = 1.0;
+    scene.materials[0].ior = 1.0;
+    scene.materials[0].roughness = 0.5;
+    assert_needs_change_nothing("coat of index 1", &scene);
 }
 
 /// Flat faces only: interpolated normals must be the face's to the bit.
@@ -216,4 +222,15 @@ fn batches_change_no_bit() {
     });
     assert!(caustics[0].0.iter().any(|&word| word != 0));
     assert!(caustics[1] == caustics[0] && caustics[2] == caustics[0]);
+}
+
+/// A delta lobe is specular whatever the threshold: mirror-room has no other reflections.
+#[test]
+fn threshold_below_a_delta_mirror_changes_no_bit() {
+    let scene = committed("mirror-room");
+    let with = |specular_roughness| {
+        let settings = Settings { specular_roughness, ..settings() };
+        render(&scene, &settings, "photons-grid", None, 0, 1).remove(0).0
+    };
+    assert_same(&with(0.25), &with(0.0), "threshold 0");
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -93,14 +93,25 @@ pub fn run(options: Box<Render>) -> anyhow::Result<ExitCode> {
         ("commit", env!("CAUSTICS_COMMIT").to_string()),
         ("kernels", kernels::SOURCES.to_string()),
     ];
-    target.finish(&exr::encode(&picture, &attributes)?)?;
-    if let Some(target) = png_target {
-        target.finish(&png::encode(settings.width, settings.height, &session.display(&picture)?)?)?;
+    // All that can fail comes before the first file is in its place.
+    let exr = exr::encode(&picture, &attributes)?;
+    let png = match png_target {
+        Some(target) => {
+            let colors = session.display(&picture)?;
+            Some((target, png::encode(settings.width, settings.height, &colors)?))
+        }
+        None => None,
+    };
+    let mut rates = report.rates();
+    if options.json {
+        rates.insert("closest_hits_per_s", closest_hits_per_second(&choice, &scene, camera, needs)?);
+    }
+    target.finish(&exr)?;
+    if let Some((target, bytes)) = png {
+        target.finish(&bytes)?;
     }
     if options.json {
         let pass_ms = report.pass_ms();
-        let mut rates = report.rates();
-        rates.insert("closest_hits_per_s", closest_hits_per_second(&choice, &scene, camera, needs)?);
         let out = json!({
             "scene": scene.name, "file": file, "method": "basic", "gather": variant.name,
             "device": session.device(), "why": reason, "camera": camera.name,
@@ -147,6 +158,15 @@ fn settings(options: &Render) -> Result<Settings, Usage> {
     if options.max_bounces > 64 {
         return Err(Usage(format!("--max-bounces {}: at most 64", options.max_bounces)));
     }
+    // The kernels count rays in 32 bits.
+    let rays = |paths: u32| u64::from(paths) * u64::from(options.max_bounces + 1);
+    if rays(width * height) > u64::from(u32::MAX) || rays(options.light_paths) > u64::from(u32::MAX) {
+        return Err(Usage(format!(
+            "--light-paths {} or --width {width} --height {height} with --max-bounces {}: more than 2^32 rays a frame; \
+             use --frames",
+            options.light_paths, options.max_bounces
+        )));
+    }
     if !(options.radius_px.is_finite() && options.radius_px > 0.0) {
         return Err(Usage(format!("--radius-px {}: give a positive number", options.radius_px)));
     }
@@ -178,11 +198,20 @@ fn check_outputs(options: &Render) -> Result<(), Usage> {
     if let Some(path) = [Some(&options.output), options.png.as_ref()].into_iter().flatten().find(folder) {
         return Err(Usage(format!("{} is a folder; name a file in it", path.display())));
     }
-    if options.png.as_ref() == Some(&options.output) {
+    if options.png.as_ref().is_some_and(|png| same_file(png, &options.output)) {
         let path = options.output.display();
         return Err(Usage(format!("--png {path}: this is the file of -o; give another name")));
     }
     Ok(())
+}
+
+/// Whether two paths, of files that need not exist, name one file.
+fn same_file(a: &Path, b: &Path) -> bool {
+    let folder = |path: &Path| match path.parent() {
+        Some(parent) if parent != Path::new("") => parent.canonicalize().ok(),
+        _ => Path::new(".").canonicalize().ok(),
+    };
+    a == b || (a.file_name() == b.file_name() && folder(a).is_some() && folder(a) == folder(b))
 }
 
 fn camera<'a>(scene: &'a Scene, name: Option<&str>) -> Result<&'a SceneCamera, Usage> {

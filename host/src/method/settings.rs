@@ -63,8 +63,9 @@ impl Settings {
         let deposits_per_path = self.max_bounces.saturating_sub(1).max(1);
         let batch = light_paths.min((LARGEST_BUFFER / DEPOSIT_BYTES / deposits_per_path).max(1));
 
-        // The largest flux of a light path; a power of two, so that scaling lights by one changes no bit.
-        let flux = scene.flux.max_element() / self.light_paths.max(1) as f32;
+        // The largest flux of a light path: lights are chosen by the mean of their channels, so one of a single channel
+        // sends three times the mean. A power of two, so that scaling lights by one changes no bit.
+        let flux = scene.flux.element_sum() / self.light_paths.max(1) as f32;
         let quantum = next_power_of_two(flux) * 2.0f32.powi(-24);
         FrameParams {
             camera: camera.camera(self.width, self.height),

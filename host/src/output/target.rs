@@ -26,6 +26,7 @@ pub enum TargetError {
 #[derive(Debug)]
 pub struct Target {
     path: PathBuf,
+    force: bool,
     part: NamedTempFile,
 }
 
@@ -41,7 +42,7 @@ impl Target {
             _ => Path::new("."),
         };
         match tempfile::Builder::new().prefix(".caustics-").tempfile_in(folder) {
-            Ok(part) => Ok(Target { path, part }),
+            Ok(part) => Ok(Target { path, force, part }),
             Err(source) => Err(TargetError::Write { path, source }),
         }
     }
@@ -57,8 +58,12 @@ impl Target {
             let public = std::fs::Permissions::from_mode(0o644);
             self.part.as_file().set_permissions(public).map_err(|source| fail(&self.path, source))?;
         }
-        self.part.persist(&self.path).map_err(|error| fail(&self.path, error.error))?;
-        Ok(())
+        let done =
+            if self.force { self.part.persist(&self.path) } else { self.part.persist_noclobber(&self.path) };
+        done.map(drop).map_err(|error| match error.error.kind() {
+            std::io::ErrorKind::AlreadyExists => TargetError::Exists(self.path),
+            _ => fail(&self.path, error.error),
+        })
     }
 }
 

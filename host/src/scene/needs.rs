@@ -3,12 +3,11 @@
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::material::{FLAG_THIN, Material};
 use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::surface::class::{self, Classes};
+use caustics_kernels::surface::ggx::DELTA_ROUGHNESS;
 use glam::Vec3;
 
 use super::Scene;
-
-/// Metal below this roughness is a delta mirror.
-const MIRROR_ROUGHNESS: f32 = 0.08;
 
 impl Scene {
     /// What the scene's triangles and lights need, with reflection lobes up to `specular_roughness` specular.
@@ -34,14 +33,14 @@ fn of_material(material: &Material, specular_roughness: f32) -> Needs {
     let dielectric = material.metallic < 1.0;
     let metal = material.metallic > 0.0;
     let glass = dielectric && material.transmission > 0.0;
-    let coat = dielectric && material.transmission < 1.0 && material.specular > 0.0 && material.ior > 1.0;
+    let coat = dielectric && material.transmission < 1.0 && material.specular > 0.0;
     let diffuse = dielectric && material.transmission < 1.0 && material.base_color.max_element() > 0.0;
     let reflects = metal || coat;
-    let is_specular = material.roughness <= specular_roughness;
+    let is_specular = class::reflection(material.roughness, specular_roughness) == Classes::SPECULAR;
 
     let bits = [
-        (metal && material.roughness >= MIRROR_ROUGHNESS, Needs::METAL),
-        (metal && material.roughness < MIRROR_ROUGHNESS, Needs::MIRROR),
+        (metal && material.roughness >= DELTA_ROUGHNESS, Needs::METAL),
+        (metal && material.roughness < DELTA_ROUGHNESS, Needs::MIRROR),
         (coat, Needs::COAT),
         (glass, Needs::GLASS),
         (

@@ -135,8 +135,8 @@ impl Builder<'_> {
 
     /// Appends a node of four empty lanes.
     fn reserve(&mut self) -> usize {
-        let (least, most) = (Vec4::splat(f32::MAX), Vec4::splat(f32::MIN));
-        let (min, max) = ([least; 3], [most; 3]);
+        // A box of no size far away is missed by every ray; an inverted one would be hit by all.
+        let (min, max) = ([Vec4::splat(f32::MAX); 3], [Vec4::splat(f32::MAX); 3]);
         self.tree.nodes.push(TreeNode {
             min_x: min[0],
             min_y: min[1],

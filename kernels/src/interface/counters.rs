@@ -12,7 +12,7 @@ pub enum Counter {
     Gathered,
     /// Addends clamped by the accumulator.
     Clamped,
-    /// Non-finite addends set to zero.
+    /// Non-finite addends, and non-finite radiance of pixels, set to zero.
     NonFinite,
     /// Closest-hit rays of `collect`.
     CameraRays,

@@ -3,7 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::Vec4;
 
-/// Four children's boxes [m], one lane a child. An empty lane has minimum > maximum.
+/// Four children's boxes [m], one lane a child. An empty lane has all its planes at f32::MAX, so that every ray
+/// misses it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct TreeNode {

@@ -10,6 +10,7 @@ use crate::interface::point::{PointGeometry, PointShading};
 use crate::interface::scene::SceneTables;
 use crate::light::connect::{Connection, connect, pdf_solid_angle};
 use crate::math::cone::RayCone;
+use crate::math::is_finite;
 use crate::math::offset;
 use crate::math::ray::Ray;
 use crate::math::rng::{Rng, Stream};
@@ -128,8 +129,13 @@ pub fn follow<T: Tracer, C: Atomics>(
             let direct = direct_light(&site, &connection, classes);
             if direct.max_element() > 0.0 {
                 shadow_rays += 1;
-                if !tracer.occluded(&shadow_ray(&here, &connection)) {
-                    collected.radiance += throughput * direct;
+                let shadow = shadow_ray(&here, &connection);
+                if !tracer.occluded(&shadow) {
+                    let mut light = throughput * direct;
+                    if needs.has(Needs::ABSORPTION) {
+                        light *= media.transmittance(scene.materials, shadow.length);
+                    }
+                    collected.radiance += light;
                 }
             }
         }
@@ -162,7 +168,8 @@ pub fn follow<T: Tracer, C: Atomics>(
             }
         }
         throughput *= departure.sampled.weight;
-        if throughput.max_element() <= 0.0 {
+        let carried = throughput.element_sum();
+        if !is_finite(carried) || carried <= 0.0 {
             break;
         }
         if prefix {
@@ -179,6 +186,10 @@ pub fn follow<T: Tracer, C: Atomics>(
         depth += 1;
     }
 
+    if !is_finite(collected.radiance.element_sum()) {
+        collected.radiance = Vec3::ZERO;
+        counters.add(Counter::NonFinite as u32, 1);
+    }
     counters.add(Counter::CameraRays as u32, rays);
     counters.add(Counter::ShadowRays as u32, shadow_rays);
     if overflows != 0 {

@@ -8,6 +8,7 @@ use crate::interface::needs::Needs;
 use crate::interface::point::{DepositGeometry, DepositLight};
 use crate::interface::scene::SceneTables;
 use crate::light::emit::Emit;
+use crate::math::is_finite;
 use crate::math::rng::{Rng, Stream};
 use crate::seam::Atomics;
 use crate::surface::class::Classes;
@@ -101,7 +102,8 @@ pub fn shoot<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
             }
             flux /= survival;
         }
-        if flux.max_element() <= 0.0 {
+        let carried = flux.element_sum();
+        if !is_finite(carried) || carried <= 0.0 {
             break;
         }
         overflows += u32::from(departure.media_overflow);

@@ -1,5 +1,7 @@
 //! The class of a lobe: the one place that decides which lobes are specular.
 
+use crate::surface::ggx::DELTA_ROUGHNESS;
+
 /// A set of classes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Classes(pub u32);
@@ -19,8 +21,25 @@ impl Classes {
     }
 }
 
-/// Class of a reflection lobe of this perceptual roughness. Transmission is always specular, Lambert never.
+/// Class of a reflection lobe of this perceptual roughness: a delta lobe is specular whatever the threshold, since it
+/// cannot be evaluated at a collection point. Transmission is always specular, Lambert never.
 #[inline]
 pub fn reflection(roughness: f32, specular_roughness: f32) -> Classes {
-    if roughness <= specular_roughness { Classes::SPECULAR } else { Classes::NON_SPECULAR }
+    if roughness < DELTA_ROUGHNESS || roughness <= specular_roughness {
+        Classes::SPECULAR
+    } else {
+        Classes::NON_SPECULAR
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn delta_lobes_are_specular_whatever_the_threshold() {
+        assert_eq!(reflection(0.05, 0.0), Classes::SPECULAR);
+        assert_eq!(reflection(0.1, 0.05), Classes::NON_SPECULAR);
+        assert_eq!(reflection(0.25, 0.25), Classes::SPECULAR);
+    }
 }

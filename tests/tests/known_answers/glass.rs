@@ -93,6 +93,32 @@ fn slab_absorbs_by_beer() {
     near("absorbing slab, flux, sigma 0.5", transmitted(&scene, 1_000_000, 30, |_| true), through(0.5), 1e-5);
 }
 
+/// A point light inside of an absorbing block lights a floor in it: the direct connection is absorbed too. Only paths
+/// that enter by refraction see the floor, and both scenes draw the same ones.
+#[test]
+fn direct_light_inside_a_medium_is_absorbed() {
+    let seen = |sigma: f32| {
+        let mut b = Builder::default();
+        let floor = b.material(lambert(0.5));
+        let solid = b.material(Material { absorption: Vec3::splat(sigma), ..glass(1.5) });
+        b.block(solid, DVec3::new(-2.0, -0.5, -2.0), DVec3::new(2.0, 1.0, 2.0), false);
+        b.panel(floor, DVec3::ZERO, 1.5 * DVec3::Z, 1.5 * DVec3::X);
+        b.light(DVec3::new(0.0, 0.5, 0.0), 1.0);
+        b.camera(DVec3::new(0.0, 4.0, 0.0), DVec3::ZERO, 0.004);
+        let scene = b.build();
+        let settings = Settings { max_bounces: 2, ..settings(16, 16, 1) };
+        let radiance: f64 =
+            World::new(&scene, &settings).collect().iter().map(|c| f64::from(c.radiance.x)).sum();
+        radiance / 256.0
+    };
+    let (clear, absorbing) = (seen(0.0), seen(2.0));
+    // 0.96 of the paths are refracted; radiance falls by n^2; I / d^2 = 4.
+    let expected = 0.96 * 0.5 / PI * 4.0 / 2.25;
+    assert!((clear / expected - 1.0).abs() < 0.05, "{clear} {expected}");
+    // 0.5 m from the light and 1 m to the surface; 1e-4 for the field of view.
+    assert!((absorbing / clear - (-3.0f64).exp()).abs() < 1e-4, "{}", absorbing / clear);
+}
+
 /// Glass in water: the inner faces reflect by the relative index (1.5 / 1.33), four faces in a row.
 #[test]
 fn glass_in_water_reflects_by_the_relative_index() {

@@ -33,8 +33,8 @@ fn check(triangles: &[Triangle], tree: &Tree) -> u32 {
             let min = Vec3::new(node.min_x[lane], node.min_y[lane], node.min_z[lane]);
             let max = Vec3::new(node.max_x[lane], node.max_y[lane], node.max_z[lane]);
             let child = node.children[lane];
-            if min.x > max.x {
-                assert_eq!((min, max, child), (Vec3::MAX, Vec3::MIN, LEAF), "empty lanes are canonical");
+            if min.x == f32::MAX {
+                assert_eq!((min, max, child), (Vec3::MAX, Vec3::MAX, LEAF), "empty lanes are canonical");
                 continue;
             }
             assert!(lower.cmple(min).all() && max.cmple(upper).all(), "boxes nest");

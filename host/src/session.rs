@@ -95,7 +95,7 @@ impl Session {
         if variant.hardware && !matches!(choice, RunnerChoice::Gpu { hardware: true, .. }) {
             bail!("--gather {} needs ray queries (--runner gpu --tracer hardware)", variant.name);
         }
-        let params = settings.params(scene, camera, needs, 0);
+        let params = settings.params(scene, camera, 0);
         let mut runner = open(choice, scene, needs, &basic::buffers(variant, &params))?;
         runner.write("pixel_order", cast_slice(&basic::pixel_order(params.width, params.height)))?;
         Ok(Session { runner, variant, params })

@@ -24,7 +24,7 @@ pub fn closest_hits_per_second(
 ) -> anyhow::Result<f64> {
     const SIDE: u32 = 512;
     let settings = Settings { width: SIDE, height: SIDE, ..Settings::default() };
-    let params = FrameParams { light_path_batch: SIDE * SIDE, ..settings.params(scene, camera, needs, 0) };
+    let params = FrameParams { light_path_batch: SIDE * SIDE, ..settings.params(scene, camera, 0) };
     let pixels = params.pixel_count() as usize;
     let mut buffers = basic::buffers(&variant::BRUTE, &FrameParams { light_path_count: 0, ..params });
     buffers.push(BufferSpec { name: "rays", bytes: size_of::<Ray>() * pixels });

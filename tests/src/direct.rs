@@ -142,7 +142,7 @@ impl<'a> World<'a> {
     /// Through the scene's first camera. Light paths are shot whatever the scene's lights are.
     pub fn new(scene: &'a Scene, settings: &Settings) -> Self {
         let needs = scene.needs(settings.specular_roughness);
-        let mut params = settings.params(scene, &scene.cameras[0], needs, 0);
+        let mut params = settings.params(scene, &scene.cameras[0], 0);
         params.light_path_count = settings.light_paths;
         World { scene, needs, params }
     }
@@ -302,15 +302,10 @@ pub fn render(
     threads: usize,
     frames: u32,
 ) -> Vec<(Picture, Counters)> {
-    let own = scene.needs(settings.specular_roughness);
-    let mut settings = settings.clone();
-    if !(own.has(Needs::CASTERS) && own.has(Needs::RECEIVERS)) {
-        settings.light_paths = 0;
-    }
     let variant = variant::find(gather).expect("a known gather");
     let choice = RunnerChoice::Cpu { threads };
-    let needs = needs.unwrap_or(own);
-    let mut session = Session::new(&choice, scene, &scene.cameras[0], &settings, variant, needs)
+    let needs = needs.unwrap_or_else(|| scene.needs(settings.specular_roughness));
+    let mut session = Session::new(&choice, scene, &scene.cameras[0], settings, variant, needs)
         .expect("a session on the CPU opens");
     (0..frames)
         .map(|frame| {

@@ -198,7 +198,7 @@ mod tests {
     fn a_path_that_does_not_tremble_repeats_itself_and_some_that_do_diverge() {
         let scene = lobes::scene();
         let settings = Settings { width: 64, height: 36, light_paths: 1024, ..Settings::default() };
-        let params = settings.params(&scene, &scene.cameras[0], Needs::ALL, 0);
+        let params = settings.params(&scene, &scene.cameras[0], 0);
         let paths = Paths { scene: &scene, params: &params, needs: Needs::ALL };
         assert_eq!(paths.camera(1000, 0), paths.camera(1000, 0));
         assert!(!paths.deposits().is_empty());

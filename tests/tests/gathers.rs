@@ -44,7 +44,7 @@ fn lender() -> Scene {
 
 fn params(scene: &Scene, pixels: u32, deposits: u32) -> FrameParams {
     let settings = Settings { width: pixels, height: 1, light_paths: 1024, ..Settings::default() };
-    let base = settings.params(scene, &scene.cameras[0], Needs::ALL, 0);
+    let base = settings.params(scene, &scene.cameras[0], 0);
     FrameParams {
         light_path_count: 1024,
         light_path_batch: 1024,

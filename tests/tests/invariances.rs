@@ -203,7 +203,7 @@ fn batches_change_no_bit() {
     let settings = settings();
     let needs = scene.needs(settings.specular_roughness);
     let variant = variant::find("photons-grid").unwrap();
-    let whole = settings.params(&scene, &scene.cameras[0], needs, 0);
+    let whole = settings.params(&scene, &scene.cameras[0], 0);
     assert_eq!(whole.light_path_batch, whole.light_path_count, "one batch");
     let caustics = [60_000, 7_001, 1_000].map(|batch| {
         let params = FrameParams {

@@ -11,24 +11,17 @@ use caustics_kernels::interface::counters::Counter;
 use caustics_tests::gpu::gpu;
 use caustics_tests::twin::load;
 
-const FULL: Settings = Settings {
-    width: 1920,
-    height: 1080,
-    light_paths: 1 << 18,
-    max_bounces: 5,
-    radius_px: 1.0,
-    specular_roughness: 0.25,
-    seed: 0,
-    pixel_filter: 0,
-    exposure: 0.0,
-};
+/// The talk's size of picture, with fewer light paths than its 1024^2.
+fn full() -> Settings {
+    Settings { width: 1920, height: 1080, light_paths: 1 << 18, ..Settings::default() }
+}
 
 #[test]
 fn base_module_renders_on_a_device_without_ray_queries() {
     let Some(gpu) = gpu() else { return };
     assert!(!Context::new(None, false, gpu.validation).unwrap().is_hardware());
     let (scene, settings) =
-        (load("mirror-room"), Settings { width: 96, height: 54, light_paths: 8192, ..FULL });
+        (load("mirror-room"), Settings { width: 96, height: 54, light_paths: 8192, ..full() });
     let needs = scene.needs(settings.specular_roughness);
     let variant = &variant::PHOTONS_GRID;
     let mut session =
@@ -57,14 +50,14 @@ fn module_with_ray_queries_is_refused_on_a_device_without() {
 fn full_hd_frame_runs() {
     let Some(gpu) = gpu() else { return };
     let scene = load("mirror-room");
-    let needs = scene.needs(FULL.specular_roughness);
+    let needs = scene.needs(full().specular_roughness);
     for variant in variant::ALL.iter().filter(|variant| variant.name != "brute") {
         if variant.hardware && !gpu.info.ray_queries {
             eprintln!("{} skipped: no ray queries", variant.name);
             continue;
         }
         let choice = gpu.choice(variant.hardware);
-        let mut session = Session::new(&choice, &scene, &scene.cameras[0], &FULL, variant, needs).unwrap();
+        let mut session = Session::new(&choice, &scene, &scene.cameras[0], &full(), variant, needs).unwrap();
         let start = std::time::Instant::now();
         let times = session.frame(0).unwrap();
         eprintln!("{} on {}: {:.2?}", variant.name, session.device(), start.elapsed());
@@ -79,11 +72,10 @@ fn full_hd_frame_runs() {
 #[test]
 fn full_hd_buffers_stay_within_128_mib() {
     let scene = load("mirror-room");
-    let needs = scene.needs(FULL.specular_roughness);
     for light_paths in [1 << 18, 1 << 20, 1 << 26] {
         for max_bounces in [2, 5, 12] {
-            let settings = Settings { light_paths, max_bounces, ..FULL };
-            let params = settings.params(&scene, &scene.cameras[0], needs, 0);
+            let settings = Settings { light_paths, max_bounces, ..full() };
+            let params = settings.params(&scene, &scene.cameras[0], 0);
             for variant in variant::ALL {
                 for spec in basic::buffers(variant, &params) {
                     assert!(

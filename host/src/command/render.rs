@@ -46,18 +46,12 @@ pub fn run(options: Box<Render>) -> anyhow::Result<ExitCode> {
         eprintln!("warning: {warning}");
     }
     let camera = camera(&scene, options.camera.as_deref())?;
-    let scene_needs = scene.needs(settings.specular_roughness);
     let (choice, variant, reason) = pick(&options)?;
     let needs = match options.needs {
-        NeedsName::Scene => scene_needs,
-        // What the scene has decides whether light paths are shot at all; dead code does not.
+        NeedsName::Scene => scene.needs(settings.specular_roughness),
         NeedsName::All => Needs::ALL,
     };
-    let mut shot = settings.clone();
-    if !(scene_needs.has(Needs::CASTERS) && scene_needs.has(Needs::RECEIVERS)) {
-        shot.light_paths = 0;
-    }
-    let mut session = Session::new(&choice, &scene, camera, &shot, variant, needs)?;
+    let mut session = Session::new(&choice, &scene, camera, &settings, variant, needs)?;
     eprintln!("{}: {} ({reason}), gather {}", scene.name, session.device(), variant.name);
 
     if interrupted.load(Ordering::SeqCst) {

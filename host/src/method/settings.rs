@@ -52,9 +52,10 @@ const DEPOSIT_BYTES: u32 = 32;
 const MOST_CELLS: u32 = 1 << 20;
 
 impl Settings {
-    /// Push constants of frame `frame`, with the first batch of light paths. Without casters (or receivers, or
-    /// light) there is no batch: no light path is shot.
-    pub fn params(&self, scene: &Scene, camera: &SceneCamera, needs: Needs, frame: u32) -> FrameParams {
+    /// Push constants of frame `frame`, with the first batch of light paths. A scene without casters (or receivers, or
+    /// light) has no batch, whatever code is alive: no light path is shot.
+    pub fn params(&self, scene: &Scene, camera: &SceneCamera, frame: u32) -> FrameParams {
+        let needs = scene.needs(self.specular_roughness);
         let caustics = needs.has(Needs::CASTERS) && needs.has(Needs::RECEIVERS);
         let shoots = caustics && !scene.lights.is_empty() && self.max_bounces > 1;
         let light_paths = if shoots { self.light_paths } else { 0 };

@@ -79,6 +79,7 @@ macro_rules! tracer {
 use scene;
 use tracer;
 
+/// Writes `kernel(index)` into each element of `buffer` below the dispatch's count.
 fn map<T: bytemuck::Pod + Send>(
     call: &Call<'_>,
     buffer: &str,
@@ -94,6 +95,7 @@ fn map<T: bytemuck::Pod + Send>(
     Ok(())
 }
 
+/// Calls `work` with consecutive ranges of the indices below `count`, in parallel.
 fn for_chunks(count: u32, work: impl Fn(std::ops::Range<u32>) + Sync) {
     let chunk = CHUNK as u32;
     (0..count.div_ceil(chunk)).into_par_iter().for_each(|i| work(i * chunk..(i * chunk + chunk).min(count)));

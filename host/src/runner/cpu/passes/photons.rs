@@ -151,6 +151,7 @@ pub fn gather_brute(call: &Call<'_>) -> anyhow::Result<()> {
     gather(call, &geometry, &light, Brute { count: grid::deposit_count(&state, call.params) })
 }
 
+/// Gathers from the points' side through any `Neighbours` over photons.
 fn gather<N: Neighbours + Copy + Send + Sync>(
     call: &Call<'_>,
     deposit_geometry: &[DepositGeometry],

@@ -27,7 +27,7 @@ macro_rules! tracing_entries {
         #[spirv(compute(threads(64), entry_point_name = "collect"))]
         pub fn collect(
             #[spirv(global_invocation_id)] id: UVec3,
-            #[spirv(spec_constant(id = 0, default = 1023))] needs: u32,
+            #[spirv(spec_constant(id = 0, default = 131071))] needs: u32,
             #[spirv(push_constant)] params: &FrameParams,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] triangles: &[Triangle],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] surfaces: &[TriangleSurface],
@@ -58,7 +58,7 @@ macro_rules! tracing_entries {
         #[spirv(compute(threads(64), entry_point_name = "shoot.store"))]
         pub fn shoot_store(
             #[spirv(global_invocation_id)] id: UVec3,
-            #[spirv(spec_constant(id = 0, default = 1023))] needs: u32,
+            #[spirv(spec_constant(id = 0, default = 131071))] needs: u32,
             #[spirv(push_constant)] params: &FrameParams,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] triangles: &[Triangle],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] surfaces: &[TriangleSurface],

@@ -27,10 +27,24 @@ impl Needs {
     pub const SMOOTH_NORMALS: Needs = Needs(1 << 8);
     /// Some surface has a non-specular lobe and can show a caustic.
     pub const RECEIVERS: Needs = Needs(1 << 9);
+    /// Some transmission is rough.
+    pub const ROUGH_GLASS: Needs = Needs(1 << 10);
+    /// There is a spot light.
+    pub const SPOT_LIGHTS: Needs = Needs(1 << 11);
+    /// There is a directional light.
+    pub const DIRECTIONAL_LIGHTS: Needs = Needs(1 << 12);
+    /// Some material is textured.
+    pub const TEXTURES: Needs = Needs(1 << 13);
+    /// Some material has a normal map.
+    pub const NORMAL_MAPS: Needs = Needs(1 << 14);
+    /// Some surface has holes: its alpha is cut off.
+    pub const CUT_OUTS: Needs = Needs(1 << 15);
+    /// Somebody asks where the light's energy goes.
+    pub const LEDGER: Needs = Needs(1 << 16);
     /// Everything.
-    pub const ALL: Needs = Needs((1 << 10) - 1);
+    pub const ALL: Needs = Needs((1 << 17) - 1);
     /// Bits and names, for printing.
-    pub const NAMES: [(Needs, &'static str); 10] = [
+    pub const NAMES: [(Needs, &'static str); 17] = [
         (Self::METAL, "metal"),
         (Self::MIRROR, "mirror"),
         (Self::COAT, "coat"),
@@ -41,6 +55,13 @@ impl Needs {
         (Self::CASTERS, "casters"),
         (Self::SMOOTH_NORMALS, "smooth-normals"),
         (Self::RECEIVERS, "receivers"),
+        (Self::ROUGH_GLASS, "rough-glass"),
+        (Self::SPOT_LIGHTS, "spot-lights"),
+        (Self::DIRECTIONAL_LIGHTS, "directional-lights"),
+        (Self::TEXTURES, "textures"),
+        (Self::NORMAL_MAPS, "normal-maps"),
+        (Self::CUT_OUTS, "cut-outs"),
+        (Self::LEDGER, "ledger"),
     ];
 
     /// Whether any bit of `other` is set.

@@ -27,6 +27,10 @@ pub struct Cli {
 pub enum Command {
     /// Render a scene to EXR
     Render(Box<Render>),
+    /// Path trace a scene until it is a reference
+    Reference(Box<Reference>),
+    /// Join references of one view that were rendered with different seeds
+    //Merge(Merge),
     /// List Vulkan devices, what they can do and whether they are used
     Device(Device),
     /// List, inspect or make scenes
@@ -34,13 +38,9 @@ pub enum Command {
     Scene(Scene),
 }
 
-/// Options of `render`. A negative number reaches the check of its option, which names it.
+/// Options of every command that renders. A negative number reaches the check of its option, which names it.
 #[derive(Args, Debug)]
-#[command(allow_negative_numbers = true)]
-#[command(before_help = "Examples:
-  caustics render mirror-room -o room.exr --png room.png
-  caustics render path/to/scene.glb -o out.exr --frames 64 --width 1920 --height 1080")]
-pub struct Render {
+pub struct Common {
     /// A .gltf or .glb file, a folder with a scene.gltf, or the name of a folder in scenes/
     pub scene: String,
     /// The EXR file to write
@@ -49,12 +49,6 @@ pub struct Render {
     /// Also write a tone-mapped PNG
     #[arg(long)]
     pub png: Option<PathBuf>,
-    /// How to render
-    #[arg(long, value_enum, default_value = "basic")]
-    pub method: Method,
-    /// How deposits and collection points meet [default: points-rt with ray queries, else photons-grid]
-    #[arg(long, value_parser = clap::builder::PossibleValuesParser::new(gather_names()))]
-    pub gather: Option<String>,
     /// Where to run; auto takes a real GPU if there is one, else the CPU
     #[arg(long, value_enum, default_value = "auto")]
     pub runner: RunnerName,
@@ -73,18 +67,9 @@ pub struct Render {
     /// Image height [px]
     #[arg(long, default_value_t = 540)]
     pub height: u32,
-    /// Light paths a frame
-    #[arg(long, default_value_t = 1_048_576)]
-    pub light_paths: u32,
-    /// Independent frames to average
-    #[arg(long, default_value_t = 1)]
-    pub frames: u32,
     /// Scattering vertices between eye and light, at most
     #[arg(long, default_value_t = 5)]
     pub max_bounces: u32,
-    /// Radius of collection points; 1 gives a disc the area of its pixel's footprint
-    #[arg(long, default_value_t = 1.0)]
-    pub radius_px: f32,
     /// Reflections of at most this roughness are specular
     #[arg(long, default_value_t = 0.25)]
     pub specular_roughness: f32,
@@ -106,6 +91,9 @@ pub struct Render {
     /// validation: the Vulkan validation layer watches, and its messages fail the run
     #[arg(long, value_enum)]
     pub debug: Option<Debug>,
+    /// Go on from OUTPUT.checkpoint, which an interrupted run leaves behind
+    #[arg(long)]
+    pub resume: bool,
     /// Print times, counters and settings to stdout as JSON
     #[arg(long)]
     pub json: bool,
@@ -114,15 +102,77 @@ pub struct Render {
     pub force: bool,
 }
 
-fn gather_names() -> Vec<&'static str> {
-    caustics_kernels::gather::variant::ALL.iter().map(|variant| variant.name).collect()
+/// Options of `render`.
+#[derive(Args, Debug)]
+#[command(allow_negative_numbers = true)]
+#[command(before_help = "Examples:
+  caustics render mirror-room -o room.exr --png room.png
+  caustics render path/to/scene.glb -o out.exr --frames 64 --width 1920 --height 1080
+  caustics render mirror-room -o truth.exr --method progressive --frames 1000 --pixel-filter box")]
+pub struct Render {
+    /// What every command that renders has.
+    #[command(flatten)]
+    pub common: Common,
+    /// How to render: basic (OurBasic), progressive (its radii shrink over --frames), path (path tracing)
+    #[arg(long, default_value = "basic", value_parser = clap::builder::PossibleValuesParser::new(method_names()))]
+    pub method: String,
+    /// How deposits and collection points meet [default: points-rt with ray queries, else photons-grid]
+    #[arg(long, value_parser = clap::builder::PossibleValuesParser::new(gather_names()))]
+    pub gather: Option<String>,
+    /// Light paths a frame
+    #[arg(long, default_value_t = 1_048_576)]
+    pub light_paths: u32,
+    /// Independent frames to average
+    #[arg(long, default_value_t = 1)]
+    pub frames: u32,
+    /// Radius of collection points; 1 gives a disc the area of its pixel's footprint
+    #[arg(long, default_value_t = 1.0)]
+    pub radius_px: f32,
 }
 
-/// Methods.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Method {
-    /// OurBasic: no light outlives its frame
-    Basic,
+/// Options of `reference`.
+#[derive(Args, Debug)]
+#[command(allow_negative_numbers = true)]
+#[command(before_help = "Examples:
+  caustics reference mirror-room -o truth.exr --spp 4096
+  caustics reference mirror-room -o truth.exr --target-relmse 1e-4 --resume")]
+pub struct Reference {
+    /// What every command that renders has.
+    #[command(flatten)]
+    pub common: Common,
+    /// Stop at this many samples a pixel [default: 1024, if nothing else stops it]
+    #[arg(long)]
+    pub spp: Option<u32>,
+    /// Stop after this time, that of resumed runs included [s]
+    #[arg(long)]
+    pub seconds: Option<f64>,
+    /// Stop when the estimated relative mean square error falls below this
+    #[arg(long)]
+    pub target_relmse: Option<f64>,
+}
+
+/// Options of `merge`.
+#[derive(Args, Debug)]
+#[command(before_help = "Example:
+  caustics merge seed-1.exr seed-2.exr seed-3.exr -o truth.exr")]
+pub struct Merge {
+    /// References of one view with different seeds
+    #[arg(required = true, num_args = 2..)]
+    pub inputs: Vec<PathBuf>,
+    /// The EXR file to write
+    #[arg(short, long)]
+    pub output: PathBuf,
+    /// Overwrite an existing file
+    #[arg(long)]
+    pub force: bool,
+}
+
+fn method_names() -> Vec<&'static str> {
+    caustics::method::ALL.iter().map(|method| method.name).collect()
+}
+
+fn gather_names() -> Vec<&'static str> {
+    caustics_kernels::gather::variant::ALL.iter().map(|variant| variant.name).collect()
 }
 
 /// Runners.

@@ -1,6 +1,11 @@
-//! The subcommands, a file each.
+//! The subcommands, a file each, and what several of them share.
 
 pub mod device;
+pub mod job;
+//pub mod merge;
+pub mod options;
 pub mod pick;
+pub mod reference;
 pub mod render;
+pub mod report;
 pub mod scene;

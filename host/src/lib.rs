@@ -3,6 +3,8 @@
 //! `scene` reads glTF into flat tables, `method` lists the passes of a frame, `runner` executes the list on the
 //! CPU or, through `vulkan`, on a GPU, `session` ties them together, `output` writes the picture. See ARCHITECTURE.md.
 
+pub mod accumulation;
+pub mod checkpoint;
 pub mod counters;
 pub mod kernels;
 pub mod method;

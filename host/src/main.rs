@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use caustics::checkpoint::CheckpointError;
 use caustics::output::target::TargetError;
 use caustics::scene::SceneError;
 use caustics::vulkan::VulkanError;
@@ -12,7 +13,9 @@ mod command;
 
 fn main() -> ExitCode {
     let result = match cli::Cli::parse().command {
-        cli::Command::Render(options) => command::render::run(options),
+        cli::Command::Render(options) => command::render::run(*options),
+        cli::Command::Reference(options) => command::reference::run(*options),
+        //cli::Command::Merge(options) => command::merge::run(&options),
         cli::Command::Device(options) => command::device::run(&options),
         cli::Command::Scene(command) => command::scene::run(command),
     };
@@ -29,7 +32,8 @@ fn main() -> ExitCode {
 fn exit_code(error: &anyhow::Error) -> u8 {
     let usage = error.is::<cli::Usage>()
         || matches!(error.downcast_ref(), Some(TargetError::Exists(_)))
-        || matches!(error.downcast_ref(), Some(SceneError::Unknown { .. }));
+        || matches!(error.downcast_ref(), Some(SceneError::Unknown { .. }))
+        || error.is::<CheckpointError>();
     if usage {
         2
     } else if error.downcast_ref().is_some_and(VulkanError::is_no_device) {

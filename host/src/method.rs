@@ -4,7 +4,34 @@ use caustics_kernels::gather::variant::{Over, Variant, Work};
 use caustics_kernels::interface::frame::FrameParams;
 
 pub mod basic;
+pub mod path;
+pub mod progressive;
 pub mod settings;
+
+/// A way to render: what a frame consists of.
+#[derive(Clone, Copy, Debug)]
+pub struct Method {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// What it is, in one line.
+    pub about: &'static str,
+    /// Whether it makes collection points and gathers deposits; else all its light is in one layer.
+    pub gathers: bool,
+    /// The settings of the frame of this index, made of those of the run.
+    pub frame: fn(FrameParams, u32) -> FrameParams,
+    /// The steps of a frame.
+    pub steps: fn(&Variant, FrameParams) -> Vec<Step>,
+    /// The buffers of a frame, scene tables aside.
+    pub buffers: fn(&Variant, &FrameParams) -> Vec<BufferSpec>,
+}
+
+/// Every method.
+pub const ALL: &[&Method] = &[&basic::BASIC, &progressive::PROGRESSIVE, &path::PATH];
+
+/// The method of this name.
+pub fn find(name: &str) -> Option<&'static Method> {
+    ALL.iter().find(|method| method.name == name).copied()
+}
 
 /// One step of a frame. Every step sees all that earlier steps wrote.
 #[derive(Clone, Copy, Debug, PartialEq)]

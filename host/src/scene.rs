@@ -58,6 +58,15 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// A hash of all that paths can meet: FNV-1a, 64 bits, of the tables' bytes.
+    pub fn fingerprint(&self) -> String {
+        let bytes = crate::session::tables(self).into_iter().flat_map(|(_, bytes)| bytes);
+        let hash = bytes.fold(0xcbf2_9ce4_8422_2325u64, |hash, &byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
+        });
+        format!("{hash:016x}")
+    }
+
     /// Makes the tables of geometry that is centred already. A scene may be dark or have no camera.
     ///
     /// Drops triangles without an area, computes curvatures, clears normals that are the face's, orders triangles by the tree, and builds the light table;

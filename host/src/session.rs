@@ -12,7 +12,7 @@ use glam::Vec3;
 use crate::counters::Counters;
 use crate::kernels;
 use crate::method::settings::Settings;
-use crate::method::{BufferSpec, basic};
+use crate::method::{BufferSpec, Method, basic};
 use crate::picture::Picture;
 use crate::runner::cpu::CpuRunner;
 use crate::runner::gpu::{GpuOptions, GpuRunner};
@@ -78,6 +78,7 @@ pub fn tables(scene: &Scene) -> [(&'static str, &[u8]); 6] {
 /// Renders frames of one view.
 pub struct Session {
     runner: Box<dyn Runner>,
+    method: &'static Method,
     variant: &'static Variant,
     params: FrameParams,
 }
@@ -89,16 +90,18 @@ impl Session {
         scene: &Scene,
         camera: &SceneCamera,
         settings: &Settings,
+        method: &'static Method,
         variant: &'static Variant,
         needs: Needs,
     ) -> anyhow::Result<Session> {
-        if variant.hardware && !matches!(choice, RunnerChoice::Gpu { hardware: true, .. }) {
+        if method.gathers && variant.hardware && !matches!(choice, RunnerChoice::Gpu { hardware: true, .. }) {
             bail!("--gather {} needs ray queries (--runner gpu --tracer hardware)", variant.name);
         }
         let params = settings.params(scene, camera, 0);
-        let mut runner = open(choice, scene, needs, &basic::buffers(variant, &params))?;
+        let buffers = (method.buffers)(variant, &(method.frame)(params, 0));
+        let mut runner = open(choice, scene, needs, &buffers)?;
         runner.write("pixel_order", cast_slice(&basic::pixel_order(params.width, params.height)))?;
-        Ok(Session { runner, variant, params })
+        Ok(Session { runner, method, variant, params })
     }
 
     /// Device and driver.
@@ -106,26 +109,30 @@ impl Session {
         self.runner.device()
     }
 
-    /// Push constants of the first frame.
-    pub fn params(&self) -> &FrameParams {
-        &self.params
+    /// Push constants of a frame.
+    pub fn params(&self, frame: u32) -> FrameParams {
+        (self.method.frame)(self.params, frame)
     }
 
     /// Renders frame `index`; its time by step.
     pub fn frame(&mut self, index: u32) -> anyhow::Result<Vec<StepTime>> {
-        let params = FrameParams { frame: index, ..self.params };
-        self.runner.run(&basic::steps(self.variant, params))
+        self.runner.run(&(self.method.steps)(self.variant, self.params(index)))
     }
 
     /// The picture of the last frame.
     pub fn picture(&mut self) -> anyhow::Result<Picture> {
+        let (width, height) = (self.params.width as usize, self.params.height as usize);
+        let path = self.read("path_radiance")?;
+        if !self.method.gathers {
+            return Ok(Picture { width, height, path, ..Picture::default() });
+        }
         let geometry: Vec<PointGeometry> = self.read("point_geometry")?;
         let words: Vec<u32> = self.read("accumulator")?;
         let count = |point: &[u32]| point[accumulator::WORDS as usize - 1] as f32;
         Ok(Picture {
-            width: self.params.width as usize,
-            height: self.params.height as usize,
-            path: self.read("path_radiance")?,
+            width,
+            height,
+            path,
             caustics: self.read("caustic_radiance")?,
             radius: geometry.iter().map(|point| point.radius).collect(),
             depth: geometry.iter().map(|point| point.depth as f32).collect(),
@@ -148,8 +155,10 @@ impl Session {
     /// Display colours in [0, 1] of a picture (of an average, say).
     pub fn display(&mut self, picture: &Picture) -> anyhow::Result<Vec<Vec3>> {
         self.runner.write("path_radiance", cast_slice(&picture.path))?;
-        self.runner.write("caustic_radiance", cast_slice(&picture.caustics))?;
-        let steps = basic::steps(self.variant, FrameParams { light_path_count: 0, ..self.params });
+        let black = vec![Vec3::ZERO; picture.path.len()];
+        let caustics = if picture.caustics.is_empty() { &black } else { &picture.caustics };
+        self.runner.write("caustic_radiance", cast_slice(caustics))?;
+        let steps = (self.method.steps)(self.variant, FrameParams { light_path_count: 0, ..self.params });
         let display = steps.last().copied().context("a frame ends with display")?;
         self.runner.run(&[display])?;
         self.read("display_color")

@@ -2,6 +2,7 @@
 //! gathers of any neighbours. And frames through a [`Session`] on the CPU.
 
 use caustics::counters::Counters;
+use caustics::method::basic::BASIC;
 use caustics::method::settings::Settings;
 use caustics::picture::Picture;
 use caustics::scene::Scene;
@@ -305,7 +306,7 @@ pub fn render(
     let variant = variant::find(gather).expect("a known gather");
     let choice = RunnerChoice::Cpu { threads };
     let needs = needs.unwrap_or_else(|| scene.needs(settings.specular_roughness));
-    let mut session = Session::new(&choice, scene, &scene.cameras[0], settings, variant, needs)
+    let mut session = Session::new(&choice, scene, &scene.cameras[0], settings, &BASIC, variant, needs)
         .expect("a session on the CPU opens");
     (0..frames)
         .map(|frame| {

@@ -2,6 +2,7 @@
 
 use caustics::kernels;
 use caustics::method::basic;
+use caustics::method::basic::BASIC;
 use caustics::method::settings::Settings;
 use caustics::runner::gpu::{GpuOptions, GpuRunner};
 use caustics::session::{self, RunnerChoice, Session};
@@ -25,7 +26,8 @@ fn base_module_renders_on_a_device_without_ray_queries() {
     let needs = scene.needs(settings.specular_roughness);
     let variant = &variant::PHOTONS_GRID;
     let mut session =
-        Session::new(&gpu.choice(false), &scene, &scene.cameras[0], &settings, variant, needs).unwrap();
+        Session::new(&gpu.choice(false), &scene, &scene.cameras[0], &settings, &BASIC, variant, needs)
+            .unwrap();
     session.frame(0).unwrap();
     let picture = session.picture().unwrap();
     assert!(picture.path.iter().all(|pixel| pixel.is_finite()));
@@ -57,7 +59,8 @@ fn full_hd_frame_runs() {
             continue;
         }
         let choice = gpu.choice(variant.hardware);
-        let mut session = Session::new(&choice, &scene, &scene.cameras[0], &full(), variant, needs).unwrap();
+        let mut session =
+            Session::new(&choice, &scene, &scene.cameras[0], &full(), &BASIC, variant, needs).unwrap();
         let start = std::time::Instant::now();
         let times = session.frame(0).unwrap();
         eprintln!("{} on {}: {:.2?}", variant.name, session.device(), start.elapsed());

@@ -5,10 +5,13 @@ use caustics::session::RunnerChoice;
 use caustics::vulkan::{DeviceInfo, devices};
 use caustics_kernels::gather::variant::{self, Variant};
 
-use crate::cli::{Debug, Render, RunnerName, Tracer, Usage};
+use crate::cli::{Common, Debug, RunnerName, Tracer, Usage};
 
 /// What will run, and the reason in one line.
-pub fn pick(options: &Render) -> anyhow::Result<(RunnerChoice, &'static Variant, String)> {
+pub fn pick(
+    options: &Common,
+    gather: Option<&str>,
+) -> anyhow::Result<(RunnerChoice, &'static Variant, String)> {
     let (choice, reason) = match options.runner {
         RunnerName::Cpu => (cpu(options)?, "--runner cpu".to_string()),
         RunnerName::Gpu => {
@@ -21,7 +24,7 @@ pub fn pick(options: &Render) -> anyhow::Result<(RunnerChoice, &'static Variant,
         RunnerName::Auto => auto(options)?,
     };
     let hardware = matches!(choice, RunnerChoice::Gpu { hardware: true, .. });
-    let variant = match &options.gather {
+    let variant = match gather {
         Some(name) => variant::find(name).ok_or_else(|| Usage(format!("no gather is called {name}")))?,
         None if hardware => &variant::POINTS_RT,
         None => &variant::PHOTONS_GRID,
@@ -39,7 +42,7 @@ pub fn pick(options: &Render) -> anyhow::Result<(RunnerChoice, &'static Variant,
     Ok((choice, variant, reason))
 }
 
-fn cpu(options: &Render) -> Result<RunnerChoice, Usage> {
+fn cpu(options: &Common) -> Result<RunnerChoice, Usage> {
     if options.tracer == Tracer::Hardware {
         return Err(Usage("--tracer hardware needs --runner gpu: a CPU has no ray queries".into()));
     }
@@ -49,7 +52,7 @@ fn cpu(options: &Render) -> Result<RunnerChoice, Usage> {
     Ok(RunnerChoice::Cpu { threads: options.threads })
 }
 
-fn gpu(options: &Render, hardware: bool) -> RunnerChoice {
+fn gpu(options: &Common, hardware: bool) -> RunnerChoice {
     RunnerChoice::Gpu {
         device: options.device.clone(),
         hardware,
@@ -59,7 +62,7 @@ fn gpu(options: &Render, hardware: bool) -> RunnerChoice {
 
 /// The device that would be opened, as far as this can be told before.
 fn find<'a>(
-    options: &Render,
+    options: &Common,
     devices: &'a [DeviceInfo],
     fits: impl Fn(&DeviceInfo) -> bool,
 ) -> Option<&'a DeviceInfo> {
@@ -74,7 +77,7 @@ fn find<'a>(
     usable.first().copied()
 }
 
-fn hardware(options: &Render, device: Option<&DeviceInfo>) -> bool {
+fn hardware(options: &Common, device: Option<&DeviceInfo>) -> bool {
     match options.tracer {
         Tracer::Hardware => true,
         Tracer::Software => false,
@@ -83,7 +86,7 @@ fn hardware(options: &Render, device: Option<&DeviceInfo>) -> bool {
 }
 
 /// A real GPU if there is one and the kernels are fresh, else the CPU.
-fn auto(options: &Render) -> anyhow::Result<(RunnerChoice, String)> {
+fn auto(options: &Common) -> anyhow::Result<(RunnerChoice, String)> {
     let wants_gpu = options.tracer == Tracer::Hardware || options.device.is_some() || options.debug.is_some();
     let found = devices();
     let why_not = match &found {

@@ -5,7 +5,17 @@ use caustics_kernels::gather::variant::Variant;
 use caustics_kernels::interface::counters::{COUNTER_COUNT, DEPOSIT_STATE_COUNT};
 use caustics_kernels::interface::frame::FrameParams;
 
-use super::{BufferSpec, Step, variant_buffers};
+use super::{BufferSpec, Method, Step, variant_buffers};
+
+/// See the head of the file.
+pub const BASIC: Method = Method {
+    name: "basic",
+    about: "OurBasic: no light outlives its frame",
+    gathers: true,
+    frame: |params, index| FrameParams { frame: index, ..params },
+    steps,
+    buffers,
+};
 
 /// The steps of a frame. Light paths come in batches that the deposit buffers hold.
 pub fn steps(variant: &Variant, params: FrameParams) -> Vec<Step> {

@@ -1,4 +1,7 @@
-//! Scene-linear EXR: beauty as R, G, B, the layers `path`, `caustics`, `points`, `deposits` by channel names.
+//! Scene-linear EXR: beauty as R, G, B; layers by channel names: `path`, `caustics`, `points`, `deposits` of a gather,
+//! `variance` (of the mean of beauty) and `samples` of a mean.
+
+use std::collections::BTreeMap;
 
 use anyhow::Context;
 use exr::prelude::*;
@@ -6,14 +9,25 @@ use glam::Vec3;
 
 use crate::picture::Picture;
 
-/// Encodes a picture; `attributes` say how it was made. Colours are linear with the primaries of Rec. 709.
-pub fn encode(picture: &Picture, attributes: &[(&str, String)]) -> anyhow::Result<Vec<u8>> {
-    let beauty: Vec<Vec3> = picture.path.iter().zip(&picture.caustics).map(|(p, c)| *p + *c).collect();
+/// Encodes a picture, with the variance of its mean and the number of samples in it where they are known;
+/// `attributes` say how it was made. Colours are linear with the primaries of Rec. 709.
+pub fn encode(
+    picture: &Picture,
+    variance: Option<(Vec<Vec3>, u32)>,
+    attributes: &BTreeMap<String, String>,
+) -> anyhow::Result<Vec<u8>> {
     let mut channels = SmallVec::<[AnyChannel<FlatSamples>; 4]>::new();
     let mut number = |name: &str, values: Vec<f32>| {
-        channels.push(AnyChannel::new(name, FlatSamples::F32(values)));
+        if !values.is_empty() {
+            channels.push(AnyChannel::new(name, FlatSamples::F32(values)));
+        }
     };
-    for (layer, values) in [("", &beauty), ("caustics.", &picture.caustics), ("path.", &picture.path)] {
+    let (variance, samples) = variance.unwrap_or_default();
+    let split = if picture.caustics.is_empty() { &[] } else { &picture.path[..] };
+    let beauty = picture.beauty();
+    let colors =
+        [("", &beauty[..]), ("caustics.", &picture.caustics), ("path.", split), ("variance.", &variance)];
+    for (layer, values) in colors {
         for (lane, name) in ["R", "G", "B"].iter().enumerate() {
             number(&format!("{layer}{name}"), values.iter().map(|value| value[lane]).collect());
         }
@@ -21,11 +35,12 @@ pub fn encode(picture: &Picture, attributes: &[(&str, String)]) -> anyhow::Resul
     number("points.radius", picture.radius.clone());
     number("points.depth", picture.depth.clone());
     number("deposits.count", picture.deposits.clone());
+    number("samples.count", vec![samples as f32; variance.len()]);
 
     let mut other = std::collections::HashMap::new();
     for (name, value) in attributes {
         let value = Text::new_or_none(value).with_context(|| format!("attribute {name} is no EXR text"))?;
-        other.insert(Text::from(*name), AttributeValue::Text(value));
+        other.insert(Text::from(name.as_str()), AttributeValue::Text(value));
     }
     let size = (picture.width, picture.height);
     let layer_attributes =

@@ -1,6 +1,6 @@
 //! The entry points that trace, once for every tracer.
 
-/// Stamps `collect`, `shoot.store` and `step.hit` for the tracer that an expression makes of its own bindings; bindings
+/// Stamps `collect`, `reference`, `shoot.store` and `step.hit` for the tracer that an expression makes of its own bindings; bindings
 /// 16 and above are the tracer's.
 macro_rules! tracing_entries {
     ([$($bound:tt)*], $tracer:expr) => {
@@ -51,6 +51,32 @@ macro_rules! tracing_entries {
                 path_radiance[pixel as usize] = collected.radiance;
                 point_geometry[pixel as usize] = collected.geometry;
                 point_shading[pixel as usize] = collected.shading;
+            }
+        }
+
+        /// Paths of the reference, a pixel an invocation.
+        #[spirv(compute(threads(64), entry_point_name = "reference"))]
+        pub fn reference(
+            #[spirv(global_invocation_id)] id: UVec3,
+            #[spirv(spec_constant(id = 0, default = 131071))] needs: u32,
+            #[spirv(push_constant)] params: &FrameParams,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] triangles: &[Triangle],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] surfaces: &[TriangleSurface],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] materials: &[Material],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] lights: &[Light],
+            $($bound)*
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] pixel_order: &[u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] path_radiance: &mut [Vec3],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] counters: &mut [u32],
+        ) {
+            let index = index(id);
+            if index < params.pixel_count() {
+                let pixel = pixel_order[index as usize];
+                let scene = SceneTables { triangles, surfaces, materials, lights };
+                let mut tracer = $tracer;
+                let mut counters = AtomicWords(counters);
+                path_radiance[pixel as usize] =
+                    pass::reference::reference(pixel, params, Needs(needs), scene, &mut tracer, &mut counters);
             }
         }
 

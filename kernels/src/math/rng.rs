@@ -3,7 +3,7 @@
 
 use spirv_std::glam::{UVec4, Vec4};
 
-/// Separates the numbers of camera paths from those of light paths.
+/// Separates the numbers of paths that must not follow each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Stream {
@@ -11,6 +11,8 @@ pub enum Stream {
     Camera = 0x3c6e_f372,
     /// Paths from the lights.
     Light = 0xa54f_f53a,
+    /// Paths of the reference, independent of those of the methods that it judges.
+    Reference = 0x510e_527f,
 }
 
 /// The random numbers of one path.

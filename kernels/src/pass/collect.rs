@@ -62,15 +62,16 @@ pub fn collect<T: Tracer, C: Atomics>(
     let mut rng = Rng::new(Stream::Camera, params.seed, pixel, params.frame);
     let ray = camera_ray(params, pixel, &mut rng);
     let cone = RayCone::at_eye(params.pixel_spread);
-    follow(ray, cone, rng, params, needs, scene, tracer, counters)
+    follow(ray, cone, rng, Classes::NON_SPECULAR, params, needs, scene, tracer, counters)
 }
 
-/// Follows a camera path from its first ray.
+/// Follows a camera path from its first ray; behind its collection point by lobes of the classes `beyond`.
 #[inline(always)]
 pub fn follow<T: Tracer, C: Atomics>(
     mut ray: Ray,
     mut cone: RayCone,
     mut rng: Rng,
+    beyond: Classes,
     params: &FrameParams,
     needs: Needs,
     scene: SceneTables<'_>,
@@ -119,7 +120,7 @@ pub fn follow<T: Tracer, C: Atomics>(
         }
 
         // Direct light on every non-delta lobe, each class for itself.
-        let classes = if prefix { Classes::ALL } else { Classes::NON_SPECULAR };
+        let classes = if prefix { Classes::ALL } else { beyond };
         let site =
             Site::new(here, material, scene.materials, media, classes, params.specular_roughness, needs);
         let u = rng.next4();

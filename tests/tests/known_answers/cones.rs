@@ -4,6 +4,7 @@ use caustics_kernels::math::cone::RayCone;
 use caustics_kernels::math::ray::Ray;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::pass::collect::follow;
+use caustics_kernels::surface::class::Classes;
 use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
 use glam::DVec3;
@@ -76,8 +77,17 @@ fn cone_behind_a_convex_mirror_is_as_wide_as_neighbouring_rays_part() {
         let ray = Ray::endless(eye.as_vec3(), turned(angle).as_vec3());
         let rng = Rng::new(Stream::Camera, 0, step as u32, 0);
         let cone = RayCone::at_eye(spread as f32);
-        let collected =
-            follow(ray, cone, rng, &world.params, world.needs, world.tables(), &mut tracer, &mut tally);
+        let collected = follow(
+            ray,
+            cone,
+            rng,
+            Classes::NON_SPECULAR,
+            &world.params,
+            world.needs,
+            world.tables(),
+            &mut tracer,
+            &mut tally,
+        );
         let point = collected.geometry;
         assert_eq!(point.depth, 2);
         let receiving = f64::from(collected.shading.to_viewer.dot(point.normal));

@@ -8,6 +8,7 @@ use caustics_kernels::math::offset;
 use caustics_kernels::math::ray::Ray;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::pass::collect::{Collected, camera_ray, follow};
+use caustics_kernels::surface::class::Classes;
 use caustics_kernels::trace::Tracer;
 use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
@@ -106,7 +107,17 @@ fn mirrored_view(world: &World<'_>, mirror: u32, plane: f64) -> Vec<Option<Colle
                 ..RayCone::at_eye(params.pixel_spread)
             };
             let ray = Ray::endless(origin, mirrored.as_vec3());
-            Some(follow(ray, cone, rng, &shorter, world.needs, world.tables(), &mut tracer, &mut tally))
+            Some(follow(
+                ray,
+                cone,
+                rng,
+                Classes::NON_SPECULAR,
+                &shorter,
+                world.needs,
+                world.tables(),
+                &mut tracer,
+                &mut tally,
+            ))
         })
         .collect()
 }

@@ -1,6 +1,7 @@
 //! Whole frames: image means, gathers against each other, odd sizes.
 
 use caustics::method::basic;
+use caustics::method::basic::BASIC;
 use caustics::method::settings::Settings;
 use caustics::session::{RunnerChoice, Session};
 use caustics_kernels::gather::accumulator::WORDS;
@@ -22,7 +23,8 @@ const FRAMES: u32 = 4;
 fn means(choice: &RunnerChoice, variant: &'static Variant) -> [Mean; 2] {
     let (scene, settings) = (load("mirror-room"), settings());
     let needs = scene.needs(settings.specular_roughness);
-    let mut session = Session::new(choice, &scene, &scene.cameras[0], &settings, variant, needs).unwrap();
+    let mut session =
+        Session::new(choice, &scene, &scene.cameras[0], &settings, &BASIC, variant, needs).unwrap();
     let mean = |image: &[Vec3]| {
         let sum = image.iter().map(|pixel| f64::from(pixel.element_sum())).sum::<f64>();
         sum / (3.0 * image.len() as f64)

@@ -31,6 +31,7 @@ pub fn find(name: &str) -> Option<Pass> {
 
 const PASSES: &[(&str, Pass)] = &[
     ("collect", points::collect),
+    ("reference", points::reference),
     ("bound", points::bound),
     ("shoot.store", photons::shoot_store),
     ("grid.survey", photons::grid_survey),

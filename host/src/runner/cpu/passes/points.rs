@@ -39,6 +39,26 @@ pub fn collect(call: &Call<'_>) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Paths of the reference.
+pub fn reference(call: &Call<'_>) -> anyhow::Result<()> {
+    scene!(call, scene);
+    tracer!(call, tracer);
+    let mut radiance = call.memory.edit::<Vec3>("path_radiance")?;
+    let mut counters = call.memory.edit::<u32>("counters")?;
+    let counters = AtomicWords::new(&mut counters);
+    let width = call.params.width as usize;
+    radiance.par_chunks_mut(width).enumerate().for_each(|(row, radiance)| {
+        let mut counters = LocalCounters::new(counters);
+        let mut tracer = tracer;
+        for (x, radiance) in radiance.iter_mut().enumerate() {
+            let pixel = (row * width + x) as u32;
+            *radiance =
+                pass::reference::reference(pixel, call.params, call.needs, scene, &mut tracer, &mut counters);
+        }
+    });
+    Ok(())
+}
+
 /// Boxes around points.
 pub fn bound(call: &Call<'_>) -> anyhow::Result<()> {
     let order = call.memory.read::<u32>("pixel_order")?;

@@ -1,0 +1,266 @@
+//! A run of frames: open, render until a stop is reached, keep checkpoints, write, report.
+
+use std::io::IsTerminal;
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use caustics::checkpoint::{self, Identity};
+use caustics::kernels;
+use caustics::method::Method;
+use caustics::method::settings::Settings;
+use caustics::output::target::{Target, TargetError};
+use caustics::output::{exr, png};
+use caustics::scene::{self, Scene};
+use caustics::session::{RunnerChoice, Session};
+use caustics::trace_rate::closest_hits_per_second;
+use caustics_kernels::interface::NONE;
+use caustics_kernels::interface::needs::Needs;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::json;
+
+use super::options::{camera, check_outputs};
+use super::pick::pick;
+use super::report::Report;
+use super::scene::needs_names;
+use crate::cli::{Common, NeedsName};
+
+/// Time between checkpoints.
+const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
+
+/// What ends a run; the first that is reached does.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Stop {
+    /// Frames.
+    pub frames: Option<u32>,
+    /// Time of all frames.
+    pub time: Option<Duration>,
+    /// Estimated relative mean square error.
+    pub relative_error: Option<f64>,
+}
+
+impl Stop {
+    /// How much of the run is done; 1 and above: all of it.
+    fn progress(&self, frames: u32, spent: Duration, relative_error: f64) -> f64 {
+        let by_frames = self.frames.map(|most| f64::from(frames) / f64::from(most));
+        let by_time = self.time.map(|most| spent.as_secs_f64() / most.as_secs_f64());
+        let by_error = self.relative_error.map(|target| target / relative_error);
+        [by_frames, by_time, by_error].into_iter().flatten().fold(0.0, f64::max)
+    }
+}
+
+/// A run of frames of one view.
+pub struct Job {
+    /// Options that every command has.
+    pub common: Common,
+    /// The same and others, checked.
+    pub settings: Settings,
+    /// How to render.
+    pub method: &'static Method,
+    /// Name of the gather, where one was given.
+    pub gather: Option<String>,
+    /// When to stop.
+    pub stop: Stop,
+}
+
+impl Job {
+    /// Renders, writes, reports. 130 after Ctrl-C, with what was done written.
+    pub fn run(self) -> anyhow::Result<ExitCode> {
+        let Job { common: options, settings, method, gather, stop } = self;
+        check_outputs(&options)?;
+        let file = scene::resolve(&options.scene)?;
+        // Ctrl-C ends after the frame at hand; what is done is saved, and a part of a file never stays.
+        let interrupted = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&interrupted);
+        ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst)).context("cannot catch Ctrl-C")?;
+        let is_interrupted = || interrupted.load(Ordering::SeqCst);
+        let force = options.force || options.resume;
+        let target = Target::claim(&options.output, force)?;
+        let png_target = options.png.as_ref().map(|path| Target::claim(path, force)).transpose()?;
+        let checkpoint = checkpoint::path_of(&options.output);
+        if checkpoint.exists() && !force {
+            return Err(TargetError::Exists(checkpoint).into());
+        }
+
+        let scene = Scene::load(&file)?;
+        for warning in &scene.warnings {
+            eprintln!("warning: {warning}");
+        }
+        let camera = camera(&scene, options.camera.as_deref())?;
+        let (choice, variant, reason) = pick(&options, gather.as_deref())?;
+        let scene_needs = scene.needs(settings.specular_roughness);
+        let needs = match options.needs {
+            NeedsName::Scene => scene_needs,
+            NeedsName::All => Needs::ALL,
+        };
+        if !method.gathers
+            && scene_needs.has(Needs::CASTERS)
+            && scene.lights.iter().any(|l| l.triangle == NONE)
+        {
+            eprintln!(
+                "warning: no path finds a light without a size: caustics of point, spot and directional lights are \
+                 missing; render --method progressive sees them"
+            );
+        }
+        let mut session = Session::new(&choice, &scene, camera, &settings, method, variant, needs)?;
+        let gather = if method.gathers { variant.name } else { "none" };
+        eprintln!("{}: {} ({reason}), method {}, gather {gather}", scene.name, session.device(), method.name);
+        let identity = identity(&scene, &camera.name, &settings, method, gather, &choice, &session);
+        let (mut sums, before) = match options.resume {
+            true => checkpoint::load(&checkpoint, &identity)?,
+            false => Default::default(),
+        };
+
+        let bar = bar();
+        let mut report = Report::default();
+        let mut saved = Instant::now();
+        let done = loop {
+            let relative_error = if stop.relative_error.is_some() { sums.relative_error() } else { 0.0 };
+            let progress = stop.progress(sums.frames(), before + report.wall, relative_error);
+            bar.set_position((progress * bar.length().unwrap_or(1) as f64) as u64);
+            bar.set_message(format!("{} frames", sums.frames()));
+            if progress >= 1.0 || is_interrupted() {
+                break progress >= 1.0;
+            }
+            let start = Instant::now();
+            let frame = sums.frames();
+            let times = session.frame(frame)?;
+            report.add(&times, start.elapsed(), &session.counters()?);
+            sums.add(&session.picture()?);
+            if saved.elapsed() > CHECKPOINT_EVERY {
+                checkpoint::save(&checkpoint, &identity, &sums, before + report.wall)?;
+                saved = Instant::now();
+            }
+        };
+        bar.finish_and_clear();
+        if sums.frames() == 0 {
+            return Ok(ExitCode::from(130));
+        }
+        for warning in report.counters.warnings() {
+            eprintln!("warning: {warning}");
+        }
+        if !done {
+            checkpoint::save(&checkpoint, &identity, &sums, before + report.wall)?;
+            eprintln!("interrupted after {} frames; --resume goes on", sums.frames());
+        }
+
+        let picture = sums.mean();
+        let seconds = (before + report.wall).as_secs_f64();
+        let mut attributes = identity;
+        attributes.extend([
+            ("scene_file".into(), file.display().to_string()),
+            ("device".into(), session.device()),
+            ("frames".into(), sums.frames().to_string()),
+            ("seconds".into(), seconds.to_string()),
+            ("commit".into(), env!("CAUSTICS_COMMIT").to_string()),
+        ]);
+        // All that can fail comes before the first file is in its place.
+        let variance = sums.variance().map(|variance| (variance, sums.frames()));
+        let exr = exr::encode(&picture, variance, &attributes)?;
+        let png = match png_target {
+            Some(target) => {
+                let colors = session.display(&picture)?;
+                Some((target, png::encode(settings.width, settings.height, &colors)?))
+            }
+            None => None,
+        };
+        let mut rates = report.rates(u64::from(settings.width) * u64::from(settings.height));
+        if options.json {
+            rates.insert("closest_hits_per_s", closest_hits_per_second(&choice, &scene, camera, needs)?);
+        }
+        target.finish(&exr)?;
+        if let Some((target, bytes)) = png {
+            target.finish(&bytes)?;
+        }
+        if done {
+            remove(&checkpoint)?;
+        }
+        if options.json {
+            let params = session.params(0);
+            let relative_error = sums.relative_error();
+            let out = json!({
+                "scene": scene.name, "file": file, "method": method.name, "gather": gather,
+                "device": session.device(), "why": reason, "camera": camera.name,
+                "width": settings.width, "height": settings.height, "frames": sums.frames(),
+                "light_paths": params.light_path_count, "max_bounces": settings.max_bounces,
+                "radius_px": settings.radius_px, "specular_roughness": settings.specular_roughness,
+                "seed": settings.seed, "needs": needs_names(needs), "triangles": scene.triangles.len(),
+                "commit": env!("CAUSTICS_COMMIT"), "kernels": kernels::SOURCES,
+                "frame_ms": report.frame_ms(), "pass_ms": report.pass_ms(), "rates": rates,
+                "counters": report.counters, "seconds": seconds,
+                "estimated_relmse": relative_error.is_finite().then_some(relative_error),
+            });
+            println!("{}", serde_json::to_string_pretty(&out)?);
+        } else {
+            eprintln!("{}: {:.1} ms a frame", options.output.display(), report.frame_ms());
+        }
+        Ok(if done { ExitCode::SUCCESS } else { ExitCode::from(130) })
+    }
+}
+
+/// All that decides the bits of the run.
+fn identity(
+    scene: &Scene,
+    camera: &str,
+    settings: &Settings,
+    method: &Method,
+    gather: &str,
+    choice: &RunnerChoice,
+    session: &Session,
+) -> Identity {
+    // Neither exposure nor the number of threads touches the sums.
+    let settings = Settings { exposure: 0.0, ..settings.clone() };
+    let (seed, settings) = (settings.seed, Settings { seed: 0, ..settings });
+    let device = match choice {
+        RunnerChoice::Cpu { .. } => "CPU".to_string(),
+        RunnerChoice::Gpu { hardware, .. } => format!("{}, ray queries {hardware}", session.device()),
+    };
+    let of = |name: &str, value: String| (name.to_string(), value);
+    Identity::from([
+        of("scene", format!("{} {}", scene.name, scene.fingerprint())),
+        of("camera", camera.to_string()),
+        of("settings", format!("{settings:?}")),
+        of("seed", seed.to_string()),
+        of("method", method.name.to_string()),
+        of("gather", gather.to_string()),
+        of("runner", device),
+        of("kernels", kernels::SOURCES.to_string()),
+    ])
+}
+
+fn remove(checkpoint: &Path) -> anyhow::Result<()> {
+    match std::fs::remove_file(checkpoint) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(error).with_context(|| format!("cannot remove {}", checkpoint.display()))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A bar with the time left, on a terminal only.
+fn bar() -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{bar:40} {percent}%, {msg}, {eta} left");
+    ProgressBar::new(10_000).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_stop_that_is_reached_ends_the_run() {
+        let second = Duration::from_secs(1);
+        let frames = Stop { frames: Some(10), ..Stop::default() };
+        assert_eq!(frames.progress(5, second, f64::INFINITY), 0.5);
+        let all = Stop { frames: Some(10), time: Some(4 * second), relative_error: Some(0.1) };
+        assert_eq!(all.progress(1, second, f64::INFINITY), 0.25);
+        assert_eq!(all.progress(1, second, 0.125), 0.8);
+        assert!(all.progress(1, second, 0.1) >= 1.0);
+    }
+}

@@ -1,0 +1,114 @@
+//! `caustics merge`.
+
+use std::collections::BTreeMap;
+use std::process::ExitCode;
+
+use caustics::image::Channels;
+use caustics::output::exr;
+use caustics::output::target::Target;
+use caustics::picture::Picture;
+use glam::Vec3;
+
+use crate::cli::{Merge, Usage};
+
+/// Attributes in which references of one view may differ.
+const OWN: [&str; 7] = ["seed", "runner", "device", "frames", "seconds", "commit", "scene_file"];
+
+/// Joins references: means by their samples, variances by the square of that share.
+pub fn run(options: &Merge) -> anyhow::Result<ExitCode> {
+    let target = Target::claim(&options.output, options.force)?;
+    let mut parts = Vec::new();
+    for path in &options.inputs {
+        parts.push(Part::read(path.display().to_string(), Channels::read(path)?)?);
+    }
+    check(&parts)?;
+
+    let samples: f64 = parts.iter().map(|part| part.samples).sum();
+    let pixels = parts[0].mean.len();
+    let (mut mean, mut variance) = (vec![[0.0; 3]; pixels], vec![[0.0; 3]; pixels]);
+    for part in &parts {
+        let share = part.samples / samples;
+        for pixel in 0..pixels {
+            for lane in 0..3 {
+                mean[pixel][lane] += share * f64::from(part.mean[pixel][lane]);
+                variance[pixel][lane] += share * share * f64::from(part.variance[pixel][lane]);
+            }
+        }
+    }
+    let colors = |values: Vec<[f64; 3]>| values.into_iter().map(|value| Vec3::from(value.map(|v| v as f32)));
+    let (width, height) = parts[0].size;
+    let picture = Picture { width, height, path: colors(mean).collect(), ..Picture::default() };
+    let mut attributes = parts[0].attributes.clone();
+    for name in OWN {
+        let values: Vec<&str> =
+            parts.iter().filter_map(|part| part.attributes.get(name)).map(String::as_str).collect();
+        attributes.insert(name.into(), values.join(", "));
+    }
+    attributes.insert("frames".into(), samples.to_string());
+    let bytes = exr::encode(&picture, Some((colors(variance).collect(), samples as u32)), &attributes)?;
+    target.finish(&bytes)?;
+    eprintln!("{}: {} samples a pixel from {} files", options.output.display(), samples, parts.len());
+    Ok(ExitCode::SUCCESS)
+}
+
+/// One reference.
+struct Part {
+    file: String,
+    size: (usize, usize),
+    mean: Vec<Vec3>,
+    variance: Vec<Vec3>,
+    samples: f64,
+    attributes: BTreeMap<String, String>,
+}
+
+impl Part {
+    fn read(file: String, image: Channels) -> Result<Part, Usage> {
+        let colors = |layer: &str| -> Option<Vec<Vec3>> {
+            let [r, g, b] = image.layer(layer)?;
+            Some(r.iter().zip(g).zip(b).map(|((&r, &g), &b)| Vec3::new(r, g, b)).collect())
+        };
+        let samples = image.channels.get("samples.count").and_then(|samples| samples.first());
+        let (Some(mean), Some(variance), Some(&samples)) = (colors(""), colors("variance"), samples) else {
+            return Err(Usage(format!(
+                "{file} has no mean, variance and number of samples; give files of `caustics reference`"
+            )));
+        };
+        if !(samples.is_finite() && samples >= 1.0) {
+            return Err(Usage(format!("{file}: its number of samples is {samples}")));
+        }
+        let size = (image.width, image.height);
+        Ok(Part { file, size, mean, variance, samples: f64::from(samples), attributes: image.attributes })
+    }
+}
+
+/// Refuses references of different views, and numbers that would be counted twice.
+fn check(parts: &[Part]) -> Result<(), Usage> {
+    let first = &parts[0];
+    for (index, part) in parts.iter().enumerate().skip(1) {
+        if part.size != first.size {
+            let ((w, h), (width, height)) = (first.size, part.size);
+            return Err(Usage(format!("{} is {w}x{h}, {} is {width}x{height}", first.file, part.file)));
+        }
+        let names = first.attributes.keys().chain(part.attributes.keys());
+        let differs = |name: &&String| {
+            !OWN.contains(&name.as_str()) && first.attributes.get(*name) != part.attributes.get(*name)
+        };
+        if let Some(name) = names.into_iter().find(differs) {
+            return Err(Usage(format!("{} and {} differ in {name:?}: they are of two views", first.file, part.file)));
+        }
+        // A merged file lists the seeds of its parts.
+        let seeds = |part: &Part| -> Vec<String> {
+            let seeds = part.attributes.get("seed").map(String::as_str).unwrap_or_default();
+            seeds.split(", ").map(str::to_string).collect()
+        };
+        for other in &parts[..index] {
+            if let Some(seed) = seeds(part).iter().find(|seed| seeds(other).contains(seed)) {
+                return Err(Usage(format!(
+                    "{} and {} share seed {seed}: they hold the same samples; give each run its own --seed",
+                    other.file, part.file
+                )));
+            }
+        }
+    }
+    Ok(())
+}

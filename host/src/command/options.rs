@@ -1,0 +1,98 @@
+//! Checks of the options that no type can make, and what they amount to.
+
+use std::path::{Path, PathBuf};
+
+use caustics::method::settings::Settings;
+use caustics::scene::{Scene, SceneCamera};
+use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
+
+use crate::cli::{Common, PixelFilter, Usage};
+
+/// Largest side [px], and largest area, that a frame may have.
+const LARGEST_SIDE: u32 = 16_384;
+const LARGEST_AREA: u32 = 1 << 26;
+
+/// Checks the options that no type can.
+pub fn settings(options: &Common, light_paths: u32, frames: u32, radius_px: f32) -> Result<Settings, Usage> {
+    let (width, height) = (options.width, options.height);
+    let within = |side| (1..=LARGEST_SIDE).contains(&side);
+    if !within(width) || !within(height) || width * height > LARGEST_AREA {
+        return Err(Usage(format!(
+            "--width {width} --height {height}: each side must be 1 to {LARGEST_SIDE} px, and the area at most \
+             {LARGEST_AREA} px"
+        )));
+    }
+    let counts =
+        [("--light-paths", light_paths), ("--frames", frames), ("--max-bounces", options.max_bounces)];
+    for (flag, value) in counts {
+        if value == 0 {
+            return Err(Usage(format!("{flag} 0: there is nothing to do; give at least 1")));
+        }
+    }
+    if options.max_bounces > 64 {
+        return Err(Usage(format!("--max-bounces {}: at most 64", options.max_bounces)));
+    }
+    // The kernels count rays in 32 bits.
+    let rays = |paths: u32| u64::from(paths) * u64::from(options.max_bounces + 1);
+    if rays(width * height) > u64::from(u32::MAX) || rays(light_paths) > u64::from(u32::MAX) {
+        return Err(Usage(format!(
+            "--light-paths {} or --width {width} --height {height} with --max-bounces {}: more than 2^32 rays a frame; \
+             use --frames",
+            light_paths, options.max_bounces
+        )));
+    }
+    if !(radius_px.is_finite() && radius_px > 0.0) {
+        return Err(Usage(format!("--radius-px {radius_px}: give a positive number")));
+    }
+    if !(0.0..=1.0).contains(&options.specular_roughness) {
+        return Err(Usage(format!("--specular-roughness {}: give 0 to 1", options.specular_roughness)));
+    }
+    if !(-64.0..=64.0).contains(&options.exposure) {
+        return Err(Usage(format!("--exposure {}: give -64 to 64 stops", options.exposure)));
+    }
+    Ok(Settings {
+        width,
+        height,
+        light_paths,
+        max_bounces: options.max_bounces,
+        radius_px,
+        specular_roughness: options.specular_roughness,
+        seed: options.seed,
+        pixel_filter: match options.pixel_filter {
+            PixelFilter::Centre => PIXEL_FILTER_CENTRE,
+            PixelFilter::Box => PIXEL_FILTER_BOX,
+        },
+        exposure: options.exposure,
+    })
+}
+
+/// Checks that the files to write are two files.
+pub fn check_outputs(options: &Common) -> Result<(), Usage> {
+    let folder = |path: &&PathBuf| path.is_dir();
+    if let Some(path) = [Some(&options.output), options.png.as_ref()].into_iter().flatten().find(folder) {
+        return Err(Usage(format!("{} is a folder; name a file in it", path.display())));
+    }
+    if options.png.as_ref().is_some_and(|png| same_file(png, &options.output)) {
+        let path = options.output.display();
+        return Err(Usage(format!("--png {path}: this is the file of -o; give another name")));
+    }
+    Ok(())
+}
+
+/// Whether two paths, of files that need not exist, name one file.
+fn same_file(a: &Path, b: &Path) -> bool {
+    let folder = |path: &Path| match path.parent() {
+        Some(parent) if parent != Path::new("") => parent.canonicalize().ok(),
+        _ => Path::new(".").canonicalize().ok(),
+    };
+    a == b || (a.file_name() == b.file_name() && folder(a).is_some() && folder(a) == folder(b))
+}
+
+/// The camera of this name, or the first.
+pub fn camera<'a>(scene: &'a Scene, name: Option<&str>) -> Result<&'a SceneCamera, Usage> {
+    let found = scene.cameras.iter().find(|camera| name.is_none_or(|name| camera.name == name));
+    found.ok_or_else(|| {
+        let known: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
+        Usage(format!("--camera {}: the scene has {}", name.unwrap_or_default(), known.join(", ")))
+    })
+}

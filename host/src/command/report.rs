@@ -1,0 +1,66 @@
+//! Times and counters of a run.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use caustics::counters::Counters;
+use caustics::runner::StepTime;
+use caustics_kernels::interface::counters::Counter;
+
+/// Times and counters of all frames.
+#[derive(Default)]
+pub struct Report {
+    frames: u32,
+    /// Time of all frames.
+    pub wall: Duration,
+    passes: BTreeMap<String, Duration>,
+    /// What the kernels counted.
+    pub counters: Counters,
+}
+
+impl Report {
+    /// Adds a frame.
+    pub fn add(&mut self, times: &[StepTime], wall: Duration, counters: &Counters) {
+        self.frames += 1;
+        self.wall += wall;
+        for step in times {
+            *self.passes.entry(step.pass.clone()).or_default() += step.time;
+        }
+        self.counters.add(counters);
+    }
+
+    /// Mean time of a frame [ms].
+    pub fn frame_ms(&self) -> f64 {
+        self.wall.as_secs_f64() * 1e3 / f64::from(self.frames.max(1))
+    }
+
+    /// Mean time of each pass in a frame [ms].
+    pub fn pass_ms(&self) -> BTreeMap<&str, f64> {
+        let mean = |time: &Duration| time.as_secs_f64() * 1e3 / f64::from(self.frames.max(1));
+        self.passes.iter().map(|(name, time)| (name.as_str(), mean(time))).collect()
+    }
+
+    /// Rates over the time of the passes that do the work [1/s].
+    pub fn rates(&self, pixels: u64) -> BTreeMap<&'static str, f64> {
+        let seconds = |prefix: &str| -> f64 {
+            let passes = self.passes.iter().filter(|(name, _)| name.starts_with(prefix));
+            passes.map(|(_, time)| time.as_secs_f64()).sum()
+        };
+        let rate = |counters: &[Counter], prefix: &str| {
+            let count: u64 = counters.iter().map(|&counter| self.counters.get(counter)).sum();
+            if count == 0 { 0.0 } else { count as f64 / seconds(prefix) }
+        };
+        // Camera paths are traced by one of two passes.
+        let camera = if self.passes.contains_key("reference") { "reference" } else { "collect" };
+        let samples = pixels as f64 * f64::from(self.frames);
+        let mut rates = BTreeMap::from([
+            ("camera_rays_per_s", rate(&[Counter::CameraRays, Counter::ShadowRays], camera)),
+            ("camera_paths_per_s", if samples == 0.0 { 0.0 } else { samples / seconds(camera) }),
+        ]);
+        if self.passes.keys().any(|name| name.starts_with("shoot")) {
+            rates.insert("light_rays_per_s", rate(&[Counter::LightRays], "shoot"));
+            rates.insert("light_paths_per_s", rate(&[Counter::LightPaths], "shoot"));
+        }
+        rates
+    }
+}

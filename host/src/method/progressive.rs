@@ -1,0 +1,50 @@
+//! Progressive photon mapping with stochastic collection points: frames of OurBasic whose radii shrink, averaged. Each
+//! frame is an independent estimate, so that no state but the mean outlives it [Knaus and Zwicker 2011, Progressive
+//! photon mapping: a probabilistic approach]; camera paths are drawn anew every frame [Hachisuka and Jensen 2009].
+//!
+//! Cost: that of OurBasic. Consistent: the blur of a disc falls with its area as N^(alpha - 1), the variance of the mean
+//! as N^-alpha, so with alpha = 2/3 the mean square error of smooth light falls as N^(-2/3). Wrong at any finite N: light is
+//! still blurred by the last radii, and halved within them at borders.
+
+use caustics_kernels::interface::frame::FrameParams;
+
+use super::Method;
+use super::basic::{buffers, steps};
+
+/// See the head of the file.
+pub const PROGRESSIVE: Method = Method {
+    name: "progressive",
+    about: "progressive photon mapping: OurBasic with radii that shrink over --frames",
+    gathers: true,
+    frame: |params, index| FrameParams {
+        frame: index,
+        radius_px: params.radius_px * shrinkage(index),
+        ..params
+    },
+    steps,
+    buffers,
+};
+
+/// Share of a radius's reduction that goes into less noise; the rest goes into less blur.
+const ALPHA: f64 = 2.0 / 3.0;
+
+/// Radius of frame `index` over the first frame's: the squares shrink by (i + alpha) / (i + 1) [Knaus and Zwicker 2011,
+/// eq. 15].
+pub fn shrinkage(index: u32) -> f32 {
+    let square: f64 = (1..=index).map(|i| (f64::from(i) + ALPHA) / (f64::from(i) + 1.0)).product();
+    square.sqrt() as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn areas_shrink_as_the_power_alpha_minus_one() {
+        assert_eq!(shrinkage(0), 1.0);
+        assert!((shrinkage(1) - (5.0f32 / 6.0).sqrt()).abs() < 1e-6);
+        let area = |index| f64::from(shrinkage(index)).powi(2);
+        let slope = (area(80_000) / area(10_000)).ln() / 8.0f64.ln();
+        assert!((slope - (ALPHA - 1.0)).abs() < 1e-4, "{slope}");
+    }
+}

@@ -1,0 +1,29 @@
+//! `reference`: plain path tracing of everything, a sample a pixel. It is `collect` that follows specular lobes behind the
+//! collection point too, and so finds by chance what light paths and the gather find on purpose. Unbiased.
+
+use crate::interface::frame::FrameParams;
+use crate::interface::needs::Needs;
+use crate::interface::scene::SceneTables;
+use crate::math::cone::RayCone;
+use crate::math::rng::{Rng, Stream};
+use crate::pass::collect::{camera_ray, follow};
+use crate::seam::Atomics;
+use crate::surface::class::Classes;
+use crate::trace::Tracer;
+use spirv_std::glam::Vec3;
+
+/// Radiance [W m^-2 sr^-1] along one path through a pixel; another frame is an independent sample.
+#[inline(always)]
+pub fn reference<T: Tracer, C: Atomics>(
+    pixel: u32,
+    params: &FrameParams,
+    needs: Needs,
+    scene: SceneTables<'_>,
+    tracer: &mut T,
+    counters: &mut C,
+) -> Vec3 {
+    let mut rng = Rng::new(Stream::Reference, params.seed, pixel, params.frame);
+    let ray = camera_ray(params, pixel, &mut rng);
+    let cone = RayCone::at_eye(params.pixel_spread);
+    follow(ray, cone, rng, Classes::ALL, params, needs, scene, tracer, counters).radiance
+}

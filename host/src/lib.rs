@@ -6,6 +6,7 @@
 pub mod accumulation;
 pub mod checkpoint;
 pub mod counters;
+pub mod image;
 pub mod kernels;
 pub mod method;
 pub mod output;

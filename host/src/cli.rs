@@ -30,7 +30,7 @@ pub enum Command {
     /// Path trace a scene until it is a reference
     Reference(Box<Reference>),
     /// Join references of one view that were rendered with different seeds
-    //Merge(Merge),
+    Merge(Merge),
     /// List Vulkan devices, what they can do and whether they are used
     Device(Device),
     /// List, inspect or make scenes
@@ -94,6 +94,9 @@ pub struct Common {
     /// Go on from OUTPUT.checkpoint, which an interrupted run leaves behind
     #[arg(long)]
     pub resume: bool,
+    /// Time between checkpoints [s]
+    #[arg(long, default_value_t = 60.0)]
+    pub checkpoint_every: f64,
     /// Print times, counters and settings to stdout as JSON
     #[arg(long)]
     pub json: bool,

@@ -2,7 +2,7 @@
 
 pub mod device;
 pub mod job;
-//pub mod merge;
+pub mod merge;
 pub mod options;
 pub mod pick;
 pub mod reference;

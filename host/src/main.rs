@@ -15,7 +15,7 @@ fn main() -> ExitCode {
     let result = match cli::Cli::parse().command {
         cli::Command::Render(options) => command::render::run(*options),
         cli::Command::Reference(options) => command::reference::run(*options),
-        //cli::Command::Merge(options) => command::merge::run(&options),
+        cli::Command::Merge(options) => command::merge::run(&options),
         cli::Command::Device(options) => command::device::run(&options),
         cli::Command::Scene(command) => command::scene::run(command),
     };

@@ -298,5 +298,7 @@ fn ctrl_c_saves_what_is_done() {
     assert!((1..10_000_000).contains(&report["frames"].as_u64().unwrap()));
     let picture = Picture::read(&folder.path().join("out.exr"));
     assert_eq!(picture.size, (32, 18));
-    assert_eq!(folder.path().read_dir().unwrap().count(), 1);
+    // The picture, and the checkpoint that --resume goes on from.
+    assert_eq!(folder.path().read_dir().unwrap().count(), 2);
+    assert!(folder.path().join("out.exr.checkpoint").exists());
 }

@@ -22,14 +22,11 @@ use caustics_kernels::interface::needs::Needs;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
-use super::options::{camera, check_outputs};
+use super::options::{camera, check_outputs, duration};
 use super::pick::pick;
 use super::report::Report;
 use super::scene::needs_names;
 use crate::cli::{Common, NeedsName};
-
-/// Time between checkpoints.
-const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
 
 /// What ends a run; the first that is reached does.
 #[derive(Clone, Copy, Debug, Default)]
@@ -71,6 +68,7 @@ impl Job {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let Job { common: options, settings, method, gather, stop } = self;
         check_outputs(&options)?;
+        let every = duration("--checkpoint-every", options.checkpoint_every)?;
         let file = scene::resolve(&options.scene)?;
         // Ctrl-C ends after the frame at hand; what is done is saved, and a part of a file never stays.
         let interrupted = Arc::new(AtomicBool::new(false));
@@ -130,7 +128,7 @@ impl Job {
             let times = session.frame(frame)?;
             report.add(&times, start.elapsed(), &session.counters()?);
             sums.add(&session.picture()?);
-            if saved.elapsed() > CHECKPOINT_EVERY {
+            if saved.elapsed() >= every {
                 checkpoint::save(&checkpoint, &identity, &sums, before + report.wall)?;
                 saved = Instant::now();
             }

@@ -94,7 +94,10 @@ fn check(parts: &[Part]) -> Result<(), Usage> {
             !OWN.contains(&name.as_str()) && first.attributes.get(*name) != part.attributes.get(*name)
         };
         if let Some(name) = names.into_iter().find(differs) {
-            return Err(Usage(format!("{} and {} differ in {name:?}: they are of two views", first.file, part.file)));
+            return Err(Usage(format!(
+                "{} and {} differ in {name:?}: they are of two views",
+                first.file, part.file
+            )));
         }
         // A merged file lists the seeds of its parts.
         let seeds = |part: &Part| -> Vec<String> {

@@ -1,6 +1,7 @@
 //! Checks of the options that no type can make, and what they amount to.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use caustics::method::settings::Settings;
 use caustics::scene::{Scene, SceneCamera};
@@ -95,4 +96,10 @@ pub fn camera<'a>(scene: &'a Scene, name: Option<&str>) -> Result<&'a SceneCamer
         let known: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
         Usage(format!("--camera {}: the scene has {}", name.unwrap_or_default(), known.join(", ")))
     })
+}
+
+/// A time that a person gave [s].
+pub fn duration(flag: &str, seconds: f64) -> Result<Duration, Usage> {
+    Duration::try_from_secs_f64(seconds)
+        .map_err(|_| Usage(format!("{flag} {seconds}: give a number of seconds")))
 }

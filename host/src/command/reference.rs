@@ -1,12 +1,11 @@
 //! `caustics reference`.
 
 use std::process::ExitCode;
-use std::time::Duration;
 
 use caustics::method::path::PATH;
 
 use super::job::{Job, Stop};
-use super::options::settings;
+use super::options::{duration, settings};
 use crate::cli::{Reference, Usage};
 
 /// Path traces until a reference is good enough.
@@ -15,18 +14,14 @@ pub fn run(options: Reference) -> anyhow::Result<ExitCode> {
     if let Some(spp @ 0..2) = spp {
         return Err(Usage(format!("--spp {spp}: a variance needs at least 2 samples")).into());
     }
-    let positive = |flag: &str, value: Option<f64>| match value {
-        Some(value) if !(value.is_finite() && value > 0.0) => {
-            Err(Usage(format!("{flag} {value}: give a positive number")))
-        }
-        value => Ok(value),
-    };
-    let seconds = positive("--seconds", seconds)?;
-    let relative_error = positive("--target-relmse", target_relmse)?;
-    let time = seconds.map(Duration::try_from_secs_f64).transpose();
-    let time = time.map_err(|error| Usage(format!("--seconds: {error}")))?;
-    let endless = time.is_none() && relative_error.is_none();
-    let stop = Stop { frames: spp.or(endless.then_some(1024)), time, relative_error };
+    if let Some(target) = target_relmse
+        && !(target.is_finite() && target > 0.0)
+    {
+        return Err(Usage(format!("--target-relmse {target}: give a positive number")).into());
+    }
+    let time = seconds.map(|seconds| duration("--seconds", seconds)).transpose()?;
+    let endless = time.is_none() && target_relmse.is_none();
+    let stop = Stop { frames: spp.or(endless.then_some(1024)), time, relative_error: target_relmse };
     let settings = settings(&common, 1, 1, 1.0)?;
     Job { common, settings, method: &PATH, gather: None, stop }.run()
 }

@@ -1,3 +1,4 @@
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use ::exr::prelude::{self as file, *};
@@ -46,7 +47,9 @@ fn pictures_come_back_with_layers_and_attributes() {
         depth: vec![2.0; 6],
         deposits: vec![7.0; 6],
     };
-    let bytes = crate::output::exr::encode(&picture, &[("scene", "ring".to_string())]).unwrap();
+    let bytes =
+        crate::output::exr::encode(&picture, None, &BTreeMap::from([("scene".into(), "ring".into())]))
+            .unwrap();
     let read = Channels::read(&write(&folder, "a.exr", &bytes)).unwrap();
     assert_eq!((read.width, read.height, read.encoding), (3, 2, super::Encoding::Linear));
     assert_eq!(read.attributes["scene"], "ring");

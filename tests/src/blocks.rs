@@ -1,0 +1,162 @@
+//! Block means of pictures, frame by frame, and a test whether two ways to render have the same mean in every block.
+
+use caustics::method::Method;
+use caustics::method::settings::Settings;
+use caustics::scene::Scene;
+use caustics::session::{RunnerChoice, Session};
+use caustics_kernels::gather::variant::Variant;
+use caustics_kernels::interface::counters::Counter;
+use glam::Vec3;
+
+use crate::statistics::Mean;
+
+/// Side of a block [px].
+const SIDE: usize = 8;
+
+/// Mean radiance of each block of 8 x 8 pixels in each frame; what is left over at the edges is left out.
+#[derive(Clone, Debug, Default)]
+pub struct Blocks {
+    /// All light: one row a frame, one column a block.
+    pub frames: Vec<Vec<f64>>,
+    /// Share of the caustic layer in all light.
+    pub caustic_share: f64,
+}
+
+impl Blocks {
+    /// Renders `frames` frames through the first camera, of independent seeds.
+    pub fn render(
+        choice: &RunnerChoice,
+        scene: &Scene,
+        settings: &Settings,
+        method: &'static Method,
+        variant: &'static Variant,
+        frames: u32,
+    ) -> Blocks {
+        let needs = scene.needs(settings.specular_roughness);
+        let camera = &scene.cameras[0];
+        let mut session =
+            Session::new(choice, scene, camera, settings, method, variant, needs).expect("a session opens");
+        let (mut rows, mut all, mut caustic) = (Vec::new(), 0.0, 0.0);
+        for frame in 0..frames {
+            session.frame(frame).expect("a frame runs");
+            let counters = session.counters().expect("counters");
+            assert_eq!(counters.get(Counter::NonFinite) + counters.get(Counter::Clamped), 0);
+            let picture = session.picture().expect("a picture");
+            rows.push(means(&picture.beauty(), picture.width, picture.height));
+            let sum = |layer: &[Vec3]| layer.iter().map(|v| f64::from(v.element_sum())).sum::<f64>();
+            all += sum(&picture.path) + sum(&picture.caustics);
+            caustic += sum(&picture.caustics);
+        }
+        Blocks { frames: rows, caustic_share: caustic / all }
+    }
+
+    /// Mean of one block over the frames.
+    pub fn block(&self, block: usize) -> Mean {
+        Mean::of(&self.frames.iter().map(|frame| frame[block]).collect::<Vec<_>>())
+    }
+
+    /// Mean of all blocks.
+    pub fn whole(&self) -> Mean {
+        let mean = |frame: &Vec<f64>| frame.iter().sum::<f64>() / frame.len() as f64;
+        Mean::of(&self.frames.iter().map(mean).collect::<Vec<_>>())
+    }
+
+    /// Block by block: this minus `truth` over the standard error of the difference.
+    pub fn scores(&self, truth: &Blocks) -> Scores {
+        let z = |a: Mean, b: Mean| {
+            let error = a.error.hypot(b.error);
+            if a.value == b.value { 0.0 } else { (a.value - b.value) / error }
+        };
+        let blocks: Vec<f64> =
+            (0..self.frames[0].len()).map(|block| z(self.block(block), truth.block(block))).collect();
+        let (a, b) = (self.whole(), truth.whole());
+        Scores {
+            whole: z(a, b),
+            ratio: a.value / b.value,
+            ratio_error: (a.error / a.value).hypot(b.error / b.value) * a.value / b.value,
+            mean_square: blocks.iter().map(|z| z * z).sum::<f64>() / blocks.len() as f64,
+            worst: blocks.iter().fold(0.0, |worst: f64, z| worst.max(z.abs())),
+            count: blocks.len(),
+        }
+    }
+}
+
+/// Outcome of a comparison of blocks.
+#[derive(Clone, Copy, Debug)]
+pub struct Scores {
+    /// z of the whole picture.
+    pub whole: f64,
+    /// Mean of this picture over that of the truth.
+    pub ratio: f64,
+    /// Standard error of the ratio.
+    pub ratio_error: f64,
+    /// Mean square z of the blocks: 1 where the means are the same.
+    pub mean_square: f64,
+    /// Largest |z| of the blocks.
+    pub worst: f64,
+    /// Blocks.
+    pub count: usize,
+}
+
+impl Scores {
+    /// What speaks against equal means, at a chance of false alarm of about 1 in 300 for each criterion.
+    pub fn fault(&self) -> Option<String> {
+        // The mean square of n normal numbers is 1 +- sqrt(2 / n).
+        let spread = 3.0 * (2.0 / self.count as f64).sqrt();
+        // The largest of n normal numbers exceeds this with a chance of 1 in 300 (n 2 exp(-z^2 / 2) / (z sqrt(2 pi))).
+        let largest = (2.0 * (self.count as f64 * 300.0).ln()).sqrt();
+        let ok = self.whole.abs() <= 3.0 && self.mean_square <= 1.0 + spread && self.worst <= largest;
+        (!ok).then(|| format!("{self:?}: allowed |z| 3, mean square {:.2}, worst {largest:.2}", 1.0 + spread))
+    }
+}
+
+fn means(picture: &[Vec3], width: usize, height: usize) -> Vec<f64> {
+    let (columns, rows) = (width / SIDE, height / SIDE);
+    let mut sums = vec![0.0; columns * rows];
+    for y in 0..rows * SIDE {
+        for x in 0..columns * SIDE {
+            let value = f64::from(picture[y * width + x].element_sum()) / 3.0;
+            sums[y / SIDE * columns + x / SIDE] += value / (SIDE * SIDE) as f64;
+        }
+    }
+    sums
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use caustics_kernels::math::rng::{Rng, Stream};
+
+    /// 48 blocks of noise around `mean` in every frame; block `dark` is multiplied by `factor`.
+    fn noise(seed: u32, mean: f64, dark: usize, factor: f64) -> Blocks {
+        let frame = |frame: u32| {
+            let value = |block: u32| {
+                let u = Rng::new(Stream::Camera, seed, block, frame).next4();
+                let value = mean * (0.7 + 0.3 * f64::from(u.element_sum()) / 2.0);
+                if block as usize == dark { value * factor } else { value }
+            };
+            (0..48).map(value).collect()
+        };
+        Blocks { frames: (0..400).map(frame).collect(), caustic_share: 0.0 }
+    }
+
+    #[test]
+    fn equal_means_pass_and_two_percent_do_not() {
+        let truth = noise(1, 1.0, 0, 1.0);
+        assert_eq!(noise(2, 1.0, 0, 1.0).scores(&truth).fault(), None);
+        assert!(noise(2, 1.02, 0, 1.0).scores(&truth).fault().is_some());
+    }
+
+    #[test]
+    fn one_block_that_is_five_percent_dark_is_found() {
+        let truth = noise(1, 1.0, 0, 1.0);
+        let scores = noise(2, 1.0, 17, 0.95).scores(&truth);
+        assert!(scores.fault().is_some() && scores.whole.abs() < 3.0, "{scores:?}");
+    }
+
+    #[test]
+    fn blocks_are_means_of_their_pixels() {
+        let picture: Vec<Vec3> = (0..17 * 9).map(|pixel| Vec3::splat((pixel % 17 / 8) as f32)).collect();
+        assert_eq!(means(&picture, 17, 9), [0.0, 1.0]);
+    }
+}

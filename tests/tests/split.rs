@@ -1,0 +1,189 @@
+//! The split is exact: light that no path tracer has to find (`path`) and caustics sum to what plain path tracing of
+//! everything finds, in every block of the picture and for every threshold of what is specular.
+//!
+//! Area lights of some size, so that the reference converges. A disc of finite radius blurs, and loses light at borders:
+//! `progressive` with small first radii keeps that below the noise, so that it is not blamed on the split.
+
+use caustics::method::basic::BASIC;
+use caustics::method::path::PATH;
+use caustics::method::progressive::PROGRESSIVE;
+use caustics::method::settings::Settings;
+use caustics::scene::Scene;
+use caustics::session::{RunnerChoice, Session};
+use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
+use caustics_tests::blocks::Blocks;
+use caustics_tests::direct::mean_and_error;
+use caustics_tests::scenes::*;
+use caustics_tests::statistics::Mean;
+use glam::{DVec3, Vec3};
+
+const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
+
+fn settings(seed: u32, specular_roughness: f32) -> Settings {
+    Settings {
+        width: 64,
+        height: 48,
+        radius_px: 0.3,
+        pixel_filter: PIXEL_FILTER_BOX,
+        specular_roughness,
+        seed,
+        ..Settings::default()
+    }
+}
+
+/// Compares every threshold with one reference: `samples` a pixel against `frames` frames of `light_paths`. Small lamps
+/// need many: their image in a smooth ball is a rare and bright thing for both sides.
+fn agrees(what: &str, scene: &Scene, samples: u32, frames: u32, light_paths: u32) {
+    let truth = Blocks::render(&CPU, scene, &settings(1, 0.25), &PATH, &PHOTONS_GRID, samples);
+    let mut shares = Vec::new();
+    let mut faults = Vec::new();
+    for (seed, threshold) in [(2, 0.25), (3, 0.1), (4, 0.4)] {
+        let settings = Settings { light_paths, ..settings(seed, threshold) };
+        let split = Blocks::render(&CPU, scene, &settings, &PROGRESSIVE, &PHOTONS_GRID, frames);
+        let scores = split.scores(&truth);
+        println!(
+            "{what}, threshold {threshold}: ratio {:.4} +- {:.4}, z {:.2}, mean square z of {} blocks {:.2}, \
+             largest {:.2}; caustic share {:.3}",
+            scores.ratio,
+            scores.ratio_error,
+            scores.whole,
+            scores.count,
+            scores.mean_square,
+            scores.worst,
+            split.caustic_share
+        );
+        shares.push(split.caustic_share);
+        faults.extend(scores.fault());
+        // The test must be sharp enough to see what it is for.
+        assert!(scores.ratio_error < 0.01, "{scores:?}");
+    }
+    assert!(shares.iter().all(|share| *share > 0.01), "the test has lost its subject: {shares:?}");
+    assert!(faults.is_empty(), "{what}: {faults:?}");
+}
+
+/// A closed room of 2 x 2 x 2 m with a lamp below its ceiling, to put things into.
+fn room(wall: f32) -> Builder {
+    let mut b = Builder::default();
+    let wall = b.material(lambert(wall));
+    let lamp = b.material(emitter(8.0));
+    b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+    b.panel(lamp, DVec3::new(0.1, 0.95, 0.0), DVec3::new(0.4, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.4));
+    b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.3, 0.0), 1.0);
+    b
+}
+
+#[test]
+#[ignore = "thousands of samples a pixel: a minute on two cores"]
+fn mirror_room_is_the_reference() {
+    agrees("mirror-room", &committed("mirror-room"), 12_000, 4000, 10_000);
+}
+
+#[test]
+#[ignore = "thousands of samples a pixel: a minute on two cores"]
+fn glossy_room_is_the_reference() {
+    agrees("glossy-room", &committed("glossy-room"), 12_000, 4000, 10_000);
+}
+
+#[test]
+#[ignore = "thousands of samples a pixel: a minute on two cores"]
+fn room_of_coated_diffuse_is_the_reference() {
+    let mut b = room(0.5);
+    let (sharp, dull) = (b.material(coated(0.6, 0.0)), b.material(coated(0.7, 0.3)));
+    b.block(sharp, DVec3::new(-0.7, -0.95, -0.7), DVec3::new(-0.1, -0.2, -0.1), false);
+    b.block(dull, DVec3::new(0.2, -0.95, -0.4), DVec3::new(0.7, -0.4, 0.2), false);
+    agrees("coated diffuse", &b.build(), 3000, 400, 60_000);
+}
+
+#[test]
+#[ignore = "thousands of samples a pixel: a minute on two cores"]
+fn room_of_nested_glass_is_the_reference() {
+    let mut b = room(0.5);
+    let (shell, core) = (b.material(glass(1.5)), b.material(glass(1.33)));
+    let centre = DVec3::new(0.0, -0.5, -0.2);
+    b.sphere(shell, centre, 0.45, 64, 32);
+    b.sphere(core, centre, 0.3, 64, 32);
+    agrees("nested glass", &b.build(), 4000, 400, 60_000);
+}
+
+#[test]
+#[ignore = "thousands of samples a pixel: a minute on two cores"]
+fn smooth_ball_of_32_segments_is_the_reference() {
+    let mut b = room(0.5);
+    let metal = b.material(metal(0.9, 0.09));
+    b.sphere(metal, DVec3::new(0.0, -0.5, -0.2), 0.45, 32, 16);
+    agrees("smooth ball", &b.build(), 4000, 400, 60_000);
+}
+
+/// Renders 16 frames at a time until the mean's standard error is below `error` of it.
+fn mean_to(
+    error: f64,
+    scene: &Scene,
+    settings: &Settings,
+    method: &'static caustics::method::Method,
+) -> (Mean, f64) {
+    let needs = scene.needs(settings.specular_roughness);
+    let camera = &scene.cameras[0];
+    let mut session =
+        Session::new(&CPU, scene, camera, settings, method, &PHOTONS_GRID, needs).expect("a session opens");
+    let (mut means, mut caustic, mut all) = (Vec::new(), 0.0, 0.0);
+    let sum = |layer: &[Vec3]| layer.iter().map(|v| f64::from(v.x)).sum::<f64>();
+    loop {
+        for _ in 0..16 {
+            session.frame(means.len() as u32).expect("a frame runs");
+            let picture = session.picture().expect("a picture");
+            let (path, caustics) = (sum(&picture.path), sum(&picture.caustics));
+            means.push(path + caustics);
+            caustic += caustics;
+            all += path + caustics;
+        }
+        let mean = Mean::of(&means);
+        // 64 frames tell the error to 9 %.
+        if means.len() >= 64 && mean.error <= error * mean.value {
+            return (mean, caustic / all);
+        }
+    }
+}
+
+/// No hole and no light twice at any roughness, at the threshold (0.25) and where lobes stop being deltas (0.08) least of
+/// all. The camera sees a wall that a lamp lights by way of a metal panel; no border of the wall is in view.
+#[test]
+#[ignore = "51 pairs of renders: minutes on two cores"]
+fn a_mirror_of_any_roughness_is_the_reference() {
+    let mut ratios = Vec::new();
+    let mut casts = 0;
+    for step in 0..=50 {
+        let roughness = f32::from(step as u8) * 0.02;
+        let mut b = Builder::default();
+        let wall = b.material(lambert(0.5));
+        let panel = b.material(metal(0.9, roughness));
+        let lamp = b.material(emitter(10.0));
+        b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+        b.panel(panel, DVec3::new(0.0, 0.0, -0.95), 0.8 * DVec3::X, 0.8 * DVec3::Y);
+        let (centre, target) = (DVec3::new(0.0, 0.75, 0.0), DVec3::new(0.0, -0.1, -0.95));
+        let up = (target - centre).normalize().cross(DVec3::X);
+        b.panel(lamp, centre, 0.3 * DVec3::X, 0.2 * up);
+        b.camera(DVec3::new(0.0, -0.3, -0.7), DVec3::new(0.0, -0.35, 1.0), 0.6);
+        let scene = b.build();
+        let settings = |seed| Settings {
+            width: 32,
+            height: 24,
+            light_paths: 20_000,
+            pixel_filter: PIXEL_FILTER_BOX,
+            seed: 2 * step + seed,
+            ..Settings::default()
+        };
+        let (split, share) = mean_to(0.0018, &scene, &settings(0), &BASIC);
+        let (truth, _) = mean_to(0.0018, &scene, &settings(1), &PATH);
+        let ratio = split.value / truth.value;
+        let error = ratio * (split.error / split.value).hypot(truth.error / truth.value);
+        println!("roughness {roughness:.2}: {ratio:.4} +- {error:.4}, caustic share {share:.3}");
+        assert!(error <= 0.003 && (ratio - 1.0).abs() <= 0.01, "roughness {roughness}");
+        casts += usize::from(share > 0.1);
+        ratios.push(ratio);
+    }
+    assert!(casts >= 13, "the test has lost its subject: caustics at {casts} steps");
+    let (mean, error) = mean_and_error(&ratios);
+    println!("mean of {} ratios: {mean:.5} +- {error:.5}", ratios.len());
+    assert!((mean - 1.0).abs() < 3.0 * error);
+}

@@ -1,0 +1,63 @@
+//! EXR to channels: every part of the file, 16 and 32 bits, whoever wrote it.
+
+use std::collections::BTreeMap;
+
+use exr::prelude::*;
+
+use super::{Channels, Encoding};
+
+/// The first bytes of a file.
+pub const MAGIC: [u8; 4] = exr::meta::magic_number::BYTES;
+
+/// Decodes a flat file. Channels of a named part among several are called `part.channel`.
+pub fn decode(bytes: &[u8]) -> std::result::Result<Channels, String> {
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .all_layers()
+        .all_attributes()
+        .from_buffered(std::io::Cursor::new(bytes))
+        .map_err(|error| format!("it cannot be read as EXR: {error}"))?;
+    let size = image.layer_data.first().ok_or("it has no layer")?.size;
+    let several = image.layer_data.len() > 1;
+    let mut channels = BTreeMap::new();
+    let mut attributes: BTreeMap<_, _> = texts(&image.attributes.other).collect();
+    for layer in &image.layer_data {
+        if layer.size != size {
+            return Err("its parts differ in size".into());
+        }
+        let part = layer.attributes.layer_name.as_ref().filter(|_| several).map(ToString::to_string);
+        for channel in &layer.channel_data.list {
+            let own = channel.name.to_string();
+            if channel.sampling != Vec2(1, 1) {
+                return Err(format!("its channel {own} has fewer pixels than the picture"));
+            }
+            let name = match &part {
+                Some(part) if !own.starts_with(&format!("{part}.")) => format!("{part}.{own}"),
+                _ => own,
+            };
+            if channels.insert(name.clone(), channel.sample_data.values_as_f32().collect()).is_some() {
+                return Err(format!("two of its parts have a channel {name}"));
+            }
+        }
+        attributes.extend(texts(&layer.attributes.other));
+    }
+    Ok(Channels { width: size.0, height: size.1, channels, attributes, encoding: Encoding::Linear })
+}
+
+/// The texts and numbers among attributes.
+fn texts<'a>(
+    attributes: impl IntoIterator<Item = (&'a Text, &'a AttributeValue)>,
+) -> impl Iterator<Item = (String, String)> {
+    attributes.into_iter().filter_map(|(name, value)| {
+        let value = match value {
+            AttributeValue::Text(text) => text.to_string(),
+            AttributeValue::I32(number) => number.to_string(),
+            AttributeValue::F32(number) => number.to_string(),
+            AttributeValue::F64(number) => number.to_string(),
+            _ => return None,
+        };
+        Some((name.to_string(), value))
+    })
+}

@@ -1,5 +1,6 @@
 //! The subcommands, a file each.
 
+pub mod compare;
 pub mod device;
 pub mod pick;
 pub mod render;

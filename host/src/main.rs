@@ -13,6 +13,7 @@ mod command;
 fn main() -> ExitCode {
     let result = match cli::Cli::parse().command {
         cli::Command::Render(options) => command::render::run(options),
+        cli::Command::Compare(options) => command::compare::run(&options),
         cli::Command::Device(options) => command::device::run(&options),
         cli::Command::Scene(command) => command::scene::run(command),
     };

@@ -22,8 +22,6 @@ const COLOR_EXPONENT: f64 = 0.7;
 const STRETCHED: f64 = 0.4;
 /// ...to this part of the scale.
 const STRETCHED_TO: f64 = 0.95;
-/// Exponent that expands differences of features.
-const FEATURE_EXPONENT: f64 = 0.5;
 
 /// The difference of every pixel; both pictures display-linear in [0, 1] and of one size.
 pub fn flip(image: &Pixels, reference: &Pixels, pixels_per_degree: f64) -> ErrorMap {
@@ -46,7 +44,7 @@ pub fn flip(image: &Pixels, reference: &Pixels, pixels_per_degree: f64) -> Error
         };
         let [(edge, point), (edge_reference, point_reference)] = [features[0][pixel], features[1][pixel]];
         let difference = (edge - edge_reference).abs().max((point - point_reference).abs());
-        let feature = (difference / std::f64::consts::SQRT_2).powf(FEATURE_EXPONENT);
+        let feature = (difference / std::f64::consts::SQRT_2).sqrt();
         color.powf(1.0 - feature)
     };
     let values = (0..image.values.len()).into_par_iter().map(at).collect();
@@ -62,7 +60,7 @@ struct Seen {
 impl Seen {
     fn new(picture: &Pixels) -> Seen {
         let opponent: Vec<_> = picture.values.par_iter().map(|&value| color::to_opponent(value)).collect();
-        let plane = |lane: usize| opponent.iter().map(|value| value[lane]).collect();
+        let plane = |lane: usize| opponent.par_iter().map(|value| value[lane]).collect();
         Seen { width: picture.width, planes: [plane(0), plane(1), plane(2)] }
     }
 

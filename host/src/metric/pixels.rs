@@ -1,6 +1,7 @@
 //! The pixels that are compared: three channels, row by row from the top, and how far they may be trusted.
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use super::flip::color;
 use crate::image::{Channels, Encoding};
@@ -72,7 +73,7 @@ impl Pixels {
     /// Each pixel changed by a function.
     pub fn map(&self, change: impl Fn(DVec3) -> DVec3 + Sync) -> Pixels {
         Pixels {
-            values: self.values.iter().map(|&value| change(value)).collect(),
+            values: self.values.par_iter().map(|&value| change(value)).collect(),
             width: self.width,
             height: self.height,
         }

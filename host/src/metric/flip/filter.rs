@@ -58,9 +58,7 @@ pub fn along_rows(plane: &[f64], width: usize, weights: &[f64]) -> Vec<f64> {
         let mut padded = vec![row[0]; radius];
         padded.extend_from_slice(row);
         padded.resize(width + 2 * radius, row[width - 1]);
-        for (offset, &weight) in weights.iter().enumerate() {
-            add(out, &padded[offset..], weight);
-        }
+        sum(out, weights, |tap| &padded[tap..]);
     });
     out
 }
@@ -70,16 +68,27 @@ pub fn along_columns(plane: &[f64], width: usize, weights: &[f64]) -> Vec<f64> {
     let (radius, last) = (weights.len() / 2, plane.len() / width - 1);
     let mut out = vec![0.0; plane.len()];
     out.par_chunks_mut(width).enumerate().for_each(|(row, out)| {
-        for (offset, &weight) in weights.iter().enumerate() {
-            let from = (row + offset).saturating_sub(radius).min(last);
-            add(out, &plane[from * width..], weight);
-        }
+        sum(out, weights, |tap| &plane[(row + tap).saturating_sub(radius).min(last) * width..]);
     });
     out
 }
 
-fn add(out: &mut [f64], values: &[f64], weight: f64) {
-    out.iter_mut().zip(values).for_each(|(out, value)| *out += weight * value);
+/// Adds the weighted values of all taps, four at a time: `out` is then loaded and stored a quarter as often.
+fn sum<'a>(out: &mut [f64], weights: &[f64], values: impl Fn(usize) -> &'a [f64]) {
+    let count = out.len();
+    let mut quads = weights.chunks_exact(4);
+    let mut tap = 0;
+    for quad in &mut quads {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|next| &values(tap + next)[..count]);
+        for (x, out) in out.iter_mut().enumerate() {
+            *out += quad[0] * a[x] + quad[1] * b[x] + quad[2] * c[x] + quad[3] * d[x];
+        }
+        tap += 4;
+    }
+    for &weight in quads.remainder() {
+        out.iter_mut().zip(values(tap)).for_each(|(out, value)| *out += weight * value);
+        tap += 1;
+    }
 }
 
 #[cfg(test)]

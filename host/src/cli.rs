@@ -5,6 +5,10 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use thiserror::Error;
 
+mod compare;
+
+pub use compare::{Compare, Limit};
+
 /// The command line asks for something that cannot be: exit code 2.
 #[derive(Debug, Error)]
 #[error("{0}")]
@@ -31,6 +35,8 @@ pub enum Command {
     Reference(Box<Reference>),
     /// Join references of one view that were rendered with different seeds
     Merge(Merge),
+    /// Measure how far an image is from a reference
+    Compare(Compare),
     /// List Vulkan devices, what they can do and whether they are used
     Device(Device),
     /// List, inspect or make scenes

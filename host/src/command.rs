@@ -1,5 +1,6 @@
 //! The subcommands, a file each, and what several of them share.
 
+pub mod compare;
 pub mod device;
 pub mod job;
 pub mod merge;

@@ -9,6 +9,7 @@ pub mod counters;
 pub mod image;
 pub mod kernels;
 pub mod method;
+pub mod metric;
 pub mod output;
 pub mod picture;
 pub mod runner;

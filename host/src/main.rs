@@ -16,6 +16,7 @@ fn main() -> ExitCode {
         cli::Command::Render(options) => command::render::run(*options),
         cli::Command::Reference(options) => command::reference::run(*options),
         cli::Command::Merge(options) => command::merge::run(&options),
+        cli::Command::Compare(options) => command::compare::run(&options),
         cli::Command::Device(options) => command::device::run(&options),
         cli::Command::Scene(command) => command::scene::run(command),
     };

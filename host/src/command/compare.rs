@@ -1,0 +1,167 @@
+//! `caustics compare`.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::ExitCode;
+
+use caustics::image::{Channels, Encoding};
+use caustics::metric::pixels::{Estimate, Region};
+use caustics::metric::report::{METRICS, Report, Viewing, report};
+use caustics::output::png;
+use caustics::output::target::Target;
+use serde_json::json;
+
+use crate::cli::{Compare, Limit, Usage};
+
+/// Measures and reports. 3 if a metric is above its limit or has no value.
+pub fn run(options: &Compare) -> anyhow::Result<ExitCode> {
+    let map = check(options)?;
+    let (reference, images) = options.files.split_last().ok_or_else(|| Usage("no files".into()))?;
+    let picture = Channels::read(reference)?;
+    let frame = Frame::new(options, reference, &picture)?;
+    let mut estimates = vec![frame.layer(reference, &picture)?];
+    drop(picture);
+    // One file at a time: runs may be many.
+    for (index, path) in images.iter().enumerate() {
+        estimates.insert(index, frame.layer(path, &Channels::read(path)?)?);
+    }
+    let (encoding, region) = (frame.encoding, frame.region);
+    let viewing =
+        Viewing { encoding, exposure: options.exposure, pixels_per_degree: options.pixels_per_degree };
+    let non_finite: Vec<usize> = estimates.iter().map(|picture| picture.mean.non_finite_count()).collect();
+    for (path, count) in options.files.iter().zip(&non_finite).filter(|(_, count)| **count > 0) {
+        eprintln!("warning: {}: {count} pixels are infinite or no numbers", path.display());
+    }
+    let of_reference = estimates.pop().ok_or_else(|| Usage("no files".into()))?;
+    let report = report(&estimates, &of_reference, &viewing);
+
+    match (map, &report.map) {
+        (Some(target), Some(map)) => {
+            target.finish(&png::encode(map.width as u32, map.height as u32, &map.to_colors())?)?;
+        }
+        (Some(_), None) => eprintln!("warning: --map: FLIP has no value here, and no map is written"),
+        (None, _) => {}
+    }
+    let failed = failed(options, &report);
+    for failure in &failed {
+        eprintln!("failed: {failure}");
+    }
+    if options.json {
+        let region = json!({ "x": region.x, "y": region.y, "width": region.width, "height": region.height });
+        let values: BTreeMap<_, _> =
+            report.values.iter().map(|(name, value)| (*name, value.as_ref().ok())).collect();
+        let missing: BTreeMap<_, _> =
+            report.values.iter().filter_map(|(name, value)| Some((*name, value.as_ref().err()?))).collect();
+        let (of_reference, of_images) = non_finite.split_last().unwrap_or((&0, &[]));
+        let out = json!({
+            "images": images, "reference": reference, "layer": options.layer, "region": region,
+            "runs": images.len(), "metrics": values, "unavailable": missing,
+            "non_finite_px": { "images": of_images, "reference": of_reference },
+            "z_blocks": report.z_test.map(|test| test.blocks),
+            "pixels_per_degree": options.pixels_per_degree, "failed": failed,
+        });
+        println!("{}", serde_json::to_string_pretty(&out)?);
+    } else {
+        table(&report);
+    }
+    Ok(ExitCode::from(if failed.is_empty() { 0 } else { 3 }))
+}
+
+/// Checks what no type can, and claims the map's file.
+fn check(options: &Compare) -> anyhow::Result<Option<Target>> {
+    if !(options.pixels_per_degree > 0.0 && options.pixels_per_degree <= 1000.0) {
+        let value = options.pixels_per_degree;
+        return Err(Usage(format!("--pixels-per-degree {value}: it must be above 0 and at most 1000")).into());
+    }
+    if !(options.exposure.abs() <= 100.0) {
+        return Err(Usage(format!("--exposure {}: it must be -100 to 100 stops", options.exposure)).into());
+    }
+    let same = |file: &Path, map: &Path| file == map || file.canonicalize().ok() == map.canonicalize().ok();
+    let Some(map) = &options.map else { return Ok(None) };
+    if map.is_dir() {
+        return Err(Usage(format!("--map: {} is a folder; name a file in it", map.display())).into());
+    }
+    if map.exists() && options.files.iter().any(|file| same(file, map)) {
+        return Err(
+            Usage(format!("--map {} would overwrite a picture that is compared", map.display())).into()
+        );
+    }
+    Ok(Some(Target::claim(map, options.force)?))
+}
+
+/// What all pictures must have in common with the reference, and what of them is compared.
+struct Frame<'a> {
+    reference: &'a Path,
+    size: (usize, usize),
+    encoding: Encoding,
+    layer: &'a str,
+    region: Region,
+}
+
+impl<'a> Frame<'a> {
+    fn new(options: &'a Compare, reference: &'a Path, picture: &Channels) -> Result<Frame<'a>, Usage> {
+        let (size, encoding) = ((picture.width, picture.height), picture.encoding);
+        let region = options.region.unwrap_or(Region::whole(picture));
+        if !region.is_within(size.0, size.1) {
+            let Region { x, y, width, height } = region;
+            let path = reference.display();
+            return Err(Usage(format!(
+                "--region {x},{y},{width},{height} is not within the {}x{} px of {path}",
+                size.0, size.1
+            )));
+        }
+        Ok(Frame { reference, size, encoding, layer: &options.layer, region })
+    }
+
+    /// The layer of a file, with its variance if it has one.
+    fn layer(&self, path: &Path, picture: &Channels) -> Result<Estimate, Usage> {
+        let (file, reference) = (path.display(), self.reference.display());
+        let (width, height) = (picture.width, picture.height);
+        if (width, height) != self.size {
+            return Err(Usage(format!(
+                "{file} has {width}x{height} px, {reference} {}x{}; render both in one size",
+                self.size.0, self.size.1
+            )));
+        }
+        if picture.encoding != self.encoding {
+            return Err(Usage(format!(
+                "{file} and {reference}: one is EXR, the other PNG; give two of a kind"
+            )));
+        }
+        let name = self.layer;
+        let inner = if name == "beauty" && picture.layer(name).is_none() { "" } else { name };
+        Estimate::of_layer(picture, inner, self.region).ok_or_else(|| {
+            let known = picture.layer_names().join(", ");
+            Usage(format!("--layer {name}: {file} has no such layer; it has {known}"))
+        })
+    }
+}
+
+/// What is above its limit or has no value, in words.
+fn failed(options: &Compare, report: &Report) -> Vec<String> {
+    let check = |limit: &Limit| match report.get(limit.metric) {
+        // The only one with a sign that means nothing to a limit.
+        Ok(value) if limit.metric == "z_picture" => above(limit.metric, value.abs(), limit.value),
+        Ok(value) => above(limit.metric, value, limit.value),
+        Err(why) => Some(format!("{} has no value: {why}", limit.metric)),
+    };
+    options.fail_above.iter().filter_map(check).collect()
+}
+
+fn above(metric: &str, value: f64, limit: f64) -> Option<String> {
+    (value > limit).then(|| format!("{metric} is {value:.6}, above {limit}"))
+}
+
+/// Prints the metrics for a person.
+fn table(report: &Report) {
+    let units: BTreeMap<_, _> = METRICS.into_iter().collect();
+    for (name, value) in &report.values {
+        match value {
+            Ok(value) if (1e-4..1e7).contains(&value.abs()) || *value == 0.0 => {
+                println!("{name:22} {value:>14.6}  {}", units[name]);
+            }
+            Ok(value) => println!("{name:22} {value:>14.6e}  {}", units[name]),
+            Err(why) => println!("{name:22} {:>14}  {why}", "-"),
+        }
+    }
+}

@@ -1,0 +1,36 @@
+//! Energy ratio: sum of the image over sum of the reference, all channels [1].
+
+use glam::DVec3;
+
+use super::pixels::{Estimate, Pixels, mean_of};
+
+/// A ratio and how far noise may have moved it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Energy {
+    /// Sum of the image (mean of its runs) over sum of the reference; not finite against a black reference.
+    pub ratio: f64,
+    /// Standard error of the ratio, where the noise of both is known.
+    pub standard_error: Option<f64>,
+}
+
+/// The energy ratio. The noise of the image is that between runs, else that of its variance, as is that of the
+/// reference; channels are then taken as fully correlated and pixels as independent.
+pub fn energy(runs: &[Estimate], reference: &Estimate) -> Energy {
+    let sum = |pixels: &Pixels| pixels.values.iter().sum::<DVec3>().element_sum();
+    let variance_of_sum = |variance: &Pixels| {
+        let sum = variance.values.iter().sum::<DVec3>();
+        sum.to_array().into_iter().map(f64::sqrt).sum::<f64>().powi(2)
+    };
+    let (image, expected) = (sum(&mean_of(runs)), sum(&reference.mean));
+    let ratio = image / expected;
+    let of_image = if runs.len() > 1 {
+        let squares = runs.iter().map(|run| (sum(&run.mean) - image).powi(2)).sum::<f64>();
+        Some(squares / ((runs.len() - 1) * runs.len()) as f64)
+    } else {
+        runs[0].variance.as_ref().map(variance_of_sum)
+    };
+    let of_reference = reference.variance.as_ref().map(variance_of_sum);
+    let standard_error =
+        of_image.zip(of_reference).map(|(a, b)| ((a + ratio * ratio * b) / (expected * expected)).sqrt());
+    Energy { ratio, standard_error }
+}

@@ -1,0 +1,105 @@
+//! FLIP of scene-linear pictures: each pixel's largest FLIP over the exposures at which the reference can be looked at.
+//!
+//! Our implementation of P. Andersson, J. Nilsson, P. Shirley, T. Akenine-Möller, "Visualizing Errors in Rendered High
+//! Dynamic Range Images", Eurographics 2021, with the tone curve, exposures and constants of NVIDIA's version 1.7.
+
+use glam::DVec3;
+
+use super::error_map::ErrorMap;
+use super::flip::{color, flip};
+use super::pixels::Pixels;
+
+/// Exposures, evenly spaced [stops].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exposures {
+    /// The darkest: the brightest pixel is shown at 85 % of white.
+    pub start: f64,
+    /// The brightest: the median is shown at 85 % of white.
+    pub stop: f64,
+    /// How many; about one a stop, at least 2.
+    pub count: usize,
+}
+
+impl Exposures {
+    /// Exposures at which a reference can be looked at; None where nothing is brighter than black. In a picture more than
+    /// half black the median is that of the other pixels.
+    pub fn of(reference: &Pixels) -> Option<Exposures> {
+        let mut luminances: Vec<f64> =
+            reference.values.iter().map(|&value| color::luminance(value)).collect();
+        luminances.sort_by(f64::total_cmp);
+        let brightest = *luminances.last()?;
+        if !(brightest > 0.0 && brightest.is_finite()) {
+            return None;
+        }
+        let mut median = luminances[luminances.len() / 2];
+        if median <= 0.0 {
+            let lit = &luminances[luminances.partition_point(|&luminance| luminance <= 0.0)..];
+            median = lit[lit.len() / 2];
+        }
+        let (start, stop) = ((knee() / brightest).log2(), (knee() / median).log2());
+        Some(Exposures { start, stop, count: ((stop - start).ceil() as usize).max(2) })
+    }
+
+    /// The exposures [stops].
+    pub fn all(self) -> impl Iterator<Item = f64> {
+        let (start, step) = (self.start, (self.stop - self.start) / (self.count - 1) as f64);
+        (0..self.count).map(move |index| start + index as f64 * step)
+    }
+}
+
+/// ACES [Narkowicz 2015] with its built-in exposure of 0.6: (a x^2 + b x) / (c x^2 + d x + e).
+const CURVE: [f64; 5] = [0.36 * 2.51, 0.6 * 0.03, 0.36 * 2.43, 0.6 * 0.59, 0.14];
+
+/// Display-linear colour of radiance at an exposure; negative radiance is black.
+pub fn expose(value: DVec3, stops: f64) -> DVec3 {
+    let [a, b, c, d, e] = CURVE;
+    let x = value.max(DVec3::ZERO) * stops.exp2();
+    ((x * x * a + x * b) / (x * x * c + x * d + e)).clamp(DVec3::ZERO, DVec3::ONE)
+}
+
+/// Radiance that the curve maps to 85 % of white.
+fn knee() -> f64 {
+    let [a, b, c, d, e] = CURVE;
+    let (p, q) = ((b - 0.85 * d) / (a - 0.85 * c), -0.85 * e / (a - 0.85 * c));
+    -0.5 * p + (0.25 * p * p - q).sqrt()
+}
+
+/// The largest FLIP of every pixel; None against a black reference.
+pub fn flip_hdr(image: &Pixels, reference: &Pixels, pixels_per_degree: f64) -> Option<ErrorMap> {
+    let maps = Exposures::of(reference)?.all().map(|stops| {
+        let shown = |picture: &Pixels| picture.map(|value| expose(value, stops));
+        flip(&shown(image), &shown(reference), pixels_per_degree)
+    });
+    maps.reduce(|mut largest, map| {
+        largest.values.iter_mut().zip(map.values).for_each(|(largest, value)| *largest = largest.max(value));
+        largest
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grey(values: &[f64]) -> Pixels {
+        Pixels { width: values.len(), height: 1, values: values.iter().map(|&v| DVec3::splat(v)).collect() }
+    }
+
+    #[test]
+    fn exposures_show_the_brightest_and_the_median_at_85_percent() {
+        let exposures = Exposures::of(&grey(&[8.0, 1.0, 0.25])).unwrap();
+        for (value, stops) in [(8.0, exposures.start), (1.0, exposures.stop)] {
+            assert!((expose(DVec3::splat(value), stops).x - 0.85).abs() < 1e-12);
+        }
+        assert_eq!(exposures.count, 3);
+        assert_eq!(exposures.all().count(), 3);
+        assert!((exposures.all().last().unwrap() - exposures.stop).abs() < 1e-12);
+    }
+
+    #[test]
+    fn pictures_mostly_black_are_exposed_for_what_is_not() {
+        let exposures = Exposures::of(&grey(&[0.0, 0.0, 0.0, 4.0, 1.0])).unwrap();
+        assert_eq!((exposures.stop - exposures.start).round(), 0.0);
+        assert_eq!(exposures.count, 2);
+        assert_eq!(Exposures::of(&grey(&[0.0, -1.0])), None);
+    }
+}

@@ -1,0 +1,52 @@
+//! FLIP as seen on a display: of display colours as they are, of radiance through the display's curve.
+
+use glam::DVec3;
+
+use super::error_map::ErrorMap;
+use super::flip::flip;
+use super::pixels::Pixels;
+use crate::image::Encoding;
+
+/// FLIP of what a display shows. `encoding` says what the pictures were read from: EXR is exposed by `exposure` stops and
+/// tone-mapped as for the PNG of `render`; PNG is shown as it is.
+pub fn flip_ldr(
+    image: &Pixels,
+    reference: &Pixels,
+    encoding: Encoding,
+    exposure: f64,
+    pixels_per_degree: f64,
+) -> ErrorMap {
+    let shown = |picture: &Pixels| {
+        picture.map(|value| match encoding {
+            Encoding::Linear => curve(value * exposure.exp2()),
+            Encoding::Srgb => value.clamp(DVec3::ZERO, DVec3::ONE),
+        })
+    };
+    flip(&shown(image), &shown(reference), pixels_per_degree)
+}
+
+/// The display's curve before its encoding: a rational fit to ACES [Narkowicz 2015], as in the pass `display`.
+fn curve(value: DVec3) -> DVec3 {
+    let x = value.clamp(DVec3::ZERO, DVec3::splat(1e6));
+    let mapped = (x * (x * 2.51 + 0.03)) / (x * (x * 2.43 + 0.59) + 0.14);
+    mapped.clamp(DVec3::ZERO, DVec3::ONE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metric::flip::color::from_srgb;
+
+    #[test]
+    fn the_curve_is_that_of_the_display_pass() {
+        for value in [0.0_f32, 1e-3, 0.18, 1.0, 7.0, 1e9] {
+            let displayed =
+                caustics_kernels::pass::display::display(glam::Vec3::splat(value), 1.0).as_dvec3();
+            // f32 against f64.
+            assert!(
+                (from_srgb(displayed) - curve(DVec3::splat(value.into()))).abs().max_element() < 1e-6,
+                "{value}"
+            );
+        }
+    }
+}

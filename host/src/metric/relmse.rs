@@ -1,0 +1,48 @@
+//! Relative mean squared error: mean of (a - b)^2 / (b^2 + eps) over pixels and channels [1].
+//!
+//! eps = (0.1 mean of the reference)^2, so that the metric does not change when both pictures are scaled. [Rousselle et
+//! al. 2011] add 0.01 for pictures whose mean is about 1, which is the same there. No pixel is left out; [`trimmed`]
+//! says what is left without the worst ones, since one firefly can be more than all other pixels together.
+
+use glam::DVec3;
+
+use super::percentile::percentile;
+use super::pixels::Pixels;
+
+/// Part of the pixels that [`trimmed`] leaves out.
+pub const TRIMMED: f64 = 0.001;
+
+/// eps, the least square that an error is compared with; 0 where the reference is black.
+pub fn least_square(reference: &Pixels) -> f64 {
+    (0.1 * reference.mean()).powi(2)
+}
+
+/// Relative squared error of each pixel, mean over channels.
+pub fn errors(image: &Pixels, reference: &Pixels) -> Vec<f64> {
+    let eps = DVec3::splat(least_square(reference));
+    let pairs = image.values.iter().zip(&reference.values);
+    pairs.map(|(&a, &b)| ((a - b) * (a - b) / (b * b + eps)).element_sum() / 3.0).collect()
+}
+
+/// The relative mean squared error.
+pub fn relmse(errors: &[f64]) -> f64 {
+    errors.iter().sum::<f64>() / errors.len() as f64
+}
+
+/// The mean without the 0.1 % of the pixels that have the largest errors (none of less than 1000 pixels).
+pub fn trimmed(errors: &[f64]) -> f64 {
+    let limit = percentile(errors, 1.0 - TRIMMED);
+    let (mut kept, mut sum) = (0_usize, 0.0);
+    for &error in errors.iter().filter(|error| **error < limit) {
+        kept += 1;
+        sum += error;
+    }
+    // Of equal errors at the limit, as many as belong to the kept ones.
+    let equal = rank(errors.len()) - kept;
+    (sum + equal as f64 * limit) / (kept + equal) as f64
+}
+
+/// Pixels that are kept.
+fn rank(count: usize) -> usize {
+    count - (count as f64 * TRIMMED) as usize
+}

@@ -1,0 +1,57 @@
+//! A weighted squared error, split into what is always wrong and what is noise.
+//!
+//! For runs x_i of one estimator, their mean m and their variance s^2, against a reference r of variance v:
+//! mean (x_i - r)^2 = bias^2 + variance of a run + v, with the unbiased estimates s^2 of the variance and
+//! (m - r)^2 - s^2 / n - v of bias^2, exactly. The estimate of bias^2 may be negative: then the bias is lost in noise.
+
+use glam::DVec3;
+
+use super::pixels::{Estimate, Pixels, mean_of};
+
+/// The parts of a squared error; means over pixels and channels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Split {
+    /// Squared bias.
+    pub bias2: f64,
+    /// Variance of one run.
+    pub variance: f64,
+    /// Variance of the reference; 0 where it is not known, and then part of `bias2`.
+    pub reference_variance: f64,
+}
+
+/// Splits the mean of `weight(reference) * (x - reference)^2`. None where the noise of the image is not known: it takes
+/// two runs, or a variance layer.
+pub fn split(runs: &[Estimate], reference: &Estimate, weight: impl Fn(DVec3) -> DVec3) -> Option<Split> {
+    let mean = mean_of(runs);
+    let of_mean = variance_of_mean(runs, &mean)?;
+    let count = 3.0 * mean.values.len() as f64;
+    let (mut bias2, mut variance, mut reference_variance) = (0.0, 0.0, 0.0);
+    for (pixel, &expected) in reference.mean.values.iter().enumerate() {
+        let weight = weight(expected);
+        let noise = reference.variance.as_ref().map_or(DVec3::ZERO, |variance| variance.values[pixel]);
+        let difference = mean.values[pixel] - expected;
+        bias2 += weight.dot(difference * difference - of_mean.values[pixel] - noise);
+        variance += weight.dot(of_mean.values[pixel]) * runs.len() as f64;
+        reference_variance += weight.dot(noise);
+    }
+    Some(Split {
+        bias2: bias2 / count,
+        variance: variance / count,
+        reference_variance: reference_variance / count,
+    })
+}
+
+/// Variance of the mean of runs, pixel by pixel: from the runs if there are several, else from the variance layer.
+fn variance_of_mean(runs: &[Estimate], mean: &Pixels) -> Option<Pixels> {
+    if let [run] = runs {
+        return run.variance.clone();
+    }
+    let mut variance = mean.map(|_| DVec3::ZERO);
+    for run in runs {
+        let pairs = run.mean.values.iter().zip(&mean.values);
+        variance.values.iter_mut().zip(pairs).for_each(|(sum, (x, m))| *sum += (*x - *m) * (*x - *m));
+    }
+    let scale = 1.0 / ((runs.len() - 1) * runs.len()) as f64;
+    variance.values.iter_mut().for_each(|value| *value *= scale);
+    Some(variance)
+}

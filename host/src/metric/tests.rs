@@ -1,0 +1,333 @@
+//! Known answers of the metrics. Pictures of noise have fixed seeds.
+
+use glam::DVec3;
+
+use super::energy::energy;
+use super::mse::mse;
+use super::percentile::percentile;
+use super::pixels::{Estimate, Pixels};
+use super::relmse;
+use super::report::{METRICS, Viewing, report};
+use super::smape::smape;
+use super::split::split;
+use super::z_test::{NoTest, z_test};
+use crate::image::Encoding;
+
+fn pixels(width: usize, height: usize, at: impl FnMut(usize) -> DVec3) -> Pixels {
+    Pixels { width, height, values: (0..width * height).map(at).collect() }
+}
+
+fn constant(value: f64) -> Pixels {
+    pixels(9, 5, |_| DVec3::splat(value))
+}
+
+/// A picture of many values.
+fn varied() -> Pixels {
+    pixels(40, 30, |i| DVec3::new(i as f64 % 7.0, 0.1 + (i as f64 * 0.37).sin().abs(), 2.0))
+}
+
+/// Standard normal numbers: Box and Muller, from SplitMix64.
+struct Noise(u64);
+
+impl Noise {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn normal(&mut self) -> f64 {
+        let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
+        radius * (std::f64::consts::TAU * self.uniform()).cos()
+    }
+
+    /// Another draw of a picture with independent noise of a relative deviation, and its variance.
+    fn draw(&mut self, expected: &Pixels, deviation: f64) -> Estimate {
+        let mut lane = |value: f64| value + deviation * value * self.normal();
+        let mean = pixels(expected.width, expected.height, |i| {
+            DVec3::from_array(expected.values[i].to_array().map(&mut lane))
+        });
+        Estimate { mean, variance: Some(expected.map(|value| value * value * deviation * deviation)) }
+    }
+}
+
+fn without_variance(runs: Vec<Estimate>) -> Vec<Estimate> {
+    runs.into_iter().map(|run| Estimate { variance: None, ..run }).collect()
+}
+
+fn close(a: f64, b: f64) -> bool {
+    (a - b).abs() <= 1e-12 * b.abs()
+}
+
+#[test]
+fn constant_pictures_have_known_errors() {
+    let (image, reference) = (constant(3.0), constant(2.0));
+    assert!(close(mse(&image, &reference), 1.0));
+    let errors = relmse::errors(&image, &reference);
+    let expected = 1.0 / (4.0 + 0.2 * 0.2);
+    assert!(close(relmse::relmse(&errors), expected));
+    assert!(close(relmse::trimmed(&errors), expected));
+    assert!(close(percentile(&errors, 0.999), expected));
+    assert!(close(smape(&image, &reference), 0.2));
+    let estimate = |mean| Estimate { mean, variance: None };
+    assert!(close(energy(&[estimate(image)], &estimate(reference)).ratio, 1.5));
+}
+
+#[test]
+fn a_shift_has_its_square_as_error() {
+    let reference = varied();
+    let image = reference.map(|value| value + DVec3::new(1.0, -2.0, 3.0));
+    assert!(close(mse(&image, &reference), 14.0 / 3.0));
+    assert_eq!(mse(&reference, &reference), 0.0);
+    assert_eq!(relmse::relmse(&relmse::errors(&reference, &reference)), 0.0);
+    assert_eq!(smape(&reference, &reference), 0.0);
+}
+
+#[test]
+fn relative_metrics_do_not_change_with_the_unit() {
+    let (image, reference) = (Noise(1).draw(&varied(), 0.3).mean, varied());
+    let metrics = |image: &Pixels, reference: &Pixels| {
+        let errors = relmse::errors(image, reference);
+        let estimate = |mean: &Pixels| Estimate { mean: mean.clone(), variance: None };
+        let ratio = energy(&[estimate(image)], &estimate(reference)).ratio;
+        [
+            relmse::relmse(&errors),
+            relmse::trimmed(&errors),
+            percentile(&errors, 0.999),
+            smape(image, reference),
+            ratio,
+        ]
+    };
+    let expected = metrics(&image, &reference);
+    for scale in [1e-6, 3.0, 1e6] {
+        let scaled = metrics(&image.map(|value| value * scale), &reference.map(|value| value * scale));
+        assert!(scaled.iter().zip(expected).all(|(a, b)| close(*a, b)), "{scale}: {scaled:?}, {expected:?}");
+    }
+    let doubled = mse(&image.map(|value| value * 2.0), &reference.map(|value| value * 2.0));
+    assert!(close(doubled, 4.0 * mse(&image, &reference)));
+}
+
+#[test]
+fn smape_is_symmetric_and_at_most_one() {
+    let (a, b) = (varied(), Noise(2).draw(&varied(), 0.5).mean);
+    assert_eq!(smape(&a, &b), smape(&b, &a));
+    assert_eq!(smape(&constant(0.0), &constant(0.0)), 0.0);
+    assert_eq!(smape(&constant(0.0), &constant(5.0)), 1.0);
+}
+
+#[test]
+fn percentiles_are_values_of_nearest_rank() {
+    let values = |count: usize| (1..=count).rev().map(|value| value as f64).collect::<Vec<_>>();
+    assert_eq!(percentile(&values(1000), 0.999), 999.0);
+    assert_eq!(percentile(&values(1001), 0.999), 1000.0);
+    assert_eq!(percentile(&values(2), 0.5), 1.0);
+    assert_eq!(percentile(&[4.0], 0.999), 4.0);
+    assert!(percentile(&[1.0, f64::NAN], 0.5).is_nan());
+}
+
+#[test]
+fn a_firefly_counts_in_relmse_and_is_trimmed_from_trimmed() {
+    let mut errors = vec![0.25; 2000];
+    (errors[17], errors[1203]) = (1e6, 5e5);
+    assert!(relmse::relmse(&errors) > 700.0);
+    assert!(close(relmse::trimmed(&errors), 0.25));
+    // A third is one too many.
+    errors[5] = 1e3;
+    assert!(close(relmse::trimmed(&errors), (1997.0 * 0.25 + 1e3) / 1998.0));
+    // Of less than 1000 pixels none is trimmed.
+    assert!(close(relmse::trimmed(&[1.0, 2.0, 6.0]), 3.0));
+}
+
+#[test]
+fn energy_knows_its_standard_error() {
+    let expected = pixels(32, 32, |_| DVec3::new(1.0, 2.0, 0.5));
+    let mut noise = Noise(3);
+    let reference = noise.draw(&expected, 0.01);
+    let tries = 400;
+    for runs in [1, 8] {
+        let mut squares = 0.0;
+        let mut told = 0.0;
+        for _ in 0..tries {
+            let images: Vec<_> = (0..runs).map(|_| noise.draw(&expected, 0.2)).collect();
+            let energy = energy(&images, &reference);
+            squares += (energy.ratio - 1.0).powi(2);
+            told += energy.standard_error.unwrap().powi(2);
+        }
+        let ratio = told / squares;
+        println!("{runs} runs: the told variance is {ratio:.3} of the true one");
+        // A variance of 400 tries is known to 7 %. From a variance layer, channels count as correlated: these are not,
+        // and (1 + 2 + 0.5)^2 / (1 + 4 + 0.25) = 2.33 is the price.
+        let truth = if runs == 1 { 12.25 / 5.25 } else { 1.0 };
+        assert!((ratio / truth - 1.0).abs() < 0.28, "{ratio}");
+    }
+}
+
+#[test]
+fn squared_errors_split_into_bias_and_variance() {
+    let truth = pixels(64, 64, |_| DVec3::ONE);
+    let biased = truth.map(|value| value * 1.1);
+    let (deviation, deviation_reference) = (0.3, 0.05);
+    for runs in [1, 2, 16] {
+        let mut noise = Noise(10 + runs as u64);
+        let reference = noise.draw(&truth, deviation_reference);
+        let mut images: Vec<_> = (0..runs).map(|_| noise.draw(&biased, deviation)).collect();
+        if runs > 1 {
+            images = without_variance(images);
+        }
+        let found = split(&images, &reference, |_| DVec3::ONE).unwrap();
+        let whole: f64 = images.iter().map(|run| mse(&run.mean, &reference.mean)).sum::<f64>() / runs as f64;
+        // They add up, but for rounding.
+        assert!(close(found.bias2 + found.variance + found.reference_variance, whole));
+        // Bias 0.1, deviations 0.33 and 0.05: 12288 squared normal numbers, four standard errors.
+        let of_mean = (1.1 * deviation).powi(2) / runs as f64 + deviation_reference.powi(2);
+        let error = (4.0 * 0.01 * of_mean + 2.0 * of_mean * of_mean).sqrt() / 12288_f64.sqrt();
+        println!("{runs} runs: bias^2 {:.5} +- {error:.5}, variance {:.5}", found.bias2, found.variance);
+        assert!((found.bias2 - 0.01).abs() < 4.0 * error, "{found:?}");
+        // The variance of one run is known from its layer, else from 12288 (runs - 1) squares.
+        let error = 0.1089 * (2.0 / (12288 * (runs - 1).max(1)) as f64).sqrt();
+        assert!((found.variance - 0.1089).abs() < 4.0 * error, "{found:?}");
+        assert!(close(found.reference_variance, 0.0025), "{found:?}");
+    }
+    let silent = without_variance(vec![Estimate { mean: truth.clone(), variance: None }]);
+    assert_eq!(split(&silent, &silent[0], |_| DVec3::ONE), None);
+}
+
+/// What the z-test says of `tries` pairs of pictures, the image brighter by a factor.
+fn z_tests(runs: usize, tries: usize, size: (usize, usize), gain: f64) -> Vec<super::z_test::ZTest> {
+    let expected = pixels(size.0, size.1, |i| DVec3::new(1.0, 2.0, 0.5) * (1.0 + (i % 13) as f64));
+    let mut noise = Noise(99 + runs as u64);
+    let brighter = expected.map(|value| value * gain);
+    let mut test = || {
+        let reference = noise.draw(&expected, 0.05);
+        let mut images: Vec<_> = (0..runs).map(|_| noise.draw(&brighter, 0.1)).collect();
+        if runs > 1 {
+            images = without_variance(images);
+        }
+        z_test(&images, &reference).unwrap()
+    };
+    (0..tries).map(|_| test()).collect()
+}
+
+#[test]
+fn z_accepts_equal_expectations() {
+    for (runs, size) in [(1, (64, 48)), (1, (37, 21)), (4, (64, 48)), (16, (37, 21))] {
+        let tests = z_tests(runs, 200, size, 1.0);
+        let mean_square = tests.iter().map(|test| test.mean_square).sum::<f64>() / 200.0;
+        let rejected = |limit: f64| tests.iter().filter(|test| test.probability < limit).count();
+        println!("{runs} runs, {size:?}: mean z^2 {mean_square:.3}, below 5 %: {} of 200", rejected(0.05));
+        // 144 or 45 z a test, 200 tests: 0.8 to 1.5 % is one deviation. Welch's degrees of freedom are an approximation.
+        assert!((mean_square - 1.0).abs() < 0.06, "{mean_square}");
+        // Bonferroni: at most 10 of 200 are expected below 5 %, and 22 are four deviations more.
+        assert!(rejected(0.05) <= 22 && rejected(1e-4) == 0);
+        assert_eq!(tests[0].blocks, size.0.div_ceil(8) * size.1.div_ceil(8));
+    }
+}
+
+#[test]
+fn z_rejects_two_percent_more_light() {
+    for (runs, size) in [(1, (64, 48)), (1, (61, 53)), (4, (64, 48)), (16, (61, 53))] {
+        for gain in [1.02, 0.98] {
+            let tests = z_tests(runs, 20, size, gain);
+            let least = tests.iter().map(super::z_test::ZTest::surprise).fold(f64::INFINITY, f64::min);
+            // The picture's z is 10 with one run, 14 with many: 6 deviations above the limit.
+            println!("{runs} runs, {size:?}: surprise at least {least:.1}, z {:.1}", tests[0].picture);
+            assert!(least > 4.0, "{least}");
+            assert!(tests.iter().all(|test| (test.picture > 0.0) == (gain > 1.0)));
+        }
+    }
+}
+
+#[test]
+fn z_finds_a_block_that_differs() {
+    let expected = pixels(64, 64, |_| DVec3::ONE);
+    let mut noise = Noise(5);
+    let (reference, mut image) = (noise.draw(&expected, 0.05), noise.draw(&expected, 0.1));
+    let before = z_test(std::slice::from_ref(&image), &reference).unwrap();
+    for y in 24..32 {
+        image.mean.values[y * 64 + 40..][..8].iter_mut().for_each(|value| value.y += 0.2);
+    }
+    let after = z_test(std::slice::from_ref(&image), &reference).unwrap();
+    // 0.2 against a deviation of sqrt(0.01 + 0.0025) / 8.
+    assert!((after.largest - 0.2 * 8.0 / 0.0125_f64.sqrt()).abs() < 4.0, "{after:?}");
+    assert!(before.surprise() < 3.0 && after.surprise() > 20.0);
+}
+
+#[test]
+fn z_needs_noise_that_is_known() {
+    let known = Noise(6).draw(&constant(1.0), 0.1);
+    let unknown = Estimate { variance: None, ..known.clone() };
+    let one = |run: &Estimate, reference: &Estimate| z_test(std::slice::from_ref(run), reference);
+    assert_eq!(one(&known, &unknown), Err(NoTest::Reference));
+    assert_eq!(one(&unknown, &known), Err(NoTest::Image));
+    assert!(z_test(&[unknown.clone(), unknown], &known).is_ok());
+    let mut wrong = known.clone();
+    wrong.variance.as_mut().unwrap().values[3].y = -1.0;
+    assert_eq!(one(&known, &wrong), Err(NoTest::Variance));
+
+    // Without noise nothing is tested, unless there is a difference.
+    let silent = |value: f64| Estimate { mean: constant(value), variance: Some(constant(0.0)) };
+    let test = one(&silent(1.0), &silent(1.0)).unwrap();
+    assert_eq!((test.blocks, test.probability), (0, 1.0));
+    let test = one(&silent(1.001), &silent(1.0)).unwrap();
+    assert!(test.surprise() > 100.0);
+}
+
+#[test]
+fn reports_hold_every_metric_once_and_in_order() {
+    let mut noise = Noise(7);
+    let expected = pixels(20, 18, |i| DVec3::splat(1.0 + (i % 5) as f64));
+    let (reference, image) = (noise.draw(&expected, 0.05), noise.draw(&expected, 0.1));
+    let runs = [image.clone(), noise.draw(&expected, 0.1)];
+    let full = report(&runs, &reference, &Viewing::default());
+    let names: Vec<_> = full.values.iter().map(|(name, _)| *name).collect();
+    assert_eq!(names, METRICS.map(|(name, _)| name));
+    assert!(full.values.iter().all(|(_, value)| value.is_ok()), "{:?}", full.values);
+    let get = |name: &str| full.get(name).unwrap();
+    for metric in ["mse", "relmse"] {
+        let parts = ["bias2", "variance", "reference"].map(|part| get(&format!("{metric}_{part}")));
+        assert!(close(parts.iter().sum(), get(metric)), "{metric}");
+    }
+    assert_eq!(full.map.unwrap().values.len(), 20 * 18);
+
+    // What cannot be said has a reason.
+    let blind = Estimate { variance: None, ..reference.clone() };
+    let lonely = report(&[Estimate { variance: None, ..image }], &blind, &Viewing::default());
+    for name in [
+        "relmse_bias2",
+        "relmse_variance",
+        "mse_bias2",
+        "mse_reference",
+        "z_picture",
+        "energy_standard_error",
+    ] {
+        assert!(lonely.get(name).unwrap_err().contains("variance"), "{name}");
+    }
+    assert!(lonely.get("relmse").is_ok());
+    let display = Viewing { encoding: Encoding::Srgb, ..Viewing::default() };
+    assert!(report(&runs, &reference, &display).get("flip_hdr").unwrap_err().contains("EXR"));
+    let black = Estimate { mean: expected.map(|_| DVec3::ZERO), variance: None };
+    let black = report(&runs, &black, &Viewing::default());
+    for name in ["flip_hdr", "relmse", "relmse_p999", "relmse_bias2", "energy_ratio"] {
+        assert!(black.get(name).is_err(), "{name}");
+    }
+    assert!(black.get("mse").is_ok() && black.get("smape").unwrap() == 1.0);
+}
+
+#[test]
+fn pixels_that_are_not_finite_leave_nothing_defined() {
+    let good = Noise(8).draw(&constant(1.0), 0.1);
+    for value in [f64::NAN, f64::INFINITY] {
+        let mut bad = good.clone();
+        bad.mean.values[4].z = value;
+        bad.mean.values[9].x = value;
+        for (image, reference) in [(&bad, &good), (&good, &bad)] {
+            let report = report(std::slice::from_ref(image), reference, &Viewing::default());
+            assert_eq!(report.values.len(), METRICS.len());
+            for (name, value) in &report.values {
+                assert!(value.as_ref().unwrap_err().starts_with("2 pixels"), "{name}");
+            }
+        }
+    }
+}

@@ -1,0 +1,216 @@
+//! A z-test: whether an image and a reference, both noisy, may have one and the same expectation.
+//!
+//! Means of 8x8 blocks are compared, channel by channel: z = (a - b) / sqrt(var a + var b) is a standard normal number
+//! where only noise differs. The variance of the image's block is that between runs (noise that neighbouring pixels share
+//! is then counted), else that of its variance layer with independent pixels, as is that of the reference. Of few runs
+//! the variance itself is uncertain: their t of Welch's degrees of freedom is turned into the z of the same probability.
+//! The whole picture is tested likewise; of less than [`ENOUGH`] runs its variance is that of its blocks, taken as
+//! independent, since so few pictures say little of it.
+//!
+//! It assumes about normal block means. A block in which most runs meet no light at all and few meet much is not: give it
+//! longer runs.
+
+use glam::DVec3;
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
+
+use super::pixels::{Estimate, Pixels};
+
+/// Side of a block [px]; those at the right and lower border may be smaller.
+pub const BLOCK: usize = 8;
+
+/// Runs whose whole pictures tell how these vary.
+pub const ENOUGH: usize = 8;
+
+/// Relative rounding that pictures may carry: sums of thousands of frames in f32.
+const ROUNDING: f64 = 1e-6;
+
+/// What the test finds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ZTest {
+    /// Blocks compared: those with noise or a difference in some channel.
+    pub blocks: usize,
+    /// Mean of z^2 over blocks and channels; 1 expected, with a deviation of sqrt(2 / blocks) at most.
+    pub mean_square: f64,
+    /// Largest |z| of a block.
+    pub largest: f64,
+    /// z of the whole picture, of the channel where it is farthest from 0.
+    pub picture: f64,
+    /// Probability that noise alone gives one of the three as large or larger: small where the expectations differ.
+    pub probability: f64,
+}
+
+impl ZTest {
+    /// -log10 of the probability, at most 300: above 3 noise alone does it in one of a thousand tests.
+    pub fn surprise(&self) -> f64 {
+        -self.probability.max(1e-300).log10()
+    }
+}
+
+/// Why there is no test.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NoTest {
+    /// The reference's noise is not known.
+    #[error("the reference has no variance layer")]
+    Reference,
+    /// The image's noise is not known.
+    #[error("it takes several runs of the image, or a variance layer of it")]
+    Image,
+    /// A variance is negative, infinite or no number.
+    #[error("a variance layer has values that are no variances")]
+    Variance,
+}
+
+/// Tests runs of an image, or one with a variance, against a reference with a variance.
+pub fn z_test(runs: &[Estimate], reference: &Estimate) -> Result<ZTest, NoTest> {
+    let variance_of_reference = reference.variance.as_ref().ok_or(NoTest::Reference)?;
+    let variance_of_image = match runs {
+        [run] => Some(run.variance.as_ref().ok_or(NoTest::Image)?),
+        _ => None,
+    };
+    for variance in variance_of_image.iter().copied().chain([variance_of_reference]) {
+        if !variance.values.iter().all(|value| value.is_finite() && value.min_element() >= 0.0) {
+            return Err(NoTest::Variance);
+        }
+    }
+    let (width, height) = (reference.mean.width, reference.mean.height);
+    let of_block = |block: Block| {
+        let means: Vec<DVec3> = runs.iter().map(|run| block.sum(&run.mean) / block.count()).collect();
+        let of_mean = |variance| block.sum(variance) / (block.count() * block.count());
+        Compared {
+            image: Moments::of(&means, variance_of_image.map(of_mean)),
+            reference: block.sum(&reference.mean) / block.count(),
+            reference_variance: of_mean(variance_of_reference),
+        }
+    };
+    let all: Vec<_> = Block::all(width, height).map(|block| (block, of_block(block))).collect();
+    // The part of the noise that is the image's, over all blocks: a block's own part is uncertain too.
+    let noise: DVec3 = all.iter().map(|(_, block)| block.image.variance + block.reference_variance).sum();
+    let part = all.iter().map(|(_, block)| block.image.variance).sum::<DVec3>() / noise;
+    let blocks: Vec<[Option<f64>; 3]> = all.iter().map(|(_, block)| block.z(part)).collect();
+
+    let mut whole = of_block(Block { x: 0, y: 0, width, height });
+    if (2..ENOUGH).contains(&runs.len()) {
+        let weight = |block: &Block| (block.count() / (width * height) as f64).powi(2);
+        let parts = || all.iter().map(|(block, compared)| weight(block) * compared.image.variance);
+        whole.image.variance = parts().sum();
+        let squares: DVec3 = parts().map(|part| part * part).sum();
+        whole.image.freedom *= whole.image.variance * whole.image.variance / squares;
+    }
+    let whole = whole.z(whole.image.variance / (whole.image.variance + whole.reference_variance));
+
+    let mut largest: f64 = 0.0;
+    let mut squares = [0.0; 3];
+    let mut counts = [0_usize; 3];
+    for (lane, z) in blocks.iter().flat_map(|block| block.iter().enumerate()) {
+        if let Some(z) = z {
+            largest = largest.max(z.abs());
+            squares[lane] += z * z;
+            counts[lane] += 1;
+        }
+    }
+    let tested: usize = counts.iter().sum();
+    let whole = whole.into_iter().flatten();
+    let picture = whole.fold(0.0, |largest: f64, z| if z.abs() > largest.abs() { z } else { largest });
+
+    // Each of the three may happen in any channel or block: Bonferroni, which needs no independence.
+    let tail = |z: f64| 2.0 * normal().sf(z.abs());
+    let chi = (0..3)
+        .filter(|&lane| counts[lane] > 0)
+        .map(|lane| ChiSquared::new(counts[lane] as f64).map_or(1.0, |chi| chi.sf(squares[lane])));
+    let least = [3.0 * tail(picture), tested as f64 * tail(largest), 3.0 * chi.fold(1.0, f64::min)];
+    Ok(ZTest {
+        blocks: blocks.iter().filter(|block| block.iter().any(Option::is_some)).count(),
+        mean_square: if tested == 0 { 0.0 } else { squares.iter().sum::<f64>() / tested as f64 },
+        largest,
+        picture,
+        probability: if tested == 0 { 1.0 } else { least.into_iter().fold(1.0, |p, q| p.min(3.0 * q)) },
+    })
+}
+
+/// Mean of a block over runs, variance of that mean, and the degrees of freedom of the variance.
+struct Moments {
+    mean: DVec3,
+    variance: DVec3,
+    freedom: DVec3,
+}
+
+impl Moments {
+    fn of(means: &[DVec3], known: Option<DVec3>) -> Moments {
+        let count = means.len() as f64;
+        let mean = means.iter().sum::<DVec3>() / count;
+        if let Some(variance) = known {
+            return Moments { mean, variance, freedom: DVec3::INFINITY };
+        }
+        let squares = means.iter().map(|value| (*value - mean) * (*value - mean)).sum::<DVec3>();
+        let freedom = DVec3::splat(count - 1.0);
+        Moments { mean, variance: squares / ((count - 1.0) * count), freedom }
+    }
+}
+
+/// A block of the image and that of the reference.
+struct Compared {
+    image: Moments,
+    reference: DVec3,
+    reference_variance: DVec3,
+}
+
+impl Compared {
+    /// Standard normal numbers of the differences, where there is noise or a difference; `part` of the noise's variance
+    /// is the image's.
+    fn z(&self, part: DVec3) -> [Option<f64>; 3] {
+        [0, 1, 2].map(|lane| {
+            let (image, reference) = (self.image.mean[lane], self.reference[lane]);
+            let rounding = ROUNDING * image.abs().max(reference.abs());
+            let noise = self.image.variance[lane] + self.reference_variance[lane];
+            if noise == 0.0 && (image - reference).abs() <= rounding {
+                return None;
+            }
+            let t = (image - reference) / (noise + rounding * rounding).sqrt();
+            // Welch and Satterthwaite: only the image's variance is uncertain.
+            Some(normal_of_t(t, self.image.freedom[lane] / part[lane].powi(2)))
+        })
+    }
+}
+
+/// The standard normal number with the same probability beyond it as `t` has.
+fn normal_of_t(t: f64, freedom: f64) -> f64 {
+    if !freedom.is_finite() {
+        return t;
+    }
+    let tail = StudentsT::new(0.0, 1.0, freedom).map_or(0.0, |student| student.sf(t.abs()));
+    // Beyond 37 deviations a probability is 0 in f64.
+    let z = if tail > 1e-300 { -normal().inverse_cdf(tail) } else { 37.0 };
+    z.copysign(t)
+}
+
+fn normal() -> Normal {
+    Normal::standard()
+}
+
+/// A rectangle of pixels.
+#[derive(Clone, Copy)]
+struct Block {
+    x: usize,
+    y: usize,
+    width: usize,
+    height: usize,
+}
+
+impl Block {
+    fn all(width: usize, height: usize) -> impl Iterator<Item = Block> {
+        let side = |start: usize, end: usize| BLOCK.min(end - start);
+        (0..height).step_by(BLOCK).flat_map(move |y| {
+            let row = (0..width).step_by(BLOCK);
+            row.map(move |x| Block { x, y, width: side(x, width), height: side(y, height) })
+        })
+    }
+
+    fn count(&self) -> f64 {
+        (self.width * self.height) as f64
+    }
+
+    fn sum(&self, pixels: &Pixels) -> DVec3 {
+        let row = |y: usize| &pixels.values[y * pixels.width + self.x..][..self.width];
+        (self.y..self.y + self.height).flat_map(row).sum()
+    }
+}

@@ -92,8 +92,8 @@ impl Accumulation {
         Some(bytemuck::pod_collect_to_vec(&variance.collect::<Vec<f32>>()))
     }
 
-    /// Estimated relative mean square error of the mean: variance over square, both with the mean's own noise in them.
-    /// The square of a hundredth of the picture's mean keeps dark pixels from ruling. Infinite below two frames.
+    /// Estimated relative mean square error of the mean, as `metric::relmse` defines it, with the mean in place of the
+    /// truth and its variance in place of its squared error. Infinite below two frames.
     pub fn relative_error(&self) -> f64 {
         let n = f64::from(self.shape.frames);
         if n < 2.0 {
@@ -101,7 +101,7 @@ impl Accumulation {
         }
         let count = self.squares.len() as f64;
         let whole = self.beauty().sum::<f64>() / count;
-        let floor = (0.01 * whole).powi(2).max(f64::MIN_POSITIVE);
+        let floor = (0.1 * whole).powi(2).max(f64::MIN_POSITIVE);
         let terms = self.squares.iter().zip(self.beauty()).map(|(squares, mean)| {
             let square = mean * mean;
             (squares / n - square).max(0.0) / (n - 1.0) / (square + floor)
@@ -168,7 +168,7 @@ mod tests {
         assert_eq!(sums.mean(), picture(2.0, 1.0));
         // 1, 3, 5: variance 4 of one, 4 / 3 of the mean.
         assert!((sums.variance().unwrap()[0].x - 4.0 / 3.0).abs() < 1e-6);
-        assert!((sums.relative_error() - 4.0 / 3.0 / 9.0009).abs() < 1e-6);
+        assert!((sums.relative_error() - 4.0 / 3.0 / 9.09).abs() < 1e-6);
     }
 
     #[test]

@@ -10,10 +10,11 @@ use caustics::method::progressive::PROGRESSIVE;
 use caustics::method::settings::Settings;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::gather::variant::{PHOTONS_GRID, POINTS_RT};
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_tests::blocks::Blocks;
 use caustics_tests::direct::mean_and_error;
+use caustics_tests::gpu::gpu;
 use caustics_tests::scenes::*;
 use caustics_tests::statistics::Mean;
 use glam::{DVec3, Vec3};
@@ -115,6 +116,71 @@ fn smooth_ball_of_32_segments_is_the_reference() {
     agrees("smooth ball", &b.build(), 4000, 400, 60_000);
 }
 
+/// Without a size lights are found by connections and light paths only, so `progressive` is the truth; OurBasic at two
+/// radii, extrapolated to none (the loss at borders is in proportion to the radius), must come to the same whatever is
+/// specular: at 0.1 the path tracer finds what at 0.4 light paths bring.
+#[test]
+#[ignore = "thousands of frames: a minute on two cores"]
+fn room_of_point_lights_is_its_long_progressive_render() {
+    let mut b = Builder::default();
+    let wall = b.material(lambert(0.5));
+    let (metal, glass) = (b.material(metal(0.9, 0.3)), b.material(glass(1.5)));
+    b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+    b.sphere(glass, DVec3::new(-0.4, -0.6, -0.2), 0.35, 64, 32);
+    b.block(metal, DVec3::new(0.2, -0.95, -0.6), DVec3::new(0.7, -0.2, -0.1), false);
+    b.light(DVec3::new(0.1, 0.8, 0.0), 1.0);
+    b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.3, 0.0), 1.0);
+    let scene = b.build();
+    let render = |seed, threshold, radius_px, method, frames| {
+        let settings = Settings { light_paths: 40_000, radius_px, ..settings(seed, threshold) };
+        Blocks::render(&CPU, &scene, &settings, method, &PHOTONS_GRID, frames)
+    };
+    let truth = render(1, 0.25, 0.3, &PROGRESSIVE, 2000);
+    for (seed, threshold) in [(2, 0.1), (3, 0.25), (4, 0.4)] {
+        let half = render(10 + seed, threshold, 0.5, &BASIC, 600);
+        let quarter = render(20 + seed, threshold, 0.25, &BASIC, 600);
+        let extrapolated = half.frames.iter().zip(&quarter.frames).map(|(half, quarter)| {
+            half.iter().zip(quarter).map(|(half, quarter)| 2.0 * quarter - half).collect()
+        });
+        let basic = Blocks { frames: extrapolated.collect(), caustic_share: quarter.caustic_share };
+        let scores = basic.scores(&truth);
+        println!("point lights, threshold {threshold}: caustic share {:.3}, {scores:?}", basic.caustic_share);
+        assert!(scores.ratio_error < 0.01 && basic.caustic_share > 0.02);
+        assert_eq!(scores.fault(), None, "threshold {threshold}");
+    }
+}
+
+/// The same rule where a GPU does both sides.
+#[test]
+#[ignore = "a thousand frames on the GPU: minutes on lavapipe"]
+fn split_is_the_reference_on_the_gpu() {
+    let Some(gpu) = gpu() else { return };
+    let scene = mixed_room_of_area_lights();
+    for &hardware in gpu.tracers() {
+        let variant = if hardware { &POINTS_RT } else { &PHOTONS_GRID };
+        let choice = gpu.choice(hardware);
+        let settings = |seed| Settings { width: 32, height: 24, light_paths: 15_000, ..settings(seed, 0.25) };
+        let truth = Blocks::render(&choice, &scene, &settings(1), &PATH, variant, 1500);
+        let split = Blocks::render(&choice, &scene, &settings(2), &PROGRESSIVE, variant, 300);
+        let scores = split.scores(&truth);
+        println!("on {}, {}: {scores:?}", gpu.info.name, variant.name);
+        assert!(scores.ratio_error < 0.02 && split.caustic_share > 0.02);
+        assert_eq!(scores.fault(), None);
+    }
+}
+
+/// Glass, a mirror, a glossy plate and a coat under one large lamp.
+fn mixed_room_of_area_lights() -> Scene {
+    let mut b = room(0.5);
+    let (ball, block) = (b.material(glass(1.5)), b.material(coated(0.6, 0.4)));
+    let (mirror, plate) = (b.material(metal(0.9, 0.0)), b.material(metal(0.9, 0.2)));
+    b.sphere(ball, DVec3::new(-0.4, -0.6, 0.0), 0.35, 64, 32);
+    b.block(block, DVec3::new(0.2, -0.95, -0.3), DVec3::new(0.6, -0.5, 0.1), false);
+    b.panel(mirror, DVec3::new(0.0, 0.0, -0.95), 0.6 * DVec3::X, 0.6 * DVec3::Y);
+    b.panel(plate, DVec3::new(-0.95, 0.0, 0.0), 0.5 * DVec3::NEG_Z, 0.5 * DVec3::Y);
+    b.build()
+}
+
 /// Renders 16 frames at a time until the mean's standard error is below `error` of it.
 fn mean_to(
     error: f64,
@@ -152,8 +218,8 @@ fn mean_to(
 fn a_mirror_of_any_roughness_is_the_reference() {
     let mut ratios = Vec::new();
     let mut casts = 0;
-    for step in 0..=50 {
-        let roughness = f32::from(step as u8) * 0.02;
+    for step in 0..=50_u8 {
+        let roughness = f32::from(step) * 0.02;
         let mut b = Builder::default();
         let wall = b.material(lambert(0.5));
         let panel = b.material(metal(0.9, roughness));
@@ -170,7 +236,7 @@ fn a_mirror_of_any_roughness_is_the_reference() {
             height: 24,
             light_paths: 20_000,
             pixel_filter: PIXEL_FILTER_BOX,
-            seed: 2 * step + seed,
+            seed: 2 * u32::from(step) + seed,
             ..Settings::default()
         };
         let (split, share) = mean_to(0.0018, &scene, &settings(0), &BASIC);

@@ -2,6 +2,7 @@
 
 use caustics::method::basic;
 use caustics::method::basic::BASIC;
+use caustics::method::path::PATH;
 use caustics::method::settings::Settings;
 use caustics::session::{RunnerChoice, Session};
 use caustics_kernels::gather::accumulator::WORDS;
@@ -57,6 +58,25 @@ fn image_means_agree_within_three_sigma() {
                 assert!(cpu.value > 0.0 && cpu.agrees(&gpu, 3.0), "{layer}: {sigmas} sigma");
             }
         }
+    }
+}
+
+/// The reference traces whole paths, 0.2 % of which may diverge; the others bring the same light.
+#[test]
+fn references_agree() {
+    let Some(gpu) = gpu() else { return };
+    for &hardware in gpu.tracers() {
+        let scene = load("glossy-room");
+        let mut twin = Twin::open(&gpu, hardware, &scene, &settings());
+        twin.run(&(PATH.steps)(&variant::PHOTONS_GRID, twin.params));
+        let (cpu, gpu_rows) = twin.rows::<f32>("path_radiance");
+        assert!(cpu.iter().filter(|value| **value > 0.0).count() > cpu.len() / 2);
+        let reason = "the rule for twins: 0.2 % of the paths may diverge";
+        let tolerance = Tolerance::relative(1.0e-3, 0.0, reason).except(2.0e-3, reason);
+        let mut table =
+            Table::new(&format!("reference, CPU against {} (hardware {hardware})", gpu.info.name));
+        table.add("reference", [floats("path_radiance", 3, &cpu, &gpu_rows, tolerance)]);
+        table.finish();
     }
 }
 

@@ -1,5 +1,6 @@
 //! Comparers of what two runners computed, each with a test in which it must fail, and what the tests share.
 
+pub mod chi_square;
 pub mod compare;
 pub mod direct;
 pub mod fields;

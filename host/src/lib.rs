@@ -4,6 +4,7 @@
 //! CPU or, through `vulkan`, on a GPU, `session` ties them together, `output` writes the picture. See ARCHITECTURE.md.
 
 pub mod counters;
+pub mod energy;
 pub mod kernels;
 pub mod method;
 pub mod output;

@@ -3,6 +3,7 @@
 //! A material is up to four lobes, weighted as glTF does: metal; a coat over a Lambertian base; glass. All rough
 //! reflections share their facets. Local directions have the shading normal as z and point away from the surface.
 
+pub mod albedo;
 pub mod class;
 pub mod coat;
 pub mod fresnel;
@@ -206,6 +207,12 @@ impl Surface {
             pdf += self.chances.lambert * lambert::pdf(direction);
         }
         Evaluated { f, pdf_solid_angle: pdf }
+    }
+
+    /// Estimate of the share of flux that all lobes of all classes scatter, apart from `sample`; `u` is uniform.
+    #[inline(always)]
+    pub fn albedo(&self, u: Vec4) -> Vec3 {
+        albedo::albedo(&self.material, self.to_origin, self.eta, u.x, u.y)
     }
 
     /// Share of glass among what the material is.

@@ -3,10 +3,12 @@
 pub mod chi_square;
 pub mod compare;
 pub mod direct;
+pub mod energy;
 pub mod fields;
 pub mod gpu;
 pub mod lobes;
 pub mod matching;
+pub mod quadrature;
 pub mod rays;
 pub mod scenes;
 pub mod statistics;

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use caustics::counters::Counters;
+use caustics::energy::Energy;
 use caustics::kernels;
 use caustics::method::settings::Settings;
 use caustics::output::target::Target;
@@ -51,6 +52,8 @@ pub fn run(options: Box<Render>) -> anyhow::Result<ExitCode> {
         NeedsName::Scene => scene.needs(settings.specular_roughness),
         NeedsName::All => Needs::ALL,
     };
+    // Only who asks for figures pays for the energy ledger.
+    let needs = if options.json { needs | Needs::LEDGER } else { needs };
     let mut session = Session::new(&choice, &scene, camera, &settings, variant, needs)?;
     eprintln!("{}: {} ({reason}), gather {}", scene.name, session.device(), variant.name);
 
@@ -63,7 +66,7 @@ pub fn run(options: Box<Render>) -> anyhow::Result<ExitCode> {
     for frame in 0..options.frames {
         let start = Instant::now();
         let times = session.frame(frame)?;
-        report.add(&times, start.elapsed(), &session.counters()?);
+        report.add(&times, start.elapsed(), &session.counters()?, session.energy()?);
         average.add(session.picture()?);
         bar.inc(1);
         if interrupted.load(Ordering::SeqCst) {
@@ -115,6 +118,7 @@ pub fn run(options: Box<Render>) -> anyhow::Result<ExitCode> {
             "seed": settings.seed, "needs": needs_names(needs), "triangles": scene.triangles.len(),
             "commit": env!("CAUSTICS_COMMIT"), "kernels": kernels::SOURCES,
             "frame_ms": report.frame_ms(), "pass_ms": pass_ms, "rates": rates, "counters": report.counters,
+            "energy": report.energy.times(1.0 / f64::from(report.frames.max(1))),
             "seconds": report.wall.as_secs_f64(),
         });
         println!("{}", serde_json::to_string_pretty(&out)?);
@@ -232,16 +236,18 @@ struct Report {
     wall: Duration,
     passes: BTreeMap<String, Duration>,
     counters: Counters,
+    energy: Energy,
 }
 
 impl Report {
-    fn add(&mut self, times: &[StepTime], wall: Duration, counters: &Counters) {
+    fn add(&mut self, times: &[StepTime], wall: Duration, counters: &Counters, energy: Energy) {
         self.frames += 1;
         self.wall += wall;
         for step in times {
             *self.passes.entry(step.pass.clone()).or_default() += step.time;
         }
         self.counters.add(counters);
+        self.energy = self.energy.plus(energy);
     }
 
     fn frame_ms(&self) -> f64 {

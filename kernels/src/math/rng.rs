@@ -3,7 +3,7 @@
 
 use spirv_std::glam::{UVec4, Vec4};
 
-/// Separates the numbers of camera paths from those of light paths.
+/// Separates the numbers of camera paths, of light paths, and of what is estimated beside them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Stream {
@@ -11,6 +11,8 @@ pub enum Stream {
     Camera = 0x3c6e_f372,
     /// Paths from the lights.
     Light = 0xa54f_f53a,
+    /// Estimates of the energy ledger, which must not disturb the others.
+    Ledger = 0x510e_527f,
 }
 
 /// The random numbers of one path.

@@ -35,6 +35,8 @@ pub struct Departure {
     pub media: MediaStack,
     /// Whether the stack of media overflowed here.
     pub media_overflow: bool,
+    /// Weight that was lost: the direction was on the wrong side of the face.
+    pub lost: Vec3,
 }
 
 impl Site {
@@ -100,7 +102,9 @@ impl Site {
         let direction =
             if sampled.straight { -vertex.to_origin } else { self.frame.to_world(sampled.direction) };
         let above = direction.dot(vertex.face_normal) > 0.0;
+        let mut lost = Vec3::ZERO;
         if above == sampled.transmitted {
+            lost = sampled.weight;
             sampled.weight = Vec3::ZERO;
         }
         let mut media = self.media;
@@ -109,6 +113,6 @@ impl Site {
             (media, media_overflow) = self.behind();
         }
         let origin = offset::leave(vertex.position, vertex.face_normal, direction, vertex.clearance);
-        Departure { ray: Ray::endless(origin, direction), sampled, media, media_overflow }
+        Departure { ray: Ray::endless(origin, direction), sampled, media, media_overflow, lost }
     }
 }

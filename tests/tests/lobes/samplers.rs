@@ -16,7 +16,7 @@ const CELLS: SphereCells = SphereCells { rows: 48, columns: 24 };
 const SAMPLES: u32 = 200_000;
 
 /// Name, material, index before over index behind.
-fn cases() -> Vec<(&'static str, Material, f32)> {
+pub fn cases() -> Vec<(&'static str, Material, f32)> {
     let rough = |roughness, ior| Material { roughness, ..glass(ior) };
     let tinted = Vec3::new(0.9, 0.5, 0.2);
     vec![

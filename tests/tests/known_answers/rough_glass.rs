@@ -95,3 +95,35 @@ fn point_light_behind_rough_glass_is_connected_to_and_absorbed() {
     let beer = (-2.0 * square.sqrt()).exp();
     assert!((absorbed / clear / beer - 1.0).abs() < 1e-3, "{} {beer}", absorbed / clear);
 }
+
+/// Whether the reflection of rough glass is specular decides who computes its light, not how much there is: the mean
+/// of a room's picture is the same with the threshold below and above its roughness. 0.5 % is for what discs lose at
+/// borders, which lie elsewhere.
+#[test]
+fn the_class_of_rough_glass_moves_light_between_layers_only() {
+    let mut b = Builder::default();
+    let wall = b.material(lambert(0.6));
+    let frosted = b.material(Material { roughness: 0.3, ..glass(1.7) });
+    let mirror = b.material(metal(0.9, 0.0));
+    let lamp = b.material(emitter(10.0));
+    b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+    b.block(frosted, DVec3::new(-0.7, -0.9, -0.7), DVec3::new(0.5, -0.6, 0.5), false);
+    b.panel(mirror, DVec3::new(0.9, 0.0, 0.0), 0.4 * DVec3::Z, DVec3::new(-0.2, 0.4, 0.0));
+    b.panel(lamp, DVec3::new(0.0, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
+    b.camera(DVec3::new(0.0, 0.3, 0.95), DVec3::new(0.0, -0.6, 0.0), 1.0);
+    let scene = b.build();
+    let means = |specular_roughness: f32| {
+        let settings =
+            Settings { specular_roughness, radius_px: 0.5, max_bounces: 6, ..settings(64, 48, 100_000) };
+        let frames = render(&scene, &settings, "photons-grid", None, 0, 24);
+        let caustics: Vec<f64> = frames.iter().map(|(p, _)| mean_of(&p.caustics)).collect();
+        let path: Vec<f64> = frames.iter().map(|(p, _)| mean_of(&p.path)).collect();
+        let sum: Vec<f64> = caustics.iter().zip(&path).map(|(a, b)| a + b).collect();
+        (mean_and_error(&sum), mean_and_error(&caustics).0)
+    };
+    let ((below, below_error), below_caustics) = means(0.2);
+    let ((above, above_error), above_caustics) = means(0.4);
+    println!("caustics {below_caustics:.5} and {above_caustics:.5}");
+    assert!((above_caustics / below_caustics - 1.0).abs() > 0.02, "the test has lost its subject");
+    near("rough glass by class", (below, below_error.hypot(above_error)), above, 5e-3 * above);
+}

@@ -6,6 +6,7 @@
 pub mod accumulation;
 pub mod checkpoint;
 pub mod counters;
+pub mod energy;
 pub mod image;
 pub mod kernels;
 pub mod method;

@@ -10,6 +10,7 @@ use caustics_kernels::interface::point::PointGeometry;
 use glam::Vec3;
 
 use crate::counters::Counters;
+use crate::energy::Energy;
 use crate::kernels;
 use crate::method::settings::Settings;
 use crate::method::{BufferSpec, Method, basic};
@@ -150,6 +151,12 @@ impl Session {
     pub fn counters(&mut self) -> anyhow::Result<Counters> {
         let words: Vec<u32> = self.read("counters")?;
         Ok(Counters::from_words(&words))
+    }
+
+    /// Energy ledger of the last frame; all zero unless the session's needs have `LEDGER`.
+    pub fn energy(&mut self) -> anyhow::Result<Energy> {
+        let words: Vec<u32> = self.read("counters")?;
+        Ok(Energy::from_words(&words, self.params.quantum))
     }
 
     /// Display colours in [0, 1] of a picture (of an average, say).

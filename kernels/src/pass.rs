@@ -5,6 +5,7 @@ pub mod collect;
 pub mod display;
 pub mod gather_photons;
 pub mod grid;
+pub mod ledger;
 pub mod reference;
 pub mod resolve;
 pub mod shoot;

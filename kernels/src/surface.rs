@@ -1,8 +1,9 @@
 //! Scattering at a surface: one lobe a file, and their mixture at a vertex. Imports `interface` and `math`.
 //!
-//! A material is up to four lobes, weighted as glTF does: metal; a coat over a Lambertian base; glass. Local
-//! directions have the shading normal as z and point away from the surface.
+//! A material is up to four lobes, weighted as glTF does: metal; a coat over a Lambertian base; glass. All rough
+//! reflections share their facets. Local directions have the shading normal as z and point away from the surface.
 
+pub mod albedo;
 pub mod class;
 pub mod coat;
 pub mod fresnel;
@@ -11,6 +12,7 @@ pub mod glass;
 pub mod lambert;
 pub mod media;
 pub mod metal;
+pub mod rough_glass;
 pub mod scatter;
 pub mod vertex;
 
@@ -26,6 +28,10 @@ pub struct Surface {
     material: Material,
     /// Unit local direction to where the path came from, z > 0.
     to_origin: Vec3,
+    /// Index on the path's side over index behind.
+    pub eta: f32,
+    /// Whether the glass has facets.
+    rough_glass: bool,
     needs: Needs,
     chances: Chances,
     reflection_class: Classes,
@@ -37,7 +43,10 @@ struct Chances {
     metal: f32,
     coat: f32,
     lambert: f32,
+    /// Smooth glass, or what rough glass transmits.
     glass: f32,
+    /// What rough glass reflects.
+    gloss: f32,
 }
 
 /// The non-delta lobes of one class towards one direction.
@@ -86,7 +95,7 @@ impl Surface {
         let cos = to_origin.z;
 
         // Weigh each lobe by what it is about to scatter.
-        let mut chances = Chances { metal: 0.0, coat: 0.0, lambert: 0.0, glass: 0.0 };
+        let mut chances = Chances { metal: 0.0, coat: 0.0, lambert: 0.0, glass: 0.0, gloss: 0.0 };
         if needs.has(Needs::METAL | Needs::MIRROR) && classes.has(reflection_class) {
             chances.metal = material.metallic * mean(fresnel::schlick(material.base_color, cos));
         }
@@ -103,31 +112,47 @@ impl Surface {
                 dielectric * (1.0 - material.transmission) * under_coat * mean(material.base_color);
         }
         let mut glass = GlassInterface { eta, reflectance: 0.0 };
-        if needs.has(Needs::GLASS) && classes.has(Classes::SPECULAR) {
+        let rough_glass = needs.has(Needs::ROUGH_GLASS) && rough_glass::is_rough(&material, eta);
+        if rough_glass {
+            let share = dielectric * material.transmission;
+            let reflected = rough_glass::reflection_chance(&material, cos, eta);
+            if classes.has(reflection_class) {
+                chances.gloss = share * reflected;
+            }
+            if classes.has(Classes::SPECULAR) {
+                chances.glass = share * (1.0 - reflected) * mean(material.base_color);
+            }
+        } else if needs.has(Needs::GLASS) && classes.has(Classes::SPECULAR) {
             glass.reflectance = glass::reflectance(&material, cos, eta);
             let passed = (1.0 - glass.reflectance) * mean(material.base_color);
             chances.glass = dielectric * material.transmission * (glass.reflectance + passed);
         }
-        let sum = chances.metal + chances.coat + chances.lambert + chances.glass;
+        let sum = chances.metal + chances.coat + chances.lambert + chances.glass + chances.gloss;
         let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
         chances.metal *= scale;
         chances.coat *= scale;
         chances.lambert *= scale;
         chances.glass *= scale;
-        (Surface { material, to_origin, needs, chances, reflection_class }, glass)
+        chances.gloss *= scale;
+        (Surface { material, to_origin, eta, rough_glass, needs, chances, reflection_class }, glass)
     }
 
     /// Whether any lobe scatters.
     #[inline]
     pub fn scatters(&self) -> bool {
-        self.chances.metal + self.chances.coat + self.chances.lambert + self.chances.glass > 0.0
+        self.reflections() + self.chances.lambert + self.chances.glass > 0.0
+    }
+
+    /// Chance of all reflections but Lambert's and smooth glass's.
+    #[inline]
+    fn reflections(&self) -> f32 {
+        self.chances.metal + self.chances.coat + self.chances.gloss
     }
 
     /// Chance that `sample` takes a lobe of this class.
     #[inline]
     pub fn class_chance(&self, class: Classes) -> f32 {
-        let reflections = self.chances.metal + self.chances.coat;
-        let mut chance = if class.has(self.reflection_class) { reflections } else { 0.0 };
+        let mut chance = if class.has(self.reflection_class) { self.reflections() } else { 0.0 };
         if class.has(Classes::NON_SPECULAR) {
             chance += self.chances.lambert;
         }
@@ -137,19 +162,25 @@ impl Surface {
         chance
     }
 
-    /// The non-delta lobes of `class` towards a local direction on the same side.
+    /// The non-delta lobes of `class` towards a local direction; f is that of flux, also where it passes (z < 0).
     #[inline(always)]
     pub fn eval(&self, direction: Vec3, class: Classes) -> Evaluated {
         let mut f = Vec3::ZERO;
         let mut pdf = 0.0;
         if direction.z <= 0.0 {
+            if self.rough_glass && direction.z < 0.0 && class.has(Classes::SPECULAR) {
+                let (passed, density) =
+                    rough_glass::eval(&self.material, self.to_origin, direction, self.eta);
+                f = self.material.base_color * (self.glass_share() * passed);
+                pdf = self.chances.glass * density;
+            }
             return Evaluated { f, pdf_solid_angle: pdf };
         }
         let half = (self.to_origin + direction).normalize();
         let cos_half = self.to_origin.dot(half);
         let opaque = (1.0 - self.material.metallic) * (1.0 - self.material.transmission);
         let rough = self.material.roughness >= ggx::DELTA_ROUGHNESS && class.has(self.reflection_class);
-        if self.needs.has(Needs::METAL | Needs::COAT) && rough {
+        if self.needs.has(Needs::METAL | Needs::COAT | Needs::ROUGH_GLASS) && rough {
             let alpha = ggx::alpha(self.material.roughness);
             let facets = ggx::eval(self.to_origin, direction, half, alpha);
             let reflected = ggx::visible_pdf(self.to_origin, half, alpha);
@@ -160,6 +191,11 @@ impl Surface {
             if self.needs.has(Needs::COAT) {
                 f += Vec3::splat(opaque * coat::eval(&self.material, facets, cos_half));
                 pdf += self.chances.coat * reflected;
+            }
+            if self.rough_glass {
+                let share = self.glass_share() * glass::reflectance(&self.material, cos_half, self.eta);
+                f += Vec3::splat(share * facets);
+                pdf += self.chances.gloss * reflected;
             }
         }
         if class.has(Classes::NON_SPECULAR) {
@@ -173,14 +209,24 @@ impl Surface {
         Evaluated { f, pdf_solid_angle: pdf }
     }
 
+    /// Estimate of the share of flux that all lobes of all classes scatter, apart from `sample`; `u` is uniform.
+    #[inline(always)]
+    pub fn albedo(&self, u: Vec4) -> Vec3 {
+        albedo::albedo(&self.material, self.to_origin, self.eta, u.x, u.y)
+    }
+
+    /// Share of glass among what the material is.
+    #[inline]
+    fn glass_share(&self) -> f32 {
+        (1.0 - self.material.metallic) * self.material.transmission
+    }
+
     /// Samples one lobe; `u` = (choice of lobe, two for its direction, one for glass).
     #[inline(always)]
     pub fn sample(&self, glass: GlassInterface, u: Vec4) -> Sampled {
-        let reflections = self.chances.metal + self.chances.coat;
-        if self.needs.has(Needs::GLASS)
-            && u.x >= reflections + self.chances.lambert
-            && self.chances.glass > 0.0
-        {
+        let reflections = self.reflections();
+        let into_glass = u.x >= reflections + self.chances.lambert && self.chances.glass > 0.0;
+        if self.needs.has(Needs::GLASS) && into_glass && !self.rough_glass {
             return glass::sample(&self.material, self.to_origin, glass, self.chances.glass, u.w);
         }
 
@@ -213,24 +259,29 @@ impl Surface {
         let mut class = Classes::NON_SPECULAR;
         let mut roughness = 1.0;
         let mut direction = lambert::sample(u.y, u.z);
-        if self.needs.has(Needs::METAL | Needs::COAT) && reflect {
+        let transmitted = self.rough_glass && into_glass;
+        if transmitted {
+            class = Classes::SPECULAR;
+            roughness = self.material.roughness;
+            direction = rough_glass::sample(&self.material, self.to_origin, self.eta, u.y, u.z);
+        } else if self.needs.has(Needs::METAL | Needs::COAT | Needs::ROUGH_GLASS) && reflect {
             class = self.reflection_class;
             roughness = self.material.roughness;
             direction = ggx::sample(self.to_origin, ggx::alpha(roughness), u.y, u.z);
         }
         let evaluated = self.eval(direction, class);
         let mut weight = Vec3::ZERO;
-        if evaluated.pdf_solid_angle > 0.0 {
-            weight = evaluated.f * (direction.z / evaluated.pdf_solid_angle);
+        if evaluated.pdf_solid_angle > 0.0 && transmitted == (direction.z < 0.0) {
+            weight = evaluated.f * (direction.z.abs() / evaluated.pdf_solid_angle);
         }
         Sampled {
             direction,
             weight,
             pdf_solid_angle: evaluated.pdf_solid_angle,
             class,
-            transmitted: false,
+            transmitted,
             straight: false,
-            eta: 1.0,
+            eta: if transmitted { self.eta } else { 1.0 },
             roughness,
         }
     }

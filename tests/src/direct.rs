@@ -78,13 +78,19 @@ impl Emit for Beam {
 }
 
 /// Counts in plain memory.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Tally(pub [u32; COUNTER_COUNT]);
+
+impl Default for Tally {
+    fn default() -> Self {
+        Tally([0; COUNTER_COUNT])
+    }
+}
 
 impl Atomics for Tally {
     fn add(&mut self, index: u32, value: u32) -> u32 {
         let before = self.0[index as usize];
-        self.0[index as usize] += value;
+        self.0[index as usize] = before.wrapping_add(value);
         before
     }
 }

@@ -1,12 +1,15 @@
 //! Comparers of what two runners computed, each with a test in which it must fail, and what the tests share.
 
 pub mod blocks;
+pub mod chi_square;
 pub mod compare;
 pub mod direct;
+pub mod energy;
 pub mod fields;
 pub mod gpu;
 pub mod lobes;
 pub mod matching;
+pub mod quadrature;
 pub mod rays;
 pub mod scenes;
 pub mod statistics;

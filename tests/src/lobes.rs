@@ -34,6 +34,9 @@ fn materials() -> Vec<(&'static str, Material)> {
         ("thin glass", Material { flags: FLAG_THIN, ..glass }),
         ("absorbing glass", Material { absorption: Vec3::new(0.1, 2.0, 5.0), ..glass }),
         ("half glass", Material { transmission: 0.5, roughness: 0.2, ..glass }),
+        ("rough glass", Material { roughness: 0.25, ior: 1.33, ..glass }),
+        ("rougher glass", Material { roughness: 0.6, ior: 1.8, ..glass }),
+        ("rough thin glass", Material { roughness: 0.4, flags: FLAG_THIN, ..glass }),
         ("light", Material { emission: Vec3::new(9.0, 8.0, 7.0), flags: FLAG_EMIT_BOTH_SIDES, ..BASE }),
     ]
 }
@@ -55,7 +58,7 @@ pub fn scene() -> Scene {
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
         add(corners, [normal; 3], material);
     };
-    let (x, z) = (4.0, 2.0);
+    let (x, z) = (5.0, 2.0);
     let floor = [Vec3::new(-x, 0.0, -z), Vec3::new(-x, 0.0, z), Vec3::new(x, 0.0, z), Vec3::new(x, 0.0, -z)];
     flat([floor[0], floor[1], floor[2]], 0);
     flat([floor[0], floor[2], floor[3]], 0);
@@ -105,7 +108,8 @@ mod tests {
     #[test]
     fn the_scene_needs_everything() {
         let scene = scene();
-        assert_eq!(scene.needs(0.25), Needs::ALL);
+        let all = Needs((Needs::ROUGH_GLASS.0 << 1) - 1);
+        assert_eq!(scene.needs(0.25), all);
         assert_eq!(scene.dropped_triangles, 0);
     }
 

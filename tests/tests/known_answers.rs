@@ -13,6 +13,8 @@ mod glass;
 mod mirror;
 #[path = "known_answers/rooms.rs"]
 mod rooms;
+#[path = "known_answers/rough_glass.rs"]
+mod rough_glass;
 
 use caustics::method::settings::Settings;
 use caustics_tests::scenes::*;

@@ -226,9 +226,9 @@ fn a_mirror_of_any_roughness_is_the_reference() {
         let lamp = b.material(emitter(10.0));
         b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
         b.panel(panel, DVec3::new(0.0, 0.0, -0.95), 0.8 * DVec3::X, 0.8 * DVec3::Y);
-        let (centre, target) = (DVec3::new(0.0, 0.75, 0.0), DVec3::new(0.0, -0.1, -0.95));
+        let (centre, target) = (DVec3::new(0.0, 0.65, 0.2), DVec3::new(0.0, -0.1, -0.95));
         let up = (target - centre).normalize().cross(DVec3::X);
-        b.panel(lamp, centre, 0.3 * DVec3::X, 0.2 * up);
+        b.panel(lamp, centre, 0.6 * DVec3::X, 0.4 * up);
         b.camera(DVec3::new(0.0, -0.3, -0.7), DVec3::new(0.0, -0.35, 1.0), 0.6);
         let scene = b.build();
         let settings = |seed| Settings {

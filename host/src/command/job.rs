@@ -126,7 +126,7 @@ impl Job {
             let start = Instant::now();
             let frame = sums.frames();
             let times = session.frame(frame)?;
-            report.add(&times, start.elapsed(), &session.counters()?);
+            report.add(&times, start.elapsed(), &session.counters()?, session.energy()?);
             sums.add(&session.picture()?);
             if saved.elapsed() >= every {
                 checkpoint::save(&checkpoint, &identity, &sums, before + report.wall)?;
@@ -188,7 +188,7 @@ impl Job {
                 "seed": settings.seed, "needs": needs_names(needs), "triangles": scene.triangles.len(),
                 "commit": env!("CAUSTICS_COMMIT"), "kernels": kernels::SOURCES,
                 "frame_ms": report.frame_ms(), "pass_ms": report.pass_ms(), "rates": rates,
-                "counters": report.counters, "seconds": seconds,
+                "counters": report.counters, "energy": report.energy(), "seconds": seconds,
                 "estimated_relmse": relative_error.is_finite().then_some(relative_error),
             });
             println!("{}", serde_json::to_string_pretty(&out)?);

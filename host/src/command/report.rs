@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use caustics::counters::Counters;
+use caustics::energy::Energy;
 use caustics::runner::StepTime;
 use caustics_kernels::interface::counters::Counter;
 
@@ -16,22 +17,29 @@ pub struct Report {
     passes: BTreeMap<String, Duration>,
     /// What the kernels counted.
     pub counters: Counters,
+    energy: Energy,
 }
 
 impl Report {
     /// Adds a frame.
-    pub fn add(&mut self, times: &[StepTime], wall: Duration, counters: &Counters) {
+    pub fn add(&mut self, times: &[StepTime], wall: Duration, counters: &Counters, energy: Energy) {
         self.frames += 1;
         self.wall += wall;
         for step in times {
             *self.passes.entry(step.pass.clone()).or_default() += step.time;
         }
         self.counters.add(counters);
+        self.energy = self.energy.plus(energy);
     }
 
     /// Mean time of a frame [ms].
     pub fn frame_ms(&self) -> f64 {
         self.wall.as_secs_f64() * 1e3 / f64::from(self.frames.max(1))
+    }
+
+    /// Mean energy ledger of a frame [W].
+    pub fn energy(&self) -> Energy {
+        self.energy.times(1.0 / f64::from(self.frames.max(1)))
     }
 
     /// Mean time of each pass in a frame [ms].

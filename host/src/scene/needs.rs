@@ -43,12 +43,13 @@ fn of_material(material: &Material, specular_roughness: f32) -> Needs {
         (metal && material.roughness < DELTA_ROUGHNESS, Needs::MIRROR),
         (coat, Needs::COAT),
         (glass, Needs::GLASS),
+        (glass && material.roughness >= DELTA_ROUGHNESS, Needs::ROUGH_GLASS),
         (
             glass && material.flags & FLAG_THIN == 0 && material.absorption.max_element() > 0.0,
             Needs::ABSORPTION,
         ),
         (glass || (reflects && is_specular), Needs::CASTERS),
-        (diffuse || (reflects && !is_specular), Needs::RECEIVERS),
+        (diffuse || ((reflects || glass) && !is_specular), Needs::RECEIVERS),
     ];
     bits.into_iter().filter(|&(set, _)| set).fold(Needs(0), |all, (_, need)| all | need)
 }
@@ -63,7 +64,9 @@ mod tests {
         let coated = Material { specular: 1.0, roughness: 0.2, ..lambert };
         let mirror = Material { metallic: 1.0, roughness: 0.0, ..lambert };
         let rough_metal = Material { roughness: 0.5, ..mirror };
-        let glass = Material { transmission: 1.0, specular: 1.0, absorption: Vec3::X, ..lambert };
+        let absorption = Vec3::X;
+        let glass = Material { transmission: 1.0, specular: 1.0, roughness: 0.0, absorption, ..lambert };
+        let frosted = Needs::GLASS | Needs::ROUGH_GLASS | Needs::ABSORPTION | Needs::CASTERS;
         let cases = [
             (lambert, Needs::RECEIVERS),
             (coated, Needs::COAT | Needs::RECEIVERS | Needs::CASTERS),
@@ -72,6 +75,8 @@ mod tests {
             (rough_metal, Needs::METAL | Needs::RECEIVERS),
             (glass, Needs::GLASS | Needs::ABSORPTION | Needs::CASTERS),
             (Material { flags: FLAG_THIN, ..glass }, Needs::GLASS | Needs::CASTERS),
+            (Material { roughness: 0.2, ..glass }, frosted),
+            (Material { roughness: 0.3, ..glass }, frosted | Needs::RECEIVERS),
         ];
         for (material, needs) in cases {
             assert_eq!(of_material(&material, 0.25), needs, "{material:?}");

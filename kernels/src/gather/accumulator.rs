@@ -37,6 +37,28 @@ impl Quanta {
         Quanta { low, high }
     }
 
+    /// The same with a sign, as two's complement.
+    #[inline]
+    pub fn from_signed(value: f32, inverse_quantum: f32) -> Self {
+        let magnitude = Quanta::from_f32(value.abs(), inverse_quantum);
+        if value >= 0.0 {
+            return magnitude;
+        }
+        let carry = if magnitude.low == 0 { 1 } else { 0 };
+        Quanta { low: (!magnitude.low).wrapping_add(1), high: (!magnitude.high).wrapping_add(carry) }
+    }
+
+    /// Adds to the two words at `first`; any number of invocations may do so at once.
+    #[inline]
+    pub fn add_to<A: Atomics>(self, words: &mut A, first: u32) {
+        let before = words.add(first, self.low);
+        let carry = if before.wrapping_add(self.low) < before { 1 } else { 0 };
+        let high = self.high.wrapping_add(carry);
+        if high != 0 {
+            words.add(first + 1, high);
+        }
+    }
+
     /// The value [unit of `quantum`].
     #[inline]
     pub fn to_f32(self, quantum: f32) -> f32 {
@@ -102,9 +124,9 @@ impl Sum {
     #[inline]
     pub fn add_to<A: Atomics>(self, words: &mut A, point: u32) {
         let first = point * WORDS;
-        add_quanta(words, first, self.red);
-        add_quanta(words, first + 2, self.green);
-        add_quanta(words, first + 4, self.blue);
+        self.red.add_to(words, first);
+        self.green.add_to(words, first + 2);
+        self.blue.add_to(words, first + 4);
         words.add(first + 6, self.count);
     }
 
@@ -114,16 +136,6 @@ impl Sum {
         let first = (point * WORDS) as usize;
         let channel = |i: usize| Quanta { low: words[first + i], high: words[first + i + 1] }.to_f32(quantum);
         (Vec3::new(channel(0), channel(2), channel(4)), words[first + 6])
-    }
-}
-
-#[inline]
-fn add_quanta<A: Atomics>(words: &mut A, first: u32, quanta: Quanta) {
-    let before = words.add(first, quanta.low);
-    let carry = if before.wrapping_add(quanta.low) < before { 1 } else { 0 };
-    let high = quanta.high + carry;
-    if high != 0 {
-        words.add(first + 1, high);
     }
 }
 
@@ -144,6 +156,19 @@ mod tests {
             let got = to_u64(Quanta::from_f32(quanta, 1.0)) as f64;
             // quanta + 0.5 is itself rounded to an f32.
             prop_assert!((got - exact).abs() <= f64::from(quanta) * 1.2e-7 + 1.0);
+        }
+
+        #[test]
+        fn signed_words_hold_the_exact_sum(values in prop::collection::vec(-1.0e9f32..1.0e9, 1..200)) {
+            let mut words = [0u32; 2];
+            let mut atomics = AtomicWords::new(&mut words);
+            let mut exact = 0i64;
+            for &v in &values {
+                Quanta::from_signed(v, 65_536.0).add_to(&mut atomics, 0);
+                let magnitude = to_u64(Quanta::from_f32(v.abs(), 65_536.0)) as i64;
+                exact += if v < 0.0 { -magnitude } else { magnitude };
+            }
+            prop_assert_eq!((u64::from(words[1]) << 32 | u64::from(words[0])) as i64, exact);
         }
 
         #[test]

@@ -45,7 +45,7 @@ pub fn contribution(
     let to_viewer = frame.to_local(shading.to_viewer);
     let to_light = frame.to_local(deposit.to_light);
     let (surface, _) =
-        Surface::new(material, to_viewer, 1.0, specular_roughness, Classes::NON_SPECULAR, needs);
+        Surface::new(material, to_viewer, shading.eta, specular_roughness, Classes::NON_SPECULAR, needs);
     surface.eval(to_light, Classes::NON_SPECULAR).f * deposit.flux * to_light.z.max(0.0)
 }
 

@@ -1,5 +1,7 @@
 //! Kernels never fail, they count: slots of the counter buffer.
 
+use crate::interface::ledger::{ENTRY_COUNT, LEDGER_BANKS, LEDGER_FIRST};
+
 /// A slot of the counter buffer (one u32 each).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
@@ -28,8 +30,8 @@ pub enum Counter {
     MediaOverflow,
 }
 
-/// Slots of the counter buffer.
-pub const COUNTER_COUNT: usize = 16;
+/// Slots of the counter buffer, those of the energy ledger included.
+pub const COUNTER_COUNT: usize = (LEDGER_FIRST + 2 * ENTRY_COUNT * LEDGER_BANKS) as usize;
 
 /// Names of the counters that a person wants to see.
 pub const COUNTER_NAMES: [(Counter, &str); 11] = [

@@ -27,8 +27,8 @@ pub struct PointShading {
     pub material: u32,
     /// Unit shading normal, on the viewer's side.
     pub shading_normal: Vec3,
-    /// Keeps rows at 16 bytes.
-    pub padding: u32,
+    /// Index of refraction on the viewer's side over index behind.
+    pub eta: f32,
     /// Camera throughput, divided by the chances of its choices.
     pub throughput: Vec3,
     /// Keeps rows at 16 bytes.

@@ -63,9 +63,18 @@ impl RayCone {
     /// The cone after a lobe of this perceptual roughness: lobe spread sqrt(0.5 s / (1 - s)), s = min(r^4, 0.99).
     #[inline]
     pub fn roughen(self, roughness: f32) -> Self {
-        let square = roughness * roughness;
-        let s = (square * square).min(0.99);
-        let lobe = 0.5 * s / (1.0 - s);
+        RayCone {
+            rough_spread: (self.rough_spread * self.rough_spread + lobe_variance(roughness)).sqrt(),
+            ..self
+        }
+    }
+
+    /// The cone after refraction by rough facets: a facet tilted by a small angle turns what it mirrors by twice that
+    /// angle, what it refracts by |1 - eta| times it.
+    #[inline]
+    pub fn roughen_refracted(self, roughness: f32, eta: f32) -> Self {
+        let turn = 0.5 * (1.0 - eta);
+        let lobe = turn * turn * lobe_variance(roughness);
         RayCone { rough_spread: (self.rough_spread * self.rough_spread + lobe).sqrt(), ..self }
     }
 
@@ -78,6 +87,14 @@ impl RayCone {
         // An ulp is at most 2^-23 of the coordinate; the last term keeps a point at the origin alive.
         radius.max(max_abs(position) * (4.0 / 8_388_608.0)).max(1.0e-30)
     }
+}
+
+/// Variance of a mirrored direction [rad^2] at this perceptual roughness.
+#[inline]
+fn lobe_variance(roughness: f32) -> f32 {
+    let square = roughness * roughness;
+    let s = (square * square).min(0.99);
+    0.5 * s / (1.0 - s)
 }
 
 #[cfg(test)]

@@ -12,7 +12,9 @@ pub enum Stream {
     /// Paths from the lights.
     Light = 0xa54f_f53a,
     /// Paths of the reference, independent of those of the methods that it judges.
-    Reference = 0x510e_527f,
+    Reference = 0x9b05_688c,
+    /// Estimates of the energy ledger, which must not disturb the others.
+    Ledger = 0x510e_527f,
 }
 
 /// The random numbers of one path.

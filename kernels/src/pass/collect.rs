@@ -127,13 +127,14 @@ pub fn follow<T: Tracer, C: Atomics>(
         if site.surface.scatters() {
             let connection =
                 connect(scene.lights, params.light_count, scene.triangles, needs, here.position, u);
-            let direct = direct_light(&site, &connection, classes);
+            let direct = direct_light(&site, &connection, classes, needs);
             if direct.max_element() > 0.0 {
                 shadow_rays += 1;
                 let shadow = shadow_ray(&here, &connection);
                 if !tracer.occluded(&shadow) {
                     let mut light = throughput * direct;
                     if needs.has(Needs::ABSORPTION) {
+                        let media = site.media_towards(connection.to_light);
                         light *= media.transmittance(scene.materials, shadow.length);
                     }
                     collected.radiance += light;
@@ -162,7 +163,7 @@ pub fn follow<T: Tracer, C: Atomics>(
                     to_viewer: here.to_origin,
                     material: here.material,
                     shading_normal: here.normal,
-                    padding: 0,
+                    eta: site.surface.eta,
                     throughput: throughput / chance,
                     padding_2: 0,
                 };
@@ -205,13 +206,21 @@ fn emits(vertex: &Vertex, material: &Material) -> bool {
     vertex.front || material.flags & FLAG_EMIT_BOTH_SIDES != 0
 }
 
-/// Reflected light of a connection, weighted against finding the light by scattering (balance heuristic).
+/// Reflected or transmitted light of a connection, weighted against finding the light by scattering (balance
+/// heuristic).
 #[inline(always)]
-fn direct_light(site: &Site, connection: &Connection, classes: Classes) -> Vec3 {
+fn direct_light(site: &Site, connection: &Connection, classes: Classes, needs: Needs) -> Vec3 {
     let mut sum = Vec3::ZERO;
     if connection.radiance_over_pdf.max_element() > 0.0 {
-        let cos = connection.to_light.dot(site.vertex.normal).max(0.0);
-        let light = connection.radiance_over_pdf * cos;
+        let cos = connection.to_light.dot(site.vertex.normal);
+        if needs.has(Needs::ROUGH_GLASS) && cos < 0.0 && classes.has(Classes::SPECULAR) {
+            // Through the surface; radiance is compressed as where a path scatters.
+            let eta = site.surface.eta;
+            return connection.radiance_over_pdf
+                * weighted(site, connection, Classes::SPECULAR)
+                * (-cos * eta * eta);
+        }
+        let light = connection.radiance_over_pdf * cos.max(0.0);
         sum = light * weighted(site, connection, Classes::NON_SPECULAR);
         if classes.has(Classes::SPECULAR) {
             sum += light * weighted(site, connection, Classes::SPECULAR);
@@ -245,12 +254,21 @@ fn shadow_ray(vertex: &Vertex, connection: &Connection) -> Ray {
 fn scatter_cone(cone: RayCone, vertex: &Vertex, departure: &Departure) -> RayCone {
     let sampled = &departure.sampled;
     let cos = vertex.to_origin.dot(vertex.normal);
-    let bent = if sampled.straight {
-        cone
-    } else if sampled.transmitted {
-        cone.refract(vertex.curvature, cos, -sampled.direction.z, sampled.eta)
+    // A rough thin wall passes its mirrored reflection and bends nothing on the whole.
+    let unbent = sampled.straight || (sampled.roughness > 0.0 && sampled.eta == 1.0);
+    if !sampled.transmitted {
+        let bent = cone.reflect(vertex.curvature, cos);
+        if sampled.roughness > 0.0 { bent.roughen(sampled.roughness) } else { bent }
+    } else if unbent {
+        if sampled.roughness > 0.0 { cone.roughen(sampled.roughness) } else { cone }
+    } else if sampled.roughness > 0.0 {
+        // Refracted at a facet: both cosines are the facet's.
+        let direction = departure.ray.direction;
+        let half = (vertex.to_origin * sampled.eta + direction).normalize();
+        let (cos, cos_behind) = (vertex.to_origin.dot(half).abs(), direction.dot(half).abs());
+        let bent = cone.refract(vertex.curvature, cos, cos_behind, sampled.eta);
+        bent.roughen_refracted(sampled.roughness, sampled.eta)
     } else {
-        cone.reflect(vertex.curvature, cos)
-    };
-    if sampled.roughness > 0.0 { bent.roughen(sampled.roughness) } else { bent }
+        cone.refract(vertex.curvature, cos, -sampled.direction.z, sampled.eta)
+    }
 }

@@ -10,6 +10,7 @@ use crate::interface::scene::SceneTables;
 use crate::light::emit::Emit;
 use crate::math::is_finite;
 use crate::math::rng::{Rng, Stream};
+use crate::pass::ledger::Ledger;
 use crate::seam::Atomics;
 use crate::surface::class::Classes;
 use crate::surface::media::MediaStack;
@@ -38,6 +39,8 @@ pub fn shoot<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
     let mut flux = leaving.flux / params.light_path_count as f32;
     let mut ray = leaving.ray;
     let mut media = MediaStack::VACUUM;
+    let mut ledger = Ledger::new(params, path, needs);
+    ledger.emit(flux);
     let mut caustic = false;
     let (mut rays, mut deposits, mut cut, mut overflows) = (0, 0, 0, 0);
 
@@ -47,16 +50,20 @@ pub fn shoot<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
         rays += 1;
         let hit = tracer.closest(&ray);
         if hit.is_miss() {
+            ledger.escape(flux);
             break;
         }
         let here = vertex(scene.triangles, scene.surfaces, needs, &ray, &hit);
         let material = scene.materials[here.material as usize];
         if needs.has(Needs::ABSORPTION) {
+            let before = flux;
             flux *= media.transmittance(scene.materials, hit.distance);
+            ledger.pass(before, flux);
         }
         let site =
             Site::new(here, material, scene.materials, media, Classes::ALL, params.specular_roughness, needs);
         if !site.surface.scatters() {
+            ledger.arrive(&site, flux);
             break;
         }
         let cos_arriving = here.to_origin.dot(here.face_normal);
@@ -79,20 +86,25 @@ pub fn shoot<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
             );
         }
         if hit_count == params.max_bounces {
+            ledger.cut(flux);
             cut = 1;
             break;
         }
 
+        ledger.arrive(&site, flux);
         let u = rng.next4();
         let departure = site.leave(u);
+        let arriving = flux;
+        flux *= departure.sampled.weight * adjoint(&site, &departure);
+        ledger.leave(&departure, arriving, flux);
         if departure.sampled.class == Classes::SPECULAR {
             caustic = true;
         } else if !caustic && hit_count + 1 == params.max_bounces {
             // Too late for a caustic: the last hit could only receive direct light's continuation.
+            ledger.cut(flux);
             cut = 1;
             break;
         }
-        flux *= departure.sampled.weight * adjoint(&site, &departure);
 
         // Russian roulette where flux is lost to diffuse absorption.
         if departure.sampled.class == Classes::NON_SPECULAR {
@@ -112,6 +124,7 @@ pub fn shoot<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
         hit_count += 1;
     }
 
+    ledger.close(path, params.inverse_quantum, counters);
     counters.add(Counter::LightPaths as u32, 1);
     counters.add(Counter::LightRays as u32, rays);
     if deposits != 0 {

@@ -22,7 +22,8 @@ impl Classes {
 }
 
 /// Class of a reflection lobe of this perceptual roughness: a delta lobe is specular whatever the threshold, since it
-/// cannot be evaluated at a collection point. Transmission is always specular, Lambert never.
+/// cannot be evaluated at a collection point. Transmission is always specular, Lambert never. So rough glass whose
+/// roughness is above the threshold has two classes: it shows caustics that it reflects and casts those that it passes.
 #[inline]
 pub fn reflection(roughness: f32, specular_roughness: f32) -> Classes {
     if roughness < DELTA_ROUGHNESS || roughness <= specular_roughness {

@@ -32,10 +32,16 @@ fn lambda(cos: f32, alpha: f32) -> f32 {
     0.5 * ((1.0 + alpha * alpha * tan2).sqrt() - 1.0)
 }
 
+/// Share of facets that see both directions, given by their cosines.
+#[inline]
+pub fn shadowing(cos_viewer: f32, cos_light: f32, alpha: f32) -> f32 {
+    1.0 / (1.0 + lambda(cos_viewer, alpha) + lambda(cos_light, alpha))
+}
+
 /// D G / (4 cos cos) [1/sr], without Fresnel.
 #[inline]
 pub fn eval(to_origin: Vec3, direction: Vec3, half: Vec3, alpha: f32) -> f32 {
-    let shadowing = 1.0 / (1.0 + lambda(to_origin.z, alpha) + lambda(direction.z, alpha));
+    let shadowing = shadowing(to_origin.z, direction.z, alpha);
     distribution(half, alpha) * shadowing / (4.0 * to_origin.z * direction.z)
 }
 

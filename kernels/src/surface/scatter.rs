@@ -35,6 +35,8 @@ pub struct Departure {
     pub media: MediaStack,
     /// Whether the stack of media overflowed here.
     pub media_overflow: bool,
+    /// Weight that was lost: the direction was on the wrong side of the face.
+    pub lost: Vec3,
 }
 
 impl Site {
@@ -64,13 +66,32 @@ impl Site {
         Site { vertex, surface, frame, glass, media, thin }
     }
 
-    /// The non-delta lobes of `class` towards a world direction; zero through the face.
+    /// The non-delta lobes of `class` towards a world direction; zero where face and shading normal disagree on its side.
     #[inline(always)]
     pub fn eval(&self, direction: Vec3, class: Classes) -> Evaluated {
-        if direction.dot(self.vertex.face_normal) <= 0.0 {
+        let local = self.frame.to_local(direction);
+        if (direction.dot(self.vertex.face_normal) > 0.0) != (local.z > 0.0) {
             return Evaluated { f: Vec3::ZERO, pdf_solid_angle: 0.0 };
         }
-        self.surface.eval(self.frame.to_local(direction), class)
+        self.surface.eval(local, class)
+    }
+
+    /// Media behind the surface, and whether their stack overflows.
+    #[inline(always)]
+    fn behind(&self) -> (MediaStack, bool) {
+        if self.thin {
+            (self.media, false)
+        } else if self.vertex.front {
+            self.media.entered(self.vertex.material)
+        } else {
+            (self.media.left(self.vertex.material), false)
+        }
+    }
+
+    /// Media on the side that a world direction leaves to.
+    #[inline(always)]
+    pub fn media_towards(&self, direction: Vec3) -> MediaStack {
+        if direction.dot(self.vertex.face_normal) < 0.0 { self.behind().0 } else { self.media }
     }
 
     /// Samples a lobe and leaves. A direction on the wrong side of the face is absorbed.
@@ -81,19 +102,17 @@ impl Site {
         let direction =
             if sampled.straight { -vertex.to_origin } else { self.frame.to_world(sampled.direction) };
         let above = direction.dot(vertex.face_normal) > 0.0;
+        let mut lost = Vec3::ZERO;
         if above == sampled.transmitted {
+            lost = sampled.weight;
             sampled.weight = Vec3::ZERO;
         }
         let mut media = self.media;
         let mut media_overflow = false;
-        if sampled.transmitted && !self.thin {
-            if vertex.front {
-                (media, media_overflow) = media.entered(vertex.material);
-            } else {
-                media = media.left(vertex.material);
-            }
+        if sampled.transmitted {
+            (media, media_overflow) = self.behind();
         }
         let origin = offset::leave(vertex.position, vertex.face_normal, direction, vertex.clearance);
-        Departure { ray: Ray::endless(origin, direction), sampled, media, media_overflow }
+        Departure { ray: Ray::endless(origin, direction), sampled, media, media_overflow, lost }
     }
 }

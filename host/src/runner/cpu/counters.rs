@@ -1,6 +1,8 @@
 //! Counters of one worker, added to the shared ones when it is done: no cache line travels for each ray.
 
+use caustics_kernels::gather::accumulator::Quanta;
 use caustics_kernels::interface::counters::COUNTER_COUNT;
+use caustics_kernels::interface::ledger::LEDGER_FIRST;
 use caustics_kernels::seam::{AtomicWords, Atomics};
 
 /// Counts by itself and adds to `shared` when dropped.
@@ -28,8 +30,14 @@ impl Atomics for LocalCounters<'_> {
 
 impl Drop for LocalCounters<'_> {
     fn drop(&mut self) {
-        for (index, &value) in self.words.iter().enumerate().filter(|(_, value)| **value != 0) {
+        let (counters, ledger) = self.words.split_at(LEDGER_FIRST as usize);
+        for (index, &value) in counters.iter().enumerate().filter(|(_, value)| **value != 0) {
             self.shared.add(index as u32, value);
+        }
+        // The ledger's entries have two words each, with a carry between them.
+        for (pair, words) in ledger.chunks(2).enumerate().filter(|(_, words)| words != &[0, 0]) {
+            let quanta = Quanta { low: words[0], high: words[1] };
+            quanta.add_to(&mut self.shared, LEDGER_FIRST + 2 * pair as u32);
         }
     }
 }

@@ -30,9 +30,6 @@ fn resolve(material: &json::Material, mut warn: impl FnMut(&str)) -> Material {
     let extensions = material.extensions.clone().unwrap_or_default();
     let transmission = extensions.transmission.map_or(0.0, |transmission| transmission.transmission_factor.0);
     let roughness = pbr.roughness_factor.0;
-    if transmission > 0.0 && roughness > 0.0 && pbr.metallic_factor.0 < 1.0 {
-        warn("rough transmission is not supported; rendered smooth");
-    }
 
     let mut ior = extensions.ior.map_or(IOR, |ior| ior.ior.0);
     if ior == 0.0 {

@@ -1,0 +1,73 @@
+//! The energy ledger of frames: where the flux of the light paths went.
+
+use caustics_kernels::interface::ledger::{Entry, LEDGER_BANKS, slot};
+
+/// Flux by fate, summed over channels [W]. What was emitted is the sum of the others but for the noise of sampling.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Energy {
+    /// Left the lights.
+    pub emitted: f64,
+    /// Absorbed by surfaces and media.
+    pub absorbed: f64,
+    /// Left the scene.
+    pub escaped: f64,
+    /// Under way where paths were cut by their length.
+    pub cut: f64,
+    /// Lost (negative: gained) where shading normals are not the faces'.
+    pub shading_normals: f64,
+    /// (emitted - all others) / emitted; 0 where nothing was emitted.
+    pub residual: f64,
+}
+
+impl Energy {
+    /// The ledger in the words of the buffer `counters`.
+    pub fn from_words(words: &[u32], quantum: f32) -> Energy {
+        let sum = |entry| -> f64 {
+            let banks = (0..LEDGER_BANKS).map(|bank| {
+                let first = slot(entry, bank) as usize;
+                (u64::from(words[first + 1]) << 32 | u64::from(words[first])) as i64
+            });
+            banks.map(i128::from).sum::<i128>() as f64 * f64::from(quantum)
+        };
+        Energy {
+            emitted: sum(Entry::Emitted),
+            absorbed: sum(Entry::Absorbed),
+            escaped: sum(Entry::Escaped),
+            cut: sum(Entry::Cut),
+            shading_normals: sum(Entry::ShadingNormals),
+            residual: 0.0,
+        }
+        .balanced()
+    }
+
+    /// The sum of two.
+    pub fn plus(self, other: Energy) -> Energy {
+        Energy {
+            emitted: self.emitted + other.emitted,
+            absorbed: self.absorbed + other.absorbed,
+            escaped: self.escaped + other.escaped,
+            cut: self.cut + other.cut,
+            shading_normals: self.shading_normals + other.shading_normals,
+            residual: 0.0,
+        }
+        .balanced()
+    }
+
+    /// The same flux a number of times.
+    pub fn times(self, scale: f64) -> Energy {
+        Energy {
+            emitted: self.emitted * scale,
+            absorbed: self.absorbed * scale,
+            escaped: self.escaped * scale,
+            cut: self.cut * scale,
+            shading_normals: self.shading_normals * scale,
+            residual: self.residual,
+        }
+    }
+
+    fn balanced(self) -> Energy {
+        let rest = self.emitted - self.absorbed - self.escaped - self.cut - self.shading_normals;
+        let residual = if self.emitted > 0.0 { rest / self.emitted } else { 0.0 };
+        Energy { residual, ..self }
+    }
+}

@@ -1,0 +1,96 @@
+//! The energy ledger of one light path: emitted = absorbed + escaped + cut + lost at shading normals, in the mean over
+//! paths. What is absorbed is estimated by an albedo of its own, not by what the sampled continuation left over.
+
+use crate::gather::accumulator::Quanta;
+use crate::interface::frame::FrameParams;
+use crate::interface::ledger::{Entry, slot};
+use crate::interface::needs::Needs;
+use crate::math::rng::{Rng, Stream};
+use crate::seam::Atomics;
+use crate::surface::scatter::{Departure, Site};
+use spirv_std::glam::Vec3;
+
+/// Where the flux of one path went, summed over channels [W].
+#[derive(Clone, Copy, Debug)]
+pub struct Ledger {
+    asked: bool,
+    rng: Rng,
+    emitted: f32,
+    absorbed: f32,
+    escaped: f32,
+    cut: f32,
+    shading_normals: f32,
+}
+
+impl Ledger {
+    /// The ledger of light path `path`; does nothing unless somebody asks.
+    #[inline(always)]
+    pub fn new(params: &FrameParams, path: u32, needs: Needs) -> Self {
+        Ledger {
+            asked: needs.has(Needs::LEDGER),
+            rng: Rng::new(Stream::Ledger, params.seed, path, params.frame),
+            emitted: 0.0,
+            absorbed: 0.0,
+            escaped: 0.0,
+            cut: 0.0,
+            shading_normals: 0.0,
+        }
+    }
+
+    /// Flux that leaves the light.
+    #[inline(always)]
+    pub fn emit(&mut self, flux: Vec3) {
+        self.emitted += flux.element_sum();
+    }
+
+    /// Flux that meets nothing.
+    #[inline(always)]
+    pub fn escape(&mut self, flux: Vec3) {
+        self.escaped += flux.element_sum();
+    }
+
+    /// Flux that arrives or leaves where the path is cut by its length.
+    #[inline(always)]
+    pub fn cut(&mut self, flux: Vec3) {
+        self.cut += flux.element_sum();
+    }
+
+    /// Flux that a medium takes.
+    #[inline(always)]
+    pub fn pass(&mut self, before: Vec3, after: Vec3) {
+        self.absorbed += (before - after).element_sum();
+    }
+
+    /// Flux that arrives at a surface.
+    #[inline(always)]
+    pub fn arrive(&mut self, site: &Site, flux: Vec3) {
+        if self.asked {
+            let albedo = site.surface.albedo(self.rng.next4());
+            self.absorbed += (flux * (Vec3::ONE - albedo)).element_sum();
+        }
+    }
+
+    /// Flux that leaves a surface: sent to the wrong side of the face, or scaled by the shading normal's correction.
+    #[inline(always)]
+    pub fn leave(&mut self, departure: &Departure, arriving: Vec3, leaving: Vec3) {
+        if self.asked {
+            let scattered = arriving * (departure.sampled.weight + departure.lost);
+            self.shading_normals += (scattered - leaving).element_sum();
+        }
+    }
+
+    /// Adds the path to the ledger of the frame.
+    #[inline(always)]
+    pub fn close<C: Atomics>(self, path: u32, inverse_quantum: f32, counters: &mut C) {
+        if self.asked {
+            let mut add = |entry, flux| {
+                Quanta::from_signed(flux, inverse_quantum).add_to(counters, slot(entry, path));
+            };
+            add(Entry::Emitted, self.emitted);
+            add(Entry::Absorbed, self.absorbed);
+            add(Entry::Escaped, self.escaped);
+            add(Entry::Cut, self.cut);
+            add(Entry::ShadingNormals, self.shading_normals);
+        }
+    }
+}

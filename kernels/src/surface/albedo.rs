@@ -1,0 +1,73 @@
+//! Share of flux that a surface scatters on, estimated apart from `Surface::sample` for the energy ledger: closed forms,
+//! and for facets one normal drawn from D cos [Walter et al. 2007, eq. 35, 36] with all it reflects and refracts. It
+//! shares neither the sampler of visible normals nor the choice of lobes, so that an error in either shows.
+
+#[cfg(target_arch = "spirv")]
+use spirv_std::num_traits::Float;
+
+use crate::interface::material::{FLAG_THIN, Material};
+use crate::math::trig::sin_cos_turns;
+use crate::surface::{coat, fresnel, ggx, glass, rough_glass};
+use spirv_std::glam::Vec3;
+
+/// Unbiased estimate of the share scattered of light along `to_origin` (local, z > 0). `eta` = index on the path's side
+/// over index behind; `u`, `v` uniform.
+#[inline]
+pub fn albedo(material: &Material, to_origin: Vec3, eta: f32, u: f32, v: f32) -> Vec3 {
+    let cos = to_origin.z;
+    let dielectric = 1.0 - material.metallic;
+    let opaque = dielectric * (1.0 - material.transmission);
+    let passing = dielectric * material.transmission;
+
+    // The base gets and gives what the coat lets through; its share is normalised over the cosine.
+    let mut sum = material.base_color * (opaque * (1.0 - coat::reflectance(material, cos)));
+    let facets = material.roughness >= ggx::DELTA_ROUGHNESS;
+    let rough_glass = rough_glass::is_rough(material, eta);
+    if !facets {
+        sum += fresnel::schlick(material.base_color, cos) * material.metallic;
+        sum += Vec3::splat(opaque * coat::reflectance(material, cos));
+    }
+    if !rough_glass {
+        let reflected = glass::reflectance(material, cos, eta);
+        sum += (Vec3::splat(reflected) + material.base_color * (1.0 - reflected)) * passing;
+    }
+    if !facets {
+        return sum;
+    }
+
+    // One normal; what it carries is F G |to_origin . half| / (cos |half.z|).
+    let alpha = ggx::alpha(material.roughness);
+    let tan_squared = alpha * alpha * u / (1.0 - u);
+    let z = 1.0 / (1.0 + tan_squared).sqrt();
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    let (sin, cosine) = sin_cos_turns(v);
+    let half = Vec3::new(r * cosine, r * sin, z);
+    let cos_half = to_origin.dot(half);
+    if cos_half <= 0.0 {
+        return sum;
+    }
+    let seen = cos_half / (cos * z);
+    let reflected = glass::reflectance(material, cos_half, eta);
+    let cos_mirrored = 2.0 * cos_half * z - cos;
+    if cos_mirrored > 0.0 {
+        let carried = seen * ggx::shadowing(cos, cos_mirrored, alpha);
+        sum += fresnel::schlick(material.base_color, cos_half) * (material.metallic * carried);
+        sum += Vec3::splat(opaque * coat::reflectance(material, cos_half) * carried);
+        if rough_glass {
+            sum += Vec3::splat(passing * reflected * carried);
+        }
+    }
+    if rough_glass {
+        // Cosine behind the plane: Snell's law at the facet, or the mirrored direction of a thin wall.
+        let square = 1.0 - eta * eta * (1.0 - cos_half * cos_half);
+        let mut cos_behind = eta * cos - (eta * cos_half - square.max(0.0).sqrt()) * z;
+        if material.flags & FLAG_THIN != 0 {
+            cos_behind = cos_mirrored;
+        }
+        if cos_behind > 0.0 {
+            let carried = seen * ggx::shadowing(cos, cos_behind, alpha);
+            sum += material.base_color * (passing * (1.0 - reflected) * carried);
+        }
+    }
+    sum
+}

@@ -1,0 +1,50 @@
+//! Energy ledgers of light paths, frame by frame, without a runner.
+
+use caustics::energy::Energy;
+use caustics_kernels::gather::Neighbours;
+use caustics_kernels::gather::brute::Brute;
+use caustics_kernels::gather::receive::Receive;
+use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
+use caustics_kernels::light::emit::Emit;
+use caustics_kernels::pass::shoot::shoot;
+
+use crate::direct::{Tally, World};
+use crate::statistics::Mean;
+
+/// Lets deposits lie.
+struct Nobody;
+
+impl Receive for Nobody {
+    fn receive<N: Neighbours>(&mut self, _: &mut N, _: DepositGeometry, _: DepositLight) {}
+}
+
+/// The ledger of one frame.
+pub fn ledger<E: Emit>(world: &World<'_>, emit: &E, frame: u32) -> Energy {
+    let mut params = world.params;
+    params.frame = frame;
+    let needs = world.needs | Needs::LEDGER;
+    let (mut tracer, mut tally) = (world.tracer(), Tally::default());
+    for index in 0..params.light_path_count {
+        let points = &mut Brute { count: 0 };
+        shoot(index, &params, needs, world.tables(), emit, &mut tracer, points, &mut Nobody, &mut tally);
+    }
+    Energy::from_words(&tally.0, params.quantum)
+}
+
+/// Ledgers of independent frames, on two threads.
+pub fn ledgers<E: Emit + Sync>(world: &World<'_>, emit: &E, frames: u32) -> Vec<Energy> {
+    let part =
+        |frames: std::ops::Range<u32>| frames.map(|frame| ledger(world, emit, frame)).collect::<Vec<_>>();
+    std::thread::scope(|scope| {
+        let second = scope.spawn(|| part(frames / 2..frames));
+        let mut all = part(0..frames / 2);
+        all.extend(second.join().expect("no panic"));
+        all
+    })
+}
+
+/// Mean over frames of a share of what was emitted.
+pub fn share(ledgers: &[Energy], part: impl Fn(&Energy) -> f64) -> Mean {
+    Mean::of(&ledgers.iter().map(|energy| part(energy) / energy.emitted).collect::<Vec<_>>())
+}

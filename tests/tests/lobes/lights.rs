@@ -1,0 +1,137 @@
+//! The samplers of lights against their densities: connections and starts of light paths.
+
+use caustics_kernels::interface::NONE;
+use caustics_kernels::light::connect::{connect, pdf_solid_angle};
+use caustics_kernels::light::emit::Emit;
+use caustics_kernels::math::PI;
+use caustics_kernels::math::ray::Ray;
+use caustics_kernels::math::rng::{Rng, Stream};
+use caustics_kernels::trace::Tracer;
+use caustics_tests::chi_square::{Fit, SphereCells};
+use caustics_tests::direct::World;
+use caustics_tests::scenes::*;
+use glam::{DVec3, Vec3};
+
+const SAMPLES: u32 = 400_000;
+
+/// Three lamps of different sizes and powers (one shines both ways) and a point light; none hides another from the
+/// origin.
+fn lamps() -> Builder {
+    let mut b = Builder::default();
+    let (dim, bright, both) =
+        (b.material(emitter(1.0)), b.material(emitter(7.0)), b.material(emitter_both(2.0)));
+    b.panel(dim, DVec3::new(0.0, 2.0, 0.0), DVec3::X, DVec3::Z);
+    b.panel(bright, DVec3::new(1.5, 0.0, 0.0), 0.2 * DVec3::Z, 0.4 * DVec3::Y);
+    b.panel(both, DVec3::new(0.0, -0.5, -1.0), 0.5 * DVec3::X, DVec3::new(0.0, 0.3, 0.3));
+    b.light(DVec3::new(0.0, 0.0, 3.0), 0.5);
+    b.camera(DVec3::ZERO, DVec3::Z, 1.0);
+    b
+}
+
+/// Directions of connections to area lights fall into cells as the density of what a ray there meets says.
+#[test]
+fn connections_follow_their_density() {
+    let scene = lamps().build();
+    let world = World::new(&scene, &Default::default());
+    let cells = SphereCells { rows: 64, columns: 64 };
+    let mut seen = vec![0; cells.count()];
+    let lights = scene.lights.len() as u32;
+    let (mut to_points, mut bad) = (0, 0);
+    for path in 0..SAMPLES {
+        let u = Rng::new(Stream::Camera, 10, path, 0).next4();
+        let c = connect(&scene.lights, lights, &scene.triangles, world.needs, Vec3::ZERO, u);
+        if c.radiance_over_pdf == Vec3::ZERO {
+            continue; // the dark side of a lamp
+        }
+        if c.pdf_solid_angle == 0.0 {
+            to_points += 1;
+            continue;
+        }
+        seen[cells.of(c.to_light)] += 1;
+        // What it says of its own density is what a ray that way finds.
+        let hit = world.tracer().closest(&Ray::endless(Vec3::ZERO, c.to_light));
+        let found = if hit.is_miss() { 0.0 } else { density(&world, c.to_light) };
+        bad += u32::from((found - c.pdf_solid_angle).abs() > 1e-3 * c.pdf_solid_angle);
+    }
+    // A ray at the rim of a lamp may miss it.
+    assert!(bad <= 5, "{bad} connections with another density than a ray finds");
+    let expected = cells.integrate([24, 24], |d| f64::from(density(&world, d)) * f64::from(SAMPLES));
+    let fit = Fit::of(&seen, &expected);
+    println!("connections: {:.0} of {}", fit.chi_square, fit.cells);
+    assert!(fit.passes(), "{fit:?}");
+    let chance = f64::from(scene.lights.iter().find(|l| l.triangle == NONE).unwrap().pdf_light_choice);
+    let error = (chance * (1.0 - chance) / f64::from(SAMPLES)).sqrt();
+    assert!((f64::from(to_points) / f64::from(SAMPLES) - chance).abs() < 4.0 * error);
+}
+
+/// Density of connecting along a direction from the origin.
+fn density(world: &World<'_>, direction: Vec3) -> f32 {
+    let hit = world.tracer().closest(&Ray::endless(Vec3::ZERO, direction));
+    if hit.is_miss() {
+        return 0.0;
+    }
+    let light = world.scene.lights[world.scene.surfaces[hit.triangle as usize].light as usize];
+    let t = world.scene.triangles[hit.triangle as usize];
+    let cos = -direction.dot((t.b - t.a).cross(t.c - t.a).normalize());
+    if cos < 0.0 && light.sides != 2 {
+        return 0.0;
+    }
+    pdf_solid_angle(&light, hit.distance * hit.distance, cos)
+}
+
+/// Starts fall into lights by their power, into the quarters of a triangle and into cells of cos^2 evenly, and each
+/// carries the whole flux of the scene in the mean of its channels.
+#[test]
+fn starts_of_light_paths_follow_area_and_cosine() {
+    let scene = lamps().build();
+    let world = World::new(&scene, &Default::default());
+    let emit = world.by_power();
+    let count = scene.lights.len();
+    let mut seen = vec![0; count * 16];
+    for path in 0..SAMPLES {
+        let mut rng = Rng::new(Stream::Light, 11, path, 0);
+        let leaving = emit.leave(rng.next4(), rng.next4());
+        let (origin, to) = (leaving.ray.origin, leaving.ray.direction);
+        let on = |t: &caustics_kernels::interface::triangle::Triangle| {
+            let n = (t.b - t.a).cross(t.c - t.a);
+            let p = origin - t.a;
+            let b = n.dot(p.cross(t.c - t.a)) / n.length_squared();
+            let c = n.dot((t.b - t.a).cross(p)) / n.length_squared();
+            let height = p.dot(n.normalize());
+            (height.abs() < 1e-4 && b.min(c) > -1e-4 && b + c < 1.0 + 1e-4).then_some((b, c, height, n))
+        };
+        let found = scene.lights.iter().enumerate().find_map(|(id, light)| match light.triangle {
+            NONE => None,
+            triangle => on(&scene.triangles[triangle as usize]).map(|at| (id, at)),
+        });
+        let cell = match found {
+            Some((id, (b, c, height, normal))) => {
+                let quarter = [b > 0.5, c > 0.5, b + c < 0.5].iter().position(|&q| q).unwrap_or(3);
+                let cos = to.dot(normal.normalize()) * height.signum();
+                assert!(cos > 0.0, "leaves into its own lamp");
+                id * 16 + quarter * 4 + ((cos * cos * 4.0) as usize).min(3)
+            }
+            None => {
+                let id = scene.lights.iter().position(|light| light.triangle == NONE).unwrap();
+                // Uniform: sixteen cells of z.
+                id * 16 + ((to.z * 0.5 + 0.5) * 16.0).min(15.0) as usize
+            }
+        };
+        seen[cell] += 1;
+        let whole = scene.flux.element_sum();
+        assert!((leaving.flux.element_sum() - whole).abs() < 1e-4 * whole);
+    }
+    let expected: Vec<f64> = (0..count * 16)
+        .map(|cell| f64::from(scene.lights[cell / 16].pdf_light_choice) * f64::from(SAMPLES) / 16.0)
+        .collect();
+    let fit = Fit::of(&seen, &expected);
+    println!("starts: {:.0} of {}", fit.chi_square, fit.cells);
+    assert!(fit.passes(), "{fit:?}");
+    let power = |l: &caustics_kernels::interface::light::Light| match l.triangle {
+        NONE => 4.0 * PI * l.emission.element_sum(),
+        _ => PI * l.area * l.sides as f32 * l.emission.element_sum(),
+    };
+    for light in &scene.lights {
+        assert!((power(light) / scene.flux.element_sum() / light.pdf_light_choice - 1.0).abs() < 1e-4);
+    }
+}

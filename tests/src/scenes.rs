@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use caustics::scene::{PointLight, Scene, SceneCamera};
+use caustics::scene::{LightShape, PunctualLight, Scene, SceneCamera};
 use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAG_THIN, Material};
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::{DVec3, Vec3};
@@ -48,7 +48,7 @@ pub struct Builder {
     triangles: Vec<Triangle>,
     surfaces: Vec<TriangleSurface>,
     materials: Vec<Material>,
-    lights: Vec<PointLight>,
+    lights: Vec<PunctualLight>,
     cameras: Vec<SceneCamera>,
 }
 
@@ -149,7 +149,21 @@ impl Builder {
 
     /// Adds a point light of this intensity [W/sr] in every channel.
     pub fn light(&mut self, position: DVec3, intensity: f32) {
-        self.lights.push(PointLight { position: position.as_vec3(), intensity: Vec3::splat(intensity) });
+        self.lights.push(PunctualLight::point(position.as_vec3(), Vec3::splat(intensity)));
+    }
+
+    /// Adds a spot light of this intensity [W/sr] in its inner cone; angles to the axis in radians.
+    pub fn spot(&mut self, position: DVec3, direction: DVec3, inner: f64, outer: f64, intensity: f32) {
+        let direction = direction.normalize().as_vec3();
+        let shape = LightShape::Spot { direction, inner, outer };
+        let (position, intensity) = (position.as_vec3(), Vec3::splat(intensity));
+        self.lights.push(PunctualLight { position, intensity, shape });
+    }
+
+    /// Adds a directional light of this irradiance across [W/m^2].
+    pub fn directional(&mut self, direction: DVec3, irradiance: f32) {
+        let shape = LightShape::Directional { direction: direction.normalize().as_vec3() };
+        self.lights.push(PunctualLight { position: Vec3::ZERO, intensity: Vec3::splat(irradiance), shape });
     }
 
     /// Adds a camera with y upwards (z where it looks along y).
@@ -168,8 +182,11 @@ impl Builder {
                 (triangle.a * scale, triangle.b * scale, triangle.c * scale);
         }
         for light in &mut self.lights {
-            light.position *= scale;
-            light.intensity *= scale * scale;
+            // A directional light's irradiance is a radiance over an angle: it stays.
+            if !matches!(light.shape, LightShape::Directional { .. }) {
+                light.position *= scale;
+                light.intensity *= scale * scale;
+            }
         }
         self.materials.iter_mut().for_each(|material| material.absorption /= scale);
         self.cameras.iter_mut().for_each(|camera| camera.position *= scale);

@@ -9,6 +9,8 @@ mod cones;
 mod estimator;
 #[path = "known_answers/glass.rs"]
 mod glass;
+#[path = "known_answers/lights.rs"]
+mod lights;
 #[path = "known_answers/mirror.rs"]
 mod mirror;
 #[path = "known_answers/rooms.rs"]

@@ -235,3 +235,18 @@ pub fn mixed_room() -> Builder {
     b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.45, 0.0), 0.9);
     b
 }
+
+/// Things on a floor under an open sky, by a spot and a directional light: a glass ball and a metal ring cast caustics.
+pub fn open_air() -> Builder {
+    let mut b = Builder::default();
+    let floor = b.material(lambert(0.6));
+    let ball = b.material(Material { absorption: Vec3::new(0.5, 1.0, 2.0), ..glass(1.5) });
+    let ring = b.material(metal(0.9, 0.0));
+    b.panel(floor, DVec3::new(0.0, -1.0, 0.0), 1.2 * DVec3::Z, 1.2 * DVec3::X);
+    b.sphere(ball, DVec3::new(-0.35, -0.645, 0.1), 0.35, 48, 24);
+    b.wall(ring, DVec3::new(0.45, -0.999, 0.2), 0.3, 0.15, 0.0, TAU, 96);
+    b.spot(DVec3::new(-0.5, 0.9, 0.5), DVec3::new(0.3, -1.5, -0.3), 0.2, 0.6, 2.0);
+    b.directional(DVec3::new(-0.5, -0.7, -0.2), 1.5);
+    b.camera(DVec3::new(0.1, 0.4, 1.6), DVec3::new(0.0, -0.8, 0.0), 0.9);
+    b
+}

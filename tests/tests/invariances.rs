@@ -83,7 +83,9 @@ fn pictures_scale_with_the_light() {
             scaled.path.iter_mut().chain(&mut scaled.caustics).for_each(|value| *value /= scale);
             let (path, caustics) =
                 (max_relative(&scaled.path, &plain.path), max_relative(&scaled.caustics, &plain.caustics));
-            println!("{name}, light x {scale:e}: largest relative difference: path {path:e}, caustics {caustics:e}");
+            println!(
+                "{name}, light x {scale:e}: largest relative difference: path {path:e}, caustics {caustics:e}"
+            );
             assert!(path < 1e-4 && caustics < 1e-4);
         }
     }

@@ -301,3 +301,59 @@ fn glass_sphere_focuses_a_directional_light() {
         );
     }
 }
+
+/// With all kinds in one scene each is chosen by its share of the power: light paths bring each its own flux, and
+/// direct connections sum to the light of all.
+#[test]
+fn lights_of_every_kind_share_paths_and_connections() {
+    let mut b = Builder::default();
+    let floor = b.material(lambert(0.5));
+    let lamp = b.material(emitter(2.0));
+    b.panel(floor, DVec3::ZERO, DVec3::Z, DVec3::X);
+    b.panel(lamp, DVec3::new(0.0, 3.0, 0.0), 0.01 * DVec3::X, 0.01 * DVec3::Z);
+    b.light(DVec3::new(0.0, 2.0, 0.0), 0.1);
+    b.spot(DVec3::new(0.5, 1.0, 0.0), DVec3::new(-0.5, -1.0, 0.0), 0.2, 0.5, 0.7);
+    b.directional(DVec3::new(0.0, -0.8, 0.6), 0.05);
+    b.camera(DVec3::new(0.0, 2.0, 1.0), DVec3::ZERO, 0.001);
+    let scene = b.build();
+    let every = Needs::AREA_LIGHTS | Needs::POINT_LIGHTS | Needs::SPOT_LIGHTS | Needs::DIRECTIONAL_LIGHTS;
+    assert_eq!(scene.needs(0.25), every | Needs::RECEIVERS);
+
+    // What reaches the origin: area (8e-4 W/sr at 3 m), point, spot, directional.
+    let spot = 0.7 * 0.8_f64.sqrt() / 1.25;
+    let irradiance = 2.0 * 4e-4 / 9.0 + 0.1 / 4.0 + spot + 0.05 * 0.8;
+    let world = World::new(&scene, &settings(200, 200, 1));
+    let radiance: Vec<f64> = world.collect().iter().map(|c| f64::from(c.radiance.x)).collect();
+    near("direct light of all", mean_and_error(&radiance), irradiance * 0.5 / PI, 1e-5);
+
+    let cone = 1.0 - 0.5_f64.cos();
+    let ring = 0.2_f64.cos() - 0.5_f64.cos();
+    let sun = scene.lights.iter().find(|light| light.kind == LIGHT_DIRECTIONAL).unwrap();
+    let fluxes = [
+        ("area", 2.0 * 4e-4 * PI),
+        ("point", 0.1 * 4.0 * PI),
+        ("spot", 0.7 * 2.0 * PI * (cone - ring + ring / 3.0)),
+        ("directional", 0.05 * PI * f64::from(sun.radius).powi(2)),
+    ];
+    let total: f64 = fluxes.iter().map(|(_, flux)| flux).sum();
+    assert!((f64::from(scene.flux.x) / total - 1.0).abs() < 1e-5);
+    let paths = leaving(&world, 200_000);
+    let kind = |leaving: &Leaving| {
+        let origin = leaving.ray.origin;
+        if leaving.ray.direction == sun.direction {
+            "directional"
+        } else if (origin - glam::Vec3::new(0.5, 1.0, 0.0)).length() < 1e-3 {
+            "spot"
+        } else if (origin - 2.0 * glam::Vec3::Y).length() < 1e-3 {
+            "point"
+        } else {
+            "area"
+        }
+    };
+    assert_eq!(scene.lights.len(), 5);
+    for (name, expected) in fluxes {
+        let of_kind = |leaving: &Leaving| if kind(leaving) == name { f64::from(leaving.flux.x) } else { 0.0 };
+        let values: Vec<f64> = paths.iter().map(of_kind).collect();
+        near(&format!("flux of paths, {name}"), mean_and_error(&values), expected, 1e-6);
+    }
+}

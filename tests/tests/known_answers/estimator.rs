@@ -188,6 +188,7 @@ fn wall_of_half_a_radius_lets_no_caustic_through() {
     assert!(centre > 0.04, "the wall is 0.02 m thick, discs have {centre} m");
     assert!(mean_of(&lit.caustics) > 1e-3, "the test has lost its subject");
     assert!(dark.caustics.iter().all(|value| *value == Vec3::ZERO));
+    assert!(dark.deposits.iter().all(|count| *count == 0.0), "deposits behind the wall are taken");
     assert!(dark.path.iter().all(|value| *value == Vec3::ZERO));
 }
 

@@ -63,8 +63,10 @@ fn another_seed_draws_other_numbers() {
     assert!(differing(&a.caustics, &b.caustics) > 100);
 }
 
+/// Makes a scene.
+type Make = fn() -> Builder;
 /// Scenes with every kind of light between them.
-const SCENES: [(&str, fn() -> Builder); 2] = [("mixed room", mixed_room), ("open air", open_air)];
+const SCENES: [(&str, Make); 2] = [("mixed room", mixed_room), ("open air", open_air)];
 
 #[test]
 fn pictures_scale_with_the_light() {

@@ -66,8 +66,7 @@ impl PunctualLight {
         let (LightShape::Spot { direction, .. } | LightShape::Directional { direction }) = self.shape else {
             return None;
         };
-        // Written so that what is not a number is refused.
-        if !((direction.length() - 1.0).abs() < 1e-3) {
+        if !direction.is_finite() || (direction.length() - 1.0).abs() > 1e-3 {
             return Some("a direction that is not of unit length".into());
         }
         match self.shape {

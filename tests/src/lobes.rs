@@ -76,7 +76,9 @@ pub fn scene() -> Scene {
         ..point
     };
     let direction = Vec3::new(0.36, -0.8, 0.48);
-    let sun = PunctualLight { shape: LightShape::Directional { direction }, ..point };
+    // No brighter than the others: its light does not vary over a floor.
+    let intensity = 0.05 * point.intensity;
+    let sun = PunctualLight { intensity, shape: LightShape::Directional { direction }, ..point };
     let eye = Vec3::new(0.0, 1.5, 4.0);
     let camera = SceneCamera::look_at("eye", eye, Vec3::new(0.0, 0.5, 0.0), Vec3::Y, 1.2);
     Scene::from_parts("lobes", triangles, surfaces, materials, names, vec![point, spot, sun], vec![camera])

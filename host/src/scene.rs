@@ -13,7 +13,7 @@ use glam::{DVec3, Vec3};
 pub use self::camera::SceneCamera;
 pub use self::error::SceneError;
 pub use self::find::{names, resolve};
-pub use self::light::PointLight;
+pub use self::punctual::{LightShape, PunctualLight};
 
 mod camera;
 mod error;
@@ -22,6 +22,7 @@ mod geometry;
 mod gltf;
 mod light;
 mod needs;
+mod punctual;
 #[cfg(test)]
 mod tests;
 mod tree;
@@ -77,11 +78,11 @@ impl Scene {
         mut surfaces: Vec<TriangleSurface>,
         materials: Vec<Material>,
         material_names: Vec<String>,
-        point_lights: Vec<PointLight>,
+        punctual_lights: Vec<PunctualLight>,
         cameras: Vec<SceneCamera>,
     ) -> Result<Scene, SceneError> {
         geometry::check(name, &triangles, &surfaces, &materials, &material_names)?;
-        light::check(name, &point_lights)?;
+        light::check(name, &punctual_lights)?;
         let dropped_triangles = geometry::drop_degenerate(&mut triangles, &mut surfaces);
         if triangles.is_empty() {
             return Err(SceneError::NoGeometry { file: name.into(), dropped: dropped_triangles });
@@ -96,7 +97,7 @@ impl Scene {
             surface.light = NONE;
         }
 
-        let (lights, flux) = light::table(&triangles, &surfaces, &materials, &point_lights);
+        let (lights, flux) = light::table(&triangles, &surfaces, &materials, &punctual_lights);
         for (id, light) in lights.iter().enumerate().filter(|(_, light)| light.triangle != NONE) {
             surfaces[light.triangle as usize].light = id as u32;
         }

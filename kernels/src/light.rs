@@ -1,8 +1,10 @@
 //! Lights: choosing one, connecting to it, leaving it. Imports `interface` and `math`.
 
 pub mod connect;
+pub mod directional;
 pub mod emit;
 pub mod power;
+pub mod spot;
 
 use crate::interface::light::Light;
 

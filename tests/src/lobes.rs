@@ -1,6 +1,6 @@
 //! A scene with every lobe: a ball of each material over a floor, under a triangle and a point light.
 
-use caustics::scene::{PointLight, Scene, SceneCamera};
+use caustics::scene::{LightShape, PunctualLight, Scene, SceneCamera};
 use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAG_THIN, Material};
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::Vec3;
@@ -70,10 +70,21 @@ pub fn scene() -> Scene {
             add(direction.map(|d| centre + d * 0.35), direction, material);
         }
     }
-    let light = PointLight { position: Vec3::new(1.5, 2.0, 1.0), intensity: Vec3::new(2.0, 3.0, 4.0) };
+    let point = PunctualLight::point(Vec3::new(1.5, 2.0, 1.0), Vec3::new(2.0, 3.0, 4.0));
+    // Wide enough that the scene's origin lies in the falloff: single steps connect from there.
+    let direction = Vec3::new(0.0, -1.0, 0.0);
+    let spot = PunctualLight {
+        position: Vec3::new(-1.0, 2.0, 1.0),
+        shape: LightShape::Spot { direction, inner: 0.3, outer: 0.9 },
+        ..point
+    };
+    let direction = Vec3::new(0.36, -0.8, 0.48);
+    // No brighter than the others: its light does not vary over a floor.
+    let intensity = 0.05 * point.intensity;
+    let sun = PunctualLight { intensity, shape: LightShape::Directional { direction }, ..point };
     let eye = Vec3::new(0.0, 1.5, 4.0);
     let camera = SceneCamera::look_at("eye", eye, Vec3::new(0.0, 0.5, 0.0), Vec3::Y, 1.2);
-    Scene::from_parts("lobes", triangles, surfaces, materials, names, vec![light], vec![camera])
+    Scene::from_parts("lobes", triangles, surfaces, materials, names, vec![point, spot, sun], vec![camera])
         .expect("the scene is sound")
 }
 

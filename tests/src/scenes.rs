@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use caustics::scene::{PointLight, Scene, SceneCamera};
+use caustics::scene::{LightShape, PunctualLight, Scene, SceneCamera};
 use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAG_THIN, Material};
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::{DVec3, Vec3};
@@ -48,7 +48,7 @@ pub struct Builder {
     triangles: Vec<Triangle>,
     surfaces: Vec<TriangleSurface>,
     materials: Vec<Material>,
-    lights: Vec<PointLight>,
+    lights: Vec<PunctualLight>,
     cameras: Vec<SceneCamera>,
 }
 
@@ -149,7 +149,21 @@ impl Builder {
 
     /// Adds a point light of this intensity [W/sr] in every channel.
     pub fn light(&mut self, position: DVec3, intensity: f32) {
-        self.lights.push(PointLight { position: position.as_vec3(), intensity: Vec3::splat(intensity) });
+        self.lights.push(PunctualLight::point(position.as_vec3(), Vec3::splat(intensity)));
+    }
+
+    /// Adds a spot light of this intensity [W/sr] in its inner cone; angles to the axis in radians.
+    pub fn spot(&mut self, position: DVec3, direction: DVec3, inner: f64, outer: f64, intensity: f32) {
+        let direction = direction.normalize().as_vec3();
+        let shape = LightShape::Spot { direction, inner, outer };
+        let (position, intensity) = (position.as_vec3(), Vec3::splat(intensity));
+        self.lights.push(PunctualLight { position, intensity, shape });
+    }
+
+    /// Adds a directional light of this irradiance across [W/m^2].
+    pub fn directional(&mut self, direction: DVec3, irradiance: f32) {
+        let shape = LightShape::Directional { direction: direction.normalize().as_vec3() };
+        self.lights.push(PunctualLight { position: Vec3::ZERO, intensity: Vec3::splat(irradiance), shape });
     }
 
     /// Adds a camera with y upwards (z where it looks along y).
@@ -168,8 +182,11 @@ impl Builder {
                 (triangle.a * scale, triangle.b * scale, triangle.c * scale);
         }
         for light in &mut self.lights {
-            light.position *= scale;
-            light.intensity *= scale * scale;
+            // A directional light's irradiance is a radiance over an angle: it stays.
+            if !matches!(light.shape, LightShape::Directional { .. }) {
+                light.position *= scale;
+                light.intensity *= scale * scale;
+            }
         }
         self.materials.iter_mut().for_each(|material| material.absorption /= scale);
         self.cameras.iter_mut().for_each(|camera| camera.position *= scale);
@@ -216,5 +233,20 @@ pub fn mixed_room() -> Builder {
     b.panel(lamp, DVec3::new(0.2, 0.98, 0.1), DVec3::new(0.15, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.15));
     b.light(DVec3::new(-0.5, 0.7, 0.5), 0.3);
     b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.45, 0.0), 0.9);
+    b
+}
+
+/// Things on a floor under an open sky, by a spot and a directional light: a glass ball and a metal ring cast caustics.
+pub fn open_air() -> Builder {
+    let mut b = Builder::default();
+    let floor = b.material(lambert(0.6));
+    let ball = b.material(Material { absorption: Vec3::new(0.5, 1.0, 2.0), ..glass(1.5) });
+    let ring = b.material(metal(0.9, 0.0));
+    b.panel(floor, DVec3::new(0.0, -1.0, 0.0), 1.2 * DVec3::Z, 1.2 * DVec3::X);
+    b.sphere(ball, DVec3::new(-0.35, -0.645, 0.1), 0.35, 48, 24);
+    b.wall(ring, DVec3::new(0.45, -0.999, 0.2), 0.3, 0.15, 0.0, TAU, 96);
+    b.spot(DVec3::new(-0.5, 0.9, 0.5), DVec3::new(0.3, -1.5, -0.3), 0.2, 0.6, 2.0);
+    b.directional(DVec3::new(-0.5, -0.7, -0.2), 1.5);
+    b.camera(DVec3::new(0.1, 0.4, 1.6), DVec3::new(0.0, -0.8, 0.0), 0.9);
     b
 }

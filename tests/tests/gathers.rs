@@ -237,7 +237,7 @@ fn nothing_and_little_are_gathered_alike() {
     assert_eq!(takers(&all_agree(&scene, &case)), 0);
 }
 
-/// 1e5 equal deposits in one spot: the sum is the integer product, on any number of threads.
+/// 1e6 equal deposits in one spot: the sum is the integer product, on any number of threads.
 #[test]
 fn many_deposits_in_one_spot_sum_exactly() {
     let scene = lender();
@@ -255,19 +255,19 @@ fn many_deposits_in_one_spot_sum_exactly() {
         flux: Vec3::new(3.0, 0.1, 1e-7),
         ..DepositLight::default()
     };
-    (0..100_000).for_each(|_| deposits.push(geometry, light));
+    (0..1_000_000).for_each(|_| deposits.push(geometry, light));
     let case = Case { points: vec![point; 3], shadings: vec![shading; 3], deposits };
     let words = all_agree(&scene, &case);
-    let params = params(&scene, 3, 100_000);
+    let params = params(&scene, 3, 1_000_000);
     let value = contribution(&shading, scene.materials[0], &light, params.specular_roughness, Needs::ALL);
     for channel in 0..3 {
         let one = Quanta::from_f32(value[channel], params.inverse_quantum);
-        let exact = 100_000 * (u64::from(one.high) << 32 | u64::from(one.low));
+        let exact = 1_000_000 * (u64::from(one.high) << 32 | u64::from(one.low));
         let got = u64::from(words[2 * channel + 1]) << 32 | u64::from(words[2 * channel]);
         assert!(exact > 0);
         assert_eq!(got, exact, "channel {channel}");
     }
-    assert_eq!(words[6], 100_000);
+    assert_eq!(words[6], 1_000_000);
 }
 
 /// The disc test rounds: a deposit a hair beyond the radius is taken, and its cell may be the next one.

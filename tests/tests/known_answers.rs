@@ -1,5 +1,19 @@
 //! Known answers: scenes whose light can be computed by hand.
 //!
+//! | | case | test |
+//! |---|---|---|
+//! | O1 | ring mirror | `truth.rs`: `ring_mirror_makes_its_nephroid`, and sharply among the long tests |
+//! | O2 | plane mirror | `mirror`: `plane_mirror_makes_a_virtual_light`; `lights`: `plane_mirror_makes_a_virtual_spot`, `plane_mirror_turns_directional_light` |
+//! | O3 | view through a mirror | `mirror`: `view_through_a_perfect_mirror_is_the_mirrored_cameras` |
+//! | O4 | slab | `glass`: `slab_with_all_bounces_transmits_what_a_thin_wall_does`, `thin_wall_transmits_what_a_slab_does` |
+//! | O5 | glass sphere | `glass`: `glass_sphere_transmits_and_focuses_parallel_light`; `lights`: `glass_sphere_focuses_a_directional_light` |
+//! | O6 | parabola, ellipse | `focus`: `parabola_sends_all_light_to_its_focus`, `ellipse_sends_all_light_from_focus_to_focus` |
+//! | O7 | the density estimate | `estimator`: `disc_estimates_as_its_bias_says` |
+//! | O8 | history | no method with a history yet |
+//! | O9 | invariances | `invariances.rs` |
+//! | O10 | energy | `energy.rs`; `rooms`: `lossless_things_in_a_uniform_room_are_invisible`, `plain_room_has_no_caustic_and_shoots_no_light_path` |
+//! | O11 | gathers | `gathers.rs`: `every_gather_finds_what_brute_force_finds`, `gathers_agree_on_real_scenes` |
+//!
 //! Statistical tolerances are three standard errors, estimated from independent frames or from the binomial law;
 //! what is added to them is named.
 
@@ -7,8 +21,12 @@
 mod cones;
 #[path = "known_answers/estimator.rs"]
 mod estimator;
+#[path = "known_answers/focus.rs"]
+mod focus;
 #[path = "known_answers/glass.rs"]
 mod glass;
+#[path = "known_answers/lights.rs"]
+mod lights;
 #[path = "known_answers/mirror.rs"]
 mod mirror;
 #[path = "known_answers/rooms.rs"]

@@ -132,7 +132,7 @@ pub enum SceneError {
         dropped: usize,
     },
     /// Nothing to see it by.
-    #[error("{file}: no light; give a material an emissiveFactor above zero or add a point light")]
+    #[error("{file}: no light; give a material an emissiveFactor above zero or add a punctual light")]
     NoLight {
         /// The file.
         file: String,

@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3};
 
 use self::document::Document;
 use self::mesh::Corner;
-use super::{PointLight, Scene, SceneCamera, SceneError, geometry};
+use super::{PunctualLight, Scene, SceneCamera, SceneError, geometry};
 
 mod accessor;
 mod buffer;
@@ -93,7 +93,7 @@ fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
     let lights = placed
         .lights
         .iter()
-        .map(|&(position, intensity)| PointLight { position: local(position), intensity })
+        .map(|&(position, light)| PunctualLight { position: local(position), ..light })
         .collect();
     let cameras = placed
         .cameras

@@ -2,44 +2,31 @@
 
 use std::f64::consts::PI;
 
-use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, Material};
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::{DVec3, Vec3};
 
-use super::{SceneError, geometry};
+use super::{PunctualLight, SceneError, geometry};
 
-/// A point that emits evenly in all directions.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PointLight {
-    /// Position [m].
-    pub position: Vec3,
-    /// Radiant intensity of each channel [W sr^-1].
-    pub intensity: Vec3,
-}
-
-/// Refuses point lights that no kernel can use.
-pub fn check(file: &str, lights: &[PointLight]) -> Result<(), SceneError> {
+/// Refuses punctual lights that no kernel can use.
+pub fn check(file: &str, lights: &[PunctualLight]) -> Result<(), SceneError> {
     for (id, light) in lights.iter().enumerate() {
-        let lit = light.intensity.to_array().iter().all(|value| (0.0..=1e30).contains(value));
-        let placed = light.position.is_finite()
-            && f64::from(light.position.abs().max_element()) <= geometry::LARGEST_COORDINATE;
-        if !lit || !placed {
-            let what = format!("point light {id} has a position or an intensity that cannot be used");
+        if let Some(what) = light.fault() {
+            let what = format!("punctual light {id} has {what}");
             return Err(SceneError::Tables { file: file.into(), what });
         }
     }
     Ok(())
 }
 
-/// Emitters of positive power in the order of triangles, then point lights, with their alias table; and the emitted
+/// Emitters of positive power in the order of triangles, then punctual lights, with their alias table; and the emitted
 /// flux of each channel [W].
 pub fn table(
     triangles: &[Triangle],
     surfaces: &[TriangleSurface],
     materials: &[Material],
-    point_lights: &[PointLight],
+    punctual_lights: &[PunctualLight],
 ) -> (Vec<Light>, Vec3) {
     let of_triangles = triangles.iter().zip(surfaces).enumerate().map(|(id, (triangle, surface))| {
         let material = &materials[surface.material as usize];
@@ -54,15 +41,11 @@ pub fn table(
         };
         (light, material.emission.as_dvec3() * PI * area * f64::from(sides))
     });
-    let of_points = point_lights.iter().map(|point| {
-        let light =
-            Light { position: point.position, triangle: NONE, emission: point.intensity, ..Light::default() };
-        (light, point.intensity.as_dvec3() * 4.0 * PI)
-    });
+    let of_punctual = punctual_lights.iter().map(|light| light.row(triangles));
 
     // Leave out what is dark, or so dim beside the rest that f32 cannot hold its chance.
     let power = |flux: DVec3| flux.element_sum() / 3.0;
-    let all: Vec<_> = of_triangles.chain(of_points).filter(|&(_, flux)| power(flux) > 0.0).collect();
+    let all: Vec<_> = of_triangles.chain(of_punctual).filter(|&(_, flux)| power(flux) > 0.0).collect();
     let total: f64 = all.iter().map(|&(_, flux)| power(flux)).sum();
     let (mut lights, fluxes): (Vec<_>, Vec<_>) =
         all.into_iter().filter(|&(_, flux)| power(flux) >= 1e-30 * total).unzip();
@@ -121,7 +104,7 @@ mod tests {
 
     #[test]
     fn dark_lights_are_left_out() {
-        let point = |intensity| PointLight { intensity, ..PointLight::default() };
+        let point = |intensity| PunctualLight::point(Vec3::ZERO, intensity);
         let (lights, flux) = table(&[], &[], &[], &[point(Vec3::ZERO), point(Vec3::ONE)]);
         assert_eq!(lights.len(), 1);
         assert!((flux.x - 12.566_371).abs() < 1e-5);

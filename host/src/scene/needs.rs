@@ -1,6 +1,7 @@
 //! What a scene needs of the kernels.
 
 use caustics_kernels::interface::NONE;
+use caustics_kernels::interface::light::{LIGHT_DIRECTIONAL, LIGHT_SPOT};
 use caustics_kernels::interface::material::{FLAG_THIN, Material};
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::surface::class::{self, Classes};
@@ -20,7 +21,13 @@ impl Scene {
         let mut needs =
             materials.fold(Needs(0), |all, (material, _)| all | of_material(material, specular_roughness));
         for light in &self.lights {
-            needs = needs | if light.triangle == NONE { Needs::POINT_LIGHTS } else { Needs::AREA_LIGHTS };
+            needs = needs
+                | match light.kind {
+                    _ if light.triangle != NONE => Needs::AREA_LIGHTS,
+                    LIGHT_SPOT => Needs::SPOT_LIGHTS,
+                    LIGHT_DIRECTIONAL => Needs::DIRECTIONAL_LIGHTS,
+                    _ => Needs::POINT_LIGHTS,
+                };
         }
         if self.surfaces.iter().any(|surface| surface.normal_a != Vec3::ZERO) {
             needs = needs | Needs::SMOOTH_NORMALS;

@@ -3,17 +3,19 @@
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::Vec3;
 
-/// One emitter: an emissive triangle or a point light.
+/// One emitter: an emissive triangle, or a punctual light (KHR_lights_punctual).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Light {
-    /// Position of a point light [m]; unused by triangles.
+    /// Position of a point or spot light [m]; centre of the disc that a directional light's paths start on [m], which
+    /// lies before the whole scene. Unused by triangles.
     pub position: Vec3,
-    /// Triangle id, or `NONE` for a point light.
+    /// Triangle id, or `NONE` for a punctual light.
     pub triangle: u32,
-    /// Radiance of a triangle [W m^-2 sr^-1], intensity of a point light [W sr^-1].
+    /// Radiance of a triangle [W m^-2 sr^-1], intensity of a point or spot light [W sr^-1], irradiance across a
+    /// directional light [W m^-2].
     pub emission: Vec3,
-    /// Area of the triangle [m^2]; 0 for a point light.
+    /// Area of the triangle [m^2]; 0 for a punctual light.
     pub area: f32,
     /// Chance that this light is chosen (its share of the scene's power).
     pub pdf_light_choice: f32,
@@ -21,8 +23,27 @@ pub struct Light {
     pub threshold: f32,
     /// The other light of this row of the alias table.
     pub alias: u32,
-    /// Sides that emit: 1 (front) or 2; 0 for a point light.
+    /// Sides that emit: 1 (front) or 2; 0 for a punctual light.
     pub sides: u32,
+    /// Unit direction that a spot points in, or that directional light travels in; zero for others.
+    pub direction: Vec3,
+    /// `LIGHT_*` of a punctual light; 0 for triangles.
+    pub kind: u32,
+    /// 1 - cos of a spot's outer angle: its cone's solid angle over 2 pi [sr]; 0 for others.
+    pub cone: f32,
+    /// 1 / (cos of the inner angle - cos of the outer) of a spot; 0 for others.
+    pub falloff: f32,
+    /// Radius of the disc that a directional light's paths start on [m]; 0 for others.
+    pub radius: f32,
+    /// Keeps rows at 16 bytes.
+    pub padding: u32,
 }
 
-const _: () = assert!(size_of::<Light>() == 48);
+/// `Light::kind`: emits evenly in all directions.
+pub const LIGHT_POINT: u32 = 0;
+/// `Light::kind`: emits into a cone.
+pub const LIGHT_SPOT: u32 = 1;
+/// `Light::kind`: parallel light from infinitely far away.
+pub const LIGHT_DIRECTIONAL: u32 = 2;
+
+const _: () = assert!(size_of::<Light>() == 80);

@@ -4,10 +4,10 @@
 use spirv_std::num_traits::Float;
 
 use crate::interface::NONE;
-use crate::interface::light::Light;
+use crate::interface::light::{LIGHT_DIRECTIONAL, LIGHT_SPOT, Light};
 use crate::interface::needs::Needs;
 use crate::interface::triangle::Triangle;
-use crate::light::choose;
+use crate::light::{choose, spot};
 use crate::math::{offset, warp};
 use spirv_std::glam::{Vec3, Vec4};
 
@@ -18,10 +18,13 @@ pub struct Connection {
     pub target: Vec3,
     /// Unit direction to the light.
     pub to_light: Vec3,
-    /// Radiance over pdf_solid_angle; intensity over squared distance and choice for a point light [W m^-2].
+    /// Radiance over pdf_solid_angle; for a punctual light its irradiance across over the chance of its choice
+    /// [W m^-2].
     pub radiance_over_pdf: Vec3,
-    /// Density of this direction [1/sr]; 0 for a point light, which nothing else can find.
+    /// Density of this direction [1/sr]; 0 for a punctual light, which nothing else can find.
     pub pdf_solid_angle: f32,
+    /// The light is infinitely far away: the shadow ray has no end, and `target` says nothing.
+    pub endless: bool,
 }
 
 /// Connects `position` to a light.
@@ -39,23 +42,32 @@ pub fn connect(
         to_light: Vec3::Z,
         radiance_over_pdf: Vec3::ZERO,
         pdf_solid_angle: 0.0,
+        endless: false,
     };
     if light_count == 0 {
         return nothing;
     }
     let light = lights[choose(lights, light_count, u.x, u.y) as usize];
-    if needs.has(Needs::POINT_LIGHTS) && light.triangle == NONE {
+    if needs.has(Needs::DIRECTIONAL_LIGHTS) && light.kind == LIGHT_DIRECTIONAL {
+        return Connection {
+            to_light: -light.direction,
+            radiance_over_pdf: light.emission / light.pdf_light_choice,
+            endless: true,
+            ..nothing
+        };
+    }
+    if needs.has(Needs::POINT_LIGHTS | Needs::SPOT_LIGHTS) && light.triangle == NONE {
         let along = light.position - position;
         let square = along.length_squared();
         if square == 0.0 {
             return nothing;
         }
-        return Connection {
-            target: light.position,
-            to_light: along / square.sqrt(),
-            radiance_over_pdf: light.emission / (square * light.pdf_light_choice),
-            pdf_solid_angle: 0.0,
-        };
+        let to_light = along / square.sqrt();
+        let mut radiance_over_pdf = light.emission / (square * light.pdf_light_choice);
+        if needs.has(Needs::SPOT_LIGHTS) && light.kind == LIGHT_SPOT {
+            radiance_over_pdf *= spot::falloff_seen(&light, to_light);
+        }
+        return Connection { target: light.position, to_light, radiance_over_pdf, ..nothing };
     }
 
     // A uniform point of the triangle, on the side that we see.
@@ -78,6 +90,7 @@ pub fn connect(
         to_light,
         radiance_over_pdf: light.emission / pdf_solid_angle,
         pdf_solid_angle,
+        endless: false,
     }
 }
 

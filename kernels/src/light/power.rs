@@ -1,11 +1,12 @@
 //! Emission by power: lights by their share of the flux, uniform over the area, cosine (or uniform) in direction.
+//! Spots: uniform over the outer cone. Directional lights: uniform over their disc.
 
 use crate::interface::NONE;
-use crate::interface::light::Light;
+use crate::interface::light::{LIGHT_DIRECTIONAL, LIGHT_SPOT, Light};
 use crate::interface::needs::Needs;
 use crate::interface::triangle::Triangle;
-use crate::light::choose;
 use crate::light::emit::{Emit, Leaving};
+use crate::light::{choose, directional, spot};
 use crate::math::frame::ShadingFrame;
 use crate::math::ray::Ray;
 use crate::math::{PI, offset, warp};
@@ -28,6 +29,20 @@ impl Emit for ByPower<'_> {
     #[inline(always)]
     fn leave(&self, place: Vec4, direction: Vec4) -> Leaving {
         let light = self.lights[choose(self.lights, self.light_count, place.x, place.y) as usize];
+        if self.needs.has(Needs::DIRECTIONAL_LIGHTS) && light.kind == LIGHT_DIRECTIONAL {
+            let (origin, area) = directional::leave(&light, place.z, place.w);
+            return Leaving {
+                ray: Ray::endless(origin, light.direction),
+                flux: light.emission * (area / light.pdf_light_choice),
+            };
+        }
+        if self.needs.has(Needs::SPOT_LIGHTS) && light.kind == LIGHT_SPOT {
+            let (to, solid_angle) = spot::leave(&light, direction.x, direction.y);
+            return Leaving {
+                ray: Ray::endless(light.position, to),
+                flux: light.emission * (solid_angle / light.pdf_light_choice),
+            };
+        }
         if self.needs.has(Needs::POINT_LIGHTS) && light.triangle == NONE {
             let to = warp::uniform_sphere(direction.x, direction.y);
             return Leaving {

@@ -244,6 +244,9 @@ fn weighted(site: &Site, connection: &Connection, class: Classes) -> Vec3 {
 #[inline(always)]
 fn shadow_ray(vertex: &Vertex, connection: &Connection) -> Ray {
     let origin = offset::leave(vertex.position, vertex.face_normal, connection.to_light, vertex.clearance);
+    if connection.endless {
+        return Ray::endless(origin, connection.to_light);
+    }
     let along = connection.target - origin;
     let length = along.length();
     Ray { origin, length, direction: along / length, padding: 0 }

@@ -1,5 +1,6 @@
 //! Ray cones against real footprints.
 
+use caustics_kernels::interface::material::Material;
 use caustics_kernels::math::cone::RayCone;
 use caustics_kernels::math::ray::Ray;
 use caustics_kernels::math::rng::{Rng, Stream};
@@ -40,67 +41,196 @@ fn disc_has_the_area_of_the_pixels_footprint() {
     }
 }
 
-/// Seen in a convex sphere mirror, the cone is as wide in the plane of incidence as neighbouring rays part, to 10 %
-/// up to 60 degrees (facets of 256 x 128 and their interpolated normals).
+/// A surface of the f64 oracle.
+#[derive(Clone, Copy)]
+enum Shape {
+    /// The plane y = 0.
+    Plane,
+    /// The sphere of radius 1 about the origin.
+    Sphere,
+}
+
+/// What happens at a surface: reflection, or refraction with this index before over index behind.
+#[derive(Clone, Copy)]
+struct Event(Shape, Option<f64>);
+
+/// A ray of the oracle.
+#[derive(Clone, Copy)]
+struct Line {
+    origin: DVec3,
+    direction: DVec3,
+}
+
+impl Shape {
+    /// Distance to the first hit ahead, and the normal on the ray's side.
+    fn hit(self, Line { origin, direction }: Line) -> (f64, DVec3) {
+        let (distance, normal) = match self {
+            Shape::Plane => (-origin.y / direction.y, DVec3::Y),
+            Shape::Sphere => {
+                let along = -origin.dot(direction);
+                let root = (1.0 - (origin + along * direction).length_squared()).sqrt();
+                let distance = if along - root > 1e-9 { along - root } else { along + root };
+                (distance, origin + distance * direction)
+            }
+        };
+        (distance, -normal * normal.dot(direction).signum())
+    }
+
+    /// Unit direction from `eye` that meets the surface at this angle to its normal [rad].
+    fn aim(self, eye: DVec3, incidence: f64) -> DVec3 {
+        let (axis, angle) = match self {
+            Shape::Plane => (DVec3::NEG_Y, incidence),
+            // The law of sines in the triangle of eye, centre and hit.
+            Shape::Sphere => (-eye.normalize(), (incidence.sin() / eye.length()).asin()),
+        };
+        let across = axis.cross(DVec3::new(0.48, 0.6, 0.64)).normalize();
+        axis * angle.cos() + across * angle.sin()
+    }
+}
+
+/// The ray behind the events.
+fn bent(line: Line, events: &[Event]) -> Line {
+    events.iter().fold(line, |line, Event(shape, eta)| {
+        let (distance, normal) = shape.hit(line);
+        let cos = -line.direction.dot(normal);
+        let direction = match eta {
+            None => line.direction + 2.0 * cos * normal,
+            Some(eta) => {
+                let cos_behind = (1.0 - eta * eta * (1.0 - cos * cos)).sqrt();
+                *eta * line.direction + (eta * cos - cos_behind) * normal
+            }
+        };
+        Line { origin: line.origin + distance * line.direction, direction }
+    })
+}
+
+/// Follows rays that meet the first surface at 10 to 60 degrees to a screen `screen` behind the last event, by the
+/// kernels, and compares the cone's width there with how far neighbouring rays of the oracle part: in the plane of
+/// incidence to 2 %, across it in print (one cone has one width). The facets leave 0.1 %, and 1.4 % at a focus.
+fn compare(what: &str, things: &Builder, events: &[Event], eye: DVec3, screen: f64) {
+    let spread = 1e-4_f64;
+    let (mut worst, mut worst_across) = (0.0_f64, 0.0_f64);
+    for degrees in [10, 20, 30, 40, 50, 60] {
+        let direction = events[0].0.aim(eye, f64::from(degrees).to_radians());
+        let chief = Line { origin: eye, direction };
+        let behind = bent(chief, events);
+        let mut b = things.clone();
+        let dull = b.material(lambert(0.5));
+        let right = behind.direction.any_orthonormal_vector();
+        let centre = behind.origin + screen * behind.direction;
+        b.panel(dull, centre, 0.02 * right, 0.02 * behind.direction.cross(right));
+        b.light(7.0 * DVec3::Y, 1.0);
+        b.camera(eye, DVec3::ZERO, 0.4);
+        let scene = b.build();
+        let world = World::new(&scene, &settings(8, 8, 1));
+        let (mut tracer, mut tally) = (world.tracer(), Tally::default());
+
+        // The kernels choose among lobes by chance: take the path that follows the oracle's.
+        let mut paths = (0..1000).map(|path| {
+            let ray = Ray::endless(eye.as_vec3(), direction.as_vec3());
+            let rng = Rng::new(Stream::Camera, 0, path, 0);
+            let cone = RayCone::at_eye(spread as f32);
+            follow(
+                ray,
+                cone,
+                rng,
+                Classes::NON_SPECULAR,
+                &world.params,
+                world.needs,
+                world.tables(),
+                &mut tracer,
+                &mut tally,
+            )
+        });
+        // Facets bend light a little otherwise than their sphere.
+        let near = |p: DVec3| (p - centre).length() < 5e-3;
+        let depth = events.len() as u32 + 1;
+        let collected = paths
+            .find(|c| c.geometry.depth == depth && near(c.geometry.position.as_dvec3()))
+            .unwrap_or_else(|| panic!("{what}: no path follows the oracle's at {degrees} degrees"));
+        let receiving = f64::from(collected.shading.to_viewer.dot(collected.geometry.normal));
+        let width = f64::from(collected.geometry.radius) * (PI * receiving).sqrt();
+
+        // Finite differences at the same distance behind the last event.
+        let (_, normal) = events[0].0.hit(chief);
+        let sideways = direction.cross(normal).normalize();
+        let parted = |axis: DVec3| {
+            let turned = Line { origin: eye, direction: (direction + 1e-6 * axis).normalize() };
+            let neighbour = bent(turned, events);
+            let apart = neighbour.origin + screen * neighbour.direction - centre;
+            (apart - behind.direction * apart.dot(behind.direction)).length() / 1e-6 * spread
+        };
+        let (in_plane, across) =
+            (width / parted(sideways.cross(direction)) - 1.0, width / parted(sideways) - 1.0);
+        println!(
+            "{what}, {degrees} degrees: width {width:.3e} m, {:+.2} % in the plane, {:+.1} % across",
+            100.0 * in_plane,
+            100.0 * across
+        );
+        (worst, worst_across) = (worst.max(in_plane.abs()), worst_across.max(across.abs()));
+    }
+    println!(
+        "{what}: at most {:.2} % in the plane of incidence, {:.1} % across",
+        100.0 * worst,
+        100.0 * worst_across
+    );
+    assert!(worst < 0.02, "{what}: {worst}");
+}
+
+/// Behind a plane mirror the cone grows as if it were not there.
+#[test]
+fn cone_behind_a_plane_mirror_is_as_wide_as_neighbouring_rays_part() {
+    let mut b = Builder::default();
+    let mirror = b.material(metal(1.0, 0.0));
+    b.panel(mirror, DVec3::ZERO, 6.0 * DVec3::Z, 6.0 * DVec3::X);
+    compare("plane mirror", &b, &[Event(Shape::Plane, None)], DVec3::new(0.3, 2.0, 0.1), 3.0);
+}
+
+/// A ball of 256 x 128 facets and their interpolated normals.
+fn ball(material: Material) -> Builder {
+    let mut b = Builder::default();
+    let id = b.material(material);
+    b.sphere(id, DVec3::ZERO, 1.0, 256, 128);
+    b
+}
+
+/// A convex mirror spreads.
 #[test]
 fn cone_behind_a_convex_mirror_is_as_wide_as_neighbouring_rays_part() {
-    let mut b = Builder::default();
-    let wall = b.material(lambert(0.5));
-    let ball = b.material(metal(1.0, 0.0));
-    b.block(wall, DVec3::splat(-8.0), DVec3::splat(8.0), true);
-    b.sphere(ball, DVec3::ZERO, 1.0, 256, 128);
-    b.light(DVec3::new(0.0, 6.0, 0.0), 1.0);
-    b.camera(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, 0.4);
-    let scene = b.build();
-    let world = World::new(&scene, &settings(8, 8, 1));
-    let spread = 1e-4_f64;
-
-    // A ray from the eye towards the sphere's point at `phi` in the plane y = x / 3, its mirror image, and the wall.
-    let eye = DVec3::new(0.0, 0.0, 5.0);
-    let across = DVec3::new(3.0, 1.0, 0.0).normalize();
-    let turned = |angle: f64| -DVec3::Z * angle.cos() + across * angle.sin();
-    let mirrored = |angle: f64| {
-        let direction = turned(angle);
-        let half = eye.dot(direction);
-        let distance = -half - (half * half - eye.length_squared() + 1.0).sqrt();
-        let hit = eye + distance * direction;
-        (hit, direction - 2.0 * direction.dot(hit) * hit, -direction.dot(hit))
-    };
-    let (mut tracer, mut tally) = (world.tracer(), Tally::default());
-    let mut worst = 0.0_f64;
-    for step in 1..=24 {
-        let angle = 0.1705 * f64::from(step) / 24.0;
-        let (hit, direction, cos) = mirrored(angle);
-        if cos < 0.5 {
-            break;
-        }
-        let ray = Ray::endless(eye.as_vec3(), turned(angle).as_vec3());
-        let rng = Rng::new(Stream::Camera, 0, step as u32, 0);
-        let cone = RayCone::at_eye(spread as f32);
-        let collected = follow(
-            ray,
-            cone,
-            rng,
-            Classes::NON_SPECULAR,
-            &world.params,
-            world.needs,
-            world.tables(),
-            &mut tracer,
-            &mut tally,
-        );
-        let point = collected.geometry;
-        assert_eq!(point.depth, 2);
-        let receiving = f64::from(collected.shading.to_viewer.dot(point.normal));
-        let width = f64::from(point.radius) * (PI * receiving).sqrt();
-
-        // Finite difference at the same distance behind the mirror.
-        let distance = (point.position.as_dvec3() - hit).length();
-        let (hit_2, direction_2, _) = mirrored(angle + 1e-6);
-        let parted = (hit_2 + distance * direction_2) - (hit + distance * direction);
-        let parted = (parted - direction * parted.dot(direction)).length() / 1e-6 * spread;
-        worst = worst.max((width / parted - 1.0).abs());
-        println!("incidence {:.1} degrees: width {:.5} {:.5}", cos.acos().to_degrees(), width, parted);
-        assert!((width / parted - 1.0).abs() < 0.1);
+    let eye = DVec3::new(0.0, 1.0, 4.9);
+    for screen in [1.0, 10.0] {
+        let name = format!("convex mirror, {screen} m behind");
+        compare(&name, &ball(metal(1.0, 0.0)), &[Event(Shape::Sphere, None)], eye, screen);
     }
-    println!("largest difference {worst:.4}");
+}
+
+/// A concave mirror, met from inside of the ball, focuses: before the focus (0.38 to 0.67 m) and behind it.
+#[test]
+fn cone_behind_a_concave_mirror_is_as_wide_as_neighbouring_rays_part() {
+    let eye = DVec3::new(0.0, 0.54, 0.72);
+    for screen in [0.2, 0.9] {
+        let name = format!("concave mirror, {screen} m behind");
+        compare(&name, &ball(metal(1.0, 0.0)), &[Event(Shape::Sphere, None)], eye, screen);
+    }
+}
+
+/// Into glass by a plane.
+#[test]
+fn cone_behind_a_refracting_plane_is_as_wide_as_neighbouring_rays_part() {
+    let mut b = Builder::default();
+    let solid = b.material(glass(1.5));
+    b.block(solid, DVec3::new(-9.0, -9.0, -9.0), DVec3::new(9.0, 0.0, 9.0), false);
+    compare("into a block", &b, &[Event(Shape::Plane, Some(1.0 / 1.5))], DVec3::new(0.3, 2.0, 0.1), 3.0);
+}
+
+/// Into a glass ball, and through it: before its focus and behind it.
+#[test]
+fn cone_behind_a_refracting_sphere_is_as_wide_as_neighbouring_rays_part() {
+    let eye = DVec3::new(0.0, 1.0, 4.9);
+    let (into, out) = (Event(Shape::Sphere, Some(1.0 / 1.5)), Event(Shape::Sphere, Some(1.5)));
+    compare("into a ball", &ball(glass(1.5)), &[into], eye, 0.8);
+    for screen in [0.1, 3.0] {
+        let name = format!("through a ball, {screen} m behind");
+        compare(&name, &ball(glass(1.5)), &[into, out], eye, screen);
+    }
 }

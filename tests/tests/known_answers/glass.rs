@@ -145,6 +145,20 @@ fn sphere_ray(b: f64) -> (f64, f64, f64) {
     (i, t, 1.0 - 0.5 * (s + p))
 }
 
+/// O5: share of parallel light on a sphere that reaches a floor `below` its centre within `radius` of the axis by two
+/// refractions; lengths in radii of the sphere.
+pub fn within_on_floor(below: f64, radius: f64) -> f64 {
+    let steps = 200_000;
+    let ring = |step: i32| {
+        let b = (f64::from(step) + 0.5) / f64::from(steps);
+        let (i, t, passes) = sphere_ray(b);
+        let rho = (2.0 * t - i).sin() - (below - (2.0 * t - i).cos()) * (2.0 * (i - t)).tan();
+        let reaches = 2.0 * (i - t) < 0.5 * PI && rho.abs() <= radius;
+        if reaches { passes * passes * 2.0 * b / f64::from(steps) } else { 0.0 }
+    };
+    (0..steps).map(ring).sum()
+}
+
 /// O5: a glass sphere passes 0.8355 of parallel light by two refractions, and where it should. The beam is exactly
 /// parallel; 1e-3 is for 512 x 256 facets (their outline, and shading normals that face away at the rim).
 #[test]
@@ -178,15 +192,7 @@ fn glass_sphere_transmits_and_focuses_parallel_light() {
 
     // Within circles on the floor 1.2 R below the centre, in front of the focus at 1.5 R.
     for radius in [0.05, 0.1, 0.2, 0.3] {
-        let steps = 200_000;
-        let ring = |step: i32| {
-            let b = (f64::from(step) + 0.5) / f64::from(steps);
-            let (i, t, passes) = sphere_ray(b);
-            let rho = (2.0 * t - i).sin() - (floor - (2.0 * t - i).cos()) * (2.0 * (i - t)).tan();
-            let reaches = 2.0 * (i - t) < 0.5 * PI && rho.abs() <= radius;
-            if reaches { passes * passes * 2.0 * b / f64::from(steps) } else { 0.0 }
-        };
-        let expected: f64 = (0..steps).map(ring).sum();
+        let expected = within_on_floor(floor, radius);
         let inside = |p: Vec3| {
             let p = p.as_dvec3();
             p.y < -floor + 1e-3 && p.x.hypot(p.z) <= radius

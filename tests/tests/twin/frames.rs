@@ -4,12 +4,14 @@ use caustics::method::basic;
 use caustics::method::basic::BASIC;
 use caustics::method::path::PATH;
 use caustics::method::settings::Settings;
+use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics_kernels::gather::accumulator::WORDS;
 use caustics_kernels::gather::variant::{self, Variant};
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_tests::compare::{Tolerance, floats, words};
 use caustics_tests::gpu::gpu;
+use caustics_tests::scenes::open_air;
 use caustics_tests::statistics::Mean;
 use caustics_tests::table::Table;
 use caustics_tests::twin::{self, Twin, load};
@@ -21,11 +23,11 @@ use crate::settings;
 const FRAMES: u32 = 4;
 
 /// Means of the caustics and of all else over an image, frame by frame.
-fn means(choice: &RunnerChoice, variant: &'static Variant) -> [Mean; 2] {
-    let (scene, settings) = (load("mirror-room"), settings());
+fn means(choice: &RunnerChoice, scene: &Scene, variant: &'static Variant) -> [Mean; 2] {
+    let settings = settings();
     let needs = scene.needs(settings.specular_roughness);
     let mut session =
-        Session::new(choice, &scene, &scene.cameras[0], &settings, &BASIC, variant, needs).unwrap();
+        Session::new(choice, scene, &scene.cameras[0], &settings, &BASIC, variant, needs).unwrap();
     let mean = |image: &[Vec3]| {
         let sum = image.iter().map(|pixel| f64::from(pixel.element_sum())).sum::<f64>();
         sum / (3.0 * image.len() as f64)
@@ -42,13 +44,23 @@ fn means(choice: &RunnerChoice, variant: &'static Variant) -> [Mean; 2] {
 
 #[test]
 fn image_means_agree_within_three_sigma() {
+    image_means_agree(&load("mirror-room"));
+}
+
+/// Under a spot and a directional light.
+#[test]
+fn image_means_agree_in_the_open_air() {
+    image_means_agree(&open_air().build());
+}
+
+fn image_means_agree(scene: &Scene) {
     let Some(gpu) = gpu() else { return };
-    let cpu = means(&RunnerChoice::Cpu { threads: 0 }, &variant::PHOTONS_GRID);
+    let cpu = means(&RunnerChoice::Cpu { threads: 0 }, scene, &variant::PHOTONS_GRID);
     for &hardware in gpu.tracers() {
         let variants =
             variant::ALL.iter().filter(|variant| variant.hardware == hardware && variant.name != "brute");
         for variant in variants {
-            let gpu = means(&gpu.choice(hardware), variant);
+            let gpu = means(&gpu.choice(hardware), scene, variant);
             for (layer, cpu, gpu) in [("caustics", cpu[0], gpu[0]), ("path", cpu[1], gpu[1])] {
                 let sigmas = cpu.sigmas(&gpu);
                 eprintln!(

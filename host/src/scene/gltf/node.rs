@@ -1,6 +1,6 @@
 //! The node tree: what stands where, in f64.
 
-use std::f32::consts::PI;
+use std::f32::consts::{FRAC_PI_4, PI};
 
 use glam::{DAffine3, DMat4, DQuat, DVec3, Vec3};
 use gltf::json::extensions::scene::khr_lights_punctual::{Light, Type};
@@ -10,7 +10,8 @@ use gltf::json::{Index, Mesh};
 
 use super::document::Document;
 use super::{unsupported, vector};
-use crate::scene::{SceneCamera, SceneError};
+use crate::scene::punctual::cone_fault;
+use crate::scene::{LightShape, PunctualLight, SceneCamera, SceneError};
 
 /// A mesh in the world.
 pub struct MeshInstance {
@@ -29,8 +30,8 @@ pub struct Placed {
     pub meshes: Vec<MeshInstance>,
     /// Cameras and their positions [m].
     pub cameras: Vec<(DVec3, SceneCamera)>,
-    /// Positions [m] and intensities [W sr^-1] of point lights.
-    pub lights: Vec<(DVec3, Vec3)>,
+    /// Punctual lights and their positions [m].
+    pub lights: Vec<(DVec3, PunctualLight)>,
 }
 
 /// Walks the default scene's nodes, parents first.
@@ -64,7 +65,7 @@ pub fn place(document: &mut Document) -> Result<Placed, SceneError> {
             placed.cameras.extend(camera(document, &node, &label, &to_world)?);
         }
         if let Some(light) = node.extensions.as_ref().and_then(|all| all.khr_lights_punctual.as_ref()) {
-            placed.lights.extend(light_at(document, light.light, &label, &to_world)?);
+            placed.lights.push(light_at(document, light.light, &label, &to_world)?);
         }
         stack.extend(node.children.iter().flatten().rev().map(|&child| (child, to_world)));
     }
@@ -143,27 +144,44 @@ fn camera(
     Ok(Some((to_world.translation, camera)))
 }
 
-/// A point light; none, with a warning, if it is another one.
+/// A punctual light.
 fn light_at(
     document: &mut Document,
     index: Index<Light>,
     label: &str,
     to_world: &DAffine3,
-) -> Result<Option<(DVec3, Vec3)>, SceneError> {
+) -> Result<(DVec3, PunctualLight), SceneError> {
     let extensions = document.root.extensions.as_ref();
     let lights = extensions.and_then(|all| all.khr_lights_punctual.as_ref()).map(|all| all.lights.as_slice());
     let light = document.get(lights.unwrap_or_default(), index, "light", label)?.clone();
-    if !matches!(light.type_, Checked::Valid(Type::Point)) {
-        document.warn(format!("{label}: only point lights are supported; left out"));
-        return Ok(None);
+    let wrong = |what: String| SceneError::Node { file: document.file.clone(), node: label.into(), what };
+    let intensity = Vec3::from(light.color) * light.intensity;
+    if !(intensity.is_finite() && intensity.min_element() >= 0.0) {
+        return Err(wrong("its light's intensity or colour is negative, infinite or not a number".into()));
     }
+
+    // Light that has a direction goes along -z; scale does not count, but axes of no length have no direction.
+    let direction = (-to_world.matrix3.z_axis).try_normalize().map(|direction| direction.as_vec3());
+    let aimed = || direction.ok_or_else(|| wrong("its light has no direction (a scale of zero)".into()));
+    let shape = match light.type_ {
+        Checked::Valid(Type::Point) => LightShape::Point,
+        Checked::Valid(Type::Directional) => LightShape::Directional { direction: aimed()? },
+        Checked::Valid(Type::Spot) => {
+            let cone = light.spot.as_ref();
+            let inner = f64::from(cone.map_or(0.0, |cone| cone.inner_cone_angle));
+            let outer = f64::from(cone.map_or(FRAC_PI_4, |cone| cone.outer_cone_angle));
+            if let Some(fault) = cone_fault(inner, outer) {
+                return Err(wrong(format!("its light has {fault}")));
+            }
+            LightShape::Spot { direction: aimed()?, inner, outer }
+        }
+        Checked::Invalid => return Err(wrong("its light is no point, spot or directional light".into())),
+    };
     if light.range.is_some() {
         document.warn(format!("{label}: a light's range is not supported; it reaches everywhere"));
     }
-    let intensity = Vec3::from(light.color) * light.intensity;
-    if !(intensity.is_finite() && intensity.min_element() >= 0.0) {
-        let what = "its light's intensity or colour is negative, infinite or not a number".into();
-        return Err(SceneError::Node { file: document.file.clone(), node: label.into(), what });
-    }
-    Ok(Some((to_world.translation, intensity)))
+    // A directional light may stand anywhere: its place says nothing.
+    let position =
+        if matches!(shape, LightShape::Directional { .. }) { DVec3::ZERO } else { to_world.translation };
+    Ok((position, PunctualLight { position: Vec3::ZERO, intensity, shape }))
 }

@@ -3,6 +3,7 @@
 use std::f32::consts::PI;
 
 use caustics_kernels::interface::NONE;
+use caustics_kernels::interface::light::{LIGHT_DIRECTIONAL, LIGHT_SPOT};
 use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAG_THIN};
 use caustics_kernels::interface::needs::Needs;
 use serde_json::{Value, json};
@@ -197,6 +198,67 @@ fn point_lights_are_read() {
     refuses(load(&document, &tiny_binary()), &["main", "negative"]);
     document["nodes"][1]["extensions"]["KHR_lights_punctual"]["light"] = json!(7);
     refuses(load(&document, &tiny_binary()), &["light 7", "main"]);
+}
+
+/// `tiny` without emission, its camera's node carrying this light.
+fn lit_by(light: &Value) -> Value {
+    let mut document = tiny();
+    document["materials"] = json!([{}]);
+    document["extensions"] = json!({ "KHR_lights_punctual": { "lights": [light] } });
+    document["nodes"][1]["extensions"] = json!({ "KHR_lights_punctual": { "light": 0 } });
+    document
+}
+
+#[test]
+fn spot_and_directional_lights_shine_along_minus_z() {
+    let mut document = lit_by(&json!({
+        "type": "spot", "intensity": 2, "spot": { "innerConeAngle": 0.2, "outerConeAngle": 0.5 }, "range": 3,
+    }));
+    // A quarter turn about y takes -z to -x; the scale does not count.
+    document["nodes"][1]["rotation"] = json!([0, 0.5_f64.sqrt(), 0, 0.5_f64.sqrt()]);
+    document["nodes"][1]["scale"] = json!([2, 3, 4]);
+    let scene = load(&document, &tiny_binary()).unwrap();
+    let spot = scene.lights[0];
+    assert_eq!((scene.lights.len(), spot.triangle, spot.kind), (1, NONE, LIGHT_SPOT));
+    assert!((spot.direction - Vec3::NEG_X).length() < 1e-6, "{}", spot.direction);
+    assert_eq!((spot.position, spot.emission), (Vec3::new(-0.5, -0.5, 5.0), Vec3::splat(2.0)));
+    assert!((spot.cone - (1.0 - 0.5_f32.cos())).abs() < 1e-6);
+    assert!((spot.falloff * (0.2_f32.cos() - 0.5_f32.cos()) - 1.0).abs() < 1e-5);
+    assert_eq!(scene.needs(0.25).0 & !Needs::RECEIVERS.0 & !Needs::METAL.0, Needs::SPOT_LIGHTS.0);
+    assert!(scene.warnings.iter().any(|warning| warning.contains("range")), "{:?}", scene.warnings);
+
+    let sun = &mut document["extensions"]["KHR_lights_punctual"]["lights"][0];
+    *sun = json!({ "type": "directional", "color": [1, 0.5, 0], "intensity": 4 });
+    let scene = load(&document, &tiny_binary()).unwrap();
+    let sun = scene.lights[0];
+    assert_eq!((sun.kind, sun.emission), (LIGHT_DIRECTIONAL, Vec3::new(4.0, 2.0, 0.0)));
+    assert!((sun.direction - Vec3::NEG_X).length() < 1e-6);
+    assert!(sun.position.x > 0.5, "the disc lies before the scene: {}", sun.position);
+    assert!((scene.flux.x - 4.0 * PI * sun.radius * sun.radius).abs() < 1e-4);
+    assert!(scene.needs(0.25).has(Needs::DIRECTIONAL_LIGHTS) && !scene.needs(0.25).has(Needs::POINT_LIGHTS));
+}
+
+#[test]
+fn bad_spots_are_refused() {
+    let spot = |inner: f64, outer: f64| {
+        let cone = json!({ "innerConeAngle": inner, "outerConeAngle": outer });
+        load(&lit_by(&json!({ "type": "spot", "spot": cone })), &tiny_binary())
+    };
+    assert!(spot(0.0, std::f64::consts::FRAC_PI_2).is_ok());
+    for (inner, outer) in [(0.5, 0.5), (0.6, 0.5), (-0.1, 0.5), (0.0, 1.6), (0.0, 0.0)] {
+        refuses(spot(inner, outer), &["main", "cone angle"]);
+    }
+    refuses(load(&lit_by(&json!({ "type": "laser" })), &tiny_binary()), &["main", "no point, spot"]);
+    let mut flat = lit_by(&json!({ "type": "directional" }));
+    flat["nodes"][1] =
+        json!({ "name": "sun", "scale": [1, 1, 0], "extensions": flat["nodes"][1]["extensions"] });
+    flat["nodes"][0]["children"] = json!([]);
+    flat["nodes"]
+        .as_array_mut()
+        .unwrap()
+        .push(json!({ "name": "eye", "camera": 0, "translation": [0, 0, 5] }));
+    flat["scenes"][0]["nodes"] = json!([0, 1, 2]);
+    refuses(load(&flat, &tiny_binary()), &["sun", "no direction"]);
 }
 
 #[test]

@@ -1,0 +1,80 @@
+//! Spot lights: the falloff of their cone, and directions into it [KHR_lights_punctual].
+//!
+//! Angles are carried as 1 - cos, taken from the length of a chord: cosines near 1 would leave a narrow cone few bits.
+
+#[cfg(target_arch = "spirv")]
+use spirv_std::num_traits::Float;
+
+use crate::interface::light::Light;
+use crate::math::PI;
+use crate::math::frame::ShadingFrame;
+use crate::math::trig::sin_cos_turns;
+use spirv_std::glam::Vec3;
+
+/// Share of a spot's intensity at `from_axis` = 1 - cos of the angle to its axis: 1 in the inner cone, 0 out of the
+/// outer, between them the square of a line in the cosine.
+#[inline(always)]
+pub fn falloff(light: &Light, from_axis: f32) -> f32 {
+    let line = ((light.cone - from_axis) * light.falloff).clamp(0.0, 1.0);
+    line * line
+}
+
+/// Share of a spot's intensity towards a place that sees it in the unit direction `to_light`.
+#[inline(always)]
+pub fn falloff_seen(light: &Light, to_light: Vec3) -> f32 {
+    falloff(light, 0.5 * (light.direction + to_light).length_squared())
+}
+
+/// A direction uniform over the outer cone, and intensity over its pdf_solid_angle as a share of the light's [sr].
+#[inline(always)]
+pub fn leave(light: &Light, u: f32, v: f32) -> (Vec3, f32) {
+    let from_axis = u * light.cone;
+    let sin = (from_axis * (2.0 - from_axis)).max(0.0).sqrt();
+    let (y, x) = sin_cos_turns(v);
+    let local = Vec3::new(sin * x, sin * y, 1.0 - from_axis);
+    (ShadingFrame::new(light.direction).to_world(local), falloff(light, from_axis) * (2.0 * PI * light.cone))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Inner angle 0.1 of the outer; the integral over the cone by a fine sum is what samples average to.
+    #[test]
+    fn samples_average_to_the_integral_of_the_falloff() {
+        for outer in [1.5_f64, 0.5, 0.01] {
+            let versine = |angle: f64| 2.0 * (0.5 * angle).sin().powi(2);
+            let cone = versine(outer);
+            let light = Light {
+                direction: Vec3::new(0.6, 0.0, -0.8),
+                cone: cone as f32,
+                falloff: (1.0 / (cone - versine(0.1 * outer))) as f32,
+                ..Light::default()
+            };
+            let steps = 1000;
+            let (mut sampled, mut seen) = (0.0, 0.0);
+            for step in 0..steps {
+                let u = (step as f32 + 0.5) / steps as f32;
+                let (direction, share) = leave(&light, u, 0.3);
+                assert!((direction.length() - 1.0).abs() < 1e-6);
+                sampled += f64::from(share) / f64::from(steps);
+                seen += f64::from(falloff_seen(&light, -direction)) * 2.0 * core::f64::consts::PI * cone
+                    / f64::from(steps);
+            }
+            let width = cone - versine(0.1 * outer);
+            let expected = 2.0 * core::f64::consts::PI * (cone - width + width / 3.0);
+            // A chord of a 0.01 rad cone has 1e-5 of relative error.
+            assert!((sampled / expected - 1.0).abs() < 1e-5, "{sampled:e} {expected:e}");
+            assert!((seen / expected - 1.0).abs() < 5e-5, "{seen:e} {expected:e}");
+        }
+    }
+
+    #[test]
+    fn nothing_leaves_the_outer_cone_and_all_of_it_the_inner() {
+        let light = Light { direction: Vec3::Z, cone: 0.5, falloff: 1.0 / 0.25, ..Light::default() };
+        assert_eq!(falloff_seen(&light, Vec3::NEG_Z), 1.0);
+        assert_eq!((falloff(&light, 0.25), falloff(&light, 0.375)), (1.0, 0.25));
+        assert_eq!((falloff(&light, 0.5), falloff(&light, 0.6)), (0.0, 0.0));
+        assert_eq!(falloff_seen(&light, Vec3::Z), 0.0);
+    }
+}

@@ -1,0 +1,274 @@
+//! Degenerate input: what is too small, too far, too flat, too few or not there at all.
+//!
+//! Other tests of this kind: NaN, infinite and zero-area geometry of files in `host/src/scene/gltf/tests.rs`; a million
+//! deposits in one point in `gathers.rs` (`many_deposits_in_one_spot_sum_exactly`); gathers without deposits, without
+//! points and with a tenth of them there (`nothing_and_little_are_gathered_alike`,
+//! `every_gather_does_without_nine_points_in_ten`); files moved by 1e5 in `invariances.rs` (`moved_scenes_look_the_same`).
+
+use caustics::counters::Counters;
+use caustics::method::settings::Settings;
+use caustics::picture::Picture;
+use caustics::scene::{LightShape, PunctualLight, Scene, SceneError};
+use caustics_kernels::interface::counters::Counter;
+use caustics_kernels::interface::material::Material;
+use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
+use caustics_tests::direct::*;
+use caustics_tests::scenes::*;
+use glam::{DVec3, Vec3};
+use std::f32::consts::PI;
+
+fn frame(scene: &Scene, settings: &Settings) -> (Picture, Counters) {
+    render(scene, settings, "photons-grid", None, 0, 1).remove(0)
+}
+
+fn assert_sound(picture: &Picture, counters: &Counters) {
+    let layers = picture.path.iter().chain(&picture.caustics);
+    assert!(layers.clone().all(|value| value.is_finite() && value.min_element() >= 0.0));
+    assert!(picture.radius.iter().all(|radius| radius.is_finite() && *radius >= 0.0));
+    assert_eq!(counters.get(Counter::NonFinite), 0);
+    assert!(counters.warnings().is_empty(), "{:?}", counters.warnings());
+}
+
+/// A floor of 100 x 100 m under a mirror and a spot that shines at it, all of it `away` m along every axis and not recentred, as a part
+/// of a scene this far from its middle is. The camera sees 3 mm of it.
+fn far_away(away: f64) -> Scene {
+    let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z) + away;
+    let mut b = Builder::default();
+    let floor = b.material(lambert(0.6));
+    let mirror = b.material(metal(1.0, 0.0));
+    b.panel(floor, at(0.0, 0.0, 0.0), 50.0 * DVec3::Z, 50.0 * DVec3::X);
+    b.panel(mirror, at(0.0, 40.0, 0.0), 40.0 * DVec3::X, 40.0 * DVec3::Z);
+    b.spot(at(0.0, 20.0, 0.0), DVec3::Y, 0.04, 0.05, 1000.0);
+    b.camera(at(0.0, 10.0, 0.0), at(0.0, 0.0, 0.0), 0.000_32);
+    b.build()
+}
+
+/// A radius below an ulp of the position would take nothing, or all of it from one spot: it is kept at 4 ulp, and the
+/// light is what it is near the origin. Positions are steps of 1/12 of that disc's width, which moves its area by a few
+/// per cent.
+#[test]
+fn radius_below_an_ulp_is_kept_above_it_and_the_light_stays() {
+    let settings = Settings { width: 4, height: 4, light_paths: 200_000, ..Settings::default() };
+    // The virtual light is 60 m away, and the floor is seen in its inner cone.
+    let expected = f64::from(0.6 / PI) * 1000.0 / 3600.0;
+    for away in [0.0, 1e5] {
+        let scene = far_away(away);
+        // Near the origin the discs are widened to the floor of the radius far away, 4 ulp of 1e5 m.
+        let radius_px = if away == 0.0 { 105.6 } else { 1.0 };
+        let settings = Settings { radius_px, ..settings };
+        let frames = render(&scene, &settings, "photons-grid", None, 0, 20);
+        let means: Vec<f64> = frames.iter().map(|(picture, _)| mean_of(&picture.caustics)).collect();
+        let (mean, error) = mean_and_error(&means);
+        let radius = frames[0].0.radius[0];
+        println!(
+            "{away:e} m away: radius {radius}, caustics {mean:.5} +- {error:.5}, expected {expected:.5}"
+        );
+        frames.iter().for_each(|(picture, counters)| assert_sound(picture, counters));
+        if away > 0.0 {
+            assert!((radius / (4.0 * 1e5 / 8_388_608.0) - 1.0).abs() < 1e-3, "{radius}");
+        }
+        assert!(error < 0.05 * expected, "the test has lost its sharpness: {error}");
+        assert!((mean - expected).abs() < 3.0 * error + 0.03 * expected);
+    }
+}
+
+/// A scene through `from_parts`, its floor's tables changed by `spoil`.
+fn spoiled(
+    spoil: impl Fn(&mut Vec<Triangle>, &mut Vec<TriangleSurface>, &mut Vec<PunctualLight>),
+) -> Result<Scene, SceneError> {
+    let corners = [[-1.0, -1.0], [-1.0, 1.0], [1.0, 1.0], [1.0, -1.0]].map(|[x, z]| Vec3::new(x, 0.0, z));
+    let face = |a: usize, b: usize, c: usize| Triangle { a: corners[a], b: corners[b], c: corners[c] };
+    let up = TriangleSurface {
+        normal_a: Vec3::Y,
+        normal_b: Vec3::Y,
+        normal_c: Vec3::Y,
+        ..TriangleSurface::default()
+    };
+    let (mut triangles, mut surfaces) = (vec![face(0, 1, 2), face(0, 2, 3)], vec![up; 2]);
+    let mut lights = vec![PunctualLight::point(Vec3::Y, Vec3::ONE)];
+    spoil(&mut triangles, &mut surfaces, &mut lights);
+    let camera = caustics::scene::SceneCamera::look_at("eye", 2.0 * Vec3::Y, Vec3::ZERO, Vec3::Z, 0.8);
+    let materials = vec![lambert(0.5)];
+    Scene::from_parts("spoiled", triangles, surfaces, materials, vec!["m".into()], lights, vec![camera])
+}
+
+/// Triangles without an area are left out and counted; the picture is the same to the bit. What is not finite is
+/// refused: no number of it reaches a kernel.
+#[test]
+fn zero_area_is_dropped_and_counted_and_not_a_number_is_refused() {
+    let settings = Settings { width: 16, height: 16, ..Settings::default() };
+    let plain = spoiled(|_, _, _| ()).unwrap();
+    let flat = spoiled(|triangles, surfaces, _| {
+        let p = Vec3::new(0.3, 0.5, 0.1);
+        for (b, c) in [(p, p), (p + Vec3::X, p), (p + Vec3::X, p + 2.0 * Vec3::X), (p + Vec3::X, p + 1e-9)] {
+            triangles.insert(1, Triangle { a: p, b, c });
+            surfaces.push(surfaces[0]);
+        }
+    })
+    .unwrap();
+    assert_eq!((plain.dropped_triangles, flat.dropped_triangles), (0, 4));
+    assert_eq!(frame(&plain, &settings).0, frame(&flat, &settings).0);
+
+    let direction = Vec3::new(f32::NAN, 0.0, 0.0);
+    for bad in [f32::NAN, f32::INFINITY, 1e30] {
+        assert!(spoiled(|triangles, _, _| triangles[1].b.z = bad).is_err(), "corner {bad}");
+        assert!(spoiled(|_, surfaces, _| surfaces[0].normal_c.x = bad).is_err(), "normal {bad}");
+        assert!(spoiled(|_, _, lights| lights[0].position.x = bad).is_err(), "light {bad}");
+    }
+    for bad in [f32::NAN, f32::INFINITY, -1.0] {
+        assert!(spoiled(|_, _, lights| lights[0].intensity.y = bad).is_err(), "intensity {bad}");
+    }
+    assert!(spoiled(|_, _, lights| lights[0].shape = LightShape::Directional { direction }).is_err());
+    let error = spoiled(|triangles, _, _| triangles[1].b.z = f32::NAN).unwrap_err().to_string();
+    assert!(error.contains("triangle 1"), "{error}");
+}
+
+/// Pictures of any size hold what each pixel's own path brings.
+#[test]
+fn odd_sizes_render_every_pixel() {
+    let scene = mixed_room().build();
+    for (width, height) in [(1, 1), (1, 7), (7, 1), (1917, 1079)] {
+        let settings = Settings { width, height, light_paths: 20_000, ..Settings::default() };
+        let (picture, counters) = frame(&scene, &settings);
+        assert_sound(&picture, &counters);
+        let pixels = (width * height) as usize;
+        assert_eq!(
+            (picture.path.len(), picture.caustics.len(), picture.radius.len()),
+            (pixels, pixels, pixels)
+        );
+        assert!(mean_of(&picture.path) > 0.01, "{width} x {height} is dark");
+
+        // Path by path on this thread, all pixels of a small picture and 500 of a large one.
+        let world = World::new(&scene, &settings);
+        let (mut tracer, mut tally) = (world.tracer(), Tally::default());
+        for pixel in (0..pixels).step_by((pixels / 500).max(1)).chain([pixels - 1]) {
+            let own = caustics_kernels::pass::collect::collect(
+                pixel as u32,
+                &world.params,
+                world.needs,
+                world.tables(),
+                &mut tracer,
+                &mut tally,
+            );
+            assert_eq!(own.radiance, picture.path[pixel], "{width} x {height}, pixel {pixel}");
+            assert_eq!(own.geometry.radius, picture.radius[pixel]);
+        }
+    }
+}
+
+/// One light path carries all flux: its sum is huge or zero, and no larger than the accumulator holds.
+#[test]
+fn one_light_path_a_frame_gives_the_same_mean() {
+    let scene = far_away(0.0);
+    let with = |light_paths, frames| {
+        let settings =
+            Settings { width: 16, height: 16, light_paths, radius_px: 40_000.0, ..Settings::default() };
+        let frames = render(&scene, &settings, "photons-grid", None, 0, frames);
+        frames.iter().for_each(|(picture, counters)| {
+            assert_sound(picture, counters);
+            assert_eq!(counters.get(Counter::LightPaths), u64::from(light_paths));
+        });
+        let means: Vec<f64> = frames.iter().map(|(picture, _)| mean_of(&picture.caustics)).collect();
+        mean_and_error(&means)
+    };
+    let ((one, error), (many, error_many)) = (with(1, 4000), with(4000, 16));
+    println!("4000 frames of one path: {one:.5} +- {error:.5}; 16 of 4000: {many:.5} +- {error_many:.5}");
+    assert!(error < 0.05 * many, "the test has lost its sharpness");
+    assert!((one - many).abs() < 3.0 * error.hypot(error_many));
+}
+
+/// Seen at 89.9 degrees, a footprint grows without bound; a disc is bounded by the smallest cosine, 0.05.
+#[test]
+fn grazing_footprints_are_finite_and_bounded() {
+    let mut b = Builder::default();
+    let floor = b.material(lambert(0.5));
+    let mirror = b.material(metal(1.0, 0.0));
+    b.panel(floor, DVec3::ZERO, 1000.0 * DVec3::Z, 1000.0 * DVec3::X);
+    b.panel(mirror, DVec3::new(0.0, 5.0, -30.0), 20.0 * DVec3::X, 4.0 * DVec3::Y);
+    b.light(DVec3::new(0.0, 6.0, -10.0), 100.0);
+    b.camera(DVec3::new(0.0, 0.01, 0.0), DVec3::new(0.0, 0.0, -5.0), 0.01);
+    let scene = b.build();
+    let radius_px = 30.0;
+    let settings = Settings { width: 32, height: 32, light_paths: 100_000, radius_px, ..Settings::default() };
+    let (picture, counters) = frame(&scene, &settings);
+    assert_sound(&picture, &counters);
+    assert!(mean_of(&picture.caustics) > 0.0, "the test has lost its caustics");
+    let world = World::new(&scene, &settings);
+    let mut grazing = 0;
+    for collected in world.collect().iter().filter(|c| c.geometry.depth == 1) {
+        let geometry = collected.geometry;
+        let distance = (geometry.position - world.params.camera.position).length();
+        let cos = collected.shading.to_viewer.dot(geometry.normal);
+        let bound = radius_px * distance * world.params.pixel_spread * (1.0 / (0.05 * PI)).sqrt() * 1.0001;
+        let ulps = geometry.position.abs().max_element() * (4.0 / 8_388_608.0);
+        assert!(geometry.radius <= bound.max(ulps), "{geometry:?}: {bound}");
+        grazing += u32::from(cos < 0.002);
+    }
+    println!(
+        "{grazing} points are seen at less than 0.12 degrees; caustics {:.4}",
+        mean_of(&picture.caustics)
+    );
+    assert!(grazing > 100, "the test has lost its subject");
+}
+
+/// What must be black is, to the bit: no light, no caster, no receiver, nothing in sight, no light path.
+#[test]
+fn what_is_missing_leaves_its_layer_black() {
+    let black = |layer: &[Vec3]| layer.iter().all(|value| *value == Vec3::ZERO);
+    let settings = Settings { width: 32, height: 24, light_paths: 20_000, ..Settings::default() };
+    let scene = |lit: bool, caster: Material, wall: Material, eye: DVec3| {
+        let mut b = Builder::default();
+        let (wall, caster) = (b.material(wall), b.material(caster));
+        b.panel(wall, DVec3::ZERO, 2.0 * DVec3::Z, 2.0 * DVec3::X);
+        b.panel(caster, DVec3::new(0.0, 1.0, -1.0), DVec3::X, DVec3::Y);
+        if lit {
+            b.light(DVec3::new(0.0, 1.5, 0.5), 3.0);
+        }
+        b.camera(eye, eye + DVec3::new(0.0, -1.0, -0.1), 0.7);
+        b.build()
+    };
+    let (mirror, grey, above) = (metal(1.0, 0.0), lambert(0.5), DVec3::new(0.0, 3.0, 0.5));
+    let whole = frame(&scene(true, mirror, grey, above), &settings);
+    assert!(mean_of(&whole.0.caustics) > 0.0 && mean_of(&whole.0.path) > 0.0);
+
+    // What is missing; whether direct light is left; whether light paths are shot.
+    let none = Settings { light_paths: 0, ..settings.clone() };
+    let cases = [
+        ("light", scene(false, mirror, grey, above), &settings, false, false),
+        ("caster", scene(true, grey, grey, above), &settings, true, false),
+        ("receiver", scene(true, mirror, mirror, above), &settings, false, false),
+        ("thing in sight", scene(true, mirror, grey, -above), &settings, false, true),
+        ("light path", scene(true, mirror, grey, above), &none, true, false),
+    ];
+    for (missing, scene, settings, direct, shot) in cases {
+        let (picture, counters) = frame(&scene, settings);
+        assert_sound(&picture, &counters);
+        assert!(black(&picture.caustics), "no {missing}");
+        assert_eq!(black(&picture.path), !direct, "no {missing}");
+        assert_eq!(counters.get(Counter::LightPaths) > 0, shot, "no {missing}");
+    }
+}
+
+/// A floor that fills a tenth of the picture: its pixels are as bright as anywhere, the others black.
+#[test]
+fn nine_pixels_in_ten_without_a_point_stay_black() {
+    let mut b = Builder::default();
+    let floor = b.material(lambert(0.5));
+    let mirror = b.material(metal(1.0, 0.0));
+    b.panel(floor, DVec3::ZERO, 0.25 * DVec3::Z, 0.25 * DVec3::X);
+    b.panel(mirror, DVec3::new(0.0, 1.0, -1.0), DVec3::X, DVec3::Y);
+    b.light(DVec3::new(0.0, 1.5, 0.5), 3.0);
+    b.camera(DVec3::new(0.0, 2.0, 0.0), DVec3::ZERO, 0.76);
+    let settings = Settings { width: 64, height: 64, light_paths: 400_000, ..Settings::default() };
+    let (picture, counters) = frame(&b.build(), &settings);
+    assert_sound(&picture, &counters);
+    let there = picture.depth.iter().filter(|depth| **depth > 0.0).count() as f64 / 4096.0;
+    println!("{:.1} % of the pixels have a point", 100.0 * there);
+    assert!(there > 0.05 && there < 0.11);
+    for (pixel, depth) in picture.depth.iter().enumerate() {
+        if *depth == 0.0 {
+            assert_eq!((picture.caustics[pixel], picture.radius[pixel]), (Vec3::ZERO, 0.0));
+        }
+    }
+    assert!(mean_of(&picture.caustics) / there > 1e-2);
+}

@@ -86,7 +86,7 @@ fn pairs(width: usize, height: usize) -> Vec<(&'static str, Bytes, Bytes)> {
     let grey = |value: u8| Bytes::new(width, height, |_, _| [value; 3]);
     let edges = |shift: usize| {
         Bytes::new(width, height, |x, y| {
-            if ((x + shift) / 5 + y / 7) % 2 == 0 { [230, 40, 20] } else { [20, 90, 200] }
+            if ((x + shift) / 5 + y / 7).is_multiple_of(2) { [230, 40, 20] } else { [20, 90, 200] }
         })
     };
     let points = |period: usize| {

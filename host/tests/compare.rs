@@ -90,7 +90,7 @@ fn noise(seed: u32) -> impl Fn(usize, usize) -> f32 {
         hash = (hash ^ (hash >> 16)).wrapping_mul(0x7feb_352d);
         hash = (hash ^ (hash >> 15)).wrapping_mul(0x846c_a68b);
         let value = (hash >> 8) as f32 / (1 << 23) as f32 - 1.0;
-        if seed % 2 == 0 { value } else { -value }
+        if seed.is_multiple_of(2) { value } else { -value }
     }
 }
 

@@ -86,7 +86,7 @@ fn pairs(width: usize, height: usize) -> Vec<(&'static str, Bytes, Bytes)> {
     let grey = |value: u8| Bytes::new(width, height, |_, _| [value; 3]);
     let edges = |shift: usize| {
         Bytes::new(width, height, |x, y| {
-            if ((x + shift) / 5 + y / 7) % 2 == 0 { [230, 40, 20] } else { [20, 90, 200] }
+            if ((x + shift) / 5 + y / 7).is_multiple_of(2) { [230, 40, 20] } else { [20, 90, 200] }
         })
     };
     let points = |period: usize| {
@@ -156,12 +156,8 @@ fn the_default_distance_is_nvidias() {
 fn maps_are_coloured_like_nvidias() {
     let values: Vec<f64> = (0..256).map(|step| f64::from(step) / 255.0).collect();
     let ours = ErrorMap { width: 256, height: 1, values: values.clone() }.to_colors();
-    let mut ramp = nv_flip::FlipImageFloat::new(256, 1);
-    ramp = nv_flip::FlipImageFloat::with_data(
-        ramp.width(),
-        1,
-        &values.iter().map(|&v| v as f32).collect::<Vec<_>>(),
-    );
+    let data: Vec<f32> = values.iter().map(|&value| value as f32).collect();
+    let ramp = nv_flip::FlipImageFloat::with_data(256, 1, &data);
     let theirs = ramp.apply_color_lut(&nv_flip::magma_lut()).to_vec();
     let ours: Vec<u8> =
         ours.iter().flat_map(|color| (*color * 255.0 + 0.5).to_array()).map(|v| v as u8).collect();

@@ -69,11 +69,11 @@ pub fn run(options: &Compare) -> anyhow::Result<ExitCode> {
 
 /// Checks what no type can, and claims the map's file.
 fn check(options: &Compare) -> anyhow::Result<Option<Target>> {
-    if !(options.pixels_per_degree > 0.0 && options.pixels_per_degree <= 1000.0) {
+    if !(1.0..=1000.0).contains(&options.pixels_per_degree) {
         let value = options.pixels_per_degree;
-        return Err(Usage(format!("--pixels-per-degree {value}: it must be above 0 and at most 1000")).into());
+        return Err(Usage(format!("--pixels-per-degree {value}: it must be 1 to 1000")).into());
     }
-    if !(options.exposure.abs() <= 100.0) {
+    if !(-100.0..=100.0).contains(&options.exposure) {
         return Err(Usage(format!("--exposure {}: it must be -100 to 100 stops", options.exposure)).into());
     }
     let same = |file: &Path, map: &Path| file == map || file.canonicalize().ok() == map.canonicalize().ok();

@@ -177,16 +177,17 @@ fn squared_errors_split_into_bias_and_variance() {
             images = without_variance(images);
         }
         let found = split(&images, &reference, |_| DVec3::ONE).unwrap();
-        let whole: f64 = images.iter().map(|run| mse(&run.mean, &reference.mean)).sum::<f64>() / runs as f64;
+        let whole: f64 =
+            images.iter().map(|run| mse(&run.mean, &reference.mean)).sum::<f64>() / f64::from(runs);
         // They add up, but for rounding.
         assert!(close(found.bias2 + found.variance + found.reference_variance, whole));
         // Bias 0.1, deviations 0.33 and 0.05: 12288 squared normal numbers, four standard errors.
-        let of_mean = (1.1 * deviation).powi(2) / runs as f64 + deviation_reference.powi(2);
+        let of_mean = (1.1 * deviation).powi(2) / f64::from(runs) + deviation_reference.powi(2);
         let error = (4.0 * 0.01 * of_mean + 2.0 * of_mean * of_mean).sqrt() / 12288_f64.sqrt();
         println!("{runs} runs: bias^2 {:.5} +- {error:.5}, variance {:.5}", found.bias2, found.variance);
         assert!((found.bias2 - 0.01).abs() < 4.0 * error, "{found:?}");
         // The variance of one run is known from its layer, else from 12288 (runs - 1) squares.
-        let error = 0.1089 * (2.0 / (12288 * (runs - 1).max(1)) as f64).sqrt();
+        let error = 0.1089 * (2.0 / f64::from(12288 * (runs - 1).max(1))).sqrt();
         assert!((found.variance - 0.1089).abs() < 4.0 * error, "{found:?}");
         assert!(close(found.reference_variance, 0.0025), "{found:?}");
     }

@@ -76,18 +76,16 @@ pub fn along_columns(plane: &[f64], width: usize, weights: &[f64]) -> Vec<f64> {
 /// Adds the weighted values of all taps, four at a time: `out` is then loaded and stored a quarter as often.
 fn sum<'a>(out: &mut [f64], weights: &[f64], values: impl Fn(usize) -> &'a [f64]) {
     let count = out.len();
-    let mut quads = weights.chunks_exact(4);
-    let mut tap = 0;
-    for quad in &mut quads {
-        let [a, b, c, d] = [0, 1, 2, 3].map(|next| &values(tap + next)[..count]);
+    let (quads, rest) = weights.as_chunks::<4>();
+    for (index, quad) in quads.iter().enumerate() {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|next| &values(4 * index + next)[..count]);
         for (x, out) in out.iter_mut().enumerate() {
             *out += quad[0] * a[x] + quad[1] * b[x] + quad[2] * c[x] + quad[3] * d[x];
         }
-        tap += 4;
     }
-    for &weight in quads.remainder() {
-        out.iter_mut().zip(values(tap)).for_each(|(out, value)| *out += weight * value);
-        tap += 1;
+    for (index, &weight) in rest.iter().enumerate() {
+        let values = values(4 * quads.len() + index);
+        out.iter_mut().zip(values).for_each(|(out, value)| *out += weight * value);
     }
 }
 

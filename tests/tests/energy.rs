@@ -10,7 +10,7 @@ use caustics_kernels::gather::variant;
 use caustics_kernels::interface::material::{FLAG_THIN, Material};
 use caustics_kernels::interface::needs::Needs;
 use caustics_tests::direct::{Beam, World};
-use caustics_tests::energy::{ledgers, share};
+use caustics_tests::energy::{ledger, ledgers, share};
 use caustics_tests::gpu::gpu;
 use caustics_tests::quadrature::glass_by_quadrature;
 use caustics_tests::scenes::*;
@@ -160,6 +160,10 @@ fn rooms_balance(frames: u32, bound: f64) {
             "everything at once",
             furnished(grey, Material { metallic: 0.3, transmission: 0.5, ..coated(0.6, 0.4) }),
         ),
+        (
+            "everything smooth",
+            furnished(grey, Material { metallic: 0.3, transmission: 0.5, ..coated(0.6, 0.0) }),
+        ),
         ("mixed room", mixed_room().build()),
     ];
     println!("shares of what is emitted: absorbed, cut, shading normals; residual +- standard error");
@@ -176,8 +180,29 @@ fn rooms_balance(frames: u32, bound: f64) {
         assert!(share(&all, |e| e.escaped).value < 1e-5, "{name}: the room is closed");
         assert!(absorbed.value > 0.3 && cut.value > 0.0, "{name}");
         assert!(3.0 * residual.error < bound, "{name}: too noisy to tell: {residual:?}");
-        // 3.5 errors: one false alarm in 150 runs of 14 rooms; but never beyond the bound.
+        // 3.5 errors: one false alarm in 140 runs of 15 rooms; but never beyond the bound.
         assert!(residual.value.abs() < (3.5 * residual.error).min(bound), "{name}: {residual:?}");
+    }
+}
+
+/// A ball of 6 x 3 facets with smooth normals sends much to the wrong side of its faces, and the adjoint correction
+/// changes the rest by as much (the two nearly cancel: without the first the mirror is off by 1.4 %); the ledger knows
+/// both.
+#[test]
+fn flux_lost_at_shading_normals_is_accounted_for() {
+    for (name, ball) in
+        [("mirror", metal(1.0, 0.0)), ("lambert", lambert(0.9)), ("rough metal", metal(1.0, 0.5))]
+    {
+        let mut b = room(lambert(0.3));
+        let ball = b.material(ball);
+        b.sphere(ball, DVec3::ZERO, 0.8, 6, 3);
+        b.light(DVec3::new(0.9, 0.9, 0.2), 1.0);
+        let all = of(&b.build(), 8, 32);
+        let (normals, residual) =
+            (share(&all, |e| e.shading_normals), share(&all, |e| e.residual * e.emitted));
+        println!("{name}: {normals:?}, residual {residual:?}");
+        assert!(normals.error > 1e-5, "{name}: the test has lost its subject");
+        assert!(residual.value.abs() < 3.5 * residual.error && residual.error < 1e-3, "{name}: {residual:?}");
     }
 }
 
@@ -259,6 +284,10 @@ fn the_ledger_is_deterministic_and_disturbs_nothing() {
     let (one, three) = (with(1), with(3));
     assert!(one.0.emitted > 0.0 && one.0.absorbed > 0.0);
     assert_eq!(one, three);
+    // Nor does it matter that workers add up on their own first.
+    let settings = Settings { width: 48, height: 27, ..settings(6) };
+    let world = World::new(&scene, &settings);
+    assert_eq!(one.0, ledger(&world, &world.by_power(), 3));
     let without = session(&RunnerChoice::Cpu { threads: 2 }, &scene, needs);
     assert_eq!(without.0, Energy::default());
     assert!(without.1 == one.1 && one.1.iter().any(|value| *value != Vec3::ZERO));

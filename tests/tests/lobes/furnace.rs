@@ -106,7 +106,7 @@ fn rough_glass_in_its_own_medium_is_invisible() {
 }
 
 /// The albedo of the energy ledger is unbiased, lobe by lobe and mixture by mixture: its mean is that of the samplers'
-/// weights, with which it shares neither numbers nor normals. Four standard errors for 114 comparisons.
+/// weights, with which it shares neither numbers nor normals. Four standard errors for 126 comparisons.
 #[test]
 fn albedo_of_the_ledger_is_the_mean_weight_of_the_samplers() {
     let count = 200_000;

@@ -39,6 +39,8 @@ pub fn cases() -> Vec<(&'static str, Material, f32)> {
         ("rough thin glass 0.4", Material { roughness: 0.4, ..pane(1.5) }, 1.0),
         ("half glass 0.5 over half metal", half_of_all(0.5), 1.0 / 1.5),
         ("half glass 0.2 over half metal", half_of_all(0.2), 1.5),
+        ("smooth half glass over half metal", half_of_all(0.0), 1.5),
+        ("smooth thin glass", Material { base_color: tinted, ..pane(1.5) }, 1.0),
     ]
 }
 
@@ -131,6 +133,10 @@ fn classes_are_taken_by_their_chance() {
 #[test]
 fn weights_are_f_cos_over_pdf_of_their_class() {
     for (name, material, eta) in cases() {
+        // A delta lobe has no density.
+        if material.transmission == 1.0 && material.roughness == 0.0 {
+            continue;
+        }
         let mut weighed = 0;
         for cos in [0.98, 0.5, 0.15] {
             let (surface, interface) = seen_from(material, cos, eta);
@@ -147,7 +153,7 @@ fn weights_are_f_cos_over_pdf_of_their_class() {
                 assert!((weight - sampled.weight).abs().max_element() <= 1e-6 * most, "{name}: {sampled:?}");
             }
         }
-        assert!(weighed > 20_000, "{name}: {weighed}");
+        assert!(weighed > 10_000, "{name}: {weighed}");
     }
 }
 

@@ -5,9 +5,11 @@ pub mod frame;
 pub mod light;
 pub mod material;
 pub mod needs;
+pub mod packed;
 pub mod point;
 pub mod scene;
 pub mod step;
+pub mod texture;
 pub mod tree;
 pub mod triangle;
 

@@ -1,4 +1,5 @@
-//! Scattering at a surface: one lobe a file, and their mixture at a vertex. Imports `interface` and `math`.
+//! Scattering at a surface: one lobe a file, and their mixture at a vertex. Imports `interface`, `math` and
+//! `texture`.
 //!
 //! A material is up to four lobes, weighted as glTF does: metal; a coat over a Lambertian base; glass. Local
 //! directions have the shading normal as z and point away from the surface.
@@ -11,7 +12,9 @@ pub mod glass;
 pub mod lambert;
 pub mod media;
 pub mod metal;
+pub mod normal_map;
 pub mod scatter;
+pub mod textured;
 pub mod vertex;
 
 use crate::interface::material::Material;
@@ -137,12 +140,12 @@ impl Surface {
         chance
     }
 
-    /// The non-delta lobes of `class` towards a local direction on the same side.
+    /// The non-delta lobes of `class` towards a local direction; zero where either direction is below.
     #[inline(always)]
     pub fn eval(&self, direction: Vec3, class: Classes) -> Evaluated {
         let mut f = Vec3::ZERO;
         let mut pdf = 0.0;
-        if direction.z <= 0.0 {
+        if direction.z <= 0.0 || self.to_origin.z <= 0.0 {
             return Evaluated { f, pdf_solid_angle: pdf };
         }
         let half = (self.to_origin + direction).normalize();

@@ -22,6 +22,7 @@ use caustics::trace_rate::closest_hits_per_second;
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
 use caustics_kernels::interface::needs::Needs;
+use glam::Vec3;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
@@ -170,6 +171,7 @@ fn settings(options: &Render) -> Result<Settings, Usage> {
     if !(-64.0..=64.0).contains(&options.exposure) {
         return Err(Usage(format!("--exposure {}: give -64 to 64 stops", options.exposure)));
     }
+    let background = options.background.as_deref().map(color).transpose()?;
     Ok(Settings {
         width,
         height,
@@ -183,7 +185,22 @@ fn settings(options: &Render) -> Result<Settings, Usage> {
             PixelFilter::Box => PIXEL_FILTER_BOX,
         },
         exposure: options.exposure,
+        background,
     })
+}
+
+/// A colour from three numbers with commas between.
+fn color(text: &str) -> Result<Vec3, Usage> {
+    let wrong =
+        || Usage(format!("--background {text}: give three numbers from 0 to 1e30, such as 0.2,0.3,0.5"));
+    let channels: Vec<f32> =
+        text.split(',').map(|part| part.trim().parse().map_err(|_| wrong())).collect::<Result<_, _>>()?;
+    match channels[..] {
+        [red, green, blue] if channels.iter().all(|channel| (0.0..=1e30).contains(channel)) => {
+            Ok(Vec3::new(red, green, blue))
+        }
+        _ => Err(wrong()),
+    }
 }
 
 /// Checks that the files to write are two files.

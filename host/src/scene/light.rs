@@ -4,11 +4,12 @@ use std::f64::consts::PI;
 
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::light::Light;
-use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, Material};
-use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
+use caustics_kernels::interface::material::FLAG_EMIT_BOTH_SIDES;
 use glam::{DVec3, Vec3};
 
-use super::{SceneError, geometry};
+use super::{Scene, SceneError, geometry};
+
+mod emission;
 
 /// A point that emits evenly in all directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -35,12 +36,8 @@ pub fn check(file: &str, lights: &[PointLight]) -> Result<(), SceneError> {
 
 /// Emitters of positive power in the order of triangles, then point lights, with their alias table; and the emitted
 /// flux of each channel [W].
-pub fn table(
-    triangles: &[Triangle],
-    surfaces: &[TriangleSurface],
-    materials: &[Material],
-    point_lights: &[PointLight],
-) -> (Vec<Light>, Vec3) {
+pub fn table(scene: &Scene, point_lights: &[PointLight]) -> (Vec<Light>, Vec3) {
+    let Scene { triangles, surfaces, materials, .. } = scene;
     let of_triangles = triangles.iter().zip(surfaces).enumerate().map(|(id, (triangle, surface))| {
         let material = &materials[surface.material as usize];
         let sides = 1 + u32::from(material.flags & FLAG_EMIT_BOTH_SIDES != 0);
@@ -52,7 +49,8 @@ pub fn table(
             sides,
             ..Light::default()
         };
-        (light, material.emission.as_dvec3() * PI * area * f64::from(sides))
+        let mean = emission::mean(scene, id as u32);
+        (light, mean * PI * area * f64::from(sides))
     });
     let of_points = point_lights.iter().map(|point| {
         let light =
@@ -122,9 +120,10 @@ mod tests {
     #[test]
     fn dark_lights_are_left_out() {
         let point = |intensity| PointLight { intensity, ..PointLight::default() };
-        let (lights, flux) = table(&[], &[], &[], &[point(Vec3::ZERO), point(Vec3::ONE)]);
+        let empty = Scene::default();
+        let (lights, flux) = table(&empty, &[point(Vec3::ZERO), point(Vec3::ONE)]);
         assert_eq!(lights.len(), 1);
         assert!((flux.x - 12.566_371).abs() < 1e-5);
-        assert!(table(&[], &[], &[], &[point(Vec3::ZERO)]).0.is_empty());
+        assert!(table(&empty, &[point(Vec3::ZERO)]).0.is_empty());
     }
 }

@@ -27,12 +27,12 @@ pub struct PointShading {
     pub material: u32,
     /// Unit shading normal, on the viewer's side.
     pub shading_normal: Vec3,
-    /// Keeps rows at 16 bytes.
-    pub padding: u32,
+    /// Base colour of a textured material, red and green as half floats.
+    pub red_green: u32,
     /// Camera throughput, divided by the chances of its choices.
     pub throughput: Vec3,
-    /// Keeps rows at 16 bytes.
-    pub padding_2: u32,
+    /// The same: blue as a half float, roughness and metallic as shares of 255.
+    pub blue_roughness_metallic: u32,
 }
 
 /// Where a deposit lies: all that a gather reads of deposits it does not take.

@@ -4,6 +4,7 @@ use crate::gather::Neighbours;
 use crate::gather::receive::Receive;
 use crate::interface::counters::Counter;
 use crate::interface::frame::FrameParams;
+use crate::interface::material::FLAGS_SCATTER_TEXTURE;
 use crate::interface::needs::Needs;
 use crate::interface::point::{DepositGeometry, DepositLight};
 use crate::interface::scene::SceneTables;
@@ -14,6 +15,7 @@ use crate::seam::Atomics;
 use crate::surface::class::Classes;
 use crate::surface::media::MediaStack;
 use crate::surface::scatter::{Departure, Site};
+use crate::surface::textured::material_at;
 use crate::surface::vertex::vertex;
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
@@ -49,18 +51,19 @@ pub fn shoot<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
         if hit.is_miss() {
             break;
         }
-        let here = vertex(scene.triangles, scene.surfaces, needs, &ray, &hit);
-        let material = scene.materials[here.material as usize];
+        let here = vertex(scene, needs, &ray, &hit, 0.0);
+        let material = material_at(scene, &here, needs);
         if needs.has(Needs::ABSORPTION) {
             flux *= media.transmittance(scene.materials, hit.distance);
         }
         let site =
             Site::new(here, material, scene.materials, media, Classes::ALL, params.specular_roughness, needs);
-        if !site.surface.scatters() {
-            break;
-        }
         let cos_arriving = here.to_origin.dot(here.face_normal);
-        if caustic && site.surface.class_chance(Classes::NON_SPECULAR) > 0.0 && cos_arriving > 0.0 {
+        // Points see textures at a coarser level, where the surface may scatter although it does not here.
+        let textured =
+            needs.has(Needs::TEXTURES | Needs::NORMAL_MAPS) && material.flags & FLAGS_SCATTER_TEXTURE != 0;
+        let receives = textured || site.surface.class_chance(Classes::NON_SPECULAR) > 0.0;
+        if caustic && receives && cos_arriving > 0.0 {
             deposits += 1;
             receive.receive(
                 points,
@@ -77,6 +80,9 @@ pub fn shoot<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
                     padding_2: 0,
                 },
             );
+        }
+        if !site.surface.scatters() {
+            break;
         }
         if hit_count == params.max_bounces {
             cut = 1;
@@ -131,7 +137,7 @@ pub fn shoot<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
 fn adjoint(site: &Site, departure: &Departure) -> f32 {
     let vertex = &site.vertex;
     let direction: Vec3 = departure.ray.direction;
-    let shading = vertex.to_origin.dot(vertex.normal) * direction.dot(vertex.face_normal);
-    let geometric = vertex.to_origin.dot(vertex.face_normal) * direction.dot(vertex.normal);
+    let shading = vertex.to_origin.dot(vertex.shading_normal) * direction.dot(vertex.face_normal);
+    let geometric = vertex.to_origin.dot(vertex.face_normal) * direction.dot(vertex.shading_normal);
     if geometric == 0.0 { 0.0 } else { (shading / geometric).abs() }
 }

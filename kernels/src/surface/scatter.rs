@@ -49,7 +49,7 @@ impl Site {
         specular_roughness: f32,
         needs: Needs,
     ) -> Self {
-        let frame = ShadingFrame::new(vertex.normal);
+        let frame = ShadingFrame::new(vertex.shading_normal);
         let thin = material.flags & FLAG_THIN != 0;
         let mut eta = 1.0;
         if needs.has(Needs::GLASS) && !thin {
@@ -60,6 +60,8 @@ impl Site {
             };
         }
         let to_origin = frame.to_local(vertex.to_origin);
+        // Below the shading normal nothing scatters, whichever end of a path it is: light and camera paths agree.
+        let classes = if to_origin.z > 0.0 { classes } else { Classes(0) };
         let (surface, glass) = Surface::new(material, to_origin, eta, specular_roughness, classes, needs);
         Site { vertex, surface, frame, glass, media, thin }
     }

@@ -91,6 +91,9 @@ pub struct Common {
     /// Exposure of the PNG [stops]
     #[arg(long, default_value_t = 0.0)]
     pub exposure: f32,
+    /// Radiance behind everything, as R,G,B; it is seen and lights nothing [default: what the scene says, else 0,0,0]
+    #[arg(long)]
+    pub background: Option<String>,
     /// Which kernel code is alive: what the scene needs, or all of it
     #[arg(long, value_enum, default_value = "scene")]
     pub needs: NeedsName,

@@ -6,6 +6,7 @@
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::material::Material;
+use caustics_kernels::interface::scene::{SceneTables, TextureTables};
 use caustics_kernels::interface::tree::{TreeNode, TriangleBlock};
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::{DVec3, Vec3};
@@ -14,6 +15,7 @@ pub use self::camera::SceneCamera;
 pub use self::error::SceneError;
 pub use self::find::{names, resolve};
 pub use self::punctual::{LightShape, PunctualLight};
+pub use self::texture::TextureParts;
 
 mod camera;
 mod error;
@@ -25,6 +27,7 @@ mod needs;
 mod punctual;
 #[cfg(test)]
 mod tests;
+pub mod texture;
 mod tree;
 
 /// A scene as the kernels see it, recentred.
@@ -42,10 +45,14 @@ pub struct Scene {
     pub material_names: Vec<String>,
     /// Emitters of positive power with their alias table; empty in a dark scene.
     pub lights: Vec<Light>,
+    /// Textures, in the order of the triangles and the materials.
+    pub textures: texture::TextureData,
     /// Nodes of the software tree; the first is the root.
     pub nodes: Vec<TreeNode>,
     /// Its leaves.
     pub blocks: Vec<TriangleBlock>,
+    /// Radiance behind everything that the file asks for [W m^-2 sr^-1]; it lights nothing.
+    pub background: Vec3,
     /// Cameras, in the order of the file's nodes.
     pub cameras: Vec<SceneCamera>,
     /// Centre of the file's bounds [m], subtracted from every position.
@@ -74,16 +81,44 @@ impl Scene {
     /// `curvature` and `light` of the given surfaces are overwritten.
     pub fn from_parts(
         name: &str,
-        mut triangles: Vec<Triangle>,
-        mut surfaces: Vec<TriangleSurface>,
+        triangles: Vec<Triangle>,
+        surfaces: Vec<TriangleSurface>,
         materials: Vec<Material>,
         material_names: Vec<String>,
         punctual_lights: Vec<PunctualLight>,
         cameras: Vec<SceneCamera>,
     ) -> Result<Scene, SceneError> {
+        let parts = TextureParts::default();
+        Self::from_textured_parts(
+            name,
+            triangles,
+            surfaces,
+            materials,
+            material_names,
+            punctual_lights,
+            cameras,
+            parts,
+        )
+    }
+
+    /// The same with textures; sets the materials' flags by them.
+    #[expect(clippy::too_many_arguments, reason = "a scene has as many parts")]
+    pub fn from_textured_parts(
+        name: &str,
+        mut triangles: Vec<Triangle>,
+        mut surfaces: Vec<TriangleSurface>,
+        mut materials: Vec<Material>,
+        material_names: Vec<String>,
+        punctual_lights: Vec<PunctualLight>,
+        cameras: Vec<SceneCamera>,
+        mut parts: TextureParts,
+    ) -> Result<Scene, SceneError> {
         geometry::check(name, &triangles, &surfaces, &materials, &material_names)?;
         light::check(name, &punctual_lights)?;
-        let dropped_triangles = geometry::drop_degenerate(&mut triangles, &mut surfaces);
+        texture::check(name, &parts, triangles.len(), materials.len())?;
+        texture::set_flags(&mut materials, &parts);
+        let dropped_triangles =
+            geometry::drop_degenerate(&mut triangles, &mut surfaces, &mut parts.coordinates);
         if triangles.is_empty() {
             return Err(SceneError::NoGeometry { file: name.into(), dropped: dropped_triangles });
         }
@@ -97,23 +132,45 @@ impl Scene {
             surface.light = NONE;
         }
 
-        let (lights, flux) = light::table(&triangles, &surfaces, &materials, &punctual_lights);
-        for (id, light) in lights.iter().enumerate().filter(|(_, light)| light.triangle != NONE) {
-            surfaces[light.triangle as usize].light = id as u32;
+        if !parts.coordinates.is_empty() {
+            parts.coordinates = tree.order.iter().map(|&id| parts.coordinates[id as usize]).collect();
         }
-        Ok(Scene {
+        let textures = texture::build(name, parts, &triangles)?;
+
+        let mut scene = Scene {
             name: name.into(),
             triangles,
             surfaces,
             materials,
             material_names,
-            lights,
+            textures,
             nodes: tree.nodes,
             blocks: tree.blocks,
             cameras,
-            flux,
             dropped_triangles,
             ..Scene::default()
-        })
+        };
+        let (lights, flux) = light::table(&scene, &punctual_lights);
+        let surfaces = &mut scene.surfaces;
+        for (id, light) in lights.iter().enumerate().filter(|(_, light)| light.triangle != NONE) {
+            surfaces[light.triangle as usize].light = id as u32;
+        }
+        (scene.lights, scene.flux) = (lights, flux);
+        Ok(scene)
+    }
+
+    /// The tables as kernels take them.
+    pub fn tables(&self) -> SceneTables<'_> {
+        let textures = TextureTables {
+            textures: &self.textures.textures,
+            material_textures: &self.textures.materials,
+            texture_coordinates: &self.textures.coordinates,
+            texels_0: self.textures.chunk(0),
+            texels_1: self.textures.chunk(1),
+            texels_2: self.textures.chunk(2),
+            texels_3: self.textures.chunk(3),
+        };
+        let Scene { triangles, surfaces, materials, lights, .. } = self;
+        SceneTables { triangles, surfaces, materials, lights, textures }
     }
 }

@@ -65,7 +65,8 @@ pub fn open(
 }
 
 /// The scene's tables as buffers.
-pub fn tables(scene: &Scene) -> [(&'static str, &[u8]); 6] {
+pub fn tables(scene: &Scene) -> [(&'static str, &[u8]); 13] {
+    let textures = &scene.textures;
     [
         ("triangles", cast_slice(&scene.triangles)),
         ("surfaces", cast_slice(&scene.surfaces)),
@@ -73,6 +74,13 @@ pub fn tables(scene: &Scene) -> [(&'static str, &[u8]); 6] {
         ("lights", cast_slice(&scene.lights)),
         ("nodes", cast_slice(&scene.nodes)),
         ("blocks", cast_slice(&scene.blocks)),
+        ("textures", cast_slice(&textures.textures)),
+        ("material_textures", cast_slice(&textures.materials)),
+        ("texture_coordinates", cast_slice(&textures.coordinates)),
+        ("texels_0", cast_slice(textures.chunk(0))),
+        ("texels_1", cast_slice(textures.chunk(1))),
+        ("texels_2", cast_slice(textures.chunk(2))),
+        ("texels_3", cast_slice(textures.chunk(3))),
     ]
 }
 

@@ -6,9 +6,11 @@ pub mod ledger;
 pub mod light;
 pub mod material;
 pub mod needs;
+pub mod packed;
 pub mod point;
 pub mod scene;
 pub mod step;
+pub mod texture;
 pub mod tree;
 pub mod triangle;
 

@@ -11,4 +11,5 @@ pub mod math;
 pub mod pass;
 pub mod seam;
 pub mod surface;
+pub mod texture;
 pub mod trace;

@@ -1,4 +1,5 @@
-//! Lights: choosing one, connecting to it, leaving it. Imports `interface` and `math`.
+//! Lights: choosing one, connecting to it, leaving it. Imports `interface`, `math` and
+//! `texture`.
 
 pub mod connect;
 pub mod directional;

@@ -1,4 +1,5 @@
-//! Scattering at a surface: one lobe a file, and their mixture at a vertex. Imports `interface` and `math`.
+//! Scattering at a surface: one lobe a file, and their mixture at a vertex. Imports `interface`, `math` and
+//! `texture`.
 //!
 //! A material is up to four lobes, weighted as glTF does: metal; a coat over a Lambertian base; glass. All rough
 //! reflections share their facets. Local directions have the shading normal as z and point away from the surface.
@@ -12,8 +13,10 @@ pub mod glass;
 pub mod lambert;
 pub mod media;
 pub mod metal;
+pub mod normal_map;
 pub mod rough_glass;
 pub mod scatter;
+pub mod textured;
 pub mod vertex;
 
 use crate::interface::material::Material;
@@ -162,11 +165,15 @@ impl Surface {
         chance
     }
 
-    /// The non-delta lobes of `class` towards a local direction; f is that of flux, also where it passes (z < 0).
+    /// The non-delta lobes of `class` towards a local direction; f is that of flux, also where it passes (z < 0). Zero where
+    /// the path came from below.
     #[inline(always)]
     pub fn eval(&self, direction: Vec3, class: Classes) -> Evaluated {
         let mut f = Vec3::ZERO;
         let mut pdf = 0.0;
+        if self.to_origin.z <= 0.0 {
+            return Evaluated { f, pdf_solid_angle: pdf };
+        }
         if direction.z <= 0.0 {
             if self.rough_glass && direction.z < 0.0 && class.has(Classes::SPECULAR) {
                 let (passed, density) =

@@ -1,5 +1,5 @@
 //! Tracing: the seam `Tracer`, its software and hardware implementations.
-//! Imports `interface` and `math`.
+//! Imports `interface`, `math` and `texture`.
 
 pub mod bvh;
 #[cfg(feature = "ray-query")]

@@ -27,6 +27,7 @@ use caustics_kernels::pass::gather_photons::gather_photons;
 use caustics_kernels::pass::resolve::resolve;
 use caustics_kernels::pass::{grid, shoot};
 use caustics_kernels::seam::{AtomicWords, Atomics, ScatterSlots};
+use caustics_kernels::texture::cut_out::CutOuts;
 use caustics_kernels::trace::bvh::BvhTracer;
 use glam::{Vec3, Vec4};
 
@@ -135,6 +136,12 @@ impl Receive for Deposits {
     }
 }
 
+/// The software tracer of a scene.
+pub fn tracer(scene: &Scene, needs: Needs) -> BvhTracer<'_> {
+    let cut_outs = CutOuts::of(scene.tables(), needs);
+    BvhTracer { nodes: &scene.nodes, blocks: &scene.blocks, cut_outs }
+}
+
 /// A scene with the settings of a frame.
 pub struct World<'a> {
     /// The scene.
@@ -156,19 +163,18 @@ impl<'a> World<'a> {
 
     /// The scene's tables.
     pub fn tables(&self) -> SceneTables<'a> {
-        let Scene { triangles, surfaces, materials, lights, .. } = self.scene;
-        SceneTables { triangles, surfaces, materials, lights }
+        self.scene.tables()
     }
 
     /// The software tracer.
     pub fn tracer(&self) -> BvhTracer<'a> {
-        BvhTracer { nodes: &self.scene.nodes, blocks: &self.scene.blocks }
+        tracer(self.scene, self.needs)
     }
 
     /// Emission by power.
     pub fn by_power(&self) -> ByPower<'a> {
-        let Scene { lights, triangles, .. } = self.scene;
-        ByPower { lights, light_count: lights.len() as u32, triangles, needs: self.needs }
+        let light_count = self.scene.lights.len() as u32;
+        ByPower { scene: self.tables(), light_count, needs: self.needs }
     }
 
     /// All light paths of the frame, on two threads.

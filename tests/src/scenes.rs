@@ -2,10 +2,12 @@
 
 use std::f64::consts::{PI, TAU};
 
-use caustics::scene::{LightShape, PunctualLight, Scene, SceneCamera};
+use caustics::scene::texture::{CornerCoordinates, Image, ImageTexture, Role};
+use caustics::scene::{LightShape, PunctualLight, Scene, SceneCamera, TextureParts};
 use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAG_THIN, Material};
+use caustics_kernels::interface::texture::{MaterialTextures, WRAP_REPEAT};
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 /// Plain Lambert of this albedo.
 pub fn lambert(albedo: f32) -> Material {
@@ -50,13 +52,37 @@ pub struct Builder {
     materials: Vec<Material>,
     lights: Vec<PunctualLight>,
     cameras: Vec<SceneCamera>,
+    /// Images and textures; rows of materials and coordinates follow the materials and triangles.
+    pub textures: TextureParts,
 }
 
 impl Builder {
     /// Adds a material; its id.
     pub fn material(&mut self, material: Material) -> u32 {
+        self.textured(material, MaterialTextures::default())
+    }
+
+    /// Adds a material with textures; its id.
+    pub fn textured(&mut self, material: Material, textures: MaterialTextures) -> u32 {
         self.materials.push(material);
+        self.textures.materials.push(textures);
         self.materials.len() as u32 - 1
+    }
+
+    /// Adds a repeating texture of an image whose texels `texel` gives by column and row; its id.
+    pub fn texture(
+        &mut self,
+        role: Role,
+        width: u32,
+        height: u32,
+        texel: impl Fn(u32, u32) -> [u8; 4],
+    ) -> u32 {
+        let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let texels = texels.map(|(x, y)| texel(x, y)).collect();
+        self.textures.images.push(Image { width, height, texels });
+        let image = self.textures.images.len() - 1;
+        self.textures.textures.push(ImageTexture { image, role, wrap: [WRAP_REPEAT; 2], nearest: false });
+        self.textures.textures.len() as u32 - 1
     }
 
     /// Adds a triangle with vertex normals.
@@ -71,15 +97,30 @@ impl Builder {
             material,
             ..TriangleSurface::default()
         });
+        self.textures.coordinates.push(CornerCoordinates::default());
     }
 
-    /// Adds a flat parallelogram; its front is where `right` x `up` points.
+    /// Adds a triangle with vertex normals and texture coordinates.
+    pub fn mapped_triangle(
+        &mut self,
+        material: u32,
+        corners: [DVec3; 3],
+        normals: [DVec3; 3],
+        uv: [Vec2; 3],
+    ) {
+        self.triangle(material, corners, normals);
+        *self.textures.coordinates.last_mut().expect("one was added") =
+            CornerCoordinates { uv, tangents: None };
+    }
+
+    /// Adds a flat parallelogram; its front is where `right` x `up` points, and a texture stands upright on it.
     pub fn panel(&mut self, material: u32, centre: DVec3, right: DVec3, up: DVec3) {
         let n = right.cross(up);
         let [a, b, c, d] =
             [centre - right - up, centre + right - up, centre + right + up, centre - right + up];
-        self.triangle(material, [a, b, c], [n; 3]);
-        self.triangle(material, [a, c, d], [n; 3]);
+        let [uv_a, uv_b, uv_c, uv_d] = [Vec2::Y, Vec2::ONE, Vec2::X, Vec2::ZERO];
+        self.mapped_triangle(material, [a, b, c], [n; 3], [uv_a, uv_b, uv_c]);
+        self.mapped_triangle(material, [a, c, d], [n; 3], [uv_a, uv_c, uv_d]);
     }
 
     /// Adds an axis-aligned block; `inwards` turns its fronts to the inside (a room).
@@ -111,11 +152,25 @@ impl Builder {
                 let n =
                     [at(row, segment), at(row + 1, segment), at(row + 1, segment + 1), at(row, segment + 1)];
                 let p = n.map(|n| centre + radius * n);
+                let uv = [(row, segment), (row + 1, segment), (row + 1, segment + 1), (row, segment + 1)]
+                    .map(|(row, segment)| {
+                        Vec2::new(segment as f32 / segments as f32, row as f32 / rows as f32)
+                    });
                 if row + 1 != rows {
-                    self.triangle(material, [p[0], p[1], p[2]], [n[0], n[1], n[2]]);
+                    self.mapped_triangle(
+                        material,
+                        [p[0], p[1], p[2]],
+                        [n[0], n[1], n[2]],
+                        [uv[0], uv[1], uv[2]],
+                    );
                 }
                 if row != 0 {
-                    self.triangle(material, [p[0], p[2], p[3]], [n[0], n[2], n[3]]);
+                    self.mapped_triangle(
+                        material,
+                        [p[0], p[2], p[3]],
+                        [n[0], n[2], n[3]],
+                        [uv[0], uv[2], uv[3]],
+                    );
                 }
             }
         }
@@ -203,8 +258,8 @@ impl Builder {
     /// The scene.
     pub fn build(self) -> Scene {
         let names = (0..self.materials.len()).map(|id| format!("material {id}")).collect();
-        let Builder { triangles, surfaces, materials, lights, cameras } = self;
-        Scene::from_parts("test", triangles, surfaces, materials, names, lights, cameras)
+        let Builder { triangles, surfaces, materials, lights, cameras, textures } = self;
+        Scene::from_textured_parts("test", triangles, surfaces, materials, names, lights, cameras, textures)
             .expect("a test's scene is valid")
     }
 }

@@ -17,6 +17,7 @@ use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::pass::collect::{Collected, collect};
 use caustics_kernels::pass::shoot::shoot;
 use caustics_kernels::seam::Atomics;
+use caustics_kernels::texture::cut_out::CutOuts;
 use caustics_kernels::trace::Tracer;
 use caustics_kernels::trace::bvh::BvhTracer;
 use glam::Vec3;
@@ -105,15 +106,15 @@ pub struct Paths<'a> {
 
 impl<'a> Paths<'a> {
     fn tables(&self) -> SceneTables<'a> {
-        let Scene { triangles, surfaces, materials, lights, .. } = self.scene;
-        SceneTables { triangles, surfaces, materials, lights }
+        self.scene.tables()
     }
 
     fn tracer(&self, attempt: u32) -> Trembling<'a> {
         let Scene { nodes, blocks, .. } = self.scene;
         let amount = if attempt == 0 { 0.0 } else { AMOUNT };
         let rng = Rng::new(Stream::Camera, 99, attempt, 0);
-        Trembling { tracer: BvhTracer { nodes, blocks }, rng, amount, answers: vec![] }
+        let cut_outs = CutOuts::of(self.tables(), self.needs);
+        Trembling { tracer: BvhTracer { nodes, blocks, cut_outs }, rng, amount, answers: vec![] }
     }
 
     /// The camera path of a pixel; attempt 0 does not tremble.
@@ -129,7 +130,7 @@ impl<'a> Paths<'a> {
         let (mut tracer, mut keep) = (self.tracer(attempt), Keep(vec![]));
         let (params, needs, scene) = (self.params, self.needs, self.tables());
         let light_count = params.light_count;
-        let emit = ByPower { lights: scene.lights, light_count, triangles: scene.triangles, needs };
+        let emit = ByPower { scene, light_count, needs };
         let (points, ignore) = (&mut Brute { count: 0 }, &mut Ignore(None));
         shoot(path, params, needs, scene, &emit, &mut tracer, points, &mut keep, ignore);
         (keep.0, tracer.answers)

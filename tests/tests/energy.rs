@@ -92,7 +92,6 @@ fn rough_glass_absorbs_what_single_scattering_loses() {
         let mut world = World::new(&scene, &settings(4));
         // The scene has no light of its own to take the unit from.
         world.params.quantum = 2.0f32.powi(-40);
-        world.params.inverse_quantum = 2.0f32.powi(40);
         let cos = 0.6;
         let beam = Beam {
             centre: Vec3::new(-0.8, 0.6, 0.0),

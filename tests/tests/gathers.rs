@@ -52,7 +52,6 @@ fn params(scene: &Scene, pixels: u32, deposits: u32) -> FrameParams {
         // A small table, so that cells share slots.
         cell_mask: 63,
         quantum: 2.0_f32.powi(-30),
-        inverse_quantum: 2.0_f32.powi(30),
         ..base
     }
 }
@@ -261,7 +260,7 @@ fn many_deposits_in_one_spot_sum_exactly() {
     let params = params(&scene, 3, 1_000_000);
     let value = contribution(&shading, scene.materials[0], &light, params.specular_roughness, Needs::ALL);
     for channel in 0..3 {
-        let one = Quanta::from_f32(value[channel], params.inverse_quantum);
+        let one = Quanta::from_f32(value[channel], params.inverse_quantum());
         let exact = 1_000_000 * (u64::from(one.high) << 32 | u64::from(one.low));
         let got = u64::from(words[2 * channel + 1]) << 32 | u64::from(words[2 * channel]);
         assert!(exact > 0);

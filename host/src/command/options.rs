@@ -6,6 +6,7 @@ use std::time::Duration;
 use caustics::method::settings::Settings;
 use caustics::scene::{Scene, SceneCamera};
 use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
+use glam::Vec3;
 
 use crate::cli::{Common, PixelFilter, Usage};
 
@@ -51,6 +52,7 @@ pub fn settings(options: &Common, light_paths: u32, frames: u32, radius_px: f32)
     if !(-64.0..=64.0).contains(&options.exposure) {
         return Err(Usage(format!("--exposure {}: give -64 to 64 stops", options.exposure)));
     }
+    let background = options.background.as_deref().map(color).transpose()?;
     Ok(Settings {
         width,
         height,
@@ -64,7 +66,22 @@ pub fn settings(options: &Common, light_paths: u32, frames: u32, radius_px: f32)
             PixelFilter::Box => PIXEL_FILTER_BOX,
         },
         exposure: options.exposure,
+        background,
     })
+}
+
+/// A colour from three numbers with commas between.
+fn color(text: &str) -> Result<Vec3, Usage> {
+    let wrong =
+        || Usage(format!("--background {text}: give three numbers from 0 to 1e30, such as 0.2,0.3,0.5"));
+    let channels: Vec<f32> =
+        text.split(',').map(|part| part.trim().parse().map_err(|_| wrong())).collect::<Result<_, _>>()?;
+    match channels[..] {
+        [red, green, blue] if channels.iter().all(|channel| (0.0..=1e30).contains(channel)) => {
+            Ok(Vec3::new(red, green, blue))
+        }
+        _ => Err(wrong()),
+    }
 }
 
 /// Checks that the files to write are two files.

@@ -4,6 +4,7 @@ use caustics_kernels::gather::accumulator;
 use caustics_kernels::gather::variant::Variant;
 use caustics_kernels::interface::counters::{COUNTER_COUNT, DEPOSIT_STATE_COUNT};
 use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::interface::point::PointShading;
 
 use super::{BufferSpec, Method, Step, variant_buffers};
 
@@ -50,7 +51,7 @@ pub fn buffers(variant: &Variant, params: &FrameParams) -> Vec<BufferSpec> {
         spec("caustic_radiance", 12 * pixels),
         spec("display_color", 12 * pixels),
         spec("point_geometry", 32 * pixels),
-        spec("point_shading", 48 * pixels),
+        spec("point_shading", size_of::<PointShading>() * pixels),
         spec("accumulator", 4 * accumulator::WORDS as usize * pixels),
         spec("counters", 4 * COUNTER_COUNT),
         spec("deposit_state", 4 * DEPOSIT_STATE_COUNT),

@@ -2,6 +2,7 @@
 
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::needs::Needs;
+use glam::Vec3;
 
 use crate::scene::{Scene, SceneCamera};
 
@@ -26,6 +27,8 @@ pub struct Settings {
     pub pixel_filter: u32,
     /// Exposure of the PNG [stops].
     pub exposure: f32,
+    /// Radiance behind everything [W m^-2 sr^-1]; none: what the scene says.
+    pub background: Option<Vec3>,
 }
 
 impl Default for Settings {
@@ -40,6 +43,7 @@ impl Default for Settings {
             seed: 0,
             pixel_filter: 0,
             exposure: 0.0,
+            background: None,
         }
     }
 }
@@ -83,11 +87,11 @@ impl Settings {
             radius_px: self.radius_px,
             pixel_spread: camera.pixel_spread(self.width, self.height),
             quantum,
-            inverse_quantum: 1.0 / quantum,
             light_count: scene.lights.len() as u32,
             deposit_capacity: (batch * deposits_per_path).max(1),
             cell_mask: batch.next_power_of_two().clamp(1024, MOST_CELLS) - 1,
             exposure: self.exposure.exp2(),
+            background: self.background.unwrap_or(scene.background),
         }
     }
 }

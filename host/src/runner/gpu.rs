@@ -77,7 +77,13 @@ impl GpuRunner {
             runner.upload(name, bytes)?;
         }
         if options.hardware {
-            runner.build_structures(&memory, triangle_count)?;
+            // Kernels that look for holes confirm every hit.
+            let kind = if needs.has(Needs::CUT_OUTS) {
+                Primitives::TrianglesWithHoles
+            } else {
+                Primitives::Triangles
+            };
+            runner.build_structures(&memory, kind, triangle_count)?;
         }
         Ok(runner)
     }
@@ -92,10 +98,15 @@ impl GpuRunner {
         Ok(())
     }
 
-    fn build_structures(&mut self, memory: &Arc<Memory>, triangle_count: u32) -> Result<(), VulkanError> {
+    fn build_structures(
+        &mut self,
+        memory: &Arc<Memory>,
+        kind: Primitives,
+        triangle_count: u32,
+    ) -> Result<(), VulkanError> {
         let Resources { buffers, structures } = &mut self.resources;
         let triangles = buffers.get("triangles").ok_or_else(|| unknown("triangles"))?;
-        let (kind, count) = (Primitives::Triangles, u64::from(triangle_count));
+        let count = u64::from(triangle_count);
         let scene = Hierarchy::new(memory, SCENE_STRUCTURE, kind, triangles, count)?;
         self.frame.execute(&["build.scene".into()], |recorder, _| recorder.build(&scene, triangle_count))?;
         structures.insert(SCENE_STRUCTURE, scene);

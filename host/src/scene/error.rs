@@ -121,6 +121,26 @@ pub enum SceneError {
         /// What is wrong.
         what: String,
     },
+    /// More texels than the kernels' buffers hold.
+    #[error("{file}: its textures have {count} texels with all levels, but {limit} fit; make them smaller")]
+    Texels {
+        /// The file.
+        file: String,
+        /// Texels.
+        count: u64,
+        /// Texels at most.
+        limit: u64,
+    },
+    /// An image cannot be had.
+    #[error("{file}: image {image} {what}; give it as a PNG or JPEG file beside the .gltf or inside of it")]
+    Image {
+        /// The file.
+        file: String,
+        /// Index of the image.
+        image: usize,
+        /// What is wrong.
+        what: String,
+    },
     /// Nothing to see.
     #[error(
         "{file}: no geometry ({dropped} triangles without an area were dropped); add a mesh of triangles"

@@ -5,6 +5,7 @@ use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::{DVec3, Vec3};
 
 use super::SceneError;
+use super::texture::CornerCoordinates;
 
 /// Largest coordinate [m] whose squares and cross products stay finite in the kernels' f32.
 pub const LARGEST_COORDINATE: f64 = 1e9;
@@ -61,14 +62,23 @@ fn check_material(file: &str, name: &str, material: &Material) -> Result<(), Sce
 }
 
 /// Removes triangles thinner than f32 can tell from a line, relative to their longest edge; returns how many.
-pub fn drop_degenerate(triangles: &mut Vec<Triangle>, surfaces: &mut Vec<TriangleSurface>) -> usize {
+pub fn drop_degenerate(
+    triangles: &mut Vec<Triangle>,
+    surfaces: &mut Vec<TriangleSurface>,
+    coordinates: &mut Vec<CornerCoordinates>,
+) -> usize {
     let keep: Vec<bool> = triangles.iter().map(has_area).collect();
     let before = triangles.len();
-    let mut flags = keep.iter();
-    triangles.retain(|_| *flags.next().unwrap());
-    let mut flags = keep.iter();
-    surfaces.retain(|_| *flags.next().unwrap());
+    retain(triangles, &keep);
+    retain(surfaces, &keep);
+    retain(coordinates, &keep);
     before - triangles.len()
+}
+
+/// Keeps the rows whose flag is set; the table may be empty.
+fn retain<T>(rows: &mut Vec<T>, keep: &[bool]) {
+    let mut flags = keep.iter();
+    rows.retain(|_| *flags.next().unwrap());
 }
 
 fn has_area(triangle: &Triangle) -> bool {

@@ -10,16 +10,19 @@ use glam::{DVec3, Vec3};
 
 use self::document::Document;
 use self::mesh::Corner;
+use super::texture::{CornerCoordinates, TextureParts};
 use super::{PunctualLight, Scene, SceneCamera, SceneError, geometry};
 
 mod accessor;
 mod buffer;
 mod document;
+mod image;
 mod material;
 mod mesh;
 mod node;
 #[cfg(test)]
 mod tests;
+mod texture;
 mod unsupported;
 
 /// Triangles of a scene at most: ids have 31 bits, and this many fill the memory of a large machine.
@@ -52,11 +55,13 @@ fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
         return Err(SceneError::NoCamera { file: file.into() });
     }
 
+    let texture::Read { parts, mappings } = texture::read(&mut document)?;
+
     // Bring every mesh into the world in f64.
     let mut corners: Vec<[Corner; 3]> = Vec::new();
     let mut materials_of: Vec<usize> = Vec::new();
     for instance in &placed.meshes {
-        for mesh::Part { material, triangles } in mesh::read(&mut document, instance)? {
+        for mesh::Part { material, triangles } in mesh::read(&mut document, instance, &mappings)? {
             materials_of.resize(materials_of.len() + triangles.len(), material);
             corners.extend(triangles);
         }
@@ -90,6 +95,17 @@ fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
             (triangle, surface)
         })
         .unzip();
+    let coordinates = if parts.textures.is_empty() {
+        Vec::new()
+    } else {
+        let row = |corners: &[Corner; 3]| {
+            let [a, b, c] = corners.map(|corner| corner.tangent);
+            let tangents = a.zip(b).zip(c).map(|((a, b), c)| [a, b, c]);
+            CornerCoordinates { uv: corners.map(|corner| corner.uv), tangents }
+        };
+        corners.iter().map(row).collect()
+    };
+    let parts = TextureParts { coordinates, ..parts };
     let lights = placed
         .lights
         .iter()
@@ -102,11 +118,12 @@ fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
         .collect();
 
     let (materials, names) = material::read_all(&mut document);
-    let scene = Scene::from_parts(file, triangles, surfaces, materials, names, lights, cameras)?;
+    let scene =
+        Scene::from_textured_parts(file, triangles, surfaces, materials, names, lights, cameras, parts)?;
     if scene.lights.is_empty() {
         return Err(SceneError::NoLight { file: file.into() });
     }
-    Ok(Scene { origin, warnings: document.warnings, ..scene })
+    Ok(Scene { origin, background: document.background, warnings: document.warnings, ..scene })
 }
 
 /// A vector of the file.

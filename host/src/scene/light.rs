@@ -3,11 +3,12 @@
 use std::f64::consts::PI;
 
 use caustics_kernels::interface::light::Light;
-use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, Material};
-use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
+use caustics_kernels::interface::material::FLAG_EMIT_BOTH_SIDES;
 use glam::{DVec3, Vec3};
 
-use super::{PunctualLight, SceneError, geometry};
+use super::{PunctualLight, Scene, SceneError, geometry};
+
+mod emission;
 
 /// Refuses punctual lights that no kernel can use.
 pub fn check(file: &str, lights: &[PunctualLight]) -> Result<(), SceneError> {
@@ -22,12 +23,8 @@ pub fn check(file: &str, lights: &[PunctualLight]) -> Result<(), SceneError> {
 
 /// Emitters of positive power in the order of triangles, then punctual lights, with their alias table; and the emitted
 /// flux of each channel [W].
-pub fn table(
-    triangles: &[Triangle],
-    surfaces: &[TriangleSurface],
-    materials: &[Material],
-    punctual_lights: &[PunctualLight],
-) -> (Vec<Light>, Vec3) {
+pub fn table(scene: &Scene, punctual_lights: &[PunctualLight]) -> (Vec<Light>, Vec3) {
+    let Scene { triangles, surfaces, materials, .. } = scene;
     let of_triangles = triangles.iter().zip(surfaces).enumerate().map(|(id, (triangle, surface))| {
         let material = &materials[surface.material as usize];
         let sides = 1 + u32::from(material.flags & FLAG_EMIT_BOTH_SIDES != 0);
@@ -39,7 +36,8 @@ pub fn table(
             sides,
             ..Light::default()
         };
-        (light, material.emission.as_dvec3() * PI * area * f64::from(sides))
+        let mean = emission::mean(scene, id as u32);
+        (light, mean * PI * area * f64::from(sides))
     });
     let of_punctual = punctual_lights.iter().map(|light| light.row(triangles));
 
@@ -105,9 +103,10 @@ mod tests {
     #[test]
     fn dark_lights_are_left_out() {
         let point = |intensity| PunctualLight::point(Vec3::ZERO, intensity);
-        let (lights, flux) = table(&[], &[], &[], &[point(Vec3::ZERO), point(Vec3::ONE)]);
+        let empty = Scene::default();
+        let (lights, flux) = table(&empty, &[point(Vec3::ZERO), point(Vec3::ONE)]);
         assert_eq!(lights.len(), 1);
         assert!((flux.x - 12.566_371).abs() < 1e-5);
-        assert!(table(&[], &[], &[], &[point(Vec3::ZERO)]).0.is_empty());
+        assert!(table(&empty, &[point(Vec3::ZERO)]).0.is_empty());
     }
 }

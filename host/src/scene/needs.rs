@@ -2,13 +2,20 @@
 
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::light::{LIGHT_DIRECTIONAL, LIGHT_SPOT};
-use caustics_kernels::interface::material::{FLAG_THIN, Material};
+use caustics_kernels::interface::material::{
+    FLAG_COLOR_TEXTURE, FLAG_CUT_OUT, FLAG_EMISSIVE_TEXTURE, FLAG_NORMAL_MAP, FLAG_ROUGHNESS_TEXTURE,
+    FLAG_THIN, Material,
+};
 use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::packed::{from_byte, to_byte};
 use caustics_kernels::surface::class::{self, Classes};
 use caustics_kernels::surface::ggx::DELTA_ROUGHNESS;
 use glam::Vec3;
 
 use super::Scene;
+
+/// Textures that change a material's factors.
+const FLAGS_TEXTURES: u32 = FLAG_COLOR_TEXTURE | FLAG_ROUGHNESS_TEXTURE | FLAG_EMISSIVE_TEXTURE;
 
 impl Scene {
     /// What the scene's triangles and lights need, with reflection lobes up to `specular_roughness` specular.
@@ -17,9 +24,12 @@ impl Scene {
         for surface in &self.surfaces {
             used[surface.material as usize] = true;
         }
-        let materials = self.materials.iter().zip(used).filter(|&(_, used)| used);
-        let mut needs =
-            materials.fold(Needs(0), |all, (material, _)| all | of_material(material, specular_roughness));
+        let mut needs = Needs(0);
+        for (id, _) in used.into_iter().enumerate().filter(|&(_, used)| used) {
+            for material in self.extremes(id) {
+                needs = needs | of_material(&material, specular_roughness);
+            }
+        }
         for light in &self.lights {
             needs = needs
                 | match light.kind {
@@ -33,6 +43,24 @@ impl Scene {
             needs = needs | Needs::SMOOTH_NORMALS;
         }
         needs
+    }
+
+    /// A material at the ends of what its texture makes of roughness and metallic; itself without one.
+    fn extremes(&self, id: usize) -> Vec<Material> {
+        let material = self.materials[id];
+        if material.flags & FLAG_ROUGHNESS_TEXTURE == 0 {
+            return vec![material];
+        }
+        let row = self.textures.materials[id];
+        let range = |channel| self.textures.range(row.metallic_roughness, channel);
+        let rounded = |factor: f32, byte: u8| from_byte(to_byte(factor * from_byte(byte.into())));
+        let mut extremes = Vec::new();
+        for roughness in range(1).map(|byte| rounded(material.roughness, byte)) {
+            for metallic in range(2).map(|byte| rounded(material.metallic, byte)) {
+                extremes.push(Material { roughness, metallic, ..material });
+            }
+        }
+        extremes
     }
 }
 
@@ -55,6 +83,9 @@ fn of_material(material: &Material, specular_roughness: f32) -> Needs {
             glass && material.flags & FLAG_THIN == 0 && material.absorption.max_element() > 0.0,
             Needs::ABSORPTION,
         ),
+        (material.flags & FLAGS_TEXTURES != 0, Needs::TEXTURES),
+        (material.flags & FLAG_NORMAL_MAP != 0, Needs::NORMAL_MAPS),
+        (material.flags & FLAG_CUT_OUT != 0, Needs::CUT_OUTS),
         (glass || (reflects && is_specular), Needs::CASTERS),
         (diffuse || ((reflects || glass) && !is_specular), Needs::RECEIVERS),
     ];

@@ -7,6 +7,8 @@ use ash::vk;
 pub enum Primitives {
     /// Opaque triangles, three vertices of 12 bytes each; built once, traced fast.
     Triangles,
+    /// The same, but each hit is a query's to confirm: they may have holes.
+    TrianglesWithHoles,
     /// Boxes of 24 bytes, each reported to a query once; rebuilt every frame, built fast.
     Boxes,
 }
@@ -15,14 +17,16 @@ impl Primitives {
     /// Size of a primitive in its buffer [bytes].
     pub fn stride(self) -> u64 {
         match self {
-            Primitives::Triangles => 36,
+            Primitives::Triangles | Primitives::TrianglesWithHoles => 36,
             Primitives::Boxes => 24,
         }
     }
 
     pub(super) fn flags(self) -> vk::BuildAccelerationStructureFlagsKHR {
         match self {
-            Primitives::Triangles => vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE,
+            Primitives::Triangles | Primitives::TrianglesWithHoles => {
+                vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE
+            }
             Primitives::Boxes => vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_BUILD,
         }
     }
@@ -31,7 +35,12 @@ impl Primitives {
         let data = vk::DeviceOrHostAddressConstKHR { device_address: address };
         let geometry = vk::AccelerationStructureGeometryKHR::default();
         match self {
-            Primitives::Triangles => {
+            Primitives::Triangles | Primitives::TrianglesWithHoles => {
+                let flags = if self == Primitives::Triangles {
+                    vk::GeometryFlagsKHR::OPAQUE
+                } else {
+                    vk::GeometryFlagsKHR::NO_DUPLICATE_ANY_HIT_INVOCATION
+                };
                 let triangles = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
                     .vertex_format(vk::Format::R32G32B32_SFLOAT)
                     .vertex_data(data)
@@ -41,7 +50,7 @@ impl Primitives {
                 geometry
                     .geometry_type(vk::GeometryTypeKHR::TRIANGLES)
                     .geometry(vk::AccelerationStructureGeometryDataKHR { triangles })
-                    .flags(vk::GeometryFlagsKHR::OPAQUE)
+                    .flags(flags)
             }
             Primitives::Boxes => {
                 let aabbs =

@@ -9,7 +9,7 @@ use spirv_std::ray_tracing::AccelerationStructure;
 
 tracing_entries!(
     [#[spirv(descriptor_set = 0, binding = 16)] scene_structure: &AccelerationStructure,],
-    RayQueryTracer { scene: scene_structure }
+    |cut_outs| RayQueryTracer { scene: scene_structure, cut_outs }
 );
 
 /// Light paths, one an invocation; each deposit goes at once to the points that take it.
@@ -22,6 +22,13 @@ pub fn shoot_points_rt(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] surfaces: &[TriangleSurface],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] materials: &[Material],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] lights: &[Light],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] textures: &[Texture],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 12)] material_textures: &[MaterialTextures],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 13)] texture_coordinates: &[TextureCoordinates],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 14)] texels_0: &[u32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 15)] texels_1: &[u32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 16)] texels_2: &[u32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 17)] texels_3: &[u32],
     #[spirv(descriptor_set = 0, binding = 4)] scene_structure: &AccelerationStructure,
     #[spirv(descriptor_set = 0, binding = 5)] points_structure: &AccelerationStructure,
     #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] pixel_order: &[u32],
@@ -33,9 +40,18 @@ pub fn shoot_points_rt(
     let index = index(id);
     if index < params.light_path_batch {
         let needs = Needs(needs);
-        let scene = SceneTables { triangles, surfaces, materials, lights };
-        let emit = ByPower { lights, light_count: params.light_count, triangles, needs };
-        let mut tracer = RayQueryTracer { scene: scene_structure };
+        let textures = TextureTables {
+            textures,
+            material_textures,
+            texture_coordinates,
+            texels_0,
+            texels_1,
+            texels_2,
+            texels_3,
+        };
+        let scene = SceneTables { triangles, surfaces, materials, lights, textures };
+        let emit = ByPower { scene, light_count: params.light_count, needs };
+        let mut tracer = RayQueryTracer { scene: scene_structure, cut_outs: CutOuts::of(scene, needs) };
         let mut counters = AtomicWords(counters);
         let mut give = Give {
             pixel_order,

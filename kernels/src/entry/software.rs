@@ -9,5 +9,5 @@ tracing_entries!(
         #[spirv(storage_buffer, descriptor_set = 0, binding = 16)] nodes: &[TreeNode],
         #[spirv(storage_buffer, descriptor_set = 0, binding = 17)] blocks: &[TriangleBlock],
     ],
-    BvhTracer { nodes, blocks }
+    |cut_outs| BvhTracer { nodes, blocks, cut_outs }
 );

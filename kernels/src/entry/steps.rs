@@ -5,8 +5,9 @@ use crate::interface::frame::FrameParams;
 use crate::interface::light::Light;
 use crate::interface::material::Material;
 use crate::interface::needs::Needs;
-use crate::interface::scene::SceneTables;
+use crate::interface::scene::{SceneTables, TextureTables};
 use crate::interface::step::{EmitStep, SampleStep, ScatterIn, ScatterOut};
+use crate::interface::texture::{MaterialTextures, Texture, TextureCoordinates};
 use crate::interface::triangle::{Triangle, TriangleSurface};
 use crate::light::power::ByPower;
 use crate::pass::step;
@@ -36,12 +37,28 @@ pub fn step_scatter(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] surfaces: &[TriangleSurface],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] materials: &[Material],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] lights: &[Light],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] textures: &[Texture],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] material_textures: &[MaterialTextures],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] texture_coordinates: &[TextureCoordinates],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] texels_0: &[u32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] texels_1: &[u32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] texels_2: &[u32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 12)] texels_3: &[u32],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] scatter_in: &[ScatterIn],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] scatter_out: &mut [ScatterOut],
 ) {
     let index = index(id);
     if index < params.light_path_batch {
-        let scene = SceneTables { triangles, surfaces, materials, lights };
+        let textures = TextureTables {
+            textures,
+            material_textures,
+            texture_coordinates,
+            texels_0,
+            texels_1,
+            texels_2,
+            texels_3,
+        };
+        let scene = SceneTables { triangles, surfaces, materials, lights, textures };
         scatter_out[index as usize] = step::scatter(&scatter_in[index as usize], params, Needs(needs), scene);
     }
 }
@@ -56,13 +73,29 @@ pub fn step_emit(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] surfaces: &[TriangleSurface],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] materials: &[Material],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] lights: &[Light],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] textures: &[Texture],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] material_textures: &[MaterialTextures],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] texture_coordinates: &[TextureCoordinates],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] texels_0: &[u32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] texels_1: &[u32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] texels_2: &[u32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 12)] texels_3: &[u32],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] emit_steps: &mut [EmitStep],
 ) {
     let index = index(id);
     if index < params.light_path_batch {
         let needs = Needs(needs);
-        let scene = SceneTables { triangles, surfaces, materials, lights };
-        let emit = ByPower { lights, light_count: params.light_count, triangles, needs };
+        let textures = TextureTables {
+            textures,
+            material_textures,
+            texture_coordinates,
+            texels_0,
+            texels_1,
+            texels_2,
+            texels_3,
+        };
+        let scene = SceneTables { triangles, surfaces, materials, lights, textures };
+        let emit = ByPower { scene, light_count: params.light_count, needs };
         emit_steps[index as usize] = step::emit(index, params, needs, scene, &emit);
     }
 }

@@ -1,9 +1,9 @@
 //! The entry points that trace, once for every tracer.
 
-/// Stamps `collect`, `reference`, `shoot.store` and `step.hit` for the tracer that an expression makes of its own bindings; bindings
-/// 16 and above are the tracer's.
+/// Stamps `collect`, `reference`, `shoot.store` and `step.hit` for the tracer that an expression makes of the scene's holes
+/// and of its own bindings; bindings 16 and above are the tracer's.
 macro_rules! tracing_entries {
-    ([$($bound:tt)*], $tracer:expr) => {
+    ([$($bound:tt)*], |$cut_outs:ident| $tracer:expr) => {
         use crate::entry::index;
         use crate::gather::brute::Brute;
         use crate::gather::receive::Store;
@@ -13,12 +13,14 @@ macro_rules! tracing_entries {
         use crate::interface::material::Material;
         use crate::interface::needs::Needs;
         use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
-        use crate::interface::scene::SceneTables;
+        use crate::interface::scene::{SceneTables, TextureTables};
+        use crate::interface::texture::{MaterialTextures, Texture, TextureCoordinates};
         use crate::interface::triangle::{Triangle, TriangleSurface};
         use crate::light::power::ByPower;
         use crate::math::ray::{Hit, Ray};
         use crate::pass;
         use crate::seam::{AtomicWords, Atomics, ScatterSlots};
+        use crate::texture::cut_out::CutOuts;
         use crate::trace::Tracer;
         use spirv_std::glam::{UVec3, Vec3};
         use spirv_std::spirv;
@@ -33,6 +35,13 @@ macro_rules! tracing_entries {
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] surfaces: &[TriangleSurface],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] materials: &[Material],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] lights: &[Light],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] textures: &[Texture],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] material_textures: &[MaterialTextures],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] texture_coordinates: &[TextureCoordinates],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 12)] texels_0: &[u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 13)] texels_1: &[u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 14)] texels_2: &[u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 15)] texels_3: &[u32],
             $($bound)*
             #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] pixel_order: &[u32],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] path_radiance: &mut [Vec3],
@@ -43,11 +52,22 @@ macro_rules! tracing_entries {
             let index = index(id);
             if index < params.pixel_count() {
                 let pixel = pixel_order[index as usize];
-                let scene = SceneTables { triangles, surfaces, materials, lights };
+                let textures = TextureTables {
+                    textures,
+                    material_textures,
+                    texture_coordinates,
+                    texels_0,
+                    texels_1,
+                    texels_2,
+                    texels_3,
+                };
+                let needs = Needs(needs);
+                let scene = SceneTables { triangles, surfaces, materials, lights, textures };
+                let $cut_outs = CutOuts::of(scene, needs);
                 let mut tracer = $tracer;
                 let mut counters = AtomicWords(counters);
                 let collected =
-                    pass::collect::collect(pixel, params, Needs(needs), scene, &mut tracer, &mut counters);
+                    pass::collect::collect(pixel, params, needs, scene, &mut tracer, &mut counters);
                 path_radiance[pixel as usize] = collected.radiance;
                 point_geometry[pixel as usize] = collected.geometry;
                 point_shading[pixel as usize] = collected.shading;
@@ -64,6 +84,13 @@ macro_rules! tracing_entries {
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] surfaces: &[TriangleSurface],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] materials: &[Material],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] lights: &[Light],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] textures: &[Texture],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] material_textures: &[MaterialTextures],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] texture_coordinates: &[TextureCoordinates],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 12)] texels_0: &[u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 13)] texels_1: &[u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 14)] texels_2: &[u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 15)] texels_3: &[u32],
             $($bound)*
             #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] pixel_order: &[u32],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] path_radiance: &mut [Vec3],
@@ -72,11 +99,22 @@ macro_rules! tracing_entries {
             let index = index(id);
             if index < params.pixel_count() {
                 let pixel = pixel_order[index as usize];
-                let scene = SceneTables { triangles, surfaces, materials, lights };
+                let textures = TextureTables {
+                    textures,
+                    material_textures,
+                    texture_coordinates,
+                    texels_0,
+                    texels_1,
+                    texels_2,
+                    texels_3,
+                };
+                let needs = Needs(needs);
+                let scene = SceneTables { triangles, surfaces, materials, lights, textures };
+                let $cut_outs = CutOuts::of(scene, needs);
                 let mut tracer = $tracer;
                 let mut counters = AtomicWords(counters);
                 path_radiance[pixel as usize] =
-                    pass::reference::reference(pixel, params, Needs(needs), scene, &mut tracer, &mut counters);
+                    pass::reference::reference(pixel, params, needs, scene, &mut tracer, &mut counters);
             }
         }
 
@@ -90,6 +128,13 @@ macro_rules! tracing_entries {
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] surfaces: &[TriangleSurface],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] materials: &[Material],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] lights: &[Light],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] textures: &[Texture],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] material_textures: &[MaterialTextures],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] texture_coordinates: &[TextureCoordinates],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 12)] texels_0: &[u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 13)] texels_1: &[u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 14)] texels_2: &[u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 15)] texels_3: &[u32],
             $($bound)*
             #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] deposit_geometry: &mut [DepositGeometry],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] deposit_light: &mut [DepositLight],
@@ -98,9 +143,19 @@ macro_rules! tracing_entries {
         ) {
             let index = index(id);
             if index < params.light_path_batch {
+                let textures = TextureTables {
+                    textures,
+                    material_textures,
+                    texture_coordinates,
+                    texels_0,
+                    texels_1,
+                    texels_2,
+                    texels_3,
+                };
                 let needs = Needs(needs);
-                let scene = SceneTables { triangles, surfaces, materials, lights };
-                let emit = ByPower { lights, light_count: params.light_count, triangles, needs };
+                let scene = SceneTables { triangles, surfaces, materials, lights, textures };
+                let emit = ByPower { scene, light_count: params.light_count, needs };
+                let $cut_outs = CutOuts::of(scene, needs);
                 let mut tracer = $tracer;
                 let mut counters = AtomicWords(counters);
                 let mut store = Store {
@@ -132,13 +187,33 @@ macro_rules! tracing_entries {
         #[spirv(compute(threads(64), entry_point_name = "step.hit"))]
         pub fn step_hit(
             #[spirv(global_invocation_id)] id: UVec3,
+            #[spirv(spec_constant(id = 0, default = 131071))] needs: u32,
             #[spirv(push_constant)] params: &FrameParams,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] surfaces: &[TriangleSurface],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] materials: &[Material],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] textures: &[Texture],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] material_textures: &[MaterialTextures],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] texture_coordinates: &[TextureCoordinates],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 12)] texels_0: &[u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 13)] texels_1: &[u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 14)] texels_2: &[u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 15)] texels_3: &[u32],
             $($bound)*
             #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] rays: &[Ray],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] hits: &mut [Hit],
         ) {
             let index = index(id);
             if index < params.light_path_batch {
+                let textures = TextureTables {
+                    textures,
+                    material_textures,
+                    texture_coordinates,
+                    texels_0,
+                    texels_1,
+                    texels_2,
+                    texels_3,
+                };
+                let $cut_outs = CutOuts { surfaces, materials, textures, needs: Needs(needs) };
                 hits[index as usize] = $tracer.closest(&rays[index as usize]);
             }
         }

@@ -12,6 +12,7 @@ use crate::interface::material::Material;
 use crate::interface::needs::Needs;
 use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
 use crate::seam::{Atomics, Scatter};
+use crate::surface::textured::material_of;
 use spirv_std::glam::Vec3;
 
 /// Receives the deposits of a light path.
@@ -108,10 +109,10 @@ impl<A: Atomics> Visit for GiveOne<'_, A> {
         let point = self.point_geometry[pixel as usize];
         if takes(&point, &self.geometry, self.params.max_bounces) {
             let shading = self.point_shading[pixel as usize];
-            let material = self.materials[shading.material as usize];
+            let material = material_of(&shading, self.materials, self.needs);
             let value =
                 contribution(&shading, material, &self.light, self.params.specular_roughness, self.needs);
-            let sum = Sum::of(value, self.params.inverse_quantum);
+            let sum = Sum::of(value, self.params.inverse_quantum());
             sum.add_to(self.accumulator, pixel);
             self.total = self.total.plus(sum);
         }
@@ -150,7 +151,7 @@ impl Visit for Take<'_> {
                 self.params.specular_roughness,
                 self.needs,
             );
-            self.sum = self.sum.plus(Sum::of(value, self.params.inverse_quantum));
+            self.sum = self.sum.plus(Sum::of(value, self.params.inverse_quantum()));
         }
     }
 }

@@ -49,8 +49,6 @@ pub struct FrameParams {
     pub pixel_spread: f32,
     /// Quantum of the accumulator [W sr^-1 in the unit of f phi], a power of two.
     pub quantum: f32,
-    /// 1 / quantum, exact.
-    pub inverse_quantum: f32,
     /// Lights in the light table.
     pub light_count: u32,
     /// Deposits that fit the deposit buffers.
@@ -59,15 +57,23 @@ pub struct FrameParams {
     pub cell_mask: u32,
     /// Linear exposure factor of `display`.
     pub exposure: f32,
+    /// Radiance that camera prefixes see where they leave the scene [W m^-2 sr^-1]; it lights nothing.
+    pub background: Vec3,
 }
 
 const _: () = assert!(size_of::<Camera>() == 48);
-const _: () = assert!(size_of::<FrameParams>() == 120);
+const _: () = assert!(size_of::<FrameParams>() == 128);
 
 impl FrameParams {
     /// Pixels of the image.
     pub fn pixel_count(&self) -> u32 {
         self.width * self.height
+    }
+
+    /// 1 / quantum, exact: the exponent of a power of two changes its sign.
+    #[inline]
+    pub fn inverse_quantum(&self) -> f32 {
+        f32::from_bits((254 << 23) - self.quantum.to_bits())
     }
 }
 
@@ -78,3 +84,16 @@ pub const INVOCATIONS_PER_ROW: u32 = 1 << 21;
 pub const PIXEL_FILTER_CENTRE: u32 = 0;
 /// `FrameParams::pixel_filter`: rays uniform over the pixel.
 pub const PIXEL_FILTER_BOX: u32 = 1;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn inverse_quantum_is_exact() {
+        for exponent in -120..=120 {
+            let params = FrameParams { quantum: 2.0_f32.powi(exponent), ..FrameParams::default() };
+            assert_eq!(params.inverse_quantum(), 2.0_f32.powi(-exponent));
+        }
+    }
+}

@@ -33,5 +33,19 @@ pub struct Material {
 pub const FLAG_EMIT_BOTH_SIDES: u32 = 1;
 /// Transmission without a volume: an infinitely thin wall that does not bend light.
 pub const FLAG_THIN: u32 = 2;
+/// A texture scales the base colour.
+pub const FLAG_COLOR_TEXTURE: u32 = 1 << 16;
+/// A texture scales roughness and metallic.
+pub const FLAG_ROUGHNESS_TEXTURE: u32 = 1 << 17;
+/// A texture scales the emission.
+pub const FLAG_EMISSIVE_TEXTURE: u32 = 1 << 18;
+/// A texture turns the shading normal.
+pub const FLAG_NORMAL_MAP: u32 = 1 << 19;
+/// Where alpha is below the cut-off, nothing is.
+pub const FLAG_CUT_OUT: u32 = 1 << 20;
+/// Some texture changes how the surface scatters from place to place.
+pub const FLAGS_SCATTER_TEXTURE: u32 = FLAG_COLOR_TEXTURE | FLAG_ROUGHNESS_TEXTURE | FLAG_NORMAL_MAP;
+/// Everything that `Scene::from_parts` sets by the material's textures.
+pub const FLAGS_TEXTURE: u32 = FLAGS_SCATTER_TEXTURE | FLAG_EMISSIVE_TEXTURE | FLAG_CUT_OUT;
 
 const _: () = assert!(size_of::<Material>() == 64);

@@ -27,12 +27,14 @@ pub struct PointShading {
     pub material: u32,
     /// Unit shading normal, on the viewer's side.
     pub shading_normal: Vec3,
-    /// Index of refraction on the viewer's side over index behind.
-    pub eta: f32,
+    /// Base colour of a textured material, red and green as half floats.
+    pub red_green: u32,
     /// Camera throughput, divided by the chances of its choices.
     pub throughput: Vec3,
-    /// Keeps rows at 16 bytes.
-    pub padding_2: u32,
+    /// The same: blue as a half float, roughness and metallic as shares of 255.
+    pub blue_roughness_metallic: u32,
+    /// Index of refraction on the viewer's side over index behind.
+    pub eta: f32,
 }
 
 /// Where a deposit lies: all that a gather reads of deposits it does not take.
@@ -74,7 +76,7 @@ pub struct PointBox {
 }
 
 const _: () = assert!(size_of::<PointGeometry>() == 32);
-const _: () = assert!(size_of::<PointShading>() == 48);
+const _: () = assert!(size_of::<PointShading>() == 52);
 const _: () = assert!(size_of::<DepositGeometry>() == 32);
 const _: () = assert!(size_of::<DepositLight>() == 32);
 const _: () = assert!(size_of::<PointBox>() == 24);

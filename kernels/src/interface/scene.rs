@@ -2,6 +2,7 @@
 
 use crate::interface::light::Light;
 use crate::interface::material::Material;
+use crate::interface::texture::{MaterialTextures, Texture, TextureCoordinates};
 use crate::interface::triangle::{Triangle, TriangleSurface};
 
 /// The tables of a scene that paths read.
@@ -15,4 +16,25 @@ pub struct SceneTables<'a> {
     pub materials: &'a [Material],
     /// Lights.
     pub lights: &'a [Light],
+    /// Textures.
+    pub textures: TextureTables<'a>,
+}
+
+/// The tables of textures; all are empty where no material is textured or cut out.
+#[derive(Clone, Copy)]
+pub struct TextureTables<'a> {
+    /// Textures.
+    pub textures: &'a [Texture],
+    /// Which of them a material has, a row a material.
+    pub material_textures: &'a [MaterialTextures],
+    /// Where triangles lie on them, a row a triangle.
+    pub texture_coordinates: &'a [TextureCoordinates],
+    /// Texels of the first chunk.
+    pub texels_0: &'a [u32],
+    /// Of the second.
+    pub texels_1: &'a [u32],
+    /// Of the third.
+    pub texels_2: &'a [u32],
+    /// Of the fourth.
+    pub texels_3: &'a [u32],
 }

@@ -6,9 +6,10 @@ use spirv_std::num_traits::Float;
 use crate::interface::NONE;
 use crate::interface::light::{LIGHT_DIRECTIONAL, LIGHT_SPOT, Light};
 use crate::interface::needs::Needs;
-use crate::interface::triangle::Triangle;
+use crate::interface::scene::SceneTables;
 use crate::light::{choose, spot};
 use crate::math::{offset, warp};
+use crate::texture::emission::emission_at;
 use spirv_std::glam::{Vec3, Vec4};
 
 /// A point on a light as a vertex sees it.
@@ -30,9 +31,8 @@ pub struct Connection {
 /// Connects `position` to a light.
 #[inline(always)]
 pub fn connect(
-    lights: &[Light],
+    scene: SceneTables<'_>,
     light_count: u32,
-    triangles: &[Triangle],
     needs: Needs,
     position: Vec3,
     u: Vec4,
@@ -47,7 +47,7 @@ pub fn connect(
     if light_count == 0 {
         return nothing;
     }
-    let light = lights[choose(lights, light_count, u.x, u.y) as usize];
+    let light = scene.lights[choose(scene.lights, light_count, u.x, u.y) as usize];
     if needs.has(Needs::DIRECTIONAL_LIGHTS) && light.kind == LIGHT_DIRECTIONAL {
         return Connection {
             to_light: -light.direction,
@@ -71,7 +71,7 @@ pub fn connect(
     }
 
     // A uniform point of the triangle, on the side that we see.
-    let triangle = triangles[light.triangle as usize];
+    let triangle = scene.triangles[light.triangle as usize];
     let b = warp::uniform_triangle(u.z, u.w);
     let (edge_b, edge_c) = (triangle.b - triangle.a, triangle.c - triangle.a);
     let point = triangle.a + edge_b * b.x + edge_c * b.y;
@@ -84,11 +84,12 @@ pub fn connect(
         return nothing;
     }
     let pdf_solid_angle = pdf_solid_angle(&light, square, cos);
+    let share = emission_at(scene, needs, light.triangle, b.x, b.y);
     let clearance = offset::clearance(offset::magnitude(triangle.a, triangle.b, triangle.c));
     Connection {
         target: offset::leave(point, normal, -to_light, clearance),
         to_light,
-        radiance_over_pdf: light.emission / pdf_solid_angle,
+        radiance_over_pdf: light.emission * share / pdf_solid_angle,
         pdf_solid_angle,
         endless: false,
     }

@@ -2,25 +2,24 @@
 //! Spots: uniform over the outer cone. Directional lights: uniform over their disc.
 
 use crate::interface::NONE;
-use crate::interface::light::{LIGHT_DIRECTIONAL, LIGHT_SPOT, Light};
+use crate::interface::light::{LIGHT_DIRECTIONAL, LIGHT_SPOT};
 use crate::interface::needs::Needs;
-use crate::interface::triangle::Triangle;
+use crate::interface::scene::SceneTables;
 use crate::light::emit::{Emit, Leaving};
 use crate::light::{choose, directional, spot};
 use crate::math::frame::ShadingFrame;
 use crate::math::ray::Ray;
 use crate::math::{PI, offset, warp};
+use crate::texture::emission::emission_at;
 use spirv_std::glam::Vec4;
 
 /// Starts every path with flux in proportion to the whole scene's.
 #[derive(Clone, Copy)]
 pub struct ByPower<'a> {
-    /// The light table.
-    pub lights: &'a [Light],
-    /// Its length.
+    /// The scene with its light table.
+    pub scene: SceneTables<'a>,
+    /// Length of the light table.
     pub light_count: u32,
-    /// Corners of the emissive triangles.
-    pub triangles: &'a [Triangle],
     /// What the scene needs.
     pub needs: Needs,
 }
@@ -28,7 +27,7 @@ pub struct ByPower<'a> {
 impl Emit for ByPower<'_> {
     #[inline(always)]
     fn leave(&self, place: Vec4, direction: Vec4) -> Leaving {
-        let light = self.lights[choose(self.lights, self.light_count, place.x, place.y) as usize];
+        let light = self.scene.lights[choose(self.scene.lights, self.light_count, place.x, place.y) as usize];
         if self.needs.has(Needs::DIRECTIONAL_LIGHTS) && light.kind == LIGHT_DIRECTIONAL {
             let (origin, area) = directional::leave(&light, place.z, place.w);
             return Leaving {
@@ -50,7 +49,7 @@ impl Emit for ByPower<'_> {
                 flux: light.emission * (4.0 * PI / light.pdf_light_choice),
             };
         }
-        let triangle = self.triangles[light.triangle as usize];
+        let triangle = self.scene.triangles[light.triangle as usize];
         let b = warp::uniform_triangle(place.z, place.w);
         let (edge_b, edge_c) = (triangle.b - triangle.a, triangle.c - triangle.a);
         let point = triangle.a + edge_b * b.x + edge_c * b.y;
@@ -59,10 +58,11 @@ impl Emit for ByPower<'_> {
             normal = -normal;
         }
         let to = ShadingFrame::new(normal).to_world(warp::cosine_hemisphere(direction.x, direction.y));
+        let share = emission_at(self.scene, self.needs, light.triangle, b.x, b.y);
         let clearance = offset::clearance(offset::magnitude(triangle.a, triangle.b, triangle.c));
         Leaving {
             ray: Ray::endless(offset::leave(point, normal, normal, clearance), to),
-            flux: light.emission * (PI * light.area * light.sides as f32 / light.pdf_light_choice),
+            flux: light.emission * share * (PI * light.area * light.sides as f32 / light.pdf_light_choice),
         }
     }
 }

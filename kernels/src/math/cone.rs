@@ -78,12 +78,17 @@ impl RayCone {
         RayCone { rough_spread: (self.rough_spread * self.rough_spread + lobe).sqrt(), ..self }
     }
 
+    /// Width [m] of the cone, whatever spread it.
+    #[inline]
+    pub fn total_width(self) -> f32 {
+        (self.width * self.width + self.rough_width * self.rough_width).sqrt()
+    }
+
     /// Radius [m] of the disc whose area is the cone's footprint on a surface met at `cos`, times `radius_px`;
     /// never below 4 ulp of the position's largest coordinate.
     #[inline]
     pub fn radius(self, cos: f32, radius_px: f32, position: Vec3) -> f32 {
-        let width = (self.width * self.width + self.rough_width * self.rough_width).sqrt();
-        let radius = radius_px * width * (INV_PI / cos.abs().max(MIN_COS)).sqrt();
+        let radius = radius_px * self.total_width() * (INV_PI / cos.abs().max(MIN_COS)).sqrt();
         // An ulp is at most 2^-23 of the coordinate; the last term keeps a point at the origin alive.
         radius.max(max_abs(position) * (4.0 / 8_388_608.0)).max(1.0e-30)
     }

@@ -4,7 +4,7 @@
 use crate::interface::NONE;
 use crate::interface::counters::Counter;
 use crate::interface::frame::{FrameParams, PIXEL_FILTER_BOX};
-use crate::interface::material::{FLAG_EMIT_BOTH_SIDES, Material};
+use crate::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAGS_SCATTER_TEXTURE, Material};
 use crate::interface::needs::Needs;
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::interface::scene::SceneTables;
@@ -18,6 +18,7 @@ use crate::seam::Atomics;
 use crate::surface::class::Classes;
 use crate::surface::media::MediaStack;
 use crate::surface::scatter::{Departure, Site};
+use crate::surface::textured::{material_at, packed};
 use crate::surface::vertex::{Vertex, vertex};
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
@@ -92,13 +93,20 @@ pub fn follow<T: Tracer, C: Atomics>(
         rays += 1;
         let hit = tracer.closest(&ray);
         if hit.is_miss() {
+            if prefix {
+                collected.radiance += throughput * params.background;
+            }
             break;
         }
-        let here = vertex(scene.triangles, scene.surfaces, needs, &ray, &hit);
-        let material = scene.materials[here.material as usize];
+        let mut width = 0.0;
+        if prefix {
+            cone = cone.advance(hit.distance);
+            width = cone.total_width();
+        }
+        let here = vertex(scene, needs, &ray, &hit, width);
+        let material = material_at(scene, &here, needs);
         if prefix {
             collected.geometry.position = here.position;
-            cone = cone.advance(hit.distance);
         }
         if needs.has(Needs::ABSORPTION) {
             throughput *= media.transmittance(scene.materials, hit.distance);
@@ -125,8 +133,7 @@ pub fn follow<T: Tracer, C: Atomics>(
             Site::new(here, material, scene.materials, media, classes, params.specular_roughness, needs);
         let u = rng.next4();
         if site.surface.scatters() {
-            let connection =
-                connect(scene.lights, params.light_count, scene.triangles, needs, here.position, u);
+            let connection = connect(scene, params.light_count, needs, here.position, u);
             let direct = direct_light(&site, &connection, classes, needs);
             if direct.max_element() > 0.0 {
                 shadow_rays += 1;
@@ -162,11 +169,17 @@ pub fn follow<T: Tracer, C: Atomics>(
                 collected.shading = PointShading {
                     to_viewer: here.to_origin,
                     material: here.material,
-                    shading_normal: here.normal,
-                    eta: site.surface.eta,
+                    shading_normal: here.shading_normal,
+                    red_green: 0,
                     throughput: throughput / chance,
-                    padding_2: 0,
+                    blue_roughness_metallic: 0,
+                    eta: site.surface.eta,
                 };
+                if needs.has(Needs::TEXTURES) && material.flags & FLAGS_SCATTER_TEXTURE != 0 {
+                    let (first, second) = packed(&material);
+                    collected.shading.red_green = first;
+                    collected.shading.blue_roughness_metallic = second;
+                }
             }
         }
         throughput *= departure.sampled.weight;
@@ -212,7 +225,7 @@ fn emits(vertex: &Vertex, material: &Material) -> bool {
 fn direct_light(site: &Site, connection: &Connection, classes: Classes, needs: Needs) -> Vec3 {
     let mut sum = Vec3::ZERO;
     if connection.radiance_over_pdf.max_element() > 0.0 {
-        let cos = connection.to_light.dot(site.vertex.normal);
+        let cos = connection.to_light.dot(site.vertex.shading_normal);
         if needs.has(Needs::ROUGH_GLASS) && cos < 0.0 && classes.has(Classes::SPECULAR) {
             // Through the surface; radiance is compressed as where a path scatters.
             let eta = site.surface.eta;
@@ -256,7 +269,7 @@ fn shadow_ray(vertex: &Vertex, connection: &Connection) -> Ray {
 #[inline(always)]
 fn scatter_cone(cone: RayCone, vertex: &Vertex, departure: &Departure) -> RayCone {
     let sampled = &departure.sampled;
-    let cos = vertex.to_origin.dot(vertex.normal);
+    let cos = vertex.to_origin.dot(vertex.shading_normal);
     // A rough thin wall passes its mirrored reflection and bends nothing on the whole.
     let unbent = sampled.straight || (sampled.roughness > 0.0 && sampled.eta == 1.0);
     if !sampled.transmitted {

@@ -9,6 +9,7 @@ use crate::interface::material::Material;
 use crate::interface::needs::Needs;
 use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
 use crate::seam::Atomics;
+use crate::surface::textured::material_of;
 
 /// Sums the deposits near the point of `pixel` into its words.
 #[inline(always)]
@@ -33,7 +34,7 @@ pub fn gather_photons<N: Neighbours, A: Atomics, C: Atomics>(
         deposit_light,
         point,
         shading,
-        material: materials[shading.material as usize],
+        material: material_of(&shading, materials, needs),
         params,
         needs,
         sum: Sum::default(),

@@ -64,7 +64,9 @@ impl Ledger {
     /// Flux that arrives at a surface.
     #[inline(always)]
     pub fn arrive(&mut self, site: &Site, flux: Vec3) {
-        if self.asked {
+        if site.is_from_below() {
+            self.shading_normals += flux.element_sum();
+        } else if self.asked {
             let albedo = site.surface.albedo(self.rng.next4());
             self.absorbed += (flux * (Vec3::ONE - albedo)).element_sum();
         }

@@ -4,6 +4,7 @@ use crate::gather::Neighbours;
 use crate::gather::receive::Receive;
 use crate::interface::counters::Counter;
 use crate::interface::frame::FrameParams;
+use crate::interface::material::FLAGS_SCATTER_TEXTURE;
 use crate::interface::needs::Needs;
 use crate::interface::point::{DepositGeometry, DepositLight};
 use crate::interface::scene::SceneTables;
@@ -15,6 +16,7 @@ use crate::seam::Atomics;
 use crate::surface::class::Classes;
 use crate::surface::media::MediaStack;
 use crate::surface::scatter::{Departure, Site};
+use crate::surface::textured::material_at;
 use crate::surface::vertex::vertex;
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
@@ -53,8 +55,8 @@ pub fn shoot<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
             ledger.escape(flux);
             break;
         }
-        let here = vertex(scene.triangles, scene.surfaces, needs, &ray, &hit);
-        let material = scene.materials[here.material as usize];
+        let here = vertex(scene, needs, &ray, &hit, 0.0);
+        let material = material_at(scene, &here, needs);
         if needs.has(Needs::ABSORPTION) {
             let before = flux;
             flux *= media.transmittance(scene.materials, hit.distance);
@@ -62,12 +64,12 @@ pub fn shoot<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
         }
         let site =
             Site::new(here, material, scene.materials, media, Classes::ALL, params.specular_roughness, needs);
-        if !site.surface.scatters() {
-            ledger.arrive(&site, flux);
-            break;
-        }
         let cos_arriving = here.to_origin.dot(here.face_normal);
-        if caustic && site.surface.class_chance(Classes::NON_SPECULAR) > 0.0 && cos_arriving > 0.0 {
+        // Points see textures at a coarser level, where the surface may scatter although it does not here.
+        let textured =
+            needs.has(Needs::TEXTURES | Needs::NORMAL_MAPS) && material.flags & FLAGS_SCATTER_TEXTURE != 0;
+        let receives = textured || site.surface.class_chance(Classes::NON_SPECULAR) > 0.0;
+        if caustic && receives && cos_arriving > 0.0 {
             deposits += 1;
             receive.receive(
                 points,
@@ -84,6 +86,10 @@ pub fn shoot<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
                     padding_2: 0,
                 },
             );
+        }
+        if !site.surface.scatters() {
+            ledger.arrive(&site, flux);
+            break;
         }
         if hit_count == params.max_bounces {
             ledger.cut(flux);
@@ -124,7 +130,7 @@ pub fn shoot<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
         hit_count += 1;
     }
 
-    ledger.close(path, params.inverse_quantum, counters);
+    ledger.close(path, params.inverse_quantum(), counters);
     counters.add(Counter::LightPaths as u32, 1);
     counters.add(Counter::LightRays as u32, rays);
     if deposits != 0 {
@@ -144,7 +150,7 @@ pub fn shoot<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
 fn adjoint(site: &Site, departure: &Departure) -> f32 {
     let vertex = &site.vertex;
     let direction: Vec3 = departure.ray.direction;
-    let shading = vertex.to_origin.dot(vertex.normal) * direction.dot(vertex.face_normal);
-    let geometric = vertex.to_origin.dot(vertex.face_normal) * direction.dot(vertex.normal);
+    let shading = vertex.to_origin.dot(vertex.shading_normal) * direction.dot(vertex.face_normal);
+    let geometric = vertex.to_origin.dot(vertex.face_normal) * direction.dot(vertex.shading_normal);
     if geometric == 0.0 { 0.0 } else { (shading / geometric).abs() }
 }

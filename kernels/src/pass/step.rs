@@ -12,6 +12,7 @@ use crate::math::warp;
 use crate::surface::class::Classes;
 use crate::surface::media::MediaStack;
 use crate::surface::scatter::Site;
+use crate::surface::textured::material_at;
 use crate::surface::vertex::vertex;
 use spirv_std::glam::{Vec3, Vec4};
 
@@ -36,12 +37,12 @@ pub fn sample(index: u32, params: &FrameParams) -> SampleStep {
 /// A scattering event.
 #[inline(always)]
 pub fn scatter(input: &ScatterIn, params: &FrameParams, needs: Needs, scene: SceneTables<'_>) -> ScatterOut {
-    let here = vertex(scene.triangles, scene.surfaces, needs, &input.ray, &input.hit);
+    let here = vertex(scene, needs, &input.ray, &input.hit, 0.0);
     let mut media = MediaStack::VACUUM;
     if input.inside != NONE {
         media = media.entered(input.inside).0;
     }
-    let material = scene.materials[here.material as usize];
+    let material = material_at(scene, &here, needs);
     let all = Classes::ALL;
     let site = Site::new(here, material, scene.materials, media, all, params.specular_roughness, needs);
     let departure = site.leave(Vec4::from_array(input.uniform));
@@ -70,8 +71,7 @@ pub fn emit<E: Emit>(
     let mut rng = Rng::new(Stream::Light, params.seed, index, params.frame);
     let place = rng.next4();
     let leaving = emit.leave(place, rng.next4());
-    let connection =
-        connect(scene.lights, params.light_count, scene.triangles, needs, Vec3::ZERO, rng.next4());
+    let connection = connect(scene, params.light_count, needs, Vec3::ZERO, rng.next4());
     EmitStep {
         ray: leaving.ray,
         flux: leaving.flux,

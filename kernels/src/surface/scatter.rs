@@ -51,7 +51,7 @@ impl Site {
         specular_roughness: f32,
         needs: Needs,
     ) -> Self {
-        let frame = ShadingFrame::new(vertex.normal);
+        let frame = ShadingFrame::new(vertex.shading_normal);
         let thin = material.flags & FLAG_THIN != 0;
         let mut eta = 1.0;
         if needs.has(Needs::GLASS) && !thin {
@@ -62,6 +62,9 @@ impl Site {
             };
         }
         let to_origin = frame.to_local(vertex.to_origin);
+        // Below the shading normal nothing scatters, whichever end of a path it is: light and camera paths agree.
+        let is_lit = vertex.to_origin.dot(vertex.shading_normal) > 0.0;
+        let classes = if is_lit { classes } else { Classes(0) };
         let (surface, glass) = Surface::new(material, to_origin, eta, specular_roughness, classes, needs);
         Site { vertex, surface, frame, glass, media, thin }
     }
@@ -74,6 +77,12 @@ impl Site {
             return Evaluated { f: Vec3::ZERO, pdf_solid_angle: 0.0 };
         }
         self.surface.eval(local, class)
+    }
+
+    /// Whether the path came from below the shading normal, so that nothing scatters.
+    #[inline(always)]
+    pub fn is_from_below(&self) -> bool {
+        self.vertex.to_origin.dot(self.vertex.shading_normal) <= 0.0
     }
 
     /// Media behind the surface, and whether their stack overflows.

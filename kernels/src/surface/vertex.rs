@@ -3,13 +3,17 @@
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
+use crate::interface::material::{FLAG_NORMAL_MAP, FLAGS_TEXTURE};
 use crate::interface::needs::Needs;
-use crate::interface::triangle::{Triangle, TriangleSurface};
+use crate::interface::scene::SceneTables;
 use crate::math::offset;
 use crate::math::ray::{Hit, Ray};
-use spirv_std::glam::Vec3;
+use crate::surface::normal_map;
+use crate::texture::cut_out::uv;
+use spirv_std::glam::{Vec2, Vec3};
 
-/// A vertex of a path on a triangle. Normals lie on the side that the path came from.
+/// A vertex of a path on a triangle. The face's normal lies on the side that the path came from, the others on the
+/// same side of their own surfaces: where the shading normal faces away from the path, nothing scatters.
 #[derive(Clone, Copy, Debug)]
 pub struct Vertex {
     /// Position [m], interpolated from the corners.
@@ -18,8 +22,10 @@ pub struct Vertex {
     pub to_origin: Vec3,
     /// Unit normal of the face.
     pub face_normal: Vec3,
-    /// Unit interpolated normal.
+    /// Unit interpolated normal, never normal-mapped.
     pub normal: Vec3,
+    /// Unit normal that lobes are around: the interpolated, turned by the normal map.
+    pub shading_normal: Vec3,
     /// Signed curvature [1/m], positive where the side met is convex.
     pub curvature: f32,
     /// Whether the path met the triangle's front.
@@ -30,19 +36,21 @@ pub struct Vertex {
     pub light: u32,
     /// Distance to keep when leaving [m].
     pub clearance: f32,
+    /// Texture coordinates; unused without a texture.
+    pub uv: Vec2,
+    /// Width of the path's footprint in texture coordinates; 0 asks for the finest level.
+    pub uv_footprint: f32,
 }
 
-/// The vertex at `hit` of `ray`.
+/// Smallest cosine that footprints are projected with.
+const MIN_COS: f32 = 0.05;
+
+/// The vertex at `hit` of `ray`, whose cone is `width` [m] wide there. A camera prefix gives its cone's width; every
+/// other path gives 0, so that paths of both kinds see the same material behind the collection point.
 #[inline(always)]
-pub fn vertex(
-    triangles: &[Triangle],
-    surfaces: &[TriangleSurface],
-    needs: Needs,
-    ray: &Ray,
-    hit: &Hit,
-) -> Vertex {
-    let triangle = triangles[hit.triangle as usize];
-    let surface = surfaces[hit.triangle as usize];
+pub fn vertex(scene: SceneTables<'_>, needs: Needs, ray: &Ray, hit: &Hit, width: f32) -> Vertex {
+    let triangle = scene.triangles[hit.triangle as usize];
+    let surface = scene.surfaces[hit.triangle as usize];
     let (edge_b, edge_c) = (triangle.b - triangle.a, triangle.c - triangle.a);
     let to_origin = -ray.direction;
     let outward = edge_b.cross(edge_c).normalize();
@@ -50,15 +58,40 @@ pub fn vertex(
     let side = if front { 1.0 } else { -1.0 };
     let face_normal = outward * side;
 
-    // A smooth normal that faces away from the path cannot scatter it: the face's own stands in.
     let mut normal = face_normal;
     if needs.has(Needs::SMOOTH_NORMALS) {
         let a = 1.0 - hit.u - hit.v;
         let smooth = surface.normal_a * a + surface.normal_b * hit.u + surface.normal_c * hit.v;
         let smooth = smooth * side;
         let length_squared = smooth.length_squared();
-        if smooth.dot(to_origin) > 0.0 && length_squared > 1.0e-12 {
+        // Zeros ask for the face's own normal.
+        if length_squared > 1.0e-12 {
             normal = smooth / length_squared.sqrt();
+        }
+    }
+
+    let mut shading_normal = normal;
+    let (mut at, mut uv_footprint) = (Vec2::ZERO, 0.0);
+    if needs.has(Needs::TEXTURES | Needs::NORMAL_MAPS) {
+        let flags = scene.materials[surface.material as usize].flags;
+        if flags & FLAGS_TEXTURE != 0 {
+            let coordinates = scene.textures.texture_coordinates[hit.triangle as usize];
+            at = uv(&coordinates, hit.u, hit.v);
+            // The longer axis of the footprint [ray cones, section 3].
+            uv_footprint = width.abs() * coordinates.density / to_origin.dot(face_normal).max(MIN_COS);
+            if needs.has(Needs::NORMAL_MAPS) && flags & FLAG_NORMAL_MAP != 0 {
+                let row = scene.textures.material_textures[surface.material as usize];
+                let bent = normal_map::normal(
+                    scene.textures,
+                    &row,
+                    &coordinates,
+                    hit,
+                    normal * side,
+                    at,
+                    uv_footprint,
+                );
+                shading_normal = bent * side;
+            }
         }
     }
     Vertex {
@@ -66,10 +99,13 @@ pub fn vertex(
         to_origin,
         face_normal,
         normal,
+        shading_normal,
         curvature: surface.curvature * side,
         front,
         material: surface.material,
         light: surface.light,
         clearance: offset::clearance(offset::magnitude(triangle.a, triangle.b, triangle.c)),
+        uv: at,
+        uv_footprint,
     }
 }

@@ -4,6 +4,7 @@
 use crate::interface::NONE;
 use crate::interface::tree::{LEAF, TREE_STACK, TreeNode, TriangleBlock};
 use crate::math::ray::{Hit, Ray};
+use crate::texture::cut_out::CutOuts;
 use crate::trace::Tracer;
 use spirv_std::glam::{Vec3, Vec4};
 
@@ -14,16 +15,18 @@ pub struct BvhTracer<'a> {
     pub nodes: &'a [TreeNode],
     /// Leaves.
     pub blocks: &'a [TriangleBlock],
+    /// Holes in its triangles.
+    pub cut_outs: CutOuts<'a>,
 }
 
 impl Tracer for BvhTracer<'_> {
     #[inline(always)]
     fn closest(&mut self, ray: &Ray) -> Hit {
-        traverse::<false>(self.nodes, self.blocks, ray)
+        traverse::<false>(self.nodes, self.blocks, self.cut_outs, ray)
     }
     #[inline(always)]
     fn occluded(&mut self, ray: &Ray) -> bool {
-        !traverse::<true>(self.nodes, self.blocks, ray).is_miss()
+        !traverse::<true>(self.nodes, self.blocks, self.cut_outs, ray).is_miss()
     }
 }
 
@@ -36,7 +39,12 @@ fn safe_inverse(x: f32) -> f32 {
 
 /// Closest hit, or any hit if `ANY`.
 #[inline]
-fn traverse<const ANY: bool>(nodes: &[TreeNode], blocks: &[TriangleBlock], ray: &Ray) -> Hit {
+fn traverse<const ANY: bool>(
+    nodes: &[TreeNode],
+    blocks: &[TriangleBlock],
+    cut_outs: CutOuts<'_>,
+    ray: &Ray,
+) -> Hit {
     let inverse = Vec3::new(
         safe_inverse(ray.direction.x),
         safe_inverse(ray.direction.y),
@@ -49,7 +57,7 @@ fn traverse<const ANY: bool>(nodes: &[TreeNode], blocks: &[TriangleBlock], ray: 
     let mut current = 0u32;
     loop {
         if current & LEAF != 0 {
-            intersect_block(&blocks[(current & !LEAF) as usize], ray, &mut best);
+            intersect_block(&blocks[(current & !LEAF) as usize], cut_outs, ray, &mut best);
             if ANY && best.triangle != NONE {
                 return best;
             }
@@ -120,7 +128,7 @@ fn slabs(planes: Vec4, origin: f32, inverse: f32) -> Vec4 {
 /// Tests the ray against the block's triangles by signed edge volumes around the ray's origin: a shared edge gives
 /// its two triangles the same numbers with opposite signs, so that no ray slips between them.
 #[inline(always)]
-fn intersect_block(block: &TriangleBlock, ray: &Ray, best: &mut Hit) {
+fn intersect_block(block: &TriangleBlock, cut_outs: CutOuts<'_>, ray: &Ray, best: &mut Hit) {
     let o = ray.origin;
     let a = [block.a_x - Vec4::splat(o.x), block.a_y - Vec4::splat(o.y), block.a_z - Vec4::splat(o.z)];
     let b = [block.b_x - Vec4::splat(o.x), block.b_y - Vec4::splat(o.y), block.b_z - Vec4::splat(o.z)];
@@ -155,12 +163,15 @@ fn intersect_block(block: &TriangleBlock, ray: &Ray, best: &mut Hit) {
         while lane < 4 {
             if distances[lane] < best.distance {
                 let inverse = 1.0 / sum[lane];
-                *best = Hit {
+                let found = Hit {
                     distance: distances[lane],
                     triangle: block.first + lane as u32,
                     u: v[lane] * inverse,
                     v: w[lane] * inverse,
                 };
+                if cut_outs.is_there(found.triangle, found.u, found.v) {
+                    *best = found;
+                }
             }
             lane += 1;
         }

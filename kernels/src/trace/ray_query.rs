@@ -1,6 +1,10 @@
 //! Hardware tracer: Vulkan ray queries against the scene's acceleration structure. GPU only.
+//!
+//! Where surfaces have holes the structure's triangles are not opaque: the query hands each to us to confirm.
 
+use crate::interface::needs::Needs;
 use crate::math::ray::{Hit, Ray};
+use crate::texture::cut_out::CutOuts;
 use crate::trace::Tracer;
 use spirv_std::ray_query;
 use spirv_std::ray_tracing::{AccelerationStructure, CommittedIntersection, RayFlags, RayQuery};
@@ -8,28 +12,49 @@ use spirv_std::ray_tracing::{AccelerationStructure, CommittedIntersection, RayFl
 /// Traces the scene's acceleration structure; triangle ids are primitive ids.
 #[derive(Clone, Copy)]
 pub struct RayQueryTracer<'a> {
-    /// All triangles of the scene, opaque, in one instance.
+    /// All triangles of the scene in one instance.
     pub scene: &'a AccelerationStructure,
+    /// Holes in them.
+    pub cut_outs: CutOuts<'a>,
 }
 
 impl Tracer for RayQueryTracer<'_> {
     #[inline(always)]
     fn closest(&mut self, ray: &Ray) -> Hit {
-        closest(self.scene, ray)
+        closest(self.scene, self.cut_outs, ray)
     }
     #[inline(always)]
     fn occluded(&mut self, ray: &Ray) -> bool {
-        occluded(self.scene, ray)
+        occluded(self.scene, self.cut_outs, ray)
+    }
+}
+
+/// Confirms a candidate that is there.
+#[inline(always)]
+unsafe fn consider(query: &RayQuery, cut_outs: CutOuts<'_>) {
+    // SAFETY: the caller's query stands at a candidate, and all candidates are triangles.
+    unsafe {
+        let at = query.get_candidate_intersection_barycentrics();
+        if cut_outs.is_there(query.get_candidate_intersection_primitive_index(), at.x, at.y) {
+            query.confirm_intersection();
+        }
     }
 }
 
 #[inline(always)]
-fn closest(scene: &AccelerationStructure, ray: &Ray) -> Hit {
+fn closest(scene: &AccelerationStructure, cut_outs: CutOuts<'_>, ray: &Ray) -> Hit {
     ray_query!(let mut query);
     // SAFETY: the query is initialised before it proceeds, and read only after it has.
     unsafe {
-        query.initialize(scene, RayFlags::OPAQUE, 0xff, ray.origin, 0.0, ray.direction, ray.length);
-        while query.proceed() {}
+        if cut_outs.needs.has(Needs::CUT_OUTS) {
+            query.initialize(scene, RayFlags::NONE, 0xff, ray.origin, 0.0, ray.direction, ray.length);
+            while query.proceed() {
+                consider(query, cut_outs);
+            }
+        } else {
+            query.initialize(scene, RayFlags::OPAQUE, 0xff, ray.origin, 0.0, ray.direction, ray.length);
+            while query.proceed() {}
+        }
         if query.get_committed_intersection_type() as u32 == CommittedIntersection::Triangle as u32 {
             let barycentrics = query.get_committed_intersection_barycentrics();
             Hit {
@@ -45,13 +70,21 @@ fn closest(scene: &AccelerationStructure, ray: &Ray) -> Hit {
 }
 
 #[inline(always)]
-fn occluded(scene: &AccelerationStructure, ray: &Ray) -> bool {
+fn occluded(scene: &AccelerationStructure, cut_outs: CutOuts<'_>, ray: &Ray) -> bool {
     ray_query!(let mut query);
     // SAFETY: as above.
     unsafe {
-        let flags = RayFlags::OPAQUE | RayFlags::TERMINATE_ON_FIRST_HIT;
-        query.initialize(scene, flags, 0xff, ray.origin, 0.0, ray.direction, ray.length);
-        while query.proceed() {}
+        if cut_outs.needs.has(Needs::CUT_OUTS) {
+            let flags = RayFlags::TERMINATE_ON_FIRST_HIT;
+            query.initialize(scene, flags, 0xff, ray.origin, 0.0, ray.direction, ray.length);
+            while query.proceed() {
+                consider(query, cut_outs);
+            }
+        } else {
+            let flags = RayFlags::OPAQUE | RayFlags::TERMINATE_ON_FIRST_HIT;
+            query.initialize(scene, flags, 0xff, ray.origin, 0.0, ray.direction, ray.length);
+            while query.proceed() {}
+        }
         query.get_committed_intersection_type() as u32 == CommittedIntersection::Triangle as u32
     }
 }

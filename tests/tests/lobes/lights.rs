@@ -39,7 +39,7 @@ fn connections_follow_their_density() {
     let (mut to_points, mut bad) = (0, 0);
     for path in 0..SAMPLES {
         let u = Rng::new(Stream::Camera, 10, path, 0).next4();
-        let c = connect(&scene.lights, lights, &scene.triangles, world.needs, Vec3::ZERO, u);
+        let c = connect(world.tables(), lights, world.needs, Vec3::ZERO, u);
         if c.radiance_over_pdf == Vec3::ZERO {
             continue; // the dark side of a lamp
         }

@@ -59,25 +59,59 @@ macro_rules! scene {
         let surfaces = $call.memory.read("surfaces")?;
         let materials = $call.memory.read("materials")?;
         let lights = $call.memory.read("lights")?;
+        textures!($call, textures);
         let $scene = caustics_kernels::interface::scene::SceneTables {
             triangles: &triangles,
             surfaces: &surfaces,
             materials: &materials,
             lights: &lights,
+            textures,
         };
     };
 }
 
-/// Borrows the software tree.
+/// Borrows the tables of textures.
+macro_rules! textures {
+    ($call:expr, $textures:ident) => {
+        let rows = $call.memory.read("textures")?;
+        let material_textures = $call.memory.read("material_textures")?;
+        let texture_coordinates = $call.memory.read("texture_coordinates")?;
+        let texels_0 = $call.memory.read("texels_0")?;
+        let texels_1 = $call.memory.read("texels_1")?;
+        let texels_2 = $call.memory.read("texels_2")?;
+        let texels_3 = $call.memory.read("texels_3")?;
+        let $textures = caustics_kernels::interface::scene::TextureTables {
+            textures: &rows,
+            material_textures: &material_textures,
+            texture_coordinates: &texture_coordinates,
+            texels_0: &texels_0,
+            texels_1: &texels_1,
+            texels_2: &texels_2,
+            texels_3: &texels_3,
+        };
+    };
+}
+
+/// Borrows the software tree and the holes in its triangles.
 macro_rules! tracer {
     ($call:expr, $tracer:ident) => {
         let nodes = $call.memory.read("nodes")?;
         let blocks = $call.memory.read("blocks")?;
-        let $tracer = caustics_kernels::trace::bvh::BvhTracer { nodes: &nodes, blocks: &blocks };
+        let surfaces = $call.memory.read("surfaces")?;
+        let materials = $call.memory.read("materials")?;
+        textures!($call, textures);
+        let cut_outs = caustics_kernels::texture::cut_out::CutOuts {
+            surfaces: &surfaces,
+            materials: &materials,
+            textures,
+            needs: $call.needs,
+        };
+        let $tracer = caustics_kernels::trace::bvh::BvhTracer { nodes: &nodes, blocks: &blocks, cut_outs };
     };
 }
 
 use scene;
+use textures;
 use tracer;
 
 /// Writes `kernel(index)` into each element of `buffer` below the dispatch's count.

@@ -19,9 +19,39 @@ pub fn vectors(
     {
         return Err(wrong(document, index, owner, "should hold three floats an element"));
     }
-    let float = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
     let read = |e: &[u8]| [float(e), float(&e[4..]), float(&e[8..])];
     elements(document, index, accessor, owner, 12).map(|elements| elements.map(read).collect())
+}
+
+/// Two numbers an element: floats, or shares of 255 or 65535.
+pub fn pairs(document: &Document, index: Index<Accessor>, owner: &str) -> Result<Vec<[f32; 2]>, SceneError> {
+    let accessor = document.get(&document.root.accessors, index, "accessor", owner)?;
+    let is_pair = matches!(accessor.type_, Checked::Valid(Type::Vec2));
+    type Read = fn(&[u8]) -> f32;
+    let (size, read): (usize, Read) = match component(accessor).filter(|_| is_pair) {
+        Some(ComponentType::F32) => (4, float),
+        Some(ComponentType::U8) => (1, |e| f32::from(e[0]) / 255.0),
+        Some(ComponentType::U16) => (2, |e| f32::from(u16::from_le_bytes([e[0], e[1]])) / 65535.0),
+        _ => return Err(wrong(document, index, owner, "should hold two floats or shares an element")),
+    };
+    elements(document, index, accessor, owner, 2 * size)
+        .map(|elements| elements.map(|e| [read(e), read(&e[size..])]).collect())
+}
+
+/// Four floats an element.
+pub fn quads(document: &Document, index: Index<Accessor>, owner: &str) -> Result<Vec<[f32; 4]>, SceneError> {
+    let accessor = document.get(&document.root.accessors, index, "accessor", owner)?;
+    if component(accessor) != Some(ComponentType::F32)
+        || !matches!(accessor.type_, Checked::Valid(Type::Vec4))
+    {
+        return Err(wrong(document, index, owner, "should hold four floats an element"));
+    }
+    let read = |e: &[u8]| [float(e), float(&e[4..]), float(&e[8..]), float(&e[12..])];
+    elements(document, index, accessor, owner, 16).map(|elements| elements.map(read).collect())
+}
+
+fn float(bytes: &[u8]) -> f32 {
+    f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])
 }
 
 /// One unsigned integer an element.

@@ -40,7 +40,7 @@ pub fn load(
 }
 
 /// Bytes of a uri.
-fn fetch(uri: &str, folder: &Path) -> Result<Vec<u8>, String> {
+pub fn fetch(uri: &str, folder: &Path) -> Result<Vec<u8>, String> {
     if let Some(data) = uri.strip_prefix("data:") {
         let (_, encoded) = data.split_once(";base64,").ok_or("holds data that is not base64")?;
         return decode_base64(encoded).ok_or_else(|| "holds damaged base64 data".into());

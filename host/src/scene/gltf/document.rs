@@ -1,7 +1,8 @@
 //! The document: container, JSON, required extensions, buffers.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use glam::Vec3;
 use gltf::json::{Index, Root};
 use serde_json::Value;
 
@@ -18,6 +19,27 @@ pub struct Document {
     pub buffers: Vec<Vec<u8>>,
     /// What is not rendered, each once.
     pub warnings: Vec<String>,
+    /// Folder of the file, where others are looked for.
+    pub folder: PathBuf,
+    /// Sections that are read as plain JSON.
+    pub sections: Sections,
+    /// `extras.background` of the default scene.
+    pub background: Vec3,
+}
+
+/// Sections of the document, for what its types drop or take too literally.
+#[derive(Default)]
+pub struct Sections {
+    /// Materials.
+    pub materials: Vec<Value>,
+    /// Textures.
+    pub textures: Vec<Value>,
+    /// Samplers.
+    pub samplers: Vec<Value>,
+    /// Images.
+    pub images: Vec<Value>,
+    /// Buffer views.
+    pub buffer_views: Vec<Value>,
 }
 
 impl Document {
@@ -38,6 +60,15 @@ impl Document {
             }
         }
         let warnings = unsupported::list(&value);
+        let section = |name: &str| value[name].as_array().cloned().unwrap_or_default();
+        let sections = Sections {
+            materials: section("materials"),
+            textures: section("textures"),
+            samplers: section("samplers"),
+            images: section("images"),
+            buffer_views: section("bufferViews"),
+        };
+        let background = background(&value).map_err(wrong)?;
 
         // Take out what the document types cannot parse or what nothing reads.
         if let Some(object) = value.as_object_mut() {
@@ -49,7 +80,15 @@ impl Document {
             .and_then(|json| serde_json::from_slice(&json))
             .map_err(|error| wrong(error.to_string()))?;
         let buffers = buffer::load(file, &root, binary, folder)?;
-        let mut document = Document { file: file.into(), root, buffers, warnings: Vec::new() };
+        let mut document = Document {
+            file: file.into(),
+            root,
+            buffers,
+            warnings: Vec::new(),
+            folder: folder.into(),
+            sections,
+            background,
+        };
         warnings.into_iter().for_each(|warning| document.warn(warning));
         Ok(document)
     }
@@ -77,6 +116,24 @@ impl Document {
             index: index.value(),
             count: list.len(),
         })
+    }
+}
+
+/// Radiance behind everything: `extras.background` of the default scene, else black.
+fn background(document: &Value) -> Result<Vec3, String> {
+    let scene = document["scene"].as_u64().unwrap_or(0);
+    let background = &document["scenes"][scene as usize]["extras"]["background"];
+    if background.is_null() {
+        return Ok(Vec3::ZERO);
+    }
+    let channels: Option<Vec<f32>> = background
+        .as_array()
+        .and_then(|channels| channels.iter().map(|channel| channel.as_f64().map(|c| c as f32)).collect());
+    match channels.as_deref() {
+        Some(&[red, green, blue]) if [red, green, blue].iter().all(|c| (0.0..=1e30).contains(c)) => {
+            Ok(Vec3::new(red, green, blue))
+        }
+        _ => Err(format!("the scene's extras.background is {background} and should be three radiances")),
     }
 }
 

@@ -1,11 +1,12 @@
 //! Meshes: primitives as triangles with corners in the world.
 
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec4};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
 use super::document::Document;
 use super::node::MeshInstance;
+use super::texture::Mapping;
 use super::{accessor, unsupported, vector};
 use crate::scene::SceneError;
 
@@ -16,6 +17,10 @@ pub struct Corner {
     pub position: DVec3,
     /// Unit normal; none where the face's is meant.
     pub normal: Option<Vec3>,
+    /// Coordinates on the material's textures; zero without any.
+    pub uv: Vec2,
+    /// Unit tangent and the bitangent's sign, where the file has them and a normal map needs them.
+    pub tangent: Option<Vec4>,
 }
 
 /// The triangles of one primitive.
@@ -27,7 +32,11 @@ pub struct Part {
 }
 
 /// Triangles of every primitive of an instance.
-pub fn read(document: &mut Document, instance: &MeshInstance) -> Result<Vec<Part>, SceneError> {
+pub fn read(
+    document: &mut Document,
+    instance: &MeshInstance,
+    mappings: &[Option<Mapping>],
+) -> Result<Vec<Part>, SceneError> {
     let mesh = document.get(&document.root.meshes, instance.mesh, "mesh", &instance.node)?.clone();
     let label = unsupported::label("mesh", instance.mesh.value(), mesh.name.as_deref());
     let mut read = Vec::with_capacity(mesh.primitives.len());
@@ -46,7 +55,8 @@ pub fn read(document: &mut Document, instance: &MeshInstance) -> Result<Vec<Part
             document.warn(format!("{owner}: points and lines are not supported; rendered without them"));
             continue;
         };
-        let triangles = triangles(document, primitive, mode, instance, &owner)?;
+        let mapping = mappings.get(material).copied().flatten();
+        let triangles = triangles(document, primitive, mode, instance, mapping, &owner)?;
         read.push(Part { material, triangles });
     }
     Ok(read)
@@ -57,6 +67,7 @@ fn triangles(
     primitive: &Primitive,
     mode: Mode,
     instance: &MeshInstance,
+    mapping: Option<Mapping>,
     owner: &str,
 ) -> Result<Vec<[Corner; 3]>, SceneError> {
     let wrong = |what: String| SceneError::Mesh { file: document.file.clone(), mesh: owner.into(), what };
@@ -69,6 +80,11 @@ fn triangles(
     if normals.as_ref().is_some_and(|normals| normals.len() != positions.len()) {
         return Err(wrong("has not as many normals as positions".into()));
     }
+
+    let coordinates = mapping
+        .map(|mapping| coordinates(document, primitive, mapping, positions.len(), owner))
+        .transpose()?
+        .unwrap_or_default();
 
     // Bring each vertex into the world.
     let to_world = instance.to_world;
@@ -85,7 +101,9 @@ fn triangles(
             }
             None => None,
         };
-        corners.push(Corner { position, normal });
+        let uv = coordinates.uvs.get(id).copied().unwrap_or_default();
+        let tangent = coordinates.tangents.get(id).and_then(|&tangent| placed(&to_world, tangent));
+        corners.push(Corner { position, normal, uv, tangent });
     }
 
     let indices = match primitive.indices {
@@ -100,6 +118,53 @@ fn triangles(
         .map(|[a, b, c]| if is_mirrored { [a, c, b] } else { [a, b, c] })
         .map(|ids| ids.map(|id| corners[id as usize]))
         .collect())
+}
+
+/// Texture coordinates and tangents of a primitive's vertices.
+#[derive(Default)]
+struct Coordinates {
+    uvs: Vec<Vec2>,
+    /// Empty where the file has none.
+    tangents: Vec<[f32; 4]>,
+}
+
+fn coordinates(
+    document: &Document,
+    primitive: &Primitive,
+    mapping: Mapping,
+    count: usize,
+    owner: &str,
+) -> Result<Coordinates, SceneError> {
+    let wrong = |what: String| SceneError::Mesh { file: document.file.clone(), mesh: owner.into(), what };
+    let attribute = |semantic: Semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
+    let set = mapping.set;
+    let uvs = attribute(Semantic::TexCoords(set))
+        .ok_or_else(|| wrong(format!("has no TEXCOORD_{set}, which the textures of its material need")))?;
+    let uvs: Vec<_> = accessor::pairs(document, uvs, owner)?
+        .into_iter()
+        .map(|uv| mapping.transformed(Vec2::from(uv)))
+        .collect();
+    let usable = |uv: &Vec2| uv.is_finite() && uv.abs().max_element() <= 1e6;
+    if let Some(id) = uvs.iter().position(|uv| !usable(uv)) {
+        return Err(wrong(format!("texture coordinate {id} is not finite or beyond 1e6")));
+    }
+    let tangents = attribute(Semantic::Tangents)
+        .filter(|_| mapping.has_normal_map)
+        .map(|tangents| accessor::quads(document, tangents, owner))
+        .transpose()?;
+    let tangents = tangents.unwrap_or_default();
+    if uvs.len() != count || ![0, count].contains(&tangents.len()) {
+        return Err(wrong("has not as many texture coordinates or tangents as positions".into()));
+    }
+    Ok(Coordinates { uvs, tangents })
+}
+
+/// A tangent in the world; none if it has no direction. A mirrored mesh turns the bitangent's sign.
+fn placed(to_world: &DAffine3, [x, y, z, sign]: [f32; 4]) -> Option<Vec4> {
+    let along = (to_world.matrix3 * vector([x, y, z])).try_normalize()?.as_vec3();
+    let is_mirrored = to_world.matrix3.determinant() < 0.0;
+    let sign = if (sign < 0.0) != is_mirrored { -1.0 } else { 1.0 };
+    Some(along.extend(sign))
 }
 
 /// A normal in the world; none if the file's has no length.

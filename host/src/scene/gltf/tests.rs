@@ -264,10 +264,10 @@ fn bad_spots_are_refused() {
 #[test]
 fn what_is_not_rendered_is_named_once() {
     let mut document = tiny();
-    document["materials"][0]["normalTexture"] = json!({ "index": 0 });
     document["materials"][0]["alphaMode"] = json!("BLEND");
     document["materials"][0]["extensions"] = json!({
         "KHR_materials_sheen": {},
+        "KHR_materials_transmission": { "transmissionTexture": { "index": 0 } },
         "KHR_materials_specular": { "specularColorFactor": [1, 0, 0] },
     });
     document["nodes"][0]["skin"] = json!(0);
@@ -282,7 +282,7 @@ fn what_is_not_rendered_is_named_once() {
     primitives.push(json!({ "attributes": { "POSITION": 0 }, "mode": 1 }));
     let scene = load(&document, &tiny_binary()).unwrap();
     let words = [
-        "normalTexture",
+        "transmissionTexture",
         "BLEND",
         "sheen",
         "specularColor",

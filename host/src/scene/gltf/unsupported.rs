@@ -3,14 +3,19 @@
 use serde_json::Value;
 
 /// Extensions that are rendered, at least in part.
-pub const EXTENSIONS: [&str; 6] = [
+pub const EXTENSIONS: [&str; 7] = [
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_volume",
+    "KHR_texture_transform",
 ];
+
+/// Textures that are rendered; occlusion is not asked for, since light is traced.
+const TEXTURES: [&str; 5] =
+    ["baseColorTexture", "metallicRoughnessTexture", "emissiveTexture", "normalTexture", "occlusionTexture"];
 
 /// Sections whose elements are named in warnings, and what one element is called.
 const SECTIONS: [(&str, &str); 6] = [
@@ -65,7 +70,7 @@ fn walk(value: &Value, note: &mut impl FnMut(String)) {
             }
             "COLOR_0" => note("vertex colours are not supported; rendered without them".into()),
             "targets" => note("morph targets are not supported; shown at rest".into()),
-            _ if key.ends_with("Texture") => {
+            _ if key.ends_with("Texture") && !TEXTURES.contains(&key.as_str()) => {
                 note(format!("{key} is not supported; its factor alone is rendered"));
             }
             _ => {}
@@ -75,9 +80,6 @@ fn walk(value: &Value, note: &mut impl FnMut(String)) {
 }
 
 fn of_material(material: &Value, note: &mut impl FnMut(String)) {
-    if let Some(mode) = material["alphaMode"].as_str().filter(|&mode| mode != "OPAQUE") {
-        note(format!("alphaMode {mode} is not supported; rendered opaque"));
-    }
     let color = &material["extensions"]["KHR_materials_specular"]["specularColorFactor"];
     let is_white = |color: &Value| {
         color.as_array().is_none_or(|channels| channels.iter().all(|channel| channel.as_f64() == Some(1.0)))

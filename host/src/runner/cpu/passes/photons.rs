@@ -13,7 +13,7 @@ use caustics_kernels::seam::{AtomicWords, Atomics, ScatterSlots};
 use rayon::prelude::*;
 
 use super::super::counters::LocalCounters;
-use super::{Call, for_chunks, scene, tracer};
+use super::{Call, for_chunks, scene, textures, tracer};
 
 /// Light paths; deposits are stored.
 pub fn shoot_store(call: &Call<'_>) -> anyhow::Result<()> {
@@ -28,8 +28,7 @@ pub fn shoot_store(call: &Call<'_>) -> anyhow::Result<()> {
     let state = AtomicWords::new(&mut state);
     let counters = AtomicWords::new(&mut counters);
     let (params, needs) = (call.params, call.needs);
-    let emit =
-        ByPower { lights: scene.lights, light_count: params.light_count, triangles: scene.triangles, needs };
+    let emit = ByPower { scene, light_count: params.light_count, needs };
     for_chunks(call.count, |indices| {
         let mut counters = LocalCounters::new(counters);
         let capacity = params.deposit_capacity;

@@ -7,7 +7,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::super::counters::LocalCounters;
-use super::{Call, map, scene, tracer};
+use super::{Call, map, scene, textures, tracer};
 
 /// Camera paths.
 pub fn collect(call: &Call<'_>) -> anyhow::Result<()> {

@@ -6,7 +6,7 @@ use caustics_kernels::math::ray::{Hit, Ray};
 use caustics_kernels::pass;
 use caustics_kernels::trace::Tracer;
 
-use super::{Call, map, scene, tracer};
+use super::{Call, map, scene, textures, tracer};
 
 /// Random numbers and warps.
 pub fn step_sample(call: &Call<'_>) -> anyhow::Result<()> {
@@ -34,7 +34,6 @@ pub fn step_scatter(call: &Call<'_>) -> anyhow::Result<()> {
 /// Starts of light paths.
 pub fn step_emit(call: &Call<'_>) -> anyhow::Result<()> {
     scene!(call, scene);
-    let (lights, triangles) = (scene.lights, scene.triangles);
-    let emit = ByPower { lights, light_count: call.params.light_count, triangles, needs: call.needs };
+    let emit = ByPower { scene, light_count: call.params.light_count, needs: call.needs };
     map::<EmitStep>(call, "emit_steps", |i| pass::step::emit(i, call.params, call.needs, scene, &emit))
 }

@@ -1,0 +1,224 @@
+//! Textures of materials: which images, how wrapped, and by which coordinates. Reads plain JSON by checked look-ups.
+
+use std::collections::HashMap;
+
+use caustics_kernels::interface::texture::{MaterialTextures, WRAP_CLAMP, WRAP_MIRRORED, WRAP_REPEAT};
+use glam::Vec2;
+use serde_json::Value;
+
+use super::document::Document;
+use super::{image, unsupported};
+use crate::scene::SceneError;
+use crate::scene::texture::{ImageTexture, Role, TextureParts};
+
+/// Alpha below which a blended surface is cut out.
+const BLEND_CUTOFF: f32 = 0.5;
+
+/// Textures that a material can have: where, what they are, and what they are called.
+const SLOTS: [(&str, Role, &str); 4] = [
+    ("/pbrMetallicRoughness/baseColorTexture", Role::Color, "baseColorTexture"),
+    ("/pbrMetallicRoughness/metallicRoughnessTexture", Role::Data, "metallicRoughnessTexture"),
+    ("/emissiveTexture", Role::Color, "emissiveTexture"),
+    ("/normalTexture", Role::Normal, "normalTexture"),
+];
+
+/// Which coordinates a material's textures have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mapping {
+    /// Set of coordinates: TEXCOORD_n.
+    pub set: u32,
+    /// Whether tangents matter.
+    pub has_normal_map: bool,
+    offset: Vec2,
+    rotation: f32,
+    scale: Vec2,
+}
+
+impl Mapping {
+    /// KHR_texture_transform: scaled, turned counter-clockwise (v runs down), moved.
+    pub fn transformed(&self, uv: Vec2) -> Vec2 {
+        let (sin, cos) = self.rotation.sin_cos();
+        let scaled = uv * self.scale;
+        self.offset + Vec2::new(cos * scaled.x + sin * scaled.y, cos * scaled.y - sin * scaled.x)
+    }
+
+    fn of(info: &Value) -> Mapping {
+        let transform = &info["extensions"]["KHR_texture_transform"];
+        let number = |value: &Value, default: f32| value.as_f64().map_or(default, |value| value as f32);
+        let pair = |key: &str, default: f32| {
+            Vec2::new(number(&transform[key][0], default), number(&transform[key][1], default))
+        };
+        let set = transform["texCoord"].as_u64().or(info["texCoord"].as_u64()).unwrap_or(0);
+        Mapping {
+            set: u32::try_from(set).unwrap_or(u32::MAX),
+            has_normal_map: false,
+            offset: pair("offset", 0.0),
+            rotation: number(&transform["rotation"], 0.0),
+            scale: pair("scale", 1.0),
+        }
+    }
+}
+
+/// The textures of all materials, without any triangle's coordinates yet.
+pub struct Read {
+    /// Images, textures and rows of materials; the last row is the default material's.
+    pub parts: TextureParts,
+    /// How each material is mapped; none where it has no texture.
+    pub mappings: Vec<Option<Mapping>>,
+}
+
+/// Reads the textures of all materials and loads their images.
+pub fn read(document: &mut Document) -> Result<Read, SceneError> {
+    let mut reader =
+        Reader { document, parts: TextureParts::default(), images: HashMap::new(), known: HashMap::new() };
+    let materials = std::mem::take(&mut reader.document.sections.materials);
+    let mut mappings = Vec::with_capacity(materials.len() + 1);
+    for (index, material) in materials.iter().enumerate() {
+        let owner = unsupported::label("material", index, material["name"].as_str());
+        let mapping = reader.material(material, &owner)?;
+        mappings.push(mapping);
+    }
+    mappings.push(None);
+    let mut parts = reader.parts;
+    parts.materials.push(MaterialTextures::default());
+    let is_plain = |row: &MaterialTextures| *row == MaterialTextures::default();
+    if parts.materials.iter().all(is_plain) {
+        parts.materials.clear();
+    }
+    Ok(Read { parts, mappings })
+}
+
+struct Reader<'a> {
+    document: &'a mut Document,
+    parts: TextureParts,
+    /// Index in the document to index in the parts.
+    images: HashMap<u64, usize>,
+    known: HashMap<(u64, Role), u32>,
+}
+
+impl Reader<'_> {
+    fn material(&mut self, material: &Value, owner: &str) -> Result<Option<Mapping>, SceneError> {
+        let mut row = MaterialTextures::default();
+        let mut mapping: Option<(Mapping, &str)> = None;
+        for (pointer, role, name) in SLOTS {
+            let Some(info) = material.pointer(pointer).filter(|info| !info.is_null()) else { continue };
+            let texture = self.texture(info["index"].as_u64().unwrap_or(u64::MAX), role, owner)?;
+            match name {
+                "baseColorTexture" => row.base_color = texture,
+                "metallicRoughnessTexture" => row.metallic_roughness = texture,
+                "emissiveTexture" => row.emissive = texture,
+                _ => {
+                    row.normal = texture;
+                    row.normal_scale = info["scale"].as_f64().map_or(1.0, |scale| scale as f32);
+                }
+            }
+            let found = Mapping::of(info);
+            match mapping {
+                Some((first, other)) if first != found => self.document.warn(format!(
+                    "{owner}: {name} has other coordinates than {other}, which is not supported; it is rendered by \
+                     those"
+                )),
+                Some(_) => {}
+                None => mapping = Some((found, name)),
+            }
+        }
+
+        let alpha = material["pbrMetallicRoughness"]["baseColorFactor"][3].as_f64();
+        row.alpha = alpha.map_or(1.0, |alpha| alpha as f32);
+        match material["alphaMode"].as_str() {
+            Some("MASK") => {
+                row.alpha_cutoff = material["alphaCutoff"].as_f64().map_or(0.5, |cutoff| cutoff as f32);
+            }
+            Some("BLEND") => {
+                row.alpha_cutoff = BLEND_CUTOFF;
+                self.document.warn(format!(
+                    "{owner}: alphaMode BLEND is not supported; rendered as MASK, cut out where alpha is below 0.5"
+                ));
+            }
+            // Alpha means nothing else.
+            _ => row.alpha = 1.0,
+        }
+        let has_normal_map = row.normal != MaterialTextures::default().normal;
+        self.parts.materials.push(row);
+        Ok(mapping.map(|(mapping, _)| Mapping { has_normal_map, ..mapping }))
+    }
+
+    /// Index in the parts of a texture in a role.
+    fn texture(&mut self, index: u64, role: Role, owner: &str) -> Result<u32, SceneError> {
+        if let Some(&known) = self.known.get(&(index, role)) {
+            return Ok(known);
+        }
+        let sections = &self.document.sections;
+        let missing = |owner: &str, kind, index: u64, count| SceneError::Index {
+            file: self.document.file.clone(),
+            owner: owner.into(),
+            kind,
+            index: index as usize,
+            count,
+        };
+        let texture = sections
+            .textures
+            .get(index as usize)
+            .ok_or_else(|| missing(owner, "texture", index, sections.textures.len()))?;
+        let owner = format!("texture {index}");
+        let source = texture["source"].as_u64().ok_or_else(|| SceneError::Document {
+            file: self.document.file.clone(),
+            what: format!("{owner} has no PNG or JPEG image as its source"),
+        })?;
+        let image = sections
+            .images
+            .get(source as usize)
+            .ok_or_else(|| missing(&owner, "image", source, sections.images.len()))?;
+        let sampler = match texture["sampler"].as_u64() {
+            Some(sampler) => sections
+                .samplers
+                .get(sampler as usize)
+                .ok_or_else(|| missing(&owner, "sampler", sampler, sections.samplers.len()))?,
+            None => &Value::Null,
+        };
+        let wrap = ["wrapS", "wrapT"].map(|key| match sampler[key].as_u64() {
+            Some(33071) => WRAP_CLAMP,
+            Some(33648) => WRAP_MIRRORED,
+            _ => WRAP_REPEAT,
+        });
+        let nearest = sampler["magFilter"].as_u64() == Some(9728);
+
+        let image = match self.images.get(&source) {
+            Some(&image) => image,
+            None => {
+                let read =
+                    image::read(image, &sections.buffer_views, &self.document.buffers, &self.document.folder);
+                let wrong = |what| SceneError::Image {
+                    file: self.document.file.clone(),
+                    image: source as usize,
+                    what,
+                };
+                self.parts.images.push(read.map_err(wrong)?);
+                self.images.insert(source, self.parts.images.len() - 1);
+                self.parts.images.len() - 1
+            }
+        };
+        self.parts.textures.push(ImageTexture { image, role, wrap, nearest });
+        let id = self.parts.textures.len() as u32 - 1;
+        self.known.insert((index, role), id);
+        Ok(id)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn transforms_scale_turn_and_move() {
+        let info = json!({ "texCoord": 1, "extensions": { "KHR_texture_transform": {
+            "offset": [0.5, 0.25], "rotation": std::f32::consts::FRAC_PI_2, "scale": [2.0, 3.0],
+        } } });
+        let mapping = Mapping::of(&info);
+        assert_eq!(mapping.set, 1);
+        // A quarter turn counter-clockwise, seen with v downwards: (x, y) becomes (y, -x).
+        assert!((mapping.transformed(Vec2::new(1.0, 1.0)) - Vec2::new(3.5, -1.75)).length() < 1e-6);
+        assert_eq!(Mapping::of(&json!({})).transformed(Vec2::new(0.3, 0.7)), Vec2::new(0.3, 0.7));
+    }
+}

@@ -1,0 +1,50 @@
+//! Mean emission of a triangle, by which its light is chosen.
+
+use caustics_kernels::interface::material::{FLAG_CUT_OUT, FLAG_EMISSIVE_TEXTURE};
+use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::texture::emission::emission_at;
+use glam::DVec3;
+
+use crate::scene::Scene;
+
+/// Steps along a triangle's edge, at most: 10^6 places.
+const MOST_STEPS: f32 = 1000.0;
+
+/// Mean radiance over a triangle [W m^-2 sr^-1]: what its texture and its holes leave of the material's emission, at
+/// places half a texel apart.
+pub fn mean(scene: &Scene, triangle: u32) -> DVec3 {
+    let id = scene.surfaces[triangle as usize].material as usize;
+    let material = &scene.materials[id];
+    let emission = material.emission.as_dvec3();
+    if emission == DVec3::ZERO || material.flags & (FLAG_EMISSIVE_TEXTURE | FLAG_CUT_OUT) == 0 {
+        return emission;
+    }
+    let (tables, row) = (scene.tables(), scene.textures.materials[id]);
+    let mut texels = 1.0_f32;
+    if let Some(coordinates) = scene.textures.coordinates.get(triangle as usize) {
+        let (b, c) = (coordinates.uv_b - coordinates.uv_a, coordinates.uv_c - coordinates.uv_a);
+        let longest = b.length().max(c.length()).max((c - b).length());
+        for texture in [row.emissive, row.base_color] {
+            if let Some(texture) = scene.textures.textures.get(texture as usize) {
+                texels = texels.max(longest * texture.width.max(texture.height) as f32);
+            }
+        }
+    }
+    let steps = (2.0 * texels).clamp(8.0, MOST_STEPS).ceil() as u32;
+
+    // Centres of the small triangles, those that stand upright and those upside down.
+    let mut sum = DVec3::ZERO;
+    for row in 0..steps {
+        for column in 0..steps - row {
+            for third in [1.0, 2.0] {
+                if third == 2.0 && column + row + 1 == steps {
+                    continue;
+                }
+                let at = |step: u32| (step as f32 + third / 3.0) / steps as f32;
+                let (u, v) = (at(column), at(row));
+                sum += emission_at(tables, Needs::ALL, triangle, u, v).as_dvec3();
+            }
+        }
+    }
+    emission * sum / (f64::from(steps) * f64::from(steps))
+}

@@ -1,0 +1,7 @@
+//! Textures: texels from chunks of memory, filtered; what they make of a material. Imports `interface` and `math`.
+
+pub mod cut_out;
+pub mod emission;
+pub mod fetch;
+pub mod sample;
+pub mod srgb;

@@ -1,0 +1,145 @@
+//! Textured emitters: what light paths carry, what direct connections find, what a camera sees.
+
+use caustics::method::settings::Settings;
+use caustics::scene::Scene;
+use caustics::scene::texture::Role;
+use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::texture::MaterialTextures;
+use caustics_kernels::light::connect::connect;
+use caustics_kernels::light::emit::Emit;
+use caustics_kernels::math::rng::{Rng, Stream};
+use caustics_tests::direct::*;
+use caustics_tests::scenes::*;
+use glam::{DVec3, Vec3};
+use std::f64::consts::PI;
+
+/// Linear light of an sRGB byte.
+fn linear(byte: u8) -> f64 {
+    let encoded = f64::from(byte) / 255.0;
+    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+}
+
+/// Brighter to the right and below, with a black stripe.
+fn glow(x: u32, y: u32) -> [u8; 4] {
+    let byte = if x == 3 { 0 } else { (40 + x * 20 + y * 5) as u8 };
+    [byte, 255 - byte, 30, 255]
+}
+
+const RADIANCE: f64 = 4.0;
+
+/// A textured panel of 1 m^2 that looks down from a height of 1 m, with holes where it is asked for; a dark floor.
+fn lamp(holes: bool) -> (Scene, f64) {
+    let mut b = Builder::default();
+    let emissive = b.texture(Role::Color, 8, 8, glow);
+    let mut row = MaterialTextures { emissive, ..MaterialTextures::default() };
+    let is_open = |x: u32, y: u32| holes && (x / 2 + y / 2) % 2 == 0;
+    if holes {
+        row.base_color = b.texture(Role::Color, 8, 8, |x, y| [255, 255, 255, u8::from(!is_open(x, y)) * 255]);
+        row.alpha_cutoff = 0.5;
+        // Sharp holes, so that a sum over texels is the exact mean.
+        b.textures.textures[row.base_color as usize].nearest = true;
+        b.textures.textures[emissive as usize].nearest = true;
+    }
+    let glowing = b.textured(emitter(RADIANCE as f32), row);
+    let floor = b.material(lambert(0.5));
+    b.panel(glowing, DVec3::new(0.0, 1.0, 0.0), 0.5 * DVec3::X, -0.5 * DVec3::NEG_Z);
+    b.panel(floor, DVec3::ZERO, 2.0 * DVec3::Z, 2.0 * DVec3::X);
+    b.camera(DVec3::new(0.0, 0.5, 1.5), DVec3::ZERO, 0.8);
+    let texels = (0..8).flat_map(|y| (0..8).map(move |x| (x, y)));
+    // A texture that repeats has the mean of its texels, however it is interpolated.
+    let mean =
+        texels.filter(|&(x, y)| !is_open(x, y)).map(|(x, y)| linear(glow(x, y)[0])).sum::<f64>() / 64.0;
+    (b.build(), RADIANCE * mean)
+}
+
+fn world(scene: &Scene) -> World<'_> {
+    World::new(scene, &Settings { width: 32, height: 32, light_paths: 1, ..Settings::default() })
+}
+
+/// Flux = area x mean radiance x pi, in the light table and in the mean of leaving paths.
+#[test]
+fn flux_is_that_of_the_mean_texel() {
+    for holes in [false, true] {
+        let (scene, mean) = lamp(holes);
+        assert_eq!(scene.needs(0.25).has(Needs::CUT_OUTS), holes);
+        let expected = PI * mean;
+        // The host's mean has places half a texel apart: the midpoint rule on straight pieces, and on holes cut by
+        // the diagonal.
+        let table = f64::from(scene.flux.x);
+        assert!((table / expected - 1.0).abs() < 5e-3, "table {table}, expected {expected}");
+        let world = world(&scene);
+        let emit = world.by_power();
+        let values: Vec<f64> = (0..100_000)
+            .map(|path| {
+                let mut rng = Rng::new(Stream::Light, 4, path, 0);
+                let place = rng.next4();
+                let leaving = emit.leave(place, rng.next4());
+                assert!(leaving.ray.direction.y < 0.0, "the lamp looks down");
+                f64::from(leaving.flux.x)
+            })
+            .collect();
+        let (flux, error) = mean_and_error(&values);
+        println!("holes {holes}: {flux:.4} +- {error:.4}, expected {expected:.4}, table {table:.4}");
+        assert!((flux - expected).abs() < 3.0 * error);
+        assert!(error < 0.01 * expected);
+    }
+}
+
+/// Irradiance of a floor patch by direct connections, and by light paths that arrive in it.
+#[test]
+fn connections_and_light_paths_agree() {
+    for holes in [false, true] {
+        let (scene, _) = lamp(holes);
+        let world = world(&scene);
+        let needs = world.needs;
+        // A patch off the middle, where the brighter side of the lamp is nearer.
+        let (low, high) = (Vec3::new(0.2, 0.0, 0.1), Vec3::new(0.6, 0.0, 0.5));
+        let connected: Vec<f64> = (0..200_000)
+            .map(|path| {
+                let mut rng = Rng::new(Stream::Camera, 6, path, 0);
+                let place = low + (high - low) * rng.next4().truncate();
+                let connection =
+                    connect(scene.tables(), scene.lights.len() as u32, needs, place, rng.next4());
+                f64::from(connection.radiance_over_pdf.x * connection.to_light.y.max(0.0))
+            })
+            .collect();
+        let emit = world.by_power();
+        let area = f64::from((high.x - low.x) * (high.z - low.z));
+        let arrived: Vec<f64> = (0..400_000)
+            .map(|path| {
+                let mut rng = Rng::new(Stream::Light, 8, path, 0);
+                let place = rng.next4();
+                let leaving = emit.leave(place, rng.next4());
+                let ray = leaving.ray;
+                let at = ray.origin - ray.direction * (ray.origin.y / ray.direction.y);
+                let inside = at.x > low.x && at.x < high.x && at.z > low.z && at.z < high.z;
+                if inside { f64::from(leaving.flux.x) / area } else { 0.0 }
+            })
+            .collect();
+        let ((a, error_a), (b, error_b)) = (mean_and_error(&connected), mean_and_error(&arrived));
+        println!("holes {holes}: connections {a:.4} +- {error_a:.4}, light paths {b:.4} +- {error_b:.4}");
+        assert!((a - b).abs() < 3.0 * error_a.hypot(error_b));
+        assert!(error_b < 0.02 * b);
+    }
+}
+
+/// The camera sees the texels themselves, at the finest level from any distance.
+#[test]
+fn a_textured_lamp_shows_its_texels() {
+    let (scene, _) = lamp(false);
+    let settings = Settings { width: 64, height: 64, light_paths: 1, ..Settings::default() };
+    let mut camera = scene.cameras[0].clone();
+    camera.position = Vec3::new(0.0, 0.01, 0.0);
+    (camera.forward, camera.right, camera.up) = (Vec3::Y, Vec3::X, Vec3::NEG_Z);
+    camera.fov_y = 2.0 * 0.5_f32.atan();
+    let scene = Scene { cameras: vec![camera], ..scene };
+    let collected = World::new(&scene, &settings).collect();
+    let mean = collected.iter().map(|c| f64::from(c.radiance.x)).sum::<f64>() / 4096.0;
+    let (least, most) = collected
+        .iter()
+        .fold((f32::MAX, 0.0_f32), |(least, most), c| (least.min(c.radiance.x), most.max(c.radiance.x)));
+    let expected = f64::from(scene.flux.x) / PI;
+    println!("mean {mean:.4} of {expected:.4}, {least:.4} to {most:.4}");
+    // The view cuts off the outermost 1 %; texels differ by a factor of 20.
+    assert!((mean / expected - 1.0).abs() < 0.02 && least < 0.05 && f64::from(most) > 1.5 * expected);
+}

@@ -333,3 +333,21 @@ fn help_opens_with_examples() {
     let (code, out, _) = desk.compare(&["--help"]);
     assert!(code == 0 && out.starts_with("Examples:"), "{out}");
 }
+
+#[test]
+fn a_reader_that_has_seen_enough_is_no_failure() {
+    let desk = Desk::new(5, 5);
+    desk.write("a.exr", &[("", &grey(1.0))]);
+    for options in [&[][..], &["--json"]] {
+        let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_caustics"))
+            .current_dir(desk.folder.path())
+            .args([&["compare", "a.exr", "a.exr"], options].concat())
+            .stdout(std::process::Stdio::piped())
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop(child.stdout.take());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+}

@@ -178,7 +178,7 @@ fn equal_pictures_have_no_error() {
 
 /// Image, reference and NVIDIA's map of a golden file.
 fn golden(name: &str) -> (Pixels, Pixels, Vec<f64>) {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/flip").join(name);
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden/flip").join(name);
     let picture = Channels::read(&file).unwrap();
     let pixels = |layer| Pixels::of_layer(&picture, layer, Region::whole(&picture)).unwrap();
     let map = picture.channels["flip"].iter().map(|&value| f64::from(value)).collect();

@@ -1,12 +1,13 @@
 //! `caustics compare`.
 
 use std::collections::BTreeMap;
+use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
 use caustics::image::{Channels, Encoding};
 use caustics::metric::pixels::{Estimate, Region};
-use caustics::metric::report::{METRICS, Report, Viewing, report};
+use caustics::metric::report::{METRICS, Report, Value, Viewing, report};
 use caustics::output::png;
 use caustics::output::target::Target;
 use serde_json::json;
@@ -60,9 +61,9 @@ pub fn run(options: &Compare) -> anyhow::Result<ExitCode> {
             "z_blocks": report.z_test.map(|test| test.blocks),
             "pixels_per_degree": options.pixels_per_degree, "failed": failed,
         });
-        println!("{}", serde_json::to_string_pretty(&out)?);
+        print(&(serde_json::to_string_pretty(&out)? + "\n"))?;
     } else {
-        table(&report);
+        print(&table(&report))?;
     }
     Ok(ExitCode::from(if failed.is_empty() { 0 } else { 3 }))
 }
@@ -152,16 +153,23 @@ fn above(metric: &str, value: f64, limit: f64) -> Option<String> {
     (value > limit).then(|| format!("{metric} is {value:.6}, above {limit}"))
 }
 
-/// Prints the metrics for a person.
-fn table(report: &Report) {
+/// The metrics for a person.
+fn table(report: &Report) -> String {
     let units: BTreeMap<_, _> = METRICS.into_iter().collect();
-    for (name, value) in &report.values {
-        match value {
-            Ok(value) if (1e-4..1e7).contains(&value.abs()) || *value == 0.0 => {
-                println!("{name:22} {value:>14.6}  {}", units[name]);
-            }
-            Ok(value) => println!("{name:22} {value:>14.6e}  {}", units[name]),
-            Err(why) => println!("{name:22} {:>14}  {why}", "-"),
+    let line = |(name, value): &(&'static str, Value)| match value {
+        Ok(value) if (1e-4..1e7).contains(&value.abs()) || *value == 0.0 => {
+            format!("{name:22} {value:>14.6}  {}\n", units[name])
         }
+        Ok(value) => format!("{name:22} {value:>14.6e}  {}\n", units[name]),
+        Err(why) => format!("{name:22} {:>14}  {why}\n", "-"),
+    };
+    report.values.iter().map(line).collect()
+}
+
+/// Writes to stdout; a reader that has seen enough is no failure.
+fn print(text: &str) -> std::io::Result<()> {
+    match std::io::stdout().write_all(text.as_bytes()) {
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        result => result,
     }
 }

@@ -1,7 +1,7 @@
 """Makes the golden files of tests/tests/flip.rs with NVIDIA's own HDR-FLIP:
 
     pip install flip-evaluator==1.7 numpy
-    python tests/tests/flip/make.py
+    python tests/golden/flip/make.py
 
 Each file holds an image (image.R, .G, .B) and a reference (reference.R, .G, .B) as half floats, and NVIDIA's error map
 (flip). Made once; nothing runs this again.

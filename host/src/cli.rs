@@ -109,6 +109,9 @@ pub struct Common {
     /// Print times, counters and settings to stdout as JSON
     #[arg(long)]
     pub json: bool,
+    /// Leave the energy ledger out of the JSON: it costs `shoot` time
+    #[arg(long)]
+    pub no_ledger: bool,
     /// Overwrite existing files
     #[arg(long)]
     pub force: bool,

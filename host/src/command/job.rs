@@ -94,6 +94,8 @@ impl Job {
             NeedsName::Scene => scene_needs,
             NeedsName::All => Needs::ALL,
         };
+        // Only who asks for figures pays for the energy ledger.
+        let needs = if options.json && !options.no_ledger { needs | Needs::LEDGER } else { needs };
         if !method.gathers
             && scene_needs.has(Needs::CASTERS)
             && scene.lights.iter().any(|l| l.triangle == NONE)
@@ -188,7 +190,7 @@ impl Job {
                 "seed": settings.seed, "needs": needs_names(needs), "triangles": scene.triangles.len(),
                 "commit": env!("CAUSTICS_COMMIT"), "kernels": kernels::SOURCES,
                 "frame_ms": report.frame_ms(), "pass_ms": report.pass_ms(), "rates": rates,
-                "counters": report.counters, "energy": report.energy(), "seconds": seconds,
+                "counters": report.counters, "energy": (method.gathers && !options.no_ledger).then(|| report.energy()), "seconds": seconds,
                 "estimated_relmse": relative_error.is_finite().then_some(relative_error),
             });
             println!("{}", serde_json::to_string_pretty(&out)?);

@@ -2,12 +2,12 @@
 
 use std::io::Cursor;
 
+use ::image::{DynamicImage, ImageFormat, RgbaImage};
 use caustics_kernels::interface::material::{
     FLAG_COLOR_TEXTURE, FLAG_CUT_OUT, FLAG_EMISSIVE_TEXTURE, FLAG_NORMAL_MAP,
 };
 use caustics_kernels::interface::texture::{ENCODING_NORMAL, ENCODING_SRGB, WRAP_CLAMP, WRAP_MIRRORED};
 use glam::Vec2;
-use image::{ImageFormat, RgbaImage};
 
 use super::*;
 
@@ -20,9 +20,7 @@ fn textured(format: ImageFormat) -> (Value, Vec<u8>) {
     let image = RgbaImage::from_raw(2, 1, vec![255, 0, 0, 255, 255, 0, 0, 255]).unwrap();
     let mut file = Cursor::new(Vec::new());
     match format {
-        ImageFormat::Jpeg => {
-            image::DynamicImage::from(image).into_rgb8().write_to(&mut file, format).unwrap()
-        }
+        ImageFormat::Jpeg => DynamicImage::from(image).into_rgb8().write_to(&mut file, format).unwrap(),
         _ => image.write_to(&mut file, format).unwrap(),
     }
     let length = file.get_ref().len();
@@ -77,6 +75,7 @@ fn textures_are_read_from_png_and_jpeg() {
 fn blending_and_other_coordinates_are_named() {
     let (mut document, binary) = textured(ImageFormat::Png);
     document["materials"][0]["alphaMode"] = json!("BLEND");
+    document["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"][3] = json!(0.75);
     document["materials"][0]["emissiveTexture"] = json!({ "index": 0, "texCoord": 1 });
     let scene = load(&document, &binary).unwrap();
     let named = |words: &str| scene.warnings.iter().filter(|warning| warning.contains(words)).count();
@@ -87,6 +86,10 @@ fn blending_and_other_coordinates_are_named() {
         scene.warnings
     );
     assert_eq!(scene.textures.materials[0].alpha_cutoff, 0.5);
+
+    // Where all of it is below the cut-off there is nothing left that emits.
+    document["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"][3] = json!(0.25);
+    refuses(load(&document, &binary), &["no light"]);
 }
 
 #[test]

@@ -107,9 +107,9 @@ fn tiles(x: f64, y: f64) -> [u8; 4] {
     if edge < 0.03 {
         return [70, 66, 60, 255];
     }
-    let base = if (column + row) % 2 == 0 { [0.82, 0.74, 0.62] } else { [0.50, 0.36, 0.26] };
+    let base = if (column + row).is_multiple_of(2) { [0.82, 0.74, 0.62] } else { [0.50, 0.36, 0.26] };
     // Planks of eight to a tile, each of its own shade.
-    let plank = if (column + row) % 2 == 0 { along_x } else { along_y };
+    let plank = if (column + row).is_multiple_of(2) { along_x } else { along_y };
     let shade = 0.86 + 0.14 * noise(8 * (4 * row + column) + (8.0 * plank) as u32, 7);
     let [red, green, blue] = base.map(|channel| byte(channel * shade));
     [red, green, blue, 255]
@@ -118,7 +118,7 @@ fn tiles(x: f64, y: f64) -> [u8; 4] {
 /// Bricks of eight rows in a bond, with rounded edges.
 fn bricks(x: f64, y: f64) -> [u8; 4] {
     let row = (8.0 * y) as u32;
-    let shifted = 4.0 * x + if row % 2 == 0 { 0.5 } else { 0.0 };
+    let shifted = 4.0 * x + if row.is_multiple_of(2) { 0.5 } else { 0.0 };
     let (along_x, along_y) = (shifted.fract(), (8.0 * y).fract());
     // Slope towards an edge that is this near, in brick lengths.
     let slope =

@@ -32,7 +32,7 @@ fn lamp(holes: bool) -> (Scene, f64) {
     let mut b = Builder::default();
     let emissive = b.texture(Role::Color, 8, 8, glow);
     let mut row = MaterialTextures { emissive, ..MaterialTextures::default() };
-    let is_open = |x: u32, y: u32| holes && (x / 2 + y / 2) % 2 == 0;
+    let is_open = |x: u32, y: u32| holes && (x / 2 + y / 2).is_multiple_of(2);
     if holes {
         row.base_color = b.texture(Role::Color, 8, 8, |x, y| [255, 255, 255, u8::from(!is_open(x, y)) * 255]);
         row.alpha_cutoff = 0.5;

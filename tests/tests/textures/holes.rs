@@ -17,7 +17,7 @@ use glam::{DVec3, Vec3};
 fn screened(screen: bool, cutoff: f32) -> Scene {
     let mut b = Builder::default();
     let floor = b.material(lambert(0.5));
-    let alpha = |x: u32, y: u32| [255, 255, 255, if (x + y) % 2 == 0 { 255 } else { 0 }];
+    let alpha = |x: u32, y: u32| [255, 255, 255, if (x + y).is_multiple_of(2) { 255 } else { 0 }];
     let base_color = b.texture(Role::Color, 16, 16, alpha);
     let row = MaterialTextures { base_color, alpha_cutoff: cutoff, ..MaterialTextures::default() };
     let leaves = b.textured(lambert(0.0), row);

@@ -1,6 +1,6 @@
 //! Writes glTF 2.0: one JSON document and one binary buffer.
 
-use glam::{DMat3, DQuat, DVec3, Vec3};
+use glam::{DMat3, DQuat, DVec3, Vec2, Vec3};
 use serde_json::{Value, json};
 
 use crate::mesh::Mesh;
@@ -8,6 +8,17 @@ use crate::mesh::Mesh;
 /// A material by its name; handed out by [`Document::material`].
 #[derive(Clone, Copy, Debug)]
 pub struct MaterialId(usize);
+
+/// A texture by its index; handed out by [`Document::texture`].
+#[derive(Clone, Copy, Debug)]
+pub struct Texture(usize);
+
+impl Texture {
+    /// How a material refers to it.
+    pub fn info(self) -> Value {
+        json!({ "index": self.0 })
+    }
+}
 
 /// A glTF document in the making.
 #[derive(Default)]
@@ -19,6 +30,7 @@ pub struct Document {
     meshes: Vec<Value>,
     cameras: Vec<Value>,
     nodes: Vec<Value>,
+    images: Vec<Value>,
     extensions: Vec<String>,
 }
 
@@ -77,16 +89,31 @@ impl Document {
         MaterialId(self.materials.len() - 1)
     }
 
+    /// Adds a repeating texture of an image file beside the document.
+    pub fn texture(&mut self, file: &str) -> Texture {
+        self.images.push(json!({ "uri": file }));
+        Texture(self.images.len() - 1)
+    }
+
     /// Adds a mesh of one material as a node of its own.
     pub fn mesh(&mut self, name: &str, material: MaterialId, mesh: &Mesh) {
         let positions = self.vectors(&mesh.positions, true);
         let normals = self.vectors(&mesh.normals, false);
+        let mut attributes = json!({ "NORMAL": normals, "POSITION": positions });
+        if !mesh.uvs.is_empty() {
+            assert_eq!(
+                mesh.uvs.len(),
+                mesh.positions.len(),
+                "every vertex of {name} has coordinates, or none"
+            );
+            attributes["TEXCOORD_0"] = json!(self.pairs(&mesh.uvs));
+        }
         let indices = self.indices(&mesh.indices);
         self.nodes.push(json!({ "mesh": self.meshes.len(), "name": name }));
         self.meshes.push(json!({
             "name": name,
             "primitives": [{
-                "attributes": { "NORMAL": normals, "POSITION": positions },
+                "attributes": attributes,
                 "indices": indices,
                 "material": material.0,
             }],
@@ -135,6 +162,15 @@ impl Document {
         self.accessors.len() - 1
     }
 
+    fn pairs(&mut self, pairs: &[Vec2]) -> usize {
+        let bytes: Vec<u8> = pairs.iter().flat_map(|v| v.to_array()).flat_map(f32::to_le_bytes).collect();
+        let view = self.view(&bytes, 34962);
+        self.accessors.push(json!({
+            "bufferView": view, "componentType": 5126, "count": pairs.len(), "type": "VEC2",
+        }));
+        self.accessors.len() - 1
+    }
+
     fn indices(&mut self, indices: &[u32]) -> usize {
         let is_short = indices.iter().all(|&index| index < u32::from(u16::MAX));
         let bytes: Vec<u8> = if is_short {
@@ -169,6 +205,11 @@ impl Document {
             "scene": 0,
             "scenes": [{ "nodes": (0..self.nodes.len()).collect::<Vec<_>>() }],
         });
+        if !self.images.is_empty() {
+            let textures = (0..self.images.len()).map(|image| json!({ "source": image }));
+            document["textures"] = textures.collect();
+            document["images"] = json!(self.images);
+        }
         // Key order must not depend on which features other crates switch on in serde_json.
         document.sort_all_objects();
         let mut json = serde_json::to_vec_pretty(&document).expect("a JSON value can be written");

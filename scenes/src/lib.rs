@@ -9,11 +9,13 @@ use anyhow::{Context, bail};
 
 mod gltf;
 mod mesh;
+mod picture;
 mod ring;
 mod room;
+mod textured;
 
 /// Names of the scenes.
-pub const NAMES: [&str; 4] = ["mirror-room", "glossy-room", "ring", "plain-room"];
+pub const NAMES: [&str; 5] = ["mirror-room", "glossy-room", "ring", "plain-room", "textured-room"];
 
 /// What a scene shows, in one line.
 pub fn description(name: &str) -> Option<&'static str> {
@@ -23,6 +25,9 @@ pub fn description(name: &str) -> Option<&'static str> {
         }
         "glossy-room" => "mirror-room with a mirror of roughness 0.15.",
         "ring" => "A metal ring on a plane under a distant small emitter: the nephroid.",
+        "textured-room" => {
+            "Tiles, bricks, leaves, a metal polished in rings and a lamp of panes: every kind of texture."
+        }
         "plain-room" => "mirror-room with every surface Lambertian: no caster at all.",
         _ => return None,
     })
@@ -30,15 +35,23 @@ pub fn description(name: &str) -> Option<&'static str> {
 
 /// Files of a scene: names and contents.
 fn files(name: &str) -> Option<Vec<(&'static str, Vec<u8>)>> {
+    let mut images = Vec::new();
     let (document, notes) = match name {
         "mirror-room" => (room::build(room::Kind::Mirror), include_str!("notes/mirror-room.md")),
         "glossy-room" => (room::build(room::Kind::Glossy), include_str!("notes/glossy-room.md")),
         "ring" => (ring::build(), include_str!("notes/ring.md")),
         "plain-room" => (room::build(room::Kind::Plain), include_str!("notes/plain-room.md")),
+        "textured-room" => {
+            let (document, pictures) = textured::build();
+            images = pictures;
+            (document, include_str!("notes/textured-room.md"))
+        }
         _ => return None,
     };
     let (json, binary) = document.encode();
-    Some(vec![("scene.gltf", json), ("scene.bin", binary), ("README.md", notes.into())])
+    let mut files = vec![("scene.gltf", json), ("scene.bin", binary), ("README.md", notes.into())];
+    files.extend(images);
+    Some(files)
 }
 
 /// Writes `<dir>/<name>/` with `scene.gltf`, `scene.bin` and `README.md`; returns the path of the first.

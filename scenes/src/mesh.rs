@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 
 /// Triangles with vertex normals; counter-clockwise seen from the front.
 #[derive(Clone, Debug, Default)]
@@ -11,6 +11,8 @@ pub struct Mesh {
     pub positions: Vec<Vec3>,
     /// Unit normals of the vertices.
     pub normals: Vec<Vec3>,
+    /// Texture coordinates of the vertices; empty without any.
+    pub uvs: Vec<Vec2>,
     /// Three vertices a triangle.
     pub indices: Vec<u32>,
 }
@@ -33,6 +35,12 @@ impl Mesh {
     /// Adds a flat parallelogram around `centre`; its front is where `right` x `up` points.
     pub fn panel(self, centre: DVec3, right: DVec3, up: DVec3) -> Self {
         self.quad([centre - right - up, centre + right - up, centre + right + up, centre - right + up])
+    }
+
+    /// Adds a panel on which a texture stands upright, this many times in each direction.
+    pub fn mapped_panel(mut self, centre: DVec3, right: DVec3, up: DVec3, repeats: f32) -> Self {
+        self.uvs.extend([Vec2::Y, Vec2::ONE, Vec2::X, Vec2::ZERO].map(|uv| uv * repeats));
+        self.panel(centre, right, up)
     }
 
     /// Adds an axis-aligned box.

@@ -1,7 +1,10 @@
 //! Statistical tests that take longer: run with `--include-ignored`.
 
 use caustics::method::settings::Settings;
+use caustics::scene::texture::Role;
 use caustics_kernels::interface::point::DepositGeometry;
+use caustics_kernels::interface::texture::MaterialTextures;
+use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
@@ -263,4 +266,34 @@ fn the_split_under_spots_and_suns_does_not_change_the_sum() {
     b.directional(DVec3::new(0.5, -0.7, -0.4), 0.5);
     b.camera(DVec3::new(0.0, 0.9, 1.3), DVec3::new(0.1, 0.3, -0.4), 0.8);
     sums_of_thresholds_agree("spot and sun", &b.build(), [0.1, 0.7], 300);
+}
+
+/// The same with textures: a base colour and bumps on the walls, and a metal whose roughness runs from 0.15 to 0.35 and
+/// whose normals lean. Both thresholds see the finest level only: which level a path sees depends on its prefix, and so
+/// on the threshold, by intention.
+#[test]
+#[ignore = "600 frames: about half a minute on two cores"]
+fn the_split_of_textured_surfaces_does_not_change_the_sum() {
+    let mut b = Builder::default();
+    let noise = |x: u32, y: u32| Rng::new(Stream::Camera, 17, x, y).next4().to_array();
+    let base_color = b.texture(Role::Color, 8, 8, |x, y| noise(x, y).map(|u| (255.0 - 90.0 * u) as u8));
+    let normal = b.texture(Role::Normal, 8, 8, |x, y| {
+        let [u, v, ..] = noise(x, y);
+        [(88.0 + 80.0 * u) as u8, (88.0 + 80.0 * v) as u8, 240, 255]
+    });
+    let metallic_roughness =
+        b.texture(Role::Data, 8, 8, |x, y| [0, (38.0 + 51.0 * noise(x, y)[2]) as u8, 255, 255]);
+    let plain = MaterialTextures::default();
+    let wall = b.textured(lambert(0.7), MaterialTextures { base_color, normal, ..plain });
+    let row = MaterialTextures { metallic_roughness, normal, normal_scale: 0.5, ..plain };
+    let glossy = b.textured(metal(0.9, 1.0), row);
+    let lamp = b.material(emitter(10.0));
+    b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+    b.block(glossy, DVec3::new(-0.6, -0.9, -0.7), DVec3::new(0.1, -0.2, -0.1), false);
+    b.panel(glossy, DVec3::new(0.9, -0.2, 0.0), DVec3::new(0.0, 0.0, 0.6), DVec3::new(0.05, 0.6, 0.0));
+    b.panel(lamp, DVec3::new(0.1, 0.95, 0.0), DVec3::new(0.4, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.4));
+    b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.3, 0.0), 1.0);
+    let mut scene = b.build();
+    scene.textures.textures.iter_mut().for_each(|texture| texture.level_count = 1);
+    sums_agree("textured surfaces", &scene, 300);
 }

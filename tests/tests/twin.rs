@@ -39,6 +39,23 @@ fn steps_and_passes_agree() {
     }
 }
 
+/// Textures, normal maps, emission and holes, by both tracers.
+#[test]
+fn textured_steps_agree() {
+    let Some(gpu) = gpu() else { return };
+    let scene = load("textured-room");
+    for &hardware in gpu.tracers() {
+        let tracer = if hardware { "hardware" } else { "software" };
+        let mut twin = Twin::open(&gpu, hardware, &scene, &settings());
+        let mut table =
+            Table::new(&format!("textured-room, CPU against {} ({tracer} tracer)", gpu.info.name));
+        steps::hit(&mut twin, &scene, &mut table);
+        steps::scatter(&mut twin, &scene, &mut table);
+        steps::emit(&mut twin, &mut table);
+        table.finish();
+    }
+}
+
 #[test]
 fn scattering_agrees_on_every_lobe() {
     let Some(gpu) = gpu() else { return };

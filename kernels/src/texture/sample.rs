@@ -61,9 +61,10 @@ fn weight(along: f32, nearest: u32) -> f32 {
 #[inline]
 pub fn level_of(texture: &Texture, footprint: f32) -> f32 {
     let texels = footprint * ((texture.width as f32) * (texture.height as f32)).sqrt();
-    // Also where the footprint is not a number.
-    if !(texels > 1.0) {
-        return 0.0;
+    if texels > 1.0 {
+        texels.log2().clamp(0.0, (texture.level_count - 1) as f32)
+    } else {
+        // Also where the footprint is not a number.
+        0.0
     }
-    texels.log2().clamp(0.0, (texture.level_count - 1) as f32)
 }

@@ -17,7 +17,7 @@ use glam::{DVec3, Vec3};
 fn screened(screen: bool, cutoff: f32) -> Scene {
     let mut b = Builder::default();
     let floor = b.material(lambert(0.5));
-    let alpha = |x: u32, y: u32| [255, 255, 255, if (x + y) % 2 == 0 { 255 } else { 0 }];
+    let alpha = |x: u32, y: u32| [255, 255, 255, if (x + y).is_multiple_of(2) { 255 } else { 0 }];
     let base_color = b.texture(Role::Color, 16, 16, alpha);
     let row = MaterialTextures { base_color, alpha_cutoff: cutoff, ..MaterialTextures::default() };
     let leaves = b.textured(lambert(0.0), row);
@@ -71,8 +71,11 @@ fn holes_are_the_same_for_all_rays() {
 fn holes_are_there_only_where_they_are_needed() {
     let scene = screened(true, 0.5);
     let mut tracer = tracer(&scene, Needs(0));
-    let ray = Ray { length: 0.5, ..Ray::endless(Vec3::new(0.25, 0.75, -0.25), Vec3::NEG_Y) };
-    assert!(tracer.occluded(&ray));
+    for path in 0..1000 {
+        let u = Rng::new(Stream::Light, 3, path, 0).next4();
+        let origin = Vec3::new(7.9 * u.x - 3.95, 0.75, 7.9 * u.y - 3.95);
+        assert!(tracer.occluded(&Ray { length: 0.5, ..Ray::endless(origin, Vec3::NEG_Y) }));
+    }
 }
 
 /// The background is seen through holes and where nothing is; it lights nothing.

@@ -10,6 +10,8 @@ use serde_json::{Value, json};
 
 use super::*;
 
+mod textures;
+
 /// A right triangle of area 0.5 m^2 that emits, and a camera.
 fn tiny() -> Value {
     json!({

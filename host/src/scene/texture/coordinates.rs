@@ -44,7 +44,7 @@ mod tests {
         for (sign, handedness) in [(1.0, 1.0), (-1.0, -1.0)] {
             let uv = [Vec2::new(0.0, 1.0), Vec2::new(sign, 1.0), Vec2::new(0.0, 0.0)];
             let row = row(&triangle, &CornerCoordinates { uv, tangents: None });
-            assert_eq!((row.tangent_a, row.handedness), (sign as f32 * Vec3::X, handedness));
+            assert_eq!((row.tangent_a, row.handedness), (sign * Vec3::X, handedness));
             let up = Vec3::Z.cross(row.tangent_a) * row.handedness;
             assert_eq!(up, Vec3::Y);
             assert_eq!(row.density, 0.5);

@@ -60,6 +60,9 @@ fn info(argument: &str, specular_roughness: f32, as_json: bool) -> anyhow::Resul
             "triangles": scene.triangles.len(),
             "dropped_triangles": scene.dropped_triangles,
             "materials": scene.material_names,
+            "textures": scene.textures.textures.len(),
+            "texels": scene.textures.texels.len(),
+            "background": scene.background.to_array(),
             "lights": scene.lights.len(),
             "flux_w": scene.flux.to_array(),
             "cameras": scene.cameras.iter().map(|camera| &camera.name).collect::<Vec<_>>(),
@@ -74,6 +77,8 @@ fn info(argument: &str, specular_roughness: f32, as_json: bool) -> anyhow::Resul
     println!("{} ({})", scene.name, file.display());
     println!("triangles  {} ({} without an area dropped)", scene.triangles.len(), scene.dropped_triangles);
     println!("materials  {}", scene.material_names.join(", "));
+    let texels = scene.textures.texels.len();
+    println!("textures   {}, {texels} texels with all levels", scene.textures.textures.len());
     println!("lights     {}, {:.4} W in all channels", scene.lights.len(), scene.flux.element_sum());
     let cameras: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
     println!("cameras    {}", cameras.join(", "));

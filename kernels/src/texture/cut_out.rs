@@ -32,9 +32,13 @@ impl<'a> CutOuts<'a> {
     /// Whether a triangle is there at the weights `u` and `v` of its corners b and c.
     #[inline(always)]
     pub fn is_there(&self, triangle: u32, u: f32, v: f32) -> bool {
-        if !self.needs.has(Needs::CUT_OUTS) {
-            return true;
-        }
+        !self.needs.has(Needs::CUT_OUTS) || self.is_solid(triangle, u, v)
+    }
+
+    /// The same where there are holes. On a CPU an own function, so that it takes no registers from tracers.
+    #[cfg_attr(target_arch = "spirv", inline(always))]
+    #[cfg_attr(not(target_arch = "spirv"), inline(never))]
+    fn is_solid(&self, triangle: u32, u: f32, v: f32) -> bool {
         let material = self.surfaces[triangle as usize].material;
         if self.materials[material as usize].flags & FLAG_CUT_OUT == 0 {
             return true;

@@ -22,11 +22,11 @@ pub struct BvhTracer<'a> {
 impl Tracer for BvhTracer<'_> {
     #[inline(always)]
     fn closest(&mut self, ray: &Ray) -> Hit {
-        traverse::<false>(self.nodes, self.blocks, self.cut_outs, ray)
+        traverse::<false>(self.nodes, self.blocks, &self.cut_outs, ray)
     }
     #[inline(always)]
     fn occluded(&mut self, ray: &Ray) -> bool {
-        !traverse::<true>(self.nodes, self.blocks, self.cut_outs, ray).is_miss()
+        !traverse::<true>(self.nodes, self.blocks, &self.cut_outs, ray).is_miss()
     }
 }
 
@@ -42,7 +42,7 @@ fn safe_inverse(x: f32) -> f32 {
 fn traverse<const ANY: bool>(
     nodes: &[TreeNode],
     blocks: &[TriangleBlock],
-    cut_outs: CutOuts<'_>,
+    cut_outs: &CutOuts<'_>,
     ray: &Ray,
 ) -> Hit {
     let inverse = Vec3::new(
@@ -128,7 +128,7 @@ fn slabs(planes: Vec4, origin: f32, inverse: f32) -> Vec4 {
 /// Tests the ray against the block's triangles by signed edge volumes around the ray's origin: a shared edge gives
 /// its two triangles the same numbers with opposite signs, so that no ray slips between them.
 #[inline(always)]
-fn intersect_block(block: &TriangleBlock, cut_outs: CutOuts<'_>, ray: &Ray, best: &mut Hit) {
+fn intersect_block(block: &TriangleBlock, cut_outs: &CutOuts<'_>, ray: &Ray, best: &mut Hit) {
     let o = ray.origin;
     let a = [block.a_x - Vec4::splat(o.x), block.a_y - Vec4::splat(o.y), block.a_z - Vec4::splat(o.z)];
     let b = [block.b_x - Vec4::splat(o.x), block.b_y - Vec4::splat(o.y), block.b_z - Vec4::splat(o.z)];

@@ -6,7 +6,9 @@ use caustics_kernels::math::ray::{Hit, Ray};
 use caustics_kernels::pass;
 use caustics_kernels::trace::Tracer;
 
-use super::{Call, map, scene, textures, tracer};
+use rayon::prelude::*;
+
+use super::{CHUNK, Call, map, scene, textures, tracer};
 
 /// Random numbers and warps.
 pub fn step_sample(call: &Call<'_>) -> anyhow::Result<()> {
@@ -17,8 +19,15 @@ pub fn step_sample(call: &Call<'_>) -> anyhow::Result<()> {
 pub fn step_hit(call: &Call<'_>) -> anyhow::Result<()> {
     tracer!(call, tracer);
     let rays = call.memory.read::<Ray>("rays")?;
-    let rays = &rays[..];
-    map::<Hit>(call, "hits", |i| { tracer }.closest(&rays[i as usize]))
+    let mut hits = call.memory.edit::<Hit>("hits")?;
+    let count = call.count as usize;
+    // A tracer a chunk: a copy for each ray would take a sixth of the time.
+    let chunks = hits[..count].par_chunks_mut(CHUNK).zip(rays[..count].par_chunks(CHUNK));
+    chunks.for_each(|(hits, rays)| {
+        let mut tracer = tracer;
+        hits.iter_mut().zip(rays).for_each(|(hit, ray)| *hit = tracer.closest(ray));
+    });
+    Ok(())
 }
 
 /// Scattering events.

@@ -9,9 +9,13 @@ use caustics::method::path::PATH;
 use caustics::method::progressive::PROGRESSIVE;
 use caustics::method::settings::Settings;
 use caustics::scene::Scene;
+use caustics::scene::texture::Role;
 use caustics::session::{RunnerChoice, Session};
 use caustics_kernels::gather::variant::{PHOTONS_GRID, POINTS_RT};
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
+use caustics_kernels::interface::material::Material;
+use caustics_kernels::interface::texture::MaterialTextures;
+use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_tests::blocks::Blocks;
 use caustics_tests::direct::mean_and_error;
 use caustics_tests::gpu::gpu;
@@ -36,10 +40,15 @@ fn settings(seed: u32, specular_roughness: f32) -> Settings {
 /// Compares every threshold with one reference: `samples` a pixel against `frames` frames of `light_paths`. Small lamps
 /// need many: their image in a smooth ball is a rare and bright thing for both sides.
 fn agrees(what: &str, scene: &Scene, samples: u32, frames: u32, light_paths: u32) {
-    let truth = Blocks::render(&CPU, scene, &settings(1, 0.25), &PATH, &PHOTONS_GRID, samples);
+    agrees_at(&[0.25, 0.1, 0.4], what, scene, samples, frames, light_paths);
+}
+
+/// The same for some thresholds; the reference has the first.
+fn agrees_at(thresholds: &[f32], what: &str, scene: &Scene, samples: u32, frames: u32, light_paths: u32) {
+    let truth = Blocks::render(&CPU, scene, &settings(1, thresholds[0]), &PATH, &PHOTONS_GRID, samples);
     let mut shares = Vec::new();
     let mut faults = Vec::new();
-    for (seed, threshold) in [(2, 0.25), (3, 0.1), (4, 0.4)] {
+    for (&threshold, seed) in thresholds.iter().zip(2..) {
         let settings = Settings { light_paths, ..settings(seed, threshold) };
         let split = Blocks::render(&CPU, scene, &settings, &PROGRESSIVE, &PHOTONS_GRID, frames);
         let scores = split.scores(&truth);
@@ -114,6 +123,48 @@ fn smooth_ball_of_32_segments_is_the_reference() {
     let metal = b.material(metal(0.9, 0.09));
     b.sphere(metal, DVec3::new(0.0, -0.5, -0.2), 0.45, 32, 16);
     agrees("smooth ball", &b.build(), 4000, 400, 60_000);
+}
+
+#[test]
+#[ignore = "thousands of samples a pixel: a minute on two cores"]
+fn room_of_rough_glass_is_the_reference() {
+    let mut b = room(0.5);
+    let frosted = b.material(glass_of(0.3));
+    let dull = b.material(glass_of(0.6));
+    b.sphere(frosted, DVec3::new(-0.35, -0.6, -0.2), 0.35, 64, 32);
+    b.block(dull, DVec3::new(0.2, -0.95, -0.4), DVec3::new(0.6, -0.3, 0.0), false);
+    agrees("rough glass", &b.build(), 3000, 400, 60_000);
+}
+
+/// Clear glass of this roughness.
+fn glass_of(roughness: f32) -> Material {
+    Material { roughness, ..glass(1.5) }
+}
+
+/// Which mip level a path sees is decided by its prefix, and so by the threshold: each has a reference of its own.
+#[test]
+#[ignore = "thousands of samples a pixel: a minute on two cores"]
+fn textured_room_is_the_reference() {
+    let mut b = room(0.5);
+    let noise = |x: u32, y: u32| Rng::new(Stream::Camera, 17, x, y).next4().to_array();
+    let base_color = b.texture(Role::Color, 16, 16, |x, y| noise(x, y).map(|u| (255.0 - 90.0 * u) as u8));
+    let normal = b.texture(Role::Normal, 16, 16, |x, y| {
+        let [u, v, ..] = noise(x, y);
+        [(88.0 + 80.0 * u) as u8, (88.0 + 80.0 * v) as u8, 240, 255]
+    });
+    let metallic_roughness =
+        b.texture(Role::Data, 16, 16, |x, y| [0, (20.0 + 70.0 * noise(x, y)[2]) as u8, 255, 255]);
+    let plain = MaterialTextures::default();
+    let wall = b.textured(lambert(0.7), MaterialTextures { base_color, normal, ..plain });
+    let row = MaterialTextures { metallic_roughness, normal, normal_scale: 0.5, ..plain };
+    let glossy = b.textured(metal(0.9, 1.0), row);
+    b.block(glossy, DVec3::new(-0.6, -0.9, -0.7), DVec3::new(0.1, -0.2, -0.1), false);
+    b.panel(wall, DVec3::new(0.0, 0.0, -0.97), 0.95 * DVec3::X, 0.95 * DVec3::Y);
+    b.panel(wall, DVec3::new(0.0, -0.97, 0.0), 0.95 * DVec3::Z, 0.95 * DVec3::X);
+    let scene = b.build();
+    for threshold in [0.25, 0.1, 0.4] {
+        agrees_at(&[threshold], "textured", &scene, 3000, 400, 60_000);
+    }
 }
 
 /// Without a size lights are found by connections and light paths only, so `progressive` is the truth; OurBasic at two

@@ -9,4 +9,5 @@ pub mod pick;
 pub mod reference;
 pub mod render;
 pub mod report;
+pub mod say;
 pub mod scene;

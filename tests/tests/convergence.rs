@@ -15,6 +15,7 @@ use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
+use plotters::prelude::*;
 
 const WIDTH: u32 = 32;
 const HEIGHT: u32 = 24;
@@ -107,6 +108,42 @@ fn slope(points: &[(f64, f64)]) -> f64 {
     covariance / logs.iter().map(|p| (p.0 - x).powi(2)).sum::<f64>()
 }
 
+/// Both layers over the number of frames, with the lines that they should follow.
+fn plot(
+    file: &std::path::Path,
+    caustics: &[(f64, f64)],
+    path: &[(f64, f64)],
+) -> Result<(), Box<dyn std::error::Error>> {
+    let root = SVGBackend::new(file, (720, 480)).into_drawing_area();
+    root.fill(&WHITE)?;
+    let mut chart = ChartBuilder::on(&root)
+        .margin(16)
+        .x_label_area_size(44)
+        .y_label_area_size(64)
+        .caption("progressive: error of the mean of N frames", ("sans-serif", 20))
+        .build_cartesian_2d((7.0..1200.0).log_scale(), (1e-4..1e-1).log_scale())?;
+    chart
+        .configure_mesh()
+        .x_desc("frames N")
+        .y_desc("relative mean squared error")
+        .y_label_formatter(&|y| format!("{y:.0e}"))
+        .draw()?;
+    for (points, exponent, color, name) in
+        [(caustics, -2.0 / 3.0, RED, "caustics; line N^(-2/3)"), (path, -1.0, BLUE, "path; line N^(-1)")]
+    {
+        let (first, error) = points[0];
+        let line = points.iter().map(|&(n, _)| (n, error * (n / first).powf(exponent)));
+        chart.draw_series(LineSeries::new(line, color.mix(0.4)))?;
+        chart
+            .draw_series(points.iter().map(|&point| Circle::new(point, 4, color.filled())))?
+            .label(name)
+            .legend(move |(x, y)| Circle::new((x + 8, y), 4, color.filled()));
+    }
+    chart.configure_series_labels().border_style(BLACK).background_style(WHITE).draw()?;
+    root.present()?;
+    Ok(())
+}
+
 #[test]
 fn slopes_are_those_of_powers() {
     let power =
@@ -144,9 +181,11 @@ fn errors_of_progressive_fall_as_they_should() {
         caustics.push((frames, caustic_error));
         path.push((frames, path_error));
     }
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
+    plot(&folder.join("convergence.svg"), &caustics, &path).unwrap();
     let (caustics, path) = (slope(&caustics), slope(&path));
-    println!("{table}caustics fall as N^{caustics:.3}, path as N^{path:.3}");
-    std::fs::write(std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("convergence.csv"), table).unwrap();
+    println!("{table}caustics fall as N^{caustics:.3}, path as N^{path:.3}; plot in {}", folder.display());
+    std::fs::write(folder.join("convergence.csv"), table).unwrap();
     assert!((caustics + 2.0 / 3.0).abs() <= 0.1, "{caustics}");
     assert!((path + 1.0).abs() <= 0.1, "{path}");
 }

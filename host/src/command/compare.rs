@@ -1,7 +1,6 @@
 //! `caustics compare`.
 
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -12,6 +11,7 @@ use caustics::output::png;
 use caustics::output::target::Target;
 use serde_json::json;
 
+use super::say::say;
 use crate::cli::{Compare, Limit, Usage};
 
 /// Measures and reports. 3 if a metric is above its limit or has no value.
@@ -61,9 +61,9 @@ pub fn run(options: &Compare) -> anyhow::Result<ExitCode> {
             "z_blocks": report.z_test.map(|test| test.blocks),
             "pixels_per_degree": options.pixels_per_degree, "failed": failed,
         });
-        print(&(serde_json::to_string_pretty(&out)? + "\n"))?;
+        say(serde_json::to_string_pretty(&out)?)?;
     } else {
-        print(&table(&report))?;
+        say(table(&report).trim_end())?;
     }
     Ok(ExitCode::from(if failed.is_empty() { 0 } else { 3 }))
 }
@@ -164,12 +164,4 @@ fn table(report: &Report) -> String {
         Err(why) => format!("{name:22} {:>14}  {why}\n", "-"),
     };
     report.values.iter().map(line).collect()
-}
-
-/// Writes to stdout; a reader that has seen enough is no failure.
-fn print(text: &str) -> std::io::Result<()> {
-    match std::io::stdout().write_all(text.as_bytes()) {
-        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-        result => result,
-    }
 }

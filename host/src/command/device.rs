@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use caustics::vulkan::{DeviceInfo, VulkanError, devices};
 
+use super::say::say;
 use crate::cli;
 
 /// Lists devices; without any, says why and exits with 4.
@@ -13,16 +14,19 @@ pub fn run(options: &cli::Device) -> anyhow::Result<ExitCode> {
         return Err(VulkanError::NoDevice { wanted: "at all".into(), found: "none".into() }.into());
     }
     if options.json {
-        println!("{}", serde_json::to_string_pretty(&devices)?);
+        say(serde_json::to_string_pretty(&devices)?)?;
         return Ok(ExitCode::SUCCESS);
     }
     for device in &devices {
-        println!("{}: {} ({}), Vulkan {}", device.index, device.name, device.driver, device.api_version);
-        println!("   kind: {:?}", device.kind);
-        println!("   ray queries: {}", if device.ray_queries { "yes" } else { "no" });
-        println!("   largest buffer: {} MiB", device.max_storage_buffer_bytes >> 20);
-        println!("   timestamps: {}", if device.timestamps { "yes" } else { "no" });
-        println!("   used: {}", verdict(device));
+        say(format_args!(
+            "{}: {} ({}), Vulkan {}",
+            device.index, device.name, device.driver, device.api_version
+        ))?;
+        say(format_args!("   kind: {:?}", device.kind))?;
+        say(format_args!("   ray queries: {}", if device.ray_queries { "yes" } else { "no" }))?;
+        say(format_args!("   largest buffer: {} MiB", device.max_storage_buffer_bytes >> 20))?;
+        say(format_args!("   timestamps: {}", if device.timestamps { "yes" } else { "no" }))?;
+        say(format_args!("   used: {}", verdict(device)))?;
     }
     Ok(ExitCode::SUCCESS)
 }

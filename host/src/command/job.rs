@@ -25,6 +25,7 @@ use serde_json::json;
 use super::options::{camera, check_outputs, duration};
 use super::pick::pick;
 use super::report::Report;
+use super::say::say;
 use super::scene::needs_names;
 use crate::cli::{Common, NeedsName};
 
@@ -193,7 +194,7 @@ impl Job {
                 "counters": report.counters, "energy": (method.gathers && !options.no_ledger).then(|| report.energy()), "seconds": seconds,
                 "estimated_relmse": relative_error.is_finite().then_some(relative_error),
             });
-            println!("{}", serde_json::to_string_pretty(&out)?);
+            say(serde_json::to_string_pretty(&out)?)?;
         } else {
             eprintln!("{}: {:.1} ms a frame", options.output.display(), report.frame_ms());
         }

@@ -7,12 +7,13 @@ use caustics::scene::{self, Scene};
 use caustics_kernels::interface::needs::Needs;
 use serde_json::json;
 
+use super::say::say;
 use crate::cli;
 
 /// Runs a command on scenes.
 pub fn run(command: cli::Scene) -> anyhow::Result<ExitCode> {
     match command {
-        cli::Scene::List => list(),
+        cli::Scene::List => list()?,
         cli::Scene::Info { scene, specular_roughness, json } => info(&scene, specular_roughness, json)?,
         cli::Scene::Make { name, output, force } => {
             let known = caustics_scenes::NAMES;
@@ -29,23 +30,24 @@ pub fn run(command: cli::Scene) -> anyhow::Result<ExitCode> {
                 return Err(TargetError::Exists(file).into());
             }
             for scene in wanted {
-                println!("{}", caustics_scenes::make(scene, &output, force)?.display());
+                say(caustics_scenes::make(scene, &output, force)?.display())?;
             }
         }
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn list() {
+fn list() -> std::io::Result<()> {
     let there = scene::names();
     for name in caustics_scenes::NAMES {
         let missing =
             if there.iter().any(|n| n == name) { "" } else { " (not made yet: caustics scene make)" };
-        println!("{name:14} {}{missing}", caustics_scenes::description(name).unwrap_or_default());
+        say(format_args!("{name:14} {}{missing}", caustics_scenes::description(name).unwrap_or_default()))?;
     }
     for name in there.iter().filter(|name| !caustics_scenes::NAMES.contains(&name.as_str())) {
-        println!("{name}");
+        say(name)?;
     }
+    Ok(())
 }
 
 fn info(argument: &str, specular_roughness: f32, as_json: bool) -> anyhow::Result<()> {
@@ -71,26 +73,34 @@ fn info(argument: &str, specular_roughness: f32, as_json: bool) -> anyhow::Resul
             "deepest_useful_prefix": depth,
             "warnings": scene.warnings,
         });
-        println!("{}", serde_json::to_string_pretty(&info)?);
+        say(serde_json::to_string_pretty(&info)?)?;
         return Ok(());
     }
-    println!("{} ({})", scene.name, file.display());
-    println!("triangles  {} ({} without an area dropped)", scene.triangles.len(), scene.dropped_triangles);
-    println!("materials  {}", scene.material_names.join(", "));
+    say(format_args!("{} ({})", scene.name, file.display()))?;
+    say(format_args!(
+        "triangles  {} ({} without an area dropped)",
+        scene.triangles.len(),
+        scene.dropped_triangles
+    ))?;
+    say(format_args!("materials  {}", scene.material_names.join(", ")))?;
     let texels = scene.textures.texels.len();
-    println!("textures   {}, {texels} texels with all levels", scene.textures.textures.len());
-    println!("lights     {}, {:.4} W in all channels", scene.lights.len(), scene.flux.element_sum());
+    say(format_args!("textures   {}, {texels} texels with all levels", scene.textures.textures.len()))?;
+    say(format_args!(
+        "lights     {}, {:.4} W in all channels",
+        scene.lights.len(),
+        scene.flux.element_sum()
+    ))?;
     let cameras: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
-    println!("cameras    {}", cameras.join(", "));
-    println!("tree       {} nodes, {} leaves", scene.nodes.len(), scene.blocks.len());
-    println!("needs      {}", needs_names(needs).join(", "));
+    say(format_args!("cameras    {}", cameras.join(", ")))?;
+    say(format_args!("tree       {} nodes, {} leaves", scene.nodes.len(), scene.blocks.len()))?;
+    say(format_args!("needs      {}", needs_names(needs).join(", ")))?;
     let unlimited = "as many as --max-bounces allows".to_string();
-    println!(
+    say(format_args!(
         "prefix     {}",
         depth.map_or(unlimited, |depth| format!("{depth} vertex, nothing is specular"))
-    );
+    ))?;
     for warning in &scene.warnings {
-        println!("warning    {warning}");
+        say(format_args!("warning    {warning}"))?;
     }
     Ok(())
 }

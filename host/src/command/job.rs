@@ -22,12 +22,15 @@ use caustics_kernels::interface::needs::Needs;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
-use super::options::{camera, check_outputs, duration};
+use super::options::{camera, check_outputs, duration, same_file};
 use super::pick::pick;
 use super::report::Report;
 use super::say::say;
 use super::scene::needs_names;
-use crate::cli::{Common, NeedsName};
+use crate::cli::{Common, NeedsName, Usage};
+
+/// Frames from which on an estimated error is believed.
+const FEWEST_FRAMES: u32 = 64;
 
 /// What ends a run; the first that is reached does.
 #[derive(Clone, Copy, Debug, Default)]
@@ -44,8 +47,11 @@ impl Stop {
     /// How much of the run is done; 1 and above: all of it.
     fn progress(&self, frames: u32, spent: Duration, relative_error: f64) -> f64 {
         let by_frames = self.frames.map(|most| f64::from(frames) / f64::from(most));
-        let by_time = self.time.map(|most| spent.as_secs_f64() / most.as_secs_f64());
-        let by_error = self.relative_error.map(|target| target / relative_error);
+        // A mean without a variance is of no use.
+        let by_time = self.time.filter(|_| frames >= 2).map(|most| spent.as_secs_f64() / most.as_secs_f64());
+        // Few frames may all have missed a small light, and know nothing of their error.
+        let known = frames >= if relative_error > 0.0 { FEWEST_FRAMES } else { 16 * FEWEST_FRAMES };
+        let by_error = self.relative_error.filter(|_| known).map(|target| target / relative_error);
         [by_frames, by_time, by_error].into_iter().flatten().fold(0.0, f64::max)
     }
 }
@@ -71,6 +77,10 @@ impl Job {
         check_outputs(&options)?;
         let every = duration("--checkpoint-every", options.checkpoint_every)?;
         let file = scene::resolve(&options.scene)?;
+        if same_file(&options.output, &file) || options.png.as_ref().is_some_and(|png| same_file(png, &file))
+        {
+            return Err(Usage(format!("{} is the scene; give another name", file.display())).into());
+        }
         // Ctrl-C ends after the frame at hand; what is done is saved, and a part of a file never stays.
         let interrupted = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&interrupted);
@@ -89,7 +99,7 @@ impl Job {
             eprintln!("warning: {warning}");
         }
         let camera = camera(&scene, options.camera.as_deref())?;
-        let (choice, variant, reason) = pick(&options, gather.as_deref())?;
+        let (choice, variant, reason) = pick(&options, gather.as_deref().filter(|_| method.gathers))?;
         let scene_needs = scene.needs(settings.specular_roughness);
         let needs = match options.needs {
             NeedsName::Scene => scene_needs,
@@ -220,9 +230,12 @@ fn identity(
         RunnerChoice::Gpu { hardware, .. } => format!("{}, ray queries {hardware}", session.device()),
     };
     let of = |name: &str, value: String| (name.to_string(), value);
+    let params = session.params(0);
     Identity::from([
         of("scene", format!("{} {}", scene.name, scene.fingerprint())),
         of("camera", camera.to_string()),
+        of("view", format!("{:?} from {}", params.camera, scene.origin)),
+        of("background", params.background.to_string()),
         of("settings", format!("{settings:?}")),
         of("seed", seed.to_string()),
         of("method", method.name.to_string()),
@@ -260,8 +273,14 @@ mod tests {
         let frames = Stop { frames: Some(10), ..Stop::default() };
         assert_eq!(frames.progress(5, second, f64::INFINITY), 0.5);
         let all = Stop { frames: Some(10), time: Some(4 * second), relative_error: Some(0.1) };
-        assert_eq!(all.progress(1, second, f64::INFINITY), 0.25);
-        assert_eq!(all.progress(1, second, 0.125), 0.8);
-        assert!(all.progress(1, second, 0.1) >= 1.0);
+        assert_eq!(all.progress(2, second, f64::INFINITY), 0.25);
+        assert_eq!(all.progress(1, 5 * second, f64::INFINITY), 0.1, "one frame has no variance");
+        let error = Stop { relative_error: Some(0.1), ..Stop::default() };
+        assert_eq!(error.progress(64, second, 0.125), 0.8);
+        assert!(error.progress(64, second, 0.1) >= 1.0);
+        // Two frames that missed the light agree perfectly.
+        assert_eq!(error.progress(63, second, 0.01), 0.0);
+        assert_eq!(error.progress(100, second, 0.0), 0.0);
+        assert!(error.progress(1024, second, 0.0) >= 1.0, "a dark scene ends too");
     }
 }

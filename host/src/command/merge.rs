@@ -4,11 +4,13 @@ use std::collections::BTreeMap;
 use std::process::ExitCode;
 
 use caustics::image::Channels;
+use caustics::method::path::PATH;
 use caustics::output::exr;
 use caustics::output::target::Target;
 use caustics::picture::Picture;
 use glam::Vec3;
 
+use super::options::same_file;
 use crate::cli::{Merge, Usage};
 
 /// Attributes in which references of one view may differ.
@@ -16,6 +18,9 @@ const OWN: [&str; 7] = ["seed", "runner", "device", "frames", "seconds", "commit
 
 /// Joins references: means by their samples, variances by the square of that share.
 pub fn run(options: &Merge) -> anyhow::Result<ExitCode> {
+    if let Some(input) = options.inputs.iter().find(|input| same_file(input, &options.output)) {
+        return Err(Usage(format!("-o {} is one of the inputs; give another name", input.display())).into());
+    }
     let target = Target::claim(&options.output, options.force)?;
     let mut parts = Vec::new();
     for path in &options.inputs {
@@ -67,10 +72,14 @@ impl Part {
             let [r, g, b] = image.layer(layer)?;
             Some(r.iter().zip(g).zip(b).map(|((&r, &g), &b)| Vec3::new(r, g, b)).collect())
         };
+        // Other means are no sums of independent samples: radii shrink over a run of `progressive`.
+        let is_reference = image.attributes.get("method").is_some_and(|method| method == PATH.name);
         let samples = image.channels.get("samples.count").and_then(|samples| samples.first());
-        let (Some(mean), Some(variance), Some(&samples)) = (colors(""), colors("variance"), samples) else {
+        let (true, Some(mean), Some(variance), Some(&samples)) =
+            (is_reference, colors(""), colors("variance"), samples)
+        else {
             return Err(Usage(format!(
-                "{file} has no mean, variance and number of samples; give files of `caustics reference`"
+                "{file} has no mean, variance and number of samples of path tracing; give files of `caustics reference`"
             )));
         };
         if !(samples.is_finite() && samples >= 1.0) {

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use caustics::checkpoint;
 use caustics::method::settings::Settings;
 use caustics::scene::{Scene, SceneCamera};
 use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
@@ -90,6 +91,13 @@ pub fn check_outputs(options: &Common) -> Result<(), Usage> {
     if let Some(path) = [Some(&options.output), options.png.as_ref()].into_iter().flatten().find(folder) {
         return Err(Usage(format!("{} is a folder; name a file in it", path.display())));
     }
+    let checkpoint = checkpoint::path_of(&options.output);
+    if checkpoint.is_dir() || options.png.as_ref().is_some_and(|png| same_file(png, &checkpoint)) {
+        return Err(Usage(format!(
+            "{} is where the checkpoint goes; give another name",
+            checkpoint.display()
+        )));
+    }
     if options.png.as_ref().is_some_and(|png| same_file(png, &options.output)) {
         let path = options.output.display();
         return Err(Usage(format!("--png {path}: this is the file of -o; give another name")));
@@ -98,7 +106,7 @@ pub fn check_outputs(options: &Common) -> Result<(), Usage> {
 }
 
 /// Whether two paths, of files that need not exist, name one file.
-fn same_file(a: &Path, b: &Path) -> bool {
+pub fn same_file(a: &Path, b: &Path) -> bool {
     let folder = |path: &Path| match path.parent() {
         Some(parent) if parent != Path::new("") => parent.canonicalize().ok(),
         _ => Path::new(".").canonicalize().ok(),

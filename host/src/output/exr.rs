@@ -39,6 +39,9 @@ pub fn encode(
 
     let mut other = std::collections::HashMap::new();
     for (name, value) in attributes {
+        // EXR texts are Latin-1; a name must not cost the run.
+        let latin = |c: char| if u32::from(c) < 256 { c.to_string() } else { c.escape_unicode().to_string() };
+        let value: String = value.chars().map(latin).collect();
         let value = Text::new_or_none(value).with_context(|| format!("attribute {name} is no EXR text"))?;
         other.insert(Text::from(name.as_str()), AttributeValue::Text(value));
     }

@@ -34,7 +34,8 @@ impl Target {
     /// Checks that `path` may be written and opens a temporary file beside it.
     pub fn claim(path: &Path, force: bool) -> Result<Target, TargetError> {
         let path = path.to_path_buf();
-        if path.exists() && (!force || path.is_dir()) {
+        // A device or a pipe is nobody's to replace.
+        if path.exists() && (!force || !path.is_file()) {
             return Err(TargetError::Exists(path));
         }
         let folder = match path.parent() {
@@ -51,6 +52,8 @@ impl Target {
     pub fn finish(mut self, bytes: &[u8]) -> Result<(), TargetError> {
         let fail = |path: &Path, source| TargetError::Write { path: path.into(), source };
         self.part.write_all(bytes).map_err(|source| fail(&self.path, source))?;
+        // A name must not be there before its bytes are, whatever happens to the machine.
+        self.part.as_file().sync_all().map_err(|source| fail(&self.path, source))?;
         #[cfg(unix)]
         {
             // Temporary files are private; pictures are as public as any other new file.

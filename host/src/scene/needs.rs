@@ -1,15 +1,21 @@
 //! What a scene needs of the kernels.
 
 use caustics_kernels::interface::NONE;
-use caustics_kernels::interface::light::{LIGHT_DIRECTIONAL, LIGHT_SPOT};
+use caustics_kernels::interface::light::{LIGHT_DIRECTIONAL, LIGHT_SPOT, Light};
 use caustics_kernels::interface::material::{
     FLAG_COLOR_TEXTURE, FLAG_CUT_OUT, FLAG_EMISSIVE_TEXTURE, FLAG_NORMAL_MAP, FLAG_ROUGHNESS_TEXTURE,
     FLAG_THIN, Material,
 };
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::packed::{from_byte, to_byte};
+use caustics_kernels::interface::triangle::Triangle;
+use caustics_kernels::math::offset;
+use caustics_kernels::pass::enclosing::enclosing;
 use caustics_kernels::surface::class::{self, Classes};
 use caustics_kernels::surface::ggx::DELTA_ROUGHNESS;
+use caustics_kernels::surface::media::MediaStack;
+use caustics_kernels::texture::cut_out::CutOuts;
+use caustics_kernels::trace::bvh::BvhTracer;
 use glam::Vec3;
 
 use super::Scene;
@@ -42,7 +48,30 @@ impl Scene {
         if self.surfaces.iter().any(|surface| surface.normal_a != Vec3::ZERO) {
             needs = needs | Needs::SMOOTH_NORMALS;
         }
+        if needs.has(Needs::GLASS) && self.starts_inside(needs) {
+            needs = needs | Needs::ENCLOSED;
+        }
         needs
+    }
+
+    /// Whether a camera or a light stands inside of a medium.
+    fn starts_inside(&self, needs: Needs) -> bool {
+        let tables = self.tables();
+        let cut_outs = CutOuts::of(tables, needs);
+        let mut tracer = BvhTracer { nodes: &self.nodes, blocks: &self.blocks, cut_outs };
+        let mut is_inside = |position: Vec3| enclosing(position, tables, &mut tracer) != MediaStack::VACUUM;
+        let beside = |light: &Light| {
+            let Some(Triangle { a, b, c }) = self.triangles.get(light.triangle as usize) else {
+                return [light.position; 2];
+            };
+            // Off the middle of both faces; the back of one that emits from its front only does not count.
+            let (normal, middle) = ((b - a).cross(c - a).normalize(), (*a + *b + *c) / 3.0);
+            let away = normal * offset::clearance(offset::magnitude(*a, *b, *c));
+            [middle + away, if light.sides == 2 { middle - away } else { middle + away }]
+        };
+        let at_lights = self.lights.iter().filter(|light| light.kind != LIGHT_DIRECTIONAL).flat_map(beside);
+        let at_cameras = self.cameras.iter().map(|camera| camera.position);
+        at_cameras.chain(at_lights).any(&mut is_inside)
     }
 
     /// A material at the ends of what its texture makes of roughness and metallic; itself without one.

@@ -171,7 +171,7 @@ pub fn check(
 
 /// Sets the flags of materials by their textures.
 pub fn set_flags(materials: &mut [Material], parts: &TextureParts) {
-    materials.iter_mut().for_each(|material| material.flags &= !FLAGS_TEXTURE);
+    materials.iter_mut().for_each(|material| material.flags &= !(FLAGS_TEXTURE | FLAG_CUT_OUT));
     for (material, row) in materials.iter_mut().zip(&parts.materials) {
         let flags = [
             (row.base_color, FLAG_COLOR_TEXTURE),

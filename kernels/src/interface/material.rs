@@ -45,7 +45,7 @@ pub const FLAG_NORMAL_MAP: u32 = 1 << 19;
 pub const FLAG_CUT_OUT: u32 = 1 << 20;
 /// Some texture changes how the surface scatters from place to place.
 pub const FLAGS_SCATTER_TEXTURE: u32 = FLAG_COLOR_TEXTURE | FLAG_ROUGHNESS_TEXTURE | FLAG_NORMAL_MAP;
-/// Everything that `Scene::from_parts` sets by the material's textures.
-pub const FLAGS_TEXTURE: u32 = FLAGS_SCATTER_TEXTURE | FLAG_EMISSIVE_TEXTURE | FLAG_CUT_OUT;
+/// Some texture is looked up where a path scatters.
+pub const FLAGS_TEXTURE: u32 = FLAGS_SCATTER_TEXTURE | FLAG_EMISSIVE_TEXTURE;
 
 const _: () = assert!(size_of::<Material>() == 64);

@@ -41,10 +41,12 @@ impl Needs {
     pub const CUT_OUTS: Needs = Needs(1 << 15);
     /// Somebody asks where the light's energy goes.
     pub const LEDGER: Needs = Needs(1 << 16);
+    /// The eye or a light stands inside of a medium.
+    pub const ENCLOSED: Needs = Needs(1 << 17);
     /// Everything.
-    pub const ALL: Needs = Needs((1 << 17) - 1);
+    pub const ALL: Needs = Needs((1 << 18) - 1);
     /// Bits and names, for printing.
-    pub const NAMES: [(Needs, &'static str); 17] = [
+    pub const NAMES: [(Needs, &'static str); 18] = [
         (Self::METAL, "metal"),
         (Self::MIRROR, "mirror"),
         (Self::COAT, "coat"),
@@ -62,6 +64,7 @@ impl Needs {
         (Self::NORMAL_MAPS, "normal-maps"),
         (Self::CUT_OUTS, "cut-outs"),
         (Self::LEDGER, "ledger"),
+        (Self::ENCLOSED, "enclosed"),
     ];
 
     /// Whether any bit of `other` is set.

@@ -14,6 +14,7 @@ use crate::math::is_finite;
 use crate::math::offset;
 use crate::math::ray::Ray;
 use crate::math::rng::{Rng, Stream};
+use crate::pass::enclosing::enclosing;
 use crate::seam::Atomics;
 use crate::surface::class::Classes;
 use crate::surface::media::MediaStack;
@@ -83,6 +84,9 @@ pub fn follow<T: Tracer, C: Atomics>(
     collected.geometry.position = ray.origin;
     let mut throughput = Vec3::ONE;
     let mut media = MediaStack::VACUUM;
+    if needs.has(Needs::ENCLOSED) {
+        media = enclosing(ray.origin, scene, tracer);
+    }
     let mut prefix = true;
     let mut pdf_scattered = 0.0;
     let (mut rays, mut shadow_rays, mut overflows) = (0, 0, 0);

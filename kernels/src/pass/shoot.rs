@@ -11,6 +11,7 @@ use crate::interface::scene::SceneTables;
 use crate::light::emit::Emit;
 use crate::math::is_finite;
 use crate::math::rng::{Rng, Stream};
+use crate::pass::enclosing::enclosing;
 use crate::pass::ledger::Ledger;
 use crate::seam::Atomics;
 use crate::surface::class::Classes;
@@ -41,6 +42,9 @@ pub fn shoot<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
     let mut flux = leaving.flux / params.light_path_count as f32;
     let mut ray = leaving.ray;
     let mut media = MediaStack::VACUUM;
+    if needs.has(Needs::ENCLOSED) {
+        media = enclosing(ray.origin, scene, tracer);
+    }
     let mut ledger = Ledger::new(params, path, needs);
     ledger.emit(flux);
     let mut caustic = false;

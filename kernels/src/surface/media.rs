@@ -45,6 +45,29 @@ impl MediaStack {
         }
     }
 
+    /// Whether the path is inside `material`.
+    #[inline]
+    pub fn holds(self, material: u32) -> bool {
+        self.inner == material || self.second == material || self.third == material || self.fourth == material
+    }
+
+    /// The stack inside `material` that is around all of it; forgotten if four are there already.
+    #[inline]
+    pub fn inside_of(self, material: u32) -> Self {
+        let MediaStack { inner, second, third, fourth } = self;
+        if inner == NONE {
+            MediaStack { inner: material, ..self }
+        } else if second == NONE {
+            MediaStack { second: material, ..self }
+        } else if third == NONE {
+            MediaStack { third: material, ..self }
+        } else if fourth == NONE {
+            MediaStack { inner, second, third, fourth: material }
+        } else {
+            self
+        }
+    }
+
     /// Index of refraction here.
     #[inline(always)]
     pub fn ior(self, materials: &[Material]) -> f32 {
@@ -78,6 +101,15 @@ mod tests {
         assert_eq!(stack.left(1), MediaStack::VACUUM.entered(2).0);
         assert_eq!(stack.left(2), MediaStack::VACUUM.entered(1).0);
         assert_eq!(stack.left(9), stack);
+    }
+
+    #[test]
+    fn a_stack_grows_from_both_ends() {
+        let (stack, _) = MediaStack::VACUUM.inside_of(2).inside_of(3).entered(1);
+        let (same, _) = MediaStack::VACUUM.entered(3).0.entered(2).0.entered(1);
+        assert_eq!(stack, same);
+        assert!(stack.holds(3) && !stack.holds(4) && stack.inside_of(4).inside_of(5).holds(4));
+        assert!(!stack.inside_of(4).inside_of(5).holds(5), "only four fit");
     }
 
     #[test]

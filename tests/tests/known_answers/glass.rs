@@ -200,3 +200,43 @@ fn glass_sphere_transmits_and_focuses_parallel_light() {
         near(&format!("glass sphere, within {radius} R"), share(&inside), expected, 1e-3);
     }
 }
+
+/// A point light in the middle of an absorbing glass ball meets its surface straight on, however often it is reflected
+/// back: T = (1 - r) a / (1 - r a^2) leaves, a = exp(-sigma R). The path starts inside of the glass.
+#[test]
+fn light_that_starts_inside_of_glass_is_absorbed() {
+    let mut b = Builder::default();
+    let wall = b.material(lambert(1e-6));
+    let ball = b.material(Material { absorption: Vec3::splat(0.8), ..glass(1.5) });
+    b.block(wall, DVec3::splat(-3.0), DVec3::splat(3.0), true);
+    b.sphere(ball, DVec3::ZERO, 1.0, 128, 64);
+    b.light(DVec3::ZERO, 1.0);
+    b.camera(DVec3::new(0.0, 0.0, 2.5), DVec3::ZERO, 0.5);
+    let scene = b.build();
+    let paths = 400_000;
+    let world = World::new(&scene, &Settings { max_bounces: 12, ..settings(8, 8, paths) });
+    let deposits = world.shoot(&world.by_power());
+    let flux: f64 = deposits.flux().map(|(_, flux)| flux).sum();
+    let (a, r) = ((-0.8_f64).exp(), 0.04);
+    let expected = (1.0 - r) * a / (1.0 - r * a * a);
+    let share = flux / (4.0 * PI);
+    // Facets lie up to 0.12 % nearer than their sphere.
+    near("ball around a light", (share, (share / f64::from(paths)).sqrt()), expected, 1e-3);
+}
+
+/// An eye inside of absorbing glass sees a lamp in it by Beer's law: L exp(-sigma d).
+#[test]
+fn an_eye_inside_of_glass_sees_through_it() {
+    let mut b = Builder::default();
+    let block = b.material(Material { absorption: Vec3::new(0.0, 0.5, 1.0), ..glass(1.5) });
+    let lamp = b.material(emitter(1.0));
+    b.block(block, DVec3::splat(-2.0), DVec3::splat(2.0), false);
+    b.panel(lamp, DVec3::new(0.0, 0.0, -1.0), 1.0 * DVec3::X, 1.0 * DVec3::Y);
+    b.camera(DVec3::ZERO, DVec3::NEG_Z, 0.02);
+    let scene = b.build();
+    let (picture, _) = render(&scene, &settings(4, 4, 1), "photons-grid", None, 0, 1).remove(0);
+    for pixel in picture.path {
+        let expected = Vec3::new(1.0, (-0.5_f32).exp(), (-1.0_f32).exp());
+        assert!((pixel - expected).abs().max_element() < 2e-4, "{pixel} {expected}");
+    }
+}

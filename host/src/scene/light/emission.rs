@@ -7,8 +7,10 @@ use glam::DVec3;
 
 use crate::scene::Scene;
 
-/// Steps along a triangle's edge, at most: 10^6 places.
-const MOST_STEPS: f32 = 1000.0;
+/// Places on all triangles together, at most. Beyond, a triangle's chance of being chosen is less exact, not its light.
+const MOST_PLACES: f32 = 1.0e7;
+/// Steps along a triangle's edge, at most and at least.
+const STEPS: (f32, f32) = (8.0, 1000.0);
 
 /// Mean radiance over a triangle [W m^-2 sr^-1]: what its texture and its holes leave of the material's emission, at
 /// places half a texel apart.
@@ -30,7 +32,8 @@ pub fn mean(scene: &Scene, triangle: u32) -> DVec3 {
             }
         }
     }
-    let steps = (2.0 * texels).clamp(8.0, MOST_STEPS).ceil() as u32;
+    let most = (MOST_PLACES / scene.triangles.len() as f32).sqrt().clamp(STEPS.0, STEPS.1);
+    let steps = (2.0 * texels).clamp(STEPS.0, most).ceil() as u32;
 
     // Centres of the small triangles, those that stand upright and those upside down.
     let mut sum = DVec3::ZERO;

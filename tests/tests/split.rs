@@ -150,7 +150,12 @@ fn mirror_room_is_the_reference() {
 #[test]
 #[ignore = "thousands of samples a pixel: a minute on two cores"]
 fn glossy_room_is_the_reference() {
-    agrees("glossy-room", &committed("glossy-room"), &SMALL_LAMP);
+    let scene = committed("glossy-room");
+    agrees_at(&[0.25, 0.4], "glossy-room", &scene, &SMALL_LAMP);
+    // The mirror itself takes deposits, of which one in hundreds shines to the eye: large discs, which lose 3 % of the
+    // caustics (an eighth of the light) in blocks on the mirror's border, a quarter of those blocks' noise.
+    let large_discs = Budget { limit: Limit::Basic(2.0), ..SMALL_LAMP };
+    agrees_at(&[0.1], "glossy-room", &scene, &large_discs);
 }
 
 #[test]
@@ -210,8 +215,9 @@ fn textured_room_is_the_reference() {
         let [u, v, ..] = noise(x, y);
         [(88.0 + 80.0 * u) as u8, (88.0 + 80.0 * v) as u8, 240, 255]
     });
-    let metallic_roughness =
-        b.texture(Role::Data, 16, 16, |x, y| [0, (10.0 + 80.0 * noise(x, y)[2]) as u8, 255, 255]);
+    let metallic_roughness = b.texture(Role::Data, 16, 16, |x, y| {
+        [0, (20.0 + 90.0 * (noise(x, y)[2] - 0.3).max(0.0)) as u8, 255, 255]
+    });
     let plain = MaterialTextures::default();
     let wall = b.textured(lambert(0.7), MaterialTextures { base_color, normal, ..plain });
     let row = MaterialTextures { metallic_roughness, normal, normal_scale: 0.5, ..plain };

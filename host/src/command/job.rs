@@ -234,7 +234,7 @@ fn identity(
     Identity::from([
         of("scene", format!("{} {}", scene.name, scene.fingerprint())),
         of("camera", camera.to_string()),
-        of("view", format!("{:?} from {}", params.camera, scene.origin)),
+        of("viewpoint", format!("{:?} from {}", params.camera, scene.origin)),
         of("background", params.background.to_string()),
         of("settings", format!("{settings:?}")),
         of("seed", seed.to_string()),

@@ -262,6 +262,13 @@ fn room_of_point_lights_is_its_long_progressive_render() {
     }
 }
 
+#[test]
+#[ignore = "thousands of samples a pixel: a minute on two cores"]
+fn room_of_everything_is_the_reference() {
+    let budget = Budget { frames: 2000, limit: Limit::Extrapolated(0.5), ..LARGE_LAMP };
+    agrees_at(&[0.25], "everything", &mixed_room_of_area_lights(), &budget);
+}
+
 /// The same rule where a GPU does both sides.
 #[test]
 #[ignore = "a thousand frames on the GPU: minutes on lavapipe"]

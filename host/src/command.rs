@@ -2,6 +2,7 @@
 
 pub mod compare;
 pub mod device;
+pub mod identity;
 pub mod job;
 pub mod merge;
 pub mod options;
@@ -11,3 +12,4 @@ pub mod render;
 pub mod report;
 pub mod say;
 pub mod scene;
+pub mod stop;

@@ -5,56 +5,31 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use anyhow::Context;
-use caustics::checkpoint::{self, Identity};
+use caustics::checkpoint;
 use caustics::kernels;
 use caustics::method::Method;
 use caustics::method::settings::Settings;
 use caustics::output::target::{Target, TargetError};
 use caustics::output::{exr, png};
 use caustics::scene::{self, Scene};
-use caustics::session::{RunnerChoice, Session};
+use caustics::session::Session;
 use caustics::trace_rate::closest_hits_per_second;
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::needs::Needs;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
+use super::identity::identity;
 use super::options::{camera, check_outputs, duration, same_file};
 use super::pick::pick;
 use super::report::Report;
 use super::say::say;
 use super::scene::needs_names;
+use super::stop::Stop;
 use crate::cli::{Common, NeedsName, Usage};
-
-/// Frames from which on an estimated error is believed.
-const FEWEST_FRAMES: u32 = 64;
-
-/// What ends a run; the first that is reached does.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Stop {
-    /// Frames.
-    pub frames: Option<u32>,
-    /// Time of all frames.
-    pub time: Option<Duration>,
-    /// Estimated relative mean square error.
-    pub relative_error: Option<f64>,
-}
-
-impl Stop {
-    /// How much of the run is done; 1 and above: all of it.
-    fn progress(&self, frames: u32, spent: Duration, relative_error: f64) -> f64 {
-        let by_frames = self.frames.map(|most| f64::from(frames) / f64::from(most));
-        // A mean without a variance is of no use.
-        let by_time = self.time.filter(|_| frames >= 2).map(|most| spent.as_secs_f64() / most.as_secs_f64());
-        // Few frames may all have missed a small light, and know nothing of their error.
-        let known = frames >= if relative_error > 0.0 { FEWEST_FRAMES } else { 16 * FEWEST_FRAMES };
-        let by_error = self.relative_error.filter(|_| known).map(|target| target / relative_error);
-        [by_frames, by_time, by_error].into_iter().flatten().fold(0.0, f64::max)
-    }
-}
 
 /// A run of frames of one view.
 pub struct Job {
@@ -153,8 +128,11 @@ impl Job {
         for warning in report.counters.warnings() {
             eprintln!("warning: {warning}");
         }
-        if !done {
+        // Also of a run that is done, if it was long: nothing that fails from here on must cost it.
+        if !done || report.wall >= every {
             checkpoint::save(&checkpoint, &identity, &sums, before + report.wall)?;
+        }
+        if !done {
             eprintln!("interrupted after {} frames; --resume goes on", sums.frames());
         }
 
@@ -212,39 +190,6 @@ impl Job {
     }
 }
 
-/// All that decides the bits of the run.
-fn identity(
-    scene: &Scene,
-    camera: &str,
-    settings: &Settings,
-    method: &Method,
-    gather: &str,
-    choice: &RunnerChoice,
-    session: &Session,
-) -> Identity {
-    // Neither exposure nor the number of threads touches the sums.
-    let settings = Settings { exposure: 0.0, ..settings.clone() };
-    let (seed, settings) = (settings.seed, Settings { seed: 0, ..settings });
-    let device = match choice {
-        RunnerChoice::Cpu { .. } => "CPU".to_string(),
-        RunnerChoice::Gpu { hardware, .. } => format!("{}, ray queries {hardware}", session.device()),
-    };
-    let of = |name: &str, value: String| (name.to_string(), value);
-    let params = session.params(0);
-    Identity::from([
-        of("scene", format!("{} {}", scene.name, scene.fingerprint())),
-        of("camera", camera.to_string()),
-        of("viewpoint", format!("{:?} from {}", params.camera, scene.origin)),
-        of("background", params.background.to_string()),
-        of("settings", format!("{settings:?}")),
-        of("seed", seed.to_string()),
-        of("method", method.name.to_string()),
-        of("gather", gather.to_string()),
-        of("runner", device),
-        of("kernels", kernels::SOURCES.to_string()),
-    ])
-}
-
 fn remove(checkpoint: &Path) -> anyhow::Result<()> {
     match std::fs::remove_file(checkpoint) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
@@ -261,26 +206,4 @@ fn bar() -> ProgressBar {
     }
     let style = ProgressStyle::with_template("{bar:40} {percent}%, {msg}, {eta} left");
     ProgressBar::new(10_000).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_first_stop_that_is_reached_ends_the_run() {
-        let second = Duration::from_secs(1);
-        let frames = Stop { frames: Some(10), ..Stop::default() };
-        assert_eq!(frames.progress(5, second, f64::INFINITY), 0.5);
-        let all = Stop { frames: Some(10), time: Some(4 * second), relative_error: Some(0.1) };
-        assert_eq!(all.progress(2, second, f64::INFINITY), 0.25);
-        assert_eq!(all.progress(1, 5 * second, f64::INFINITY), 0.1, "one frame has no variance");
-        let error = Stop { relative_error: Some(0.1), ..Stop::default() };
-        assert_eq!(error.progress(64, second, 0.125), 0.8);
-        assert!(error.progress(64, second, 0.1) >= 1.0);
-        // Two frames that missed the light agree perfectly.
-        assert_eq!(error.progress(63, second, 0.01), 0.0);
-        assert_eq!(error.progress(100, second, 0.0), 0.0);
-        assert!(error.progress(1024, second, 0.0) >= 1.0, "a dark scene ends too");
-    }
 }

@@ -4,8 +4,9 @@ use std::process::ExitCode;
 
 use caustics::method::path::PATH;
 
-use super::job::{Job, Stop};
+use super::job::Job;
 use super::options::{duration, settings};
+use super::stop::Stop;
 use crate::cli::{Reference, Usage};
 
 /// Path traces until a reference is good enough.

@@ -4,8 +4,9 @@ use std::process::ExitCode;
 
 use caustics::method;
 
-use super::job::{Job, Stop};
+use super::job::Job;
 use super::options::settings;
+use super::stop::Stop;
 use crate::cli::{Render, Usage};
 
 /// Averages frames of a method.

@@ -3,6 +3,7 @@
 use caustics::scene::Scene;
 use caustics_kernels::gather::brute::Brute;
 use caustics_kernels::gather::contribution::takes;
+use caustics_kernels::interface::material::Material;
 use caustics_kernels::math::cone::RayCone;
 use caustics_kernels::math::offset;
 use caustics_kernels::math::ray::Ray;
@@ -20,9 +21,22 @@ use super::settings;
 /// O2: a plane mirror makes a virtual light: E = rho I cos / d'^2. Direct light is in `path`, once.
 #[test]
 fn plane_mirror_makes_a_virtual_light() {
-    let (rho, intensity, albedo) = (0.8, 5.0, 0.5);
+    virtual_light(0.0);
+}
+
+/// The same on a floor of which 60 % is a mirror and the rest takes deposits: a point is made by the chance of its class,
+/// and divided by it once.
+#[test]
+fn a_mixture_takes_its_share_of_the_virtual_light() {
+    virtual_light(0.6);
+}
+
+/// Irradiance on a floor with this share of perfect metal, which itself mirrors everything out of sight.
+fn virtual_light(metallic: f32) {
+    let (rho, intensity, base) = (0.8, 5.0, 0.5);
     let mut b = Builder::default();
-    let floor = b.material(lambert(albedo));
+    let floor = b.material(Material { metallic, roughness: 0.0, ..lambert(base) });
+    let albedo = base * (1.0 - metallic);
     let mirror = b.material(metal(rho, 0.0));
     b.panel(floor, DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X);
     b.panel(mirror, DVec3::new(1.0, 1.01, 0.0), DVec3::Z, DVec3::Y);
@@ -30,20 +44,24 @@ fn plane_mirror_makes_a_virtual_light() {
     b.camera(DVec3::new(-0.2, 3.0, 0.1), DVec3::new(-0.2, 0.0, 0.1), 0.4);
     let scene = b.build();
     let settings = settings(48, 32, 400_000);
-    let points: Vec<_> = World::new(&scene, &settings).collect().iter().map(|c| c.geometry).collect();
+    let params = World::new(&scene, &settings).params;
+    let on_floor = |pixel| {
+        let ray = camera_ray(&params, pixel, &mut Rng::new(Stream::Camera, 0, pixel, 0));
+        (ray.origin - ray.direction * (ray.origin.y / ray.direction.y)).as_dvec3()
+    };
+    let points: Vec<DVec3> = (0..params.pixel_count()).map(on_floor).collect();
 
     // Irradiance at every pixel's own point. The metal's reflectance is Schlick's at the mirror's cosine.
     let (light, image) = (DVec3::new(0.0, 1.0, 0.0), DVec3::new(2.0, 1.0, 0.0));
     let irradiance = |p: DVec3, from: DVec3| f64::from(intensity) * from.y / (from - p).length().powi(3);
     let (mut direct, mut mirrored) = (Vec::new(), 0.0);
-    for point in &points {
-        let p = point.position.as_dvec3();
+    for &p in &points {
         let cos = ((image - p).x / (image - p).length()).abs();
         let reflectance = f64::from(rho) + (1.0 - f64::from(rho)) * (1.0 - cos).powi(5);
         direct.push(irradiance(p, light) * f64::from(albedo) / PI);
         mirrored += reflectance * irradiance(p, image) / points.len() as f64;
     }
-    let frames = render(&scene, &settings, "photons-grid", None, 0, 12);
+    let frames = render(&scene, &settings, "photons-grid", None, 0, 30);
     for (picture, _) in &frames {
         for (got, want) in picture.path.iter().zip(&direct) {
             assert!((f64::from(got.x) / want - 1.0).abs() < 1e-4, "direct light {} {want}", got.x);

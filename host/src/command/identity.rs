@@ -1,0 +1,41 @@
+//! What a run is: by this a checkpoint knows its run, and `merge` its view.
+
+use caustics::checkpoint::Identity;
+use caustics::kernels;
+use caustics::method::Method;
+use caustics::method::settings::Settings;
+use caustics::scene::Scene;
+use caustics::session::{RunnerChoice, Session};
+
+/// All that decides the bits of the run.
+pub fn identity(
+    scene: &Scene,
+    camera: &str,
+    settings: &Settings,
+    method: &Method,
+    gather: &str,
+    choice: &RunnerChoice,
+    session: &Session,
+) -> Identity {
+    // Neither exposure nor the number of threads touches the sums.
+    let settings = Settings { exposure: 0.0, ..settings.clone() };
+    let (seed, settings) = (settings.seed, Settings { seed: 0, ..settings });
+    let device = match choice {
+        RunnerChoice::Cpu { .. } => "CPU".to_string(),
+        RunnerChoice::Gpu { hardware, .. } => format!("{}, ray queries {hardware}", session.device()),
+    };
+    let of = |name: &str, value: String| (name.to_string(), value);
+    let params = session.params(0);
+    Identity::from([
+        of("scene", format!("{} {}", scene.name, scene.fingerprint())),
+        of("camera", camera.to_string()),
+        of("viewpoint", format!("{:?} from {}", params.camera, scene.origin)),
+        of("background", params.background.to_string()),
+        of("settings", format!("{settings:?}")),
+        of("seed", seed.to_string()),
+        of("method", method.name.to_string()),
+        of("gather", gather.to_string()),
+        of("runner", device),
+        of("kernels", kernels::SOURCES.to_string()),
+    ])
+}

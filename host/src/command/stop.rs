@@ -1,0 +1,52 @@
+//! What ends a run.
+
+use std::time::Duration;
+
+/// Frames from which on an estimated error is believed.
+const FEWEST_FRAMES: u32 = 64;
+
+/// What ends a run; the first that is reached does.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Stop {
+    /// Frames.
+    pub frames: Option<u32>,
+    /// Time of all frames.
+    pub time: Option<Duration>,
+    /// Estimated relative mean square error.
+    pub relative_error: Option<f64>,
+}
+
+impl Stop {
+    /// How much of the run is done; 1 and above: all of it.
+    pub fn progress(&self, frames: u32, spent: Duration, relative_error: f64) -> f64 {
+        let by_frames = self.frames.map(|most| f64::from(frames) / f64::from(most));
+        // A mean without a variance is of no use.
+        let by_time = self.time.filter(|_| frames >= 2).map(|most| spent.as_secs_f64() / most.as_secs_f64());
+        // Few frames may all have missed a small light, and know nothing of their error.
+        let known = frames >= if relative_error > 0.0 { FEWEST_FRAMES } else { 16 * FEWEST_FRAMES };
+        let by_error = self.relative_error.filter(|_| known).map(|target| target / relative_error);
+        [by_frames, by_time, by_error].into_iter().flatten().fold(0.0, f64::max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_stop_that_is_reached_ends_the_run() {
+        let second = Duration::from_secs(1);
+        let frames = Stop { frames: Some(10), ..Stop::default() };
+        assert_eq!(frames.progress(5, second, f64::INFINITY), 0.5);
+        let all = Stop { frames: Some(10), time: Some(4 * second), relative_error: Some(0.1) };
+        assert_eq!(all.progress(2, second, f64::INFINITY), 0.25);
+        assert_eq!(all.progress(1, 5 * second, f64::INFINITY), 0.1, "one frame has no variance");
+        let error = Stop { relative_error: Some(0.1), ..Stop::default() };
+        assert_eq!(error.progress(64, second, 0.125), 0.8);
+        assert!(error.progress(64, second, 0.1) >= 1.0);
+        // Two frames that missed the light agree perfectly.
+        assert_eq!(error.progress(63, second, 0.01), 0.0);
+        assert_eq!(error.progress(100, second, 0.0), 0.0);
+        assert!(error.progress(1024, second, 0.0) >= 1.0, "a dark scene ends too");
+    }
+}

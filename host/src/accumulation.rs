@@ -81,32 +81,32 @@ impl Accumulation {
 
     /// Estimated variance of the mean of all radiance in each pixel; none of fewer than two frames.
     pub fn variance(&self) -> Option<Vec<Vec3>> {
-        let n = f64::from(self.shape.frames);
-        if n < 2.0 {
+        if self.shape.frames < 2 {
             return None;
         }
-        let variance = self.squares.iter().zip(self.beauty()).map(|(squares, mean)| {
-            // Rounding may leave a constant pixel a little below zero.
-            ((squares / n - mean * mean).max(0.0) / (n - 1.0)) as f32
-        });
-        Some(bytemuck::pod_collect_to_vec(&variance.collect::<Vec<f32>>()))
+        let variance: Vec<f32> = self.moments().map(|(_, variance)| variance as f32).collect();
+        Some(bytemuck::pod_collect_to_vec(&variance))
     }
 
     /// Estimated relative mean square error of the mean, as `metric::relmse` defines it, with the mean in place of the
     /// truth and its variance in place of its squared error. Infinite below two frames.
     pub fn relative_error(&self) -> f64 {
-        let n = f64::from(self.shape.frames);
-        if n < 2.0 {
+        if self.shape.frames < 2 {
             return f64::INFINITY;
         }
         let count = self.squares.len() as f64;
         let whole = self.beauty().sum::<f64>() / count;
         let floor = (0.1 * whole).powi(2).max(f64::MIN_POSITIVE);
-        let terms = self.squares.iter().zip(self.beauty()).map(|(squares, mean)| {
-            let square = mean * mean;
-            (squares / n - square).max(0.0) / (n - 1.0) / (square + floor)
-        });
-        terms.sum::<f64>() / count
+        self.moments().map(|(mean, variance)| variance / (mean * mean + floor)).sum::<f64>() / count
+    }
+
+    /// Mean of all radiance and variance of that mean, channel by channel, of two frames or more.
+    fn moments(&self) -> impl Iterator<Item = (f64, f64)> {
+        let n = f64::from(self.shape.frames);
+        self.squares.iter().zip(self.beauty()).map(move |(squares, mean)| {
+            // Rounding may leave a constant pixel a little below zero.
+            (mean, (squares / n - mean * mean).max(0.0) / (n - 1.0))
+        })
     }
 
     /// Means of all radiance, channel by channel.

@@ -9,6 +9,7 @@ use std::time::Instant;
 
 use anyhow::Context;
 use caustics::checkpoint;
+use caustics::energy::Energy;
 use caustics::kernels;
 use caustics::method::Method;
 use caustics::method::settings::Settings;
@@ -81,7 +82,8 @@ impl Job {
             NeedsName::All => Needs::ALL,
         };
         // Only who asks for figures pays for the energy ledger.
-        let needs = if options.json && !options.no_ledger { needs | Needs::LEDGER } else { needs };
+        let has_ledger = options.json && !options.no_ledger;
+        let needs = if has_ledger { needs | Needs::LEDGER } else { needs };
         if !method.gathers
             && scene_needs.has(Needs::CASTERS)
             && scene.lights.iter().any(|l| l.triangle == NONE)
@@ -114,7 +116,9 @@ impl Job {
             let start = Instant::now();
             let frame = sums.frames();
             let times = session.frame(frame)?;
-            report.add(&times, start.elapsed(), &session.counters()?, session.energy()?);
+            let wall = start.elapsed();
+            let energy = if has_ledger { session.energy()? } else { Energy::default() };
+            report.add(&times, wall, &session.counters()?, energy);
             sums.add(&session.picture()?);
             if saved.elapsed() >= every {
                 checkpoint::save(&checkpoint, &identity, &sums, before + report.wall)?;
@@ -179,7 +183,8 @@ impl Job {
                 "seed": settings.seed, "needs": needs_names(needs), "triangles": scene.triangles.len(),
                 "commit": env!("CAUSTICS_COMMIT"), "kernels": kernels::SOURCES,
                 "frame_ms": report.frame_ms(), "pass_ms": report.pass_ms(), "rates": rates,
-                "counters": report.counters, "energy": (method.gathers && !options.no_ledger).then(|| report.energy()), "seconds": seconds,
+                "counters": report.counters, "seconds": seconds,
+                "energy": (method.gathers && has_ledger).then(|| report.energy()),
                 "estimated_relmse": relative_error.is_finite().then_some(relative_error),
             });
             say(serde_json::to_string_pretty(&out)?)?;

@@ -4,9 +4,14 @@ use caustics_kernels::gather::variant::{Over, Variant, Work};
 use caustics_kernels::interface::frame::FrameParams;
 
 pub mod basic;
+pub mod filter;
+pub mod history;
 pub mod path;
 pub mod progressive;
 pub mod settings;
+
+use filter::Filter;
+use history::History;
 
 /// A way to render: what a frame consists of.
 #[derive(Clone, Copy, Debug)]
@@ -20,9 +25,27 @@ pub struct Method {
     /// The settings of the frame of this index, made of those of the run.
     pub frame: fn(FrameParams, u32) -> FrameParams,
     /// The steps of a frame.
-    pub steps: fn(&Variant, FrameParams) -> Vec<Step>,
+    pub steps: fn(Parts, FrameParams) -> Vec<Step>,
     /// The buffers of a frame, scene tables aside.
-    pub buffers: fn(&Variant, &FrameParams) -> Vec<BufferSpec>,
+    pub buffers: fn(Parts, &FrameParams) -> Vec<BufferSpec>,
+}
+
+/// The parts of a frame that can be exchanged.
+#[derive(Clone, Copy, Debug)]
+pub struct Parts {
+    /// How deposits and collection points meet.
+    pub gather: &'static Variant,
+    /// What the frame before lends.
+    pub history: &'static History,
+    /// What smooths the path-traced part.
+    pub filter: &'static Filter,
+}
+
+impl From<&'static Variant> for Parts {
+    /// A gather without history and filter.
+    fn from(gather: &'static Variant) -> Parts {
+        Parts { gather, history: &history::NONE, filter: &filter::NONE }
+    }
 }
 
 /// Every method.
@@ -88,8 +111,11 @@ fn extent(over: Over, params: &FrameParams) -> u32 {
     }
 }
 
-/// Buffers that a variant has beside those of every gather.
-fn variant_buffers(variant: &Variant, params: &FrameParams) -> impl Iterator<Item = BufferSpec> {
+/// Buffers by name, size of an element [bytes] and elements.
+fn extent_buffers(
+    rows: &'static [(&'static str, usize, Over)],
+    params: &FrameParams,
+) -> impl Iterator<Item = BufferSpec> {
     let spec = |&(name, size, over)| BufferSpec { name, bytes: size * extent(over, params) as usize };
-    variant.buffers.iter().map(spec)
+    rows.iter().map(spec)
 }

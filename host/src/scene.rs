@@ -4,6 +4,7 @@
 //! among the emitters, `needs` says which code the scene can reach.
 
 use caustics_kernels::interface::NONE;
+use caustics_kernels::interface::instance::Instance;
 use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::scene::{SceneTables, TextureTables};
@@ -47,6 +48,8 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Textures, in the order of the triangles and the materials.
     pub textures: texture::TextureData,
+    /// Instances: the world, then the meshes that move.
+    pub instances: Vec<Instance>,
     /// Nodes of the software tree; the first is the root.
     pub nodes: Vec<TreeNode>,
     /// Its leaves.
@@ -144,6 +147,7 @@ impl Scene {
             materials,
             material_names,
             textures,
+            instances: vec![Instance::default()],
             nodes: tree.nodes,
             blocks: tree.blocks,
             cameras,
@@ -157,6 +161,22 @@ impl Scene {
         }
         (scene.lights, scene.flux) = (lights, flux);
         Ok(scene)
+    }
+
+    /// Whether anything moves.
+    pub fn is_animated(&self) -> bool {
+        false
+    }
+
+    /// Time of the last key of its animations [s]; 0 where nothing moves.
+    pub fn duration(&self) -> f64 {
+        0.0
+    }
+
+    /// Brings cameras, lights and meshes to where they stand at a time [s]. The pose before becomes the previous one.
+    pub fn pose(&mut self, time: f64) -> Result<(), SceneError> {
+        let _ = time;
+        Ok(())
     }
 
     /// The tables as kernels take them.

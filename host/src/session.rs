@@ -13,7 +13,7 @@ use crate::counters::Counters;
 use crate::energy::Energy;
 use crate::kernels;
 use crate::method::settings::Settings;
-use crate::method::{BufferSpec, Method, basic};
+use crate::method::{BufferSpec, Method, Parts, basic};
 use crate::picture::Picture;
 use crate::runner::cpu::CpuRunner;
 use crate::runner::gpu::{GpuOptions, GpuRunner};
@@ -65,13 +65,14 @@ pub fn open(
 }
 
 /// The scene's tables as buffers.
-pub fn tables(scene: &Scene) -> [(&'static str, &[u8]); 13] {
+pub fn tables(scene: &Scene) -> [(&'static str, &[u8]); 14] {
     let textures = &scene.textures;
     [
         ("triangles", cast_slice(&scene.triangles)),
         ("surfaces", cast_slice(&scene.surfaces)),
         ("materials", cast_slice(&scene.materials)),
         ("lights", cast_slice(&scene.lights)),
+        ("instances", cast_slice(&scene.instances)),
         ("nodes", cast_slice(&scene.nodes)),
         ("blocks", cast_slice(&scene.blocks)),
         ("textures", cast_slice(&textures.textures)),
@@ -88,7 +89,8 @@ pub fn tables(scene: &Scene) -> [(&'static str, &[u8]); 13] {
 pub struct Session {
     runner: Box<dyn Runner>,
     method: &'static Method,
-    variant: &'static Variant,
+    parts: Parts,
+    settings: Settings,
     params: FrameParams,
 }
 
@@ -107,10 +109,17 @@ impl Session {
             bail!("--gather {} needs ray queries (--runner gpu --tracer hardware)", variant.name);
         }
         let params = settings.params(scene, camera, 0);
-        let buffers = (method.buffers)(variant, &(method.frame)(params, 0));
+        let parts = Parts { gather: variant, history: settings.history, filter: settings.filter };
+        let buffers = (method.buffers)(parts, &(method.frame)(params, 0));
         let mut runner = open(choice, scene, needs, &buffers)?;
         runner.write("pixel_order", cast_slice(&basic::pixel_order(params.width, params.height)))?;
-        Ok(Session { runner, method, variant, params })
+        Ok(Session { runner, method, parts, settings: settings.clone(), params })
+    }
+
+    /// Brings what moves to where it stands in the next frame: a posed scene, and a camera of it.
+    pub fn pose(&mut self, scene: &Scene, camera: &SceneCamera) -> anyhow::Result<()> {
+        self.params = self.settings.params(scene, camera, 0);
+        Ok(())
     }
 
     /// Device and driver.
@@ -125,7 +134,7 @@ impl Session {
 
     /// Renders frame `index`; its time by step.
     pub fn frame(&mut self, index: u32) -> anyhow::Result<Vec<StepTime>> {
-        self.runner.run(&(self.method.steps)(self.variant, self.params(index)))
+        self.runner.run(&(self.method.steps)(self.parts, self.params(index)))
     }
 
     /// The picture of the last frame.
@@ -173,7 +182,7 @@ impl Session {
         let black = vec![Vec3::ZERO; picture.path.len()];
         let caustics = if picture.caustics.is_empty() { &black } else { &picture.caustics };
         self.runner.write("caustic_radiance", cast_slice(caustics))?;
-        let steps = (self.method.steps)(self.variant, FrameParams { light_path_count: 0, ..self.params });
+        let steps = (self.method.steps)(self.parts, FrameParams { light_path_count: 0, ..self.params });
         let display = steps.last().copied().context("a frame ends with display")?;
         self.runner.run(&[display])?;
         self.read("display_color")

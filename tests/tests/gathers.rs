@@ -113,7 +113,7 @@ fn random_case(seed: u32, point_count: u32, deposit_count: u32, missing: f32, sp
 }
 
 /// Accumulator words of a variant over given deposits, by the CPU runner; none where the variant cannot take them.
-fn by_runner(variant: &Variant, scene: &Scene, case: &Case) -> Option<Vec<u32>> {
+fn by_runner(variant: &'static Variant, scene: &Scene, case: &Case) -> Option<Vec<u32>> {
     let work: Vec<Work> = variant.prepare.iter().chain(variant.batch).copied().collect();
     let shoots_itself = |work: &Work| matches!(work, Work::Pass(pass, _) if pass.starts_with("shoot") && *pass != "shoot.store");
     if variant.hardware || work.iter().any(shoots_itself) {

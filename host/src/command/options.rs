@@ -68,6 +68,7 @@ pub fn settings(options: &Common, light_paths: u32, frames: u32, radius_px: f32)
         },
         exposure: options.exposure,
         background,
+        ..Settings::default()
     })
 }
 

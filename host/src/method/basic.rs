@@ -1,12 +1,12 @@
 //! OurBasic: collect, shoot and gather, resolve, display. No light outlives its frame [Moreau and Doggett 2022].
 
 use caustics_kernels::gather::accumulator;
-use caustics_kernels::gather::variant::Variant;
 use caustics_kernels::interface::counters::{COUNTER_COUNT, DEPOSIT_STATE_COUNT};
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::point::PointShading;
 
-use super::{BufferSpec, Method, Step, variant_buffers};
+use super::history;
+use super::{BufferSpec, Method, Parts, Step, extent_buffers};
 
 /// See the head of the file.
 pub const BASIC: Method = Method {
@@ -14,35 +14,37 @@ pub const BASIC: Method = Method {
     about: "OurBasic: no light outlives its frame",
     gathers: true,
     frame: |params, index| FrameParams { frame: index, ..params },
-    steps,
-    buffers,
+    steps: |parts, params| steps(parts, params),
+    buffers: |parts, params| buffers(parts, params),
 };
 
 /// The steps of a frame. Light paths come in batches that the deposit buffers hold.
-pub fn steps(variant: &Variant, params: FrameParams) -> Vec<Step> {
+pub fn steps(parts: impl Into<Parts>, params: FrameParams) -> Vec<Step> {
+    let Parts { gather, history, filter } = parts.into();
     let pixels = |pass| Step::Dispatch { pass, count: params.pixel_count(), params };
     let mut steps =
         vec![Step::Clear { buffer: "counters" }, Step::Clear { buffer: "accumulator" }, pixels("collect")];
+    steps.extend((filter.steps)(params));
     if params.light_path_count > 0 {
-        steps.extend(variant.prepare.iter().map(|&work| Step::of(work, params)));
+        steps.extend(history.before.iter().chain(gather.prepare).map(|&work| Step::of(work, params)));
     }
     let mut offset = 0;
     while offset < params.light_path_count {
         let left = params.light_path_count - offset;
-        let batch = FrameParams {
-            light_path_offset: offset,
-            light_path_batch: left.min(params.light_path_batch),
-            ..params
-        };
-        steps.extend(variant.batch.iter().map(|&work| Step::of(work, batch)));
+        let batch =
+            FrameParams { part: offset, light_path_batch: left.min(params.light_path_batch), ..params };
+        steps.extend(gather.batch.iter().map(|&work| Step::of(work, batch)));
         offset += batch.light_path_batch;
     }
-    steps.extend([pixels("resolve"), pixels("display")]);
+    let resolve = if params.light_path_count > 0 { history.resolve } else { history::NONE.resolve };
+    steps.extend(resolve.iter().map(|&work| Step::of(work, params)));
+    steps.push(pixels("display"));
     steps
 }
 
 /// The buffers of a frame, scene tables aside.
-pub fn buffers(variant: &Variant, params: &FrameParams) -> Vec<BufferSpec> {
+pub fn buffers(parts: impl Into<Parts>, params: &FrameParams) -> Vec<BufferSpec> {
+    let Parts { gather, history, filter } = parts.into();
     let pixels = params.pixel_count() as usize;
     let spec = |name, bytes| BufferSpec { name, bytes };
     let mut buffers = vec![
@@ -58,8 +60,10 @@ pub fn buffers(variant: &Variant, params: &FrameParams) -> Vec<BufferSpec> {
     ];
     // A frame that shoots nothing needs nothing to gather with.
     if params.light_path_count > 0 {
-        buffers.extend(variant_buffers(variant, params));
+        buffers.extend(extent_buffers(gather.buffers, params));
+        buffers.extend(extent_buffers(history.buffers, params));
     }
+    buffers.extend((filter.buffers)(params));
     buffers
 }
 
@@ -96,7 +100,7 @@ mod tests {
                 if let Step::Dispatch { pass, count, params } = step
                     && pass.starts_with("shoot")
                 {
-                    assert_eq!((params.light_path_offset, params.light_path_batch), (next, count));
+                    assert_eq!((params.part, params.light_path_batch), (next, count));
                     next += count;
                 }
             }

@@ -3,11 +3,10 @@
 //! Cost: a camera path a pixel. Unbiased, but caustics of small lights are noise for a long time, and those of point
 //! lights are missing: no path finds a point.
 
-use caustics_kernels::gather::variant::Variant;
 use caustics_kernels::interface::counters::COUNTER_COUNT;
 use caustics_kernels::interface::frame::FrameParams;
 
-use super::{BufferSpec, Method, Step};
+use super::{BufferSpec, Method, Parts, Step};
 
 /// See the head of the file.
 pub const PATH: Method = Method {
@@ -19,12 +18,12 @@ pub const PATH: Method = Method {
     buffers,
 };
 
-fn steps(_: &Variant, params: FrameParams) -> Vec<Step> {
+fn steps(_: Parts, params: FrameParams) -> Vec<Step> {
     let pixels = |pass| Step::Dispatch { pass, count: params.pixel_count(), params };
     vec![Step::Clear { buffer: "counters" }, pixels("reference"), pixels("display")]
 }
 
-fn buffers(_: &Variant, params: &FrameParams) -> Vec<BufferSpec> {
+fn buffers(_: Parts, params: &FrameParams) -> Vec<BufferSpec> {
     let pixels = params.pixel_count() as usize;
     let spec = |name, bytes| BufferSpec { name, bytes };
     vec![

@@ -21,8 +21,8 @@ pub const PROGRESSIVE: Method = Method {
         radius_px: params.radius_px * shrinkage(index),
         ..params
     },
-    steps,
-    buffers,
+    steps: |parts, params| steps(parts, params),
+    buffers: |parts, params| buffers(parts, params),
 };
 
 /// Share of a radius's reduction that goes into less noise; the rest goes into less blur.

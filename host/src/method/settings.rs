@@ -4,6 +4,8 @@ use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::needs::Needs;
 use glam::Vec3;
 
+use super::filter::{self, Filter};
+use super::history::{self, History};
 use crate::scene::{Scene, SceneCamera};
 
 /// What a person sets for a run; the defaults are the talk's, at a smaller picture.
@@ -29,6 +31,10 @@ pub struct Settings {
     pub exposure: f32,
     /// Radiance behind everything [W m^-2 sr^-1]; none: what the scene says.
     pub background: Option<Vec3>,
+    /// What the frame before lends; frames of one view that are averaged lend nothing.
+    pub history: &'static History,
+    /// What smooths the path-traced part.
+    pub filter: &'static Filter,
 }
 
 impl Default for Settings {
@@ -44,6 +50,8 @@ impl Default for Settings {
             pixel_filter: 0,
             exposure: 0.0,
             background: None,
+            history: &history::NONE,
+            filter: &filter::NONE,
         }
     }
 }
@@ -79,7 +87,7 @@ impl Settings {
             seed: self.seed,
             frame,
             light_path_count: light_paths,
-            light_path_offset: 0,
+            part: 0,
             light_path_batch: batch,
             max_bounces: self.max_bounces,
             pixel_filter: self.pixel_filter,

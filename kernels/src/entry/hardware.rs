@@ -16,7 +16,7 @@ tracing_entries!(
 #[spirv(compute(threads(64), entry_point_name = "shoot.points_rt"))]
 pub fn shoot_points_rt(
     #[spirv(global_invocation_id)] id: UVec3,
-    #[spirv(spec_constant(id = 0, default = 262143))] needs: u32,
+    #[spirv(spec_constant(id = 0, default = 524287))] needs: u32,
     #[spirv(push_constant)] params: &FrameParams,
     #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] triangles: &[Triangle],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] surfaces: &[TriangleSurface],

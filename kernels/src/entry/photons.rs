@@ -106,7 +106,7 @@ pub fn grid_fill(
 #[spirv(compute(threads(64), entry_point_name = "gather.photons_grid"))]
 pub fn gather_photons_grid(
     #[spirv(global_invocation_id)] id: UVec3,
-    #[spirv(spec_constant(id = 0, default = 262143))] needs: u32,
+    #[spirv(spec_constant(id = 0, default = 524287))] needs: u32,
     #[spirv(push_constant)] params: &FrameParams,
     #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] materials: &[Material],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] pixel_order: &[u32],
@@ -151,7 +151,7 @@ pub fn gather_photons_grid(
 #[spirv(compute(threads(64), entry_point_name = "gather.brute"))]
 pub fn gather_brute(
     #[spirv(global_invocation_id)] id: UVec3,
-    #[spirv(spec_constant(id = 0, default = 262143))] needs: u32,
+    #[spirv(spec_constant(id = 0, default = 524287))] needs: u32,
     #[spirv(push_constant)] params: &FrameParams,
     #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] materials: &[Material],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] point_geometry: &[PointGeometry],

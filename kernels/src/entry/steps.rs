@@ -31,7 +31,7 @@ pub fn step_sample(
 #[spirv(compute(threads(64), entry_point_name = "step.scatter"))]
 pub fn step_scatter(
     #[spirv(global_invocation_id)] id: UVec3,
-    #[spirv(spec_constant(id = 0, default = 262143))] needs: u32,
+    #[spirv(spec_constant(id = 0, default = 524287))] needs: u32,
     #[spirv(push_constant)] params: &FrameParams,
     #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] triangles: &[Triangle],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] surfaces: &[TriangleSurface],
@@ -67,7 +67,7 @@ pub fn step_scatter(
 #[spirv(compute(threads(64), entry_point_name = "step.emit"))]
 pub fn step_emit(
     #[spirv(global_invocation_id)] id: UVec3,
-    #[spirv(spec_constant(id = 0, default = 262143))] needs: u32,
+    #[spirv(spec_constant(id = 0, default = 524287))] needs: u32,
     #[spirv(push_constant)] params: &FrameParams,
     #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] triangles: &[Triangle],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] surfaces: &[TriangleSurface],

@@ -29,7 +29,7 @@ macro_rules! tracing_entries {
         #[spirv(compute(threads(64), entry_point_name = "collect"))]
         pub fn collect(
             #[spirv(global_invocation_id)] id: UVec3,
-            #[spirv(spec_constant(id = 0, default = 262143))] needs: u32,
+            #[spirv(spec_constant(id = 0, default = 524287))] needs: u32,
             #[spirv(push_constant)] params: &FrameParams,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] triangles: &[Triangle],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] surfaces: &[TriangleSurface],
@@ -78,7 +78,7 @@ macro_rules! tracing_entries {
         #[spirv(compute(threads(64), entry_point_name = "reference"))]
         pub fn reference(
             #[spirv(global_invocation_id)] id: UVec3,
-            #[spirv(spec_constant(id = 0, default = 262143))] needs: u32,
+            #[spirv(spec_constant(id = 0, default = 524287))] needs: u32,
             #[spirv(push_constant)] params: &FrameParams,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] triangles: &[Triangle],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] surfaces: &[TriangleSurface],
@@ -122,7 +122,7 @@ macro_rules! tracing_entries {
         #[spirv(compute(threads(64), entry_point_name = "shoot.store"))]
         pub fn shoot_store(
             #[spirv(global_invocation_id)] id: UVec3,
-            #[spirv(spec_constant(id = 0, default = 262143))] needs: u32,
+            #[spirv(spec_constant(id = 0, default = 524287))] needs: u32,
             #[spirv(push_constant)] params: &FrameParams,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] triangles: &[Triangle],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] surfaces: &[TriangleSurface],
@@ -187,7 +187,7 @@ macro_rules! tracing_entries {
         #[spirv(compute(threads(64), entry_point_name = "step.hit"))]
         pub fn step_hit(
             #[spirv(global_invocation_id)] id: UVec3,
-            #[spirv(spec_constant(id = 0, default = 262143))] needs: u32,
+            #[spirv(spec_constant(id = 0, default = 524287))] needs: u32,
             #[spirv(push_constant)] params: &FrameParams,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] surfaces: &[TriangleSurface],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] materials: &[Material],

@@ -33,8 +33,8 @@ pub struct FrameParams {
     pub frame: u32,
     /// Light paths of the whole frame.
     pub light_path_count: u32,
-    /// First light path of this batch (a frame may shoot in several batches).
-    pub light_path_offset: u32,
+    /// Where this dispatch stands in its pass: the first light path of a batch, or the level of a tree or a filter.
+    pub part: u32,
     /// Light paths of this batch.
     pub light_path_batch: u32,
     /// Scattering vertices between eye and light, at most.

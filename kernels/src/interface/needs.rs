@@ -43,10 +43,12 @@ impl Needs {
     pub const LEDGER: Needs = Needs(1 << 16);
     /// The eye or a light stands inside of a medium.
     pub const ENCLOSED: Needs = Needs(1 << 17);
+    /// Some mesh moves.
+    pub const INSTANCES: Needs = Needs(1 << 18);
     /// Everything.
-    pub const ALL: Needs = Needs((1 << 18) - 1);
+    pub const ALL: Needs = Needs((1 << 19) - 1);
     /// Bits and names, for printing.
-    pub const NAMES: [(Needs, &'static str); 18] = [
+    pub const NAMES: [(Needs, &'static str); 19] = [
         (Self::METAL, "metal"),
         (Self::MIRROR, "mirror"),
         (Self::COAT, "coat"),
@@ -65,6 +67,7 @@ impl Needs {
         (Self::CUT_OUTS, "cut-outs"),
         (Self::LEDGER, "ledger"),
         (Self::ENCLOSED, "enclosed"),
+        (Self::INSTANCES, "instances"),
     ];
 
     /// Whether any bit of `other` is set.

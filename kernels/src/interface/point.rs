@@ -35,6 +35,8 @@ pub struct PointShading {
     pub blue_roughness_metallic: u32,
     /// Index of refraction on the viewer's side over index behind.
     pub eta: f32,
+    /// Index into the instances; 0 is the world, which does not move.
+    pub instance: u32,
 }
 
 /// Where a deposit lies: all that a gather reads of deposits it does not take.
@@ -76,7 +78,7 @@ pub struct PointBox {
 }
 
 const _: () = assert!(size_of::<PointGeometry>() == 32);
-const _: () = assert!(size_of::<PointShading>() == 52);
+const _: () = assert!(size_of::<PointShading>() == 56);
 const _: () = assert!(size_of::<DepositGeometry>() == 32);
 const _: () = assert!(size_of::<DepositLight>() == 32);
 const _: () = assert!(size_of::<PointBox>() == 24);

@@ -31,7 +31,9 @@ pub struct TriangleSurface {
     pub material: u32,
     /// Index into the light table, or `NONE`.
     pub light: u32,
+    /// Index into the instances; 0 is the world, which does not move.
+    pub instance: u32,
 }
 
 const _: () = assert!(size_of::<Triangle>() == 36);
-const _: () = assert!(size_of::<TriangleSurface>() == 48);
+const _: () = assert!(size_of::<TriangleSurface>() == 52);

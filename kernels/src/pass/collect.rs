@@ -178,6 +178,7 @@ pub fn follow<T: Tracer, C: Atomics>(
                     throughput: throughput / chance,
                     blue_roughness_metallic: 0,
                     eta: site.surface.eta,
+                    instance: here.instance,
                 };
                 if needs.has(Needs::TEXTURES) && material.flags & FLAGS_SCATTER_TEXTURE != 0 {
                     let (first, second) = packed(&material);

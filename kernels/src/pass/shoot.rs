@@ -22,7 +22,7 @@ use crate::surface::vertex::vertex;
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
 
-/// Traces light path `params.light_path_offset + index`.
+/// Traces light path `params.part + index`.
 #[inline(always)]
 pub fn shoot<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
     index: u32,
@@ -35,7 +35,7 @@ pub fn shoot<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
     receive: &mut R,
     counters: &mut C,
 ) {
-    let path = params.light_path_offset + index;
+    let path = params.part + index;
     let mut rng = Rng::new(Stream::Light, params.seed, path, params.frame);
     let place = rng.next4();
     let leaving = emit.leave(place, rng.next4());

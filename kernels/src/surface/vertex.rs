@@ -34,6 +34,8 @@ pub struct Vertex {
     pub material: u32,
     /// Index into the lights, or `NONE`.
     pub light: u32,
+    /// Index into the instances.
+    pub instance: u32,
     /// Distance to keep when leaving [m].
     pub clearance: f32,
     /// Texture coordinates; unused without a texture.
@@ -104,6 +106,7 @@ pub fn vertex(scene: SceneTables<'_>, needs: Needs, ray: &Ray, hit: &Hit, width:
         front,
         material: surface.material,
         light: surface.light,
+        instance: surface.instance,
         clearance: offset::clearance(offset::magnitude(triangle.a, triangle.b, triangle.c)),
         uv: at,
         uv_footprint,

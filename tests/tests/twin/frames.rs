@@ -1,9 +1,9 @@
 //! Whole frames: image means, gathers against each other, odd sizes.
 
-use caustics::method::basic;
 use caustics::method::basic::BASIC;
 use caustics::method::path::PATH;
 use caustics::method::settings::Settings;
+use caustics::method::{Parts, basic};
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics_kernels::gather::accumulator::WORDS;
@@ -80,7 +80,7 @@ fn references_agree() {
     for &hardware in gpu.tracers() {
         let scene = load("glossy-room");
         let mut twin = Twin::open(&gpu, hardware, &scene, &settings());
-        twin.run(&(PATH.steps)(&variant::PHOTONS_GRID, twin.params));
+        twin.run(&(PATH.steps)(Parts::from(&variant::PHOTONS_GRID), twin.params));
         let (cpu, gpu_rows) = twin.rows::<f32>("path_radiance");
         assert!(cpu.iter().filter(|value| **value > 0.0).count() > cpu.len() / 2);
         let reason = "the rule for twins: 0.2 % of the paths may diverge";

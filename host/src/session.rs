@@ -113,6 +113,9 @@ impl Session {
         let buffers = (method.buffers)(parts, &(method.frame)(params, 0));
         let mut runner = open(choice, scene, needs, &buffers)?;
         runner.write("pixel_order", cast_slice(&basic::pixel_order(params.width, params.height)))?;
+        if let Some(settings) = settings.history.settings.filter(|_| method.gathers) {
+            runner.write("history_settings", bytemuck::bytes_of(&settings))?;
+        }
         Ok(Session { runner, method, parts, settings: settings.clone(), params })
     }
 

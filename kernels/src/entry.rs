@@ -6,6 +6,8 @@
 #[cfg(feature = "ray-query")]
 pub mod hardware;
 #[cfg(not(feature = "ray-query"))]
+pub mod history;
+#[cfg(not(feature = "ray-query"))]
 pub mod photons;
 #[cfg(not(feature = "ray-query"))]
 pub mod points;

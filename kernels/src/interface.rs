@@ -2,6 +2,7 @@
 
 pub mod counters;
 pub mod frame;
+pub mod history;
 pub mod instance;
 pub mod ledger;
 pub mod light;

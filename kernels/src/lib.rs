@@ -9,6 +9,7 @@ pub mod interface;
 pub mod light;
 pub mod math;
 pub mod pass;
+pub mod reuse;
 pub mod seam;
 pub mod surface;
 pub mod texture;

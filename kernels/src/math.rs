@@ -2,6 +2,7 @@
 
 pub mod cone;
 pub mod frame;
+pub mod octahedral;
 pub mod offset;
 pub mod ray;
 pub mod rng;

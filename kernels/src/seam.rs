@@ -15,6 +15,16 @@ pub trait Scatter<T> {
     fn write(&mut self, slot: u32, value: T);
 }
 
+/// Counts nothing.
+pub struct Uncounted;
+
+impl Atomics for Uncounted {
+    #[inline(always)]
+    fn add(&mut self, _index: u32, _value: u32) -> u32 {
+        0
+    }
+}
+
 #[cfg(target_arch = "spirv")]
 pub use gpu::{GpuAtomics as AtomicWords, GpuScatter as ScatterSlots};
 

@@ -78,7 +78,7 @@ mod tests {
         let deposit = |i: i32| {
             let place = Vec3::new((i * 37 % 101) as f32, (i * 53 % 97) as f32, 1.0) * 1.0e-2;
             let geometry =
-                DepositGeometry { position: place, scatterings: i as u32 % 4, normal: Vec3::Z, padding: 0 };
+                DepositGeometry { position: place, scatterings: i as u32 % 4, normal: Vec3::Z, instance: 0 };
             let light = DepositLight { to_light: Vec3::Z, flux: Vec3::ONE, ..Default::default() };
             (geometry, light)
         };

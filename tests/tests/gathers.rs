@@ -99,7 +99,7 @@ fn random_case(seed: u32, point_count: u32, deposit_count: u32, missing: f32, sp
         };
         let normal = (near.normal + uniform_sphere(c.x, c.y) * 0.3).normalize();
         let to_light = uniform_sphere(c.z, c.w);
-        let geometry = DepositGeometry { position, scatterings: 1 + (a.w * 4.0) as u32, normal, padding: 0 };
+        let geometry = DepositGeometry { position, scatterings: 1 + (a.w * 4.0) as u32, normal, instance: 0 };
         let light = DepositLight {
             to_light: to_light * to_light.dot(normal).signum(),
             flux: Vec3::new(b.y, b.z, b.w) * 10.0_f32.powf(4.0 * a.w - 3.0),
@@ -248,7 +248,7 @@ fn many_deposits_in_one_spot_sum_exactly() {
         ..PointShading::default()
     };
     let mut deposits = Deposits::default();
-    let geometry = DepositGeometry { position: Vec3::ONE, scatterings: 1, normal: Vec3::Y, padding: 0 };
+    let geometry = DepositGeometry { position: Vec3::ONE, scatterings: 1, normal: Vec3::Y, instance: 0 };
     let light = DepositLight {
         to_light: Vec3::new(0.6, 0.8, 0.0),
         flux: Vec3::new(3.0, 0.1, 1e-7),
@@ -280,8 +280,12 @@ fn every_gather_takes_what_rounding_puts_into_the_disc() {
         throughput: Vec3::ONE,
         ..PointShading::default()
     };
-    let geometry =
-        DepositGeometry { position: Vec3::new(-1e-9, 0.5, 0.5), scatterings: 1, normal: Vec3::Z, padding: 0 };
+    let geometry = DepositGeometry {
+        position: Vec3::new(-1e-9, 0.5, 0.5),
+        scatterings: 1,
+        normal: Vec3::Z,
+        instance: 0,
+    };
     assert!(takes(&point, &geometry, 5));
     let b = bound(&point);
     assert!(geometry.position.cmpge(b.min).all() && geometry.position.cmple(b.max).all());

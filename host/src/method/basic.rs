@@ -25,8 +25,15 @@ pub fn steps(parts: impl Into<Parts>, params: FrameParams) -> Vec<Step> {
     let mut steps =
         vec![Step::Clear { buffer: "counters" }, Step::Clear { buffer: "accumulator" }, pixels("collect")];
     steps.extend((filter.steps)(params));
+    // A history that follows the light has nothing to follow in the dark.
+    let forgets = params.light_path_count == 0 && !history.forget.is_empty();
+    if forgets {
+        steps.extend(history.forget.iter().map(|&buffer| Step::Clear { buffer }));
+    } else {
+        steps.extend((history.before)(params));
+    }
     if params.light_path_count > 0 {
-        steps.extend(history.before.iter().chain(gather.prepare).map(|&work| Step::of(work, params)));
+        steps.extend(gather.prepare.iter().map(|&work| Step::of(work, params)));
     }
     let mut offset = 0;
     while offset < params.light_path_count {
@@ -36,8 +43,7 @@ pub fn steps(parts: impl Into<Parts>, params: FrameParams) -> Vec<Step> {
         steps.extend(gather.batch.iter().map(|&work| Step::of(work, batch)));
         offset += batch.light_path_batch;
     }
-    let resolve = if params.light_path_count > 0 { history.resolve } else { history::NONE.resolve };
-    steps.extend(resolve.iter().map(|&work| Step::of(work, params)));
+    steps.push(pixels(if forgets { history::NONE.resolve } else { history.resolve }));
     steps.push(pixels("display"));
     steps
 }
@@ -61,8 +67,8 @@ pub fn buffers(parts: impl Into<Parts>, params: &FrameParams) -> Vec<BufferSpec>
     // A frame that shoots nothing needs nothing to gather with.
     if params.light_path_count > 0 {
         buffers.extend(extent_buffers(gather.buffers, params));
-        buffers.extend(extent_buffers(history.buffers, params));
     }
+    buffers.extend((history.buffers)(params));
     buffers.extend((filter.buffers)(params));
     buffers
 }

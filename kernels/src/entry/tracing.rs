@@ -9,6 +9,10 @@ macro_rules! tracing_entries {
         use crate::gather::receive::Store;
         use crate::interface::counters::Counter;
         use crate::interface::frame::FrameParams;
+        use crate::interface::history::{
+            HistorySettings, VALIDATION_DEPOSITS, ValidationDeposit, validation_paths,
+        };
+        use crate::interface::instance::Instance;
         use crate::interface::light::Light;
         use crate::interface::material::Material;
         use crate::interface::needs::Needs;
@@ -180,6 +184,61 @@ macro_rules! tracing_entries {
                 if store.dropped != 0 {
                     counters.add(Counter::DepositsDropped as u32, store.dropped);
                 }
+            }
+        }
+
+        /// Validation paths, one an invocation.
+        #[spirv(compute(threads(64), entry_point_name = "validate"))]
+        pub fn validate(
+            #[spirv(global_invocation_id)] id: UVec3,
+            #[spirv(spec_constant(id = 0, default = 524287))] needs: u32,
+            #[spirv(push_constant)] params: &FrameParams,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] triangles: &[Triangle],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] surfaces: &[TriangleSurface],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] materials: &[Material],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] lights: &[Light],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] textures: &[Texture],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] material_textures: &[MaterialTextures],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] texture_coordinates: &[TextureCoordinates],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 12)] texels_0: &[u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 13)] texels_1: &[u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 14)] texels_2: &[u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 15)] texels_3: &[u32],
+            $($bound)*
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] instances: &[Instance],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] history_settings: &[HistorySettings],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] validation_deposits: &mut [ValidationDeposit],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] validation_cells: &mut [u32],
+        ) {
+            let path = index(id);
+            if path < validation_paths(params.light_path_count) {
+                let textures = TextureTables {
+                    textures,
+                    material_textures,
+                    texture_coordinates,
+                    texels_0,
+                    texels_1,
+                    texels_2,
+                    texels_3,
+                };
+                let needs = Needs(needs);
+                let scene = SceneTables { triangles, surfaces, materials, lights, textures };
+                let emit = ByPower { scene, light_count: params.light_count, needs };
+                let $cut_outs = CutOuts::of(scene, needs);
+                let mut tracer = $tracer;
+                pass::validate::validate(
+                    path,
+                    params,
+                    needs,
+                    scene,
+                    instances,
+                    &history_settings[0],
+                    &emit,
+                    &mut tracer,
+                    validation_deposits,
+                    path * VALIDATION_DEPOSITS,
+                    &mut AtomicWords(validation_cells),
+                );
             }
         }
 

@@ -49,8 +49,8 @@ pub struct DepositGeometry {
     pub scatterings: u32,
     /// Unit interpolated geometric normal, on the side of arrival.
     pub normal: Vec3,
-    /// Keeps rows at 16 bytes.
-    pub padding: u32,
+    /// Index into the instances; 0 is the world, which does not move.
+    pub instance: u32,
 }
 
 /// The light of a deposit.

@@ -15,6 +15,8 @@ pub enum Stream {
     Reference = 0x9b05_688c,
     /// Estimates of the energy ledger, which must not disturb the others.
     Ledger = 0x510e_527f,
+    /// Light paths that keep their numbers for some frames, to tell what changed.
+    Validation = 0x1f83_d9ab,
 }
 
 /// The random numbers of one path.

@@ -34,8 +34,12 @@ mod tests {
             // A deposit near the disc's rim whose normal leans by up to 26 degrees.
             let tilt = (normal + uniform_sphere(b.x, b.y) * 0.44).normalize();
             let away = (uniform_sphere(c.x, c.y) * 0.1) * (0.9 + 0.1 * c.z);
-            let deposit =
-                DepositGeometry { position: point.position + away, scatterings: 1, normal: tilt, padding: 0 };
+            let deposit = DepositGeometry {
+                position: point.position + away,
+                scatterings: 1,
+                normal: tilt,
+                instance: 0,
+            };
             if takes(&point, &deposit, 5) {
                 taken += 1;
                 let b = bound(&point);

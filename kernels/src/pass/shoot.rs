@@ -36,7 +36,24 @@ pub fn shoot<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
     counters: &mut C,
 ) {
     let path = params.part + index;
-    let mut rng = Rng::new(Stream::Light, params.seed, path, params.frame);
+    let rng = Rng::new(Stream::Light, params.seed, path, params.frame);
+    follow(path, rng, params, needs, scene, emit, tracer, points, receive, counters);
+}
+
+/// Traces the light path that these random numbers make.
+#[inline(always)]
+pub fn follow<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
+    path: u32,
+    mut rng: Rng,
+    params: &FrameParams,
+    needs: Needs,
+    scene: SceneTables<'_>,
+    emit: &E,
+    tracer: &mut T,
+    points: &mut N,
+    receive: &mut R,
+    counters: &mut C,
+) {
     let place = rng.next4();
     let leaving = emit.leave(place, rng.next4());
     let mut flux = leaving.flux / params.light_path_count as f32;
@@ -81,7 +98,7 @@ pub fn shoot<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
                     position: here.position,
                     scatterings: hit_count - 1,
                     normal: here.normal,
-                    padding: 0,
+                    instance: here.instance,
                 },
                 DepositLight {
                     to_light: here.to_origin,

@@ -61,7 +61,7 @@ fn estimated_by(
                     position: Vec3::new(x, y, 0.0),
                     scatterings: 1,
                     normal: Vec3::Z,
-                    padding: 0,
+                    instance: 0,
                 };
                 let flux = Vec3::splat(flux / count as f32);
                 deposits.push(geometry, DepositLight { to_light: Vec3::Z, flux, ..DepositLight::default() });
@@ -142,7 +142,7 @@ fn points_on(face: Vec<(Vec3, Vec3)>, radius: f32) -> Vec<PointGeometry> {
 }
 
 fn deposits_on(face: Vec<(Vec3, Vec3)>) -> Vec<DepositGeometry> {
-    let deposit = |(position, normal)| DepositGeometry { position, scatterings: 1, normal, padding: 0 };
+    let deposit = |(position, normal)| DepositGeometry { position, scatterings: 1, normal, instance: 0 };
     face.into_iter().map(deposit).collect()
 }
 
@@ -222,7 +222,7 @@ fn on_facets(facets: u32) -> (f64, f64) {
                 let around = (f64::from(shift.x) + f64::from(path) * 0.754_877_666_246_692_8).fract();
                 let y = (f64::from(shift.y) + f64::from(path) * 0.569_840_290_998_053_3).fract();
                 let (position, normal) = place(around, y - 0.5);
-                let deposit = DepositGeometry { position, scatterings: 1, normal, padding: 0 };
+                let deposit = DepositGeometry { position, scatterings: 1, normal, instance: 0 };
                 taken += points.iter().map(|point| u32::from(takes(point, &deposit, 5))).sum::<u32>();
             }
             f64::from(taken) / 200.0 / f64::from(count) * area / (PI * 0.05 * 0.05)

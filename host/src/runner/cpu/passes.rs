@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::memory::Memory;
 
+mod history;
 mod photons;
 mod points;
 mod steps;
@@ -43,6 +44,11 @@ const PASSES: &[(&str, Pass)] = &[
     ("gather.brute", photons::gather_brute),
     ("resolve", points::resolve),
     ("display", points::display),
+    ("reuse.boxes", history::reuse_boxes),
+    ("validate", history::validate),
+    ("reuse.paper", history::reuse_paper),
+    ("reuse.validated", history::reuse_validated),
+    ("resolve.history", history::resolve_history),
     ("step.sample", steps::step_sample),
     ("step.hit", steps::step_hit),
     ("step.scatter", steps::step_scatter),

@@ -1,0 +1,78 @@
+//! What outlives a frame: collection points with the light they gathered, and deposits to judge by whether it still holds.
+
+use bytemuck::{Pod, Zeroable};
+use spirv_std::glam::Vec3;
+
+/// A collection point of the frame before, in the order of `pixel_order`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct HistoryPoint {
+    /// Mean of the positions whose light it holds [m].
+    pub position: Vec3,
+    /// Radius of its disc [m].
+    pub radius: f32,
+    /// Unit interpolated geometric normal, octahedral.
+    pub normal: u32,
+    /// Unit direction to the viewer, octahedral.
+    pub to_viewer: u32,
+    /// Index into the materials.
+    pub material: u32,
+    /// Frames' worth of light that it holds; 0 marks "no point here".
+    pub samples: f32,
+}
+
+/// What the frame before lends to a collection point.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Lent {
+    /// Mean of the light gathered [W m^-2], or of the radiance [W m^-2 sr^-1] where the history does not demodulate.
+    pub mean: Vec3,
+    /// Frames' worth that it counts; 0 where nothing is lent.
+    pub samples: f32,
+    /// From the point to the mean position of that light [m].
+    pub offset: Vec3,
+}
+
+/// Settings of a history.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct HistorySettings {
+    /// Distance up to which a point lends, relative to its radius.
+    pub reach: f32,
+    /// Distance by which lent light may lag behind what moves, in radii of a point seen directly.
+    pub lag: f32,
+    /// Frames' worth of light that is lent at most.
+    pub most_samples: f32,
+    /// 1: light is kept without the point's reflectance, 0: as radiance.
+    pub demodulates: u32,
+}
+
+/// A deposit of a validation path in the frame before.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct ValidationDeposit {
+    /// Position [m].
+    pub position: Vec3,
+    /// Flux per cosine, summed over channels [W]; 0 marks "no deposit here".
+    pub flux: f32,
+}
+
+/// Light paths of a frame for each validation path.
+pub const PATHS_PER_VALIDATION: u32 = 32;
+/// Deposits that a validation path remembers.
+pub const VALIDATION_DEPOSITS: u32 = 4;
+/// Frames for which a validation path keeps its random numbers.
+pub const VALIDATION_PERIOD: u32 = 8;
+/// Cells of the hash table of validation, two words each: marks, and their change in 1/256.
+pub const VALIDATION_CELLS: u32 = 1 << 18;
+
+/// Validation paths of a frame with this many light paths.
+#[inline]
+pub fn validation_paths(light_path_count: u32) -> u32 {
+    light_path_count.div_ceil(PATHS_PER_VALIDATION)
+}
+
+const _: () = assert!(size_of::<HistoryPoint>() == 32);
+const _: () = assert!(size_of::<Lent>() == 28);
+const _: () = assert!(size_of::<HistorySettings>() == 16);
+const _: () = assert!(size_of::<ValidationDeposit>() == 16);

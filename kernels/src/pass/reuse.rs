@@ -1,0 +1,220 @@
+//! `reuse`: the light that collection points of the frame before lend to one of today's.
+//!
+//! `reuse.paper` is the paper's: the mean of all points that overlap, with a fixed share in the blend. `reuse.validated`
+//! takes the nearest point, since means over neighbours blur more with every frame, and lets it count as many frames as it
+//! holds, less where validation paths saw the light change.
+
+#[cfg(target_arch = "spirv")]
+use spirv_std::num_traits::Float;
+
+use crate::gather::Visit;
+use crate::gather::contribution::{DISC_THICKNESS, MIN_NORMAL_COS};
+use crate::interface::frame::FrameParams;
+use crate::interface::history::{HistoryPoint, HistorySettings, Lent};
+use crate::interface::instance::Instance;
+use crate::interface::material::Material;
+use crate::interface::needs::Needs;
+use crate::interface::point::{PointGeometry, PointShading};
+use crate::math::octahedral;
+use crate::reuse::cells;
+use crate::reuse::tree::PointTree;
+use crate::surface::class::{self, Classes};
+use crate::surface::textured::material_of;
+use spirv_std::glam::Vec3;
+
+/// Width of the paper's weights, relative to the radius.
+const PAPER_SIGMA: f32 = 0.75;
+/// Frames' worth of a share of 0.8 in the blend: 0.8 / 0.2.
+const PAPER_SAMPLES: f32 = 4.0;
+/// Radii of lender and borrower differ at most by this factor.
+const MOST_RADIUS_RATIO: f32 = 1.5;
+/// A lender this near, relative to its radius, is not worth a longer search.
+const NEAR: f32 = 0.9;
+/// Turn of the view that light of a glossy lobe stands, relative to the lobe's width (squared roughness).
+const VIEW_LAG: f32 = 0.5;
+
+/// A point of today where it was in the frame before.
+#[derive(Clone, Copy)]
+struct Borrower {
+    position: Vec3,
+    normal: Vec3,
+    radius: f32,
+    material: u32,
+}
+
+impl Borrower {
+    #[inline(always)]
+    fn new(point: &PointGeometry, shading: &PointShading, instances: &[Instance]) -> Self {
+        let mut borrower = Borrower {
+            position: point.position,
+            normal: point.normal,
+            radius: point.radius,
+            material: shading.material,
+        };
+        if shading.instance != 0 {
+            let motion = instances[shading.instance as usize].to_previous;
+            borrower.position = motion.point(point.position);
+            borrower.normal = motion.vector(point.normal).normalize();
+        }
+        borrower
+    }
+
+    /// Whether a point of the same surface lends, `along` away from it.
+    #[inline(always)]
+    fn accepts(&self, lender: &HistoryPoint, along: Vec3) -> bool {
+        let normal = octahedral::decode(lender.normal);
+        let normals = self.normal + normal;
+        let height = along.dot(normals);
+        let limit = DISC_THICKNESS * self.radius;
+        self.normal.dot(normal) > MIN_NORMAL_COS
+            && height * height <= limit * limit * normals.length_squared()
+    }
+}
+
+/// `reuse.paper`: the mean over all previous points whose disc holds this one, weighted by exp(-d^2 / (2 (0.75 R)^2)),
+/// with 0.8 of the blend [Moreau and Doggett 2022].
+#[inline(always)]
+pub fn paper(
+    point: &PointGeometry,
+    shading: &PointShading,
+    instances: &[Instance],
+    tree: PointTree<'_>,
+    history_points: &[HistoryPoint],
+    history_mean: &[Vec3],
+) -> Lent {
+    if point.depth == 0 {
+        return Lent::default();
+    }
+    let borrower = Borrower::new(point, shading, instances);
+    let mut visit = Overlap { borrower, history_points, history_mean, sum: Vec3::ZERO, weights: 0.0 };
+    tree.for_each(borrower.position, &mut visit);
+    if visit.weights <= 0.0 {
+        return Lent::default();
+    }
+    Lent { mean: visit.sum / visit.weights, samples: PAPER_SAMPLES, offset: Vec3::ZERO }
+}
+
+/// Sums over the points that overlap.
+struct Overlap<'a> {
+    borrower: Borrower,
+    history_points: &'a [HistoryPoint],
+    history_mean: &'a [Vec3],
+    sum: Vec3,
+    weights: f32,
+}
+
+impl Visit for Overlap<'_> {
+    #[inline(always)]
+    fn visit(&mut self, rank: u32) {
+        let lender = self.history_points[rank as usize];
+        let along = lender.position - self.borrower.position;
+        let square = along.length_squared();
+        if lender.samples > 0.0
+            && square <= lender.radius * lender.radius
+            && lender.material == self.borrower.material
+            && self.borrower.accepts(&lender, along)
+        {
+            let width = PAPER_SIGMA * self.borrower.radius;
+            let weight = (-0.5 * square / (width * width)).exp();
+            self.sum += self.history_mean[rank as usize] * weight;
+            self.weights += weight;
+        }
+    }
+}
+
+/// `reuse.validated`: the nearest previous point of the same surface, as many frames' worth as hold by what validation
+/// paths saw, and by how far the view of a glossy lobe turned. `rank` is the pixel's place in the order of the points.
+#[inline(always)]
+pub fn validated(
+    rank: u32,
+    point: &PointGeometry,
+    shading: &PointShading,
+    materials: &[Material],
+    instances: &[Instance],
+    tree: PointTree<'_>,
+    history_points: &[HistoryPoint],
+    history_mean: &[Vec3],
+    validation_cells: &[u32],
+    settings: &HistorySettings,
+    params: &FrameParams,
+    needs: Needs,
+) -> Lent {
+    if point.depth == 0 {
+        return Lent::default();
+    }
+    let borrower = Borrower::new(point, shading, instances);
+    let mut visit =
+        Nearest { borrower, history_points, rank: 0, square: f32::MAX, reach: settings.reach, found: false };
+    tree.outwards(rank, borrower.position, &mut visit, |visit| visit.is_near());
+    if !visit.found {
+        return Lent::default();
+    }
+    let lender = history_points[visit.rank as usize];
+
+    // Light that changes by a share c a frame is worth 1/c frames, today's among them.
+    let mut change = cells::change(validation_cells, borrower.position, params);
+    let material = material_of(shading, materials, needs);
+    if is_glossy(&material, params.specular_roughness) {
+        let mut to_viewer = shading.to_viewer;
+        if shading.instance != 0 {
+            to_viewer = instances[shading.instance as usize].to_previous.vector(to_viewer).normalize();
+        }
+        let turn = (to_viewer - octahedral::decode(lender.to_viewer)).length();
+        change += turn / (VIEW_LAG * material.roughness * material.roughness);
+    }
+    let most = if change > 1.0e-6 { (1.0 / change - 1.0).max(0.0) } else { settings.most_samples };
+    let samples = lender.samples.min(most).min(settings.most_samples);
+    if samples <= 0.0 {
+        return Lent::default();
+    }
+    Lent { mean: history_mean[visit.rank as usize], samples, offset: lender.position - borrower.position }
+}
+
+/// Whether what a point reflects depends on the view by more than a factor.
+#[inline(always)]
+fn is_glossy(material: &Material, specular_roughness: f32) -> bool {
+    let reflects = material.metallic > 0.0 || material.specular > 0.0;
+    reflects && class::reflection(material.roughness, specular_roughness) == Classes::NON_SPECULAR
+}
+
+/// Looks for the nearest point.
+struct Nearest<'a> {
+    borrower: Borrower,
+    history_points: &'a [HistoryPoint],
+    rank: u32,
+    square: f32,
+    reach: f32,
+    found: bool,
+}
+
+impl Nearest<'_> {
+    /// Whether no other point is likely to be much nearer.
+    #[inline(always)]
+    fn is_near(&self) -> bool {
+        let near = NEAR * self.borrower.radius;
+        self.square <= near * near
+    }
+}
+
+impl Visit for Nearest<'_> {
+    #[inline(always)]
+    fn visit(&mut self, rank: u32) {
+        let lender = self.history_points[rank as usize];
+        let along = lender.position - self.borrower.position;
+        let square = along.length_squared();
+        let reach = self.reach * lender.radius;
+        let (small, large) =
+            (lender.radius.min(self.borrower.radius), lender.radius.max(self.borrower.radius));
+        if square < self.square
+            && lender.samples > 0.0
+            && square <= reach * reach
+            && large <= MOST_RADIUS_RATIO * small
+            && lender.material == self.borrower.material
+            && self.borrower.accepts(&lender, along)
+        {
+            self.rank = rank;
+            self.square = square;
+            self.found = true;
+        }
+    }
+}

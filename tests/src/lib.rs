@@ -6,6 +6,7 @@ pub mod compare;
 pub mod direct;
 pub mod energy;
 pub mod fields;
+pub mod frames;
 pub mod gpu;
 pub mod lobes;
 pub mod matching;

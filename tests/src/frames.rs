@@ -1,0 +1,63 @@
+//! Frames of a view one after the other, as an animation renders them.
+
+use caustics::method::basic::BASIC;
+use caustics::method::history::History;
+use caustics::method::settings::Settings;
+use caustics::scene::{Scene, SceneCamera};
+use caustics::session::{RunnerChoice, Session};
+use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::interface::history::HistoryPoint;
+use glam::Vec3;
+
+/// Frames of OurBasic with a history.
+pub struct Frames {
+    /// The session.
+    pub session: Session,
+    /// Index of the next frame.
+    pub next: u32,
+}
+
+impl Frames {
+    /// Opens the CPU for the first camera of a scene.
+    pub fn new(scene: &Scene, settings: &Settings, history: &'static History) -> Frames {
+        Frames::open(&RunnerChoice::Cpu { threads: 0 }, scene, settings, history)
+    }
+
+    /// Opens a runner for the first camera of a scene.
+    pub fn open(
+        choice: &RunnerChoice,
+        scene: &Scene,
+        settings: &Settings,
+        history: &'static History,
+    ) -> Frames {
+        let settings = Settings { history, ..settings.clone() };
+        let needs = scene.needs(settings.specular_roughness);
+        let camera = &scene.cameras[0];
+        let session = Session::new(choice, scene, camera, &settings, &BASIC, &PHOTONS_GRID, needs)
+            .expect("a session opens");
+        Frames { session, next: 0 }
+    }
+
+    /// Renders the next frame; its caustics.
+    pub fn render(&mut self) -> Vec<Vec3> {
+        self.session.frame(self.next).expect("a frame runs");
+        self.next += 1;
+        self.session.read("caustic_radiance").expect("caustics")
+    }
+
+    /// Renders the next frame of a posed scene; its caustics.
+    pub fn pose(&mut self, scene: &Scene, camera: &SceneCamera) -> Vec<Vec3> {
+        self.session.pose(scene, camera).expect("a pose");
+        self.render()
+    }
+
+    /// What the last frame leaves to the next one.
+    pub fn history(&mut self) -> Vec<HistoryPoint> {
+        self.session.read("history_points").expect("a history")
+    }
+}
+
+/// Luminance-like sum of the channels.
+pub fn sums(layer: &[Vec3]) -> Vec<f64> {
+    layer.iter().map(|v| f64::from(v.element_sum())).collect()
+}

@@ -100,7 +100,7 @@ fn line_of_light() -> Scene {
     let across = DVec3::new(0.25, 0.0, 1.0).normalize();
     b.panel(mirror, DVec3::new(1.0, 1.0, 0.0), across, 0.006 * DVec3::Y);
     b.light(DVec3::new(0.0, 2.0, 0.0), 5.0);
-    b.camera(DVec3::new(0.0, 2.0, 0.0), DVec3::new(2.0, 0.0, 0.0), 0.5);
+    b.camera(DVec3::new(-0.3, 2.0, 0.0), DVec3::new(-0.3, 0.0, 0.0), 0.5);
     b.build()
 }
 
@@ -129,7 +129,7 @@ fn width_of_line(layer: &[f64], width: usize) -> f64 {
 fn a_line_of_light_stays_as_narrow_as_it_is() {
     let (scene, settings) = (line_of_light(), settings(96, 64, 60_000));
     let camera = &scene.cameras[0];
-    for step in [Vec3::ZERO, Vec3::new(0.0, 0.0, 0.0061)] {
+    for step in [Vec3::ZERO, Vec3::new(0.0061, 0.0, 0.0013)] {
         let last = moved(camera, step * 100.0);
         // The line itself: one frame of very many paths.
         let many = Settings { light_paths: 100 * settings.light_paths, ..settings.clone() };

@@ -46,7 +46,7 @@ pub fn reuse_paper(
     let rank = index(id);
     if rank < params.pixel_count() {
         let pixel = pixel_order[rank as usize] as usize;
-        let tree = PointTree { boxes: history_boxes, points: params.pixel_count() };
+        let tree = PointTree::new(history_boxes, params.pixel_count());
         let (point, shading) = (&point_geometry[pixel], &point_shading[pixel]);
         lent[rank as usize] =
             pass::reuse::paper(point, shading, instances, tree, history_points, history_mean);
@@ -74,7 +74,7 @@ pub fn reuse_validated(
     let rank = index(id);
     if rank < params.pixel_count() {
         let pixel = pixel_order[rank as usize] as usize;
-        let tree = PointTree { boxes: history_boxes, points: params.pixel_count() };
+        let tree = PointTree::new(history_boxes, params.pixel_count());
         lent[rank as usize] = pass::reuse::validated(
             rank,
             &point_geometry[pixel],

@@ -94,17 +94,39 @@ pub fn node_box(
 /// The tree, for searching.
 #[derive(Clone, Copy)]
 pub struct PointTree<'a> {
-    /// Boxes of all levels.
-    pub boxes: &'a [PointBox],
-    /// Points there are.
-    pub points: u32,
+    boxes: &'a [PointBox],
+    points: u32,
+    levels: u32,
+    /// First node of each level.
+    starts: [u32; MOST_LEVELS + 1],
 }
 
-impl PointTree<'_> {
+impl<'a> PointTree<'a> {
+    /// The tree over this many points with the boxes of all levels.
+    #[inline(always)]
+    pub fn new(boxes: &'a [PointBox], points: u32) -> Self {
+        let mut starts = [0; MOST_LEVELS + 1];
+        let mut nodes = level_nodes(points, 0);
+        let mut levels = 1;
+        starts[1] = nodes;
+        while nodes > 1 {
+            nodes = nodes.div_ceil(CHILDREN);
+            starts[levels + 1] = starts[levels] + nodes;
+            levels += 1;
+        }
+        PointTree { boxes, points, levels: levels as u32, starts }
+    }
+
+    /// One past the last node of a level.
+    #[inline(always)]
+    fn nodes(&self, level: u32) -> u32 {
+        self.starts[level as usize + 1] - self.starts[level as usize]
+    }
+
     /// Visits every point whose reach may hold a position.
     #[inline(always)]
     pub fn for_each<V: Visit>(&self, position: Vec3, visit: &mut V) {
-        let root = levels(self.points) - 1;
+        let root = self.levels - 1;
         if self.holds(root, 0, position) {
             self.descend(root, 0, position, visit);
         }
@@ -116,11 +138,11 @@ impl PointTree<'_> {
         let mut node = rank / LEAF_POINTS;
         self.leaf(node, visit);
         let mut level = 0;
-        let mut nodes = level_nodes(self.points, 0);
-        while nodes > 1 && !done(visit) {
+        while level + 1 < self.levels && !done(visit) {
             let first = node / CHILDREN * CHILDREN;
+            let end = (first + CHILDREN).min(self.nodes(level));
             let mut sibling = first;
-            while sibling < (first + CHILDREN).min(nodes) {
+            while sibling < end {
                 if sibling != node && self.holds(level, sibling, position) {
                     self.descend(level, sibling, position, visit);
                 }
@@ -128,14 +150,13 @@ impl PointTree<'_> {
             }
             node /= CHILDREN;
             level += 1;
-            nodes = nodes.div_ceil(CHILDREN);
         }
     }
 
     /// Whether the box of a node holds a position.
     #[inline(always)]
     fn holds(&self, level: u32, node: u32, position: Vec3) -> bool {
-        let bounds = self.boxes[(level_start(self.points, level) + node) as usize];
+        let bounds = self.boxes[(self.starts[level as usize] + node) as usize];
         let outside = (bounds.min - position).max(position - bounds.max);
         outside.max_element() <= 0.0
     }
@@ -166,7 +187,7 @@ impl PointTree<'_> {
                 continue;
             }
             let mut child = node * CHILDREN;
-            let end = (child + CHILDREN).min(level_nodes(self.points, level - 1));
+            let end = (child + CHILDREN).min(self.nodes(level - 1));
             while child < end {
                 if height < STACK && self.holds(level - 1, child, position) {
                     stack_level[height] = level - 1;

@@ -75,7 +75,7 @@ macro_rules! previous {
         let points = $call.memory.read::<HistoryPoint>("history_points")?;
         let mean = $call.memory.read::<Vec3>("history_mean")?;
         let ($points, $mean) = (&points[..], &mean[..]);
-        let $tree = PointTree { boxes: &boxes, points: $call.params.pixel_count() };
+        let $tree = PointTree::new(&boxes, $call.params.pixel_count());
     };
 }
 

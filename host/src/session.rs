@@ -4,7 +4,8 @@ use anyhow::{Context, bail};
 use bytemuck::cast_slice;
 use caustics_kernels::gather::accumulator;
 use caustics_kernels::gather::variant::Variant;
-use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::interface::frame::{Camera, FrameParams};
+use caustics_kernels::interface::history::HistorySettings;
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::point::PointGeometry;
 use glam::Vec3;
@@ -92,6 +93,8 @@ pub struct Session {
     parts: Parts,
     settings: Settings,
     params: FrameParams,
+    /// The eye of the frame before.
+    previous_camera: Camera,
 }
 
 impl Session {
@@ -113,14 +116,13 @@ impl Session {
         let buffers = (method.buffers)(parts, &(method.frame)(params, 0));
         let mut runner = open(choice, scene, needs, &buffers)?;
         runner.write("pixel_order", cast_slice(&basic::pixel_order(params.width, params.height)))?;
-        if let Some(settings) = settings.history.settings.filter(|_| method.gathers) {
-            runner.write("history_settings", bytemuck::bytes_of(&settings))?;
-        }
-        Ok(Session { runner, method, parts, settings: settings.clone(), params })
+        let previous_camera = params.camera;
+        Ok(Session { runner, method, parts, settings: settings.clone(), params, previous_camera })
     }
 
     /// Brings what moves to where it stands in the next frame: a posed scene, and a camera of it.
     pub fn pose(&mut self, scene: &Scene, camera: &SceneCamera) -> anyhow::Result<()> {
+        self.previous_camera = self.params.camera;
         self.params = self.settings.params(scene, camera, 0);
         Ok(())
     }
@@ -137,7 +139,13 @@ impl Session {
 
     /// Renders frame `index`; its time by step.
     pub fn frame(&mut self, index: u32) -> anyhow::Result<Vec<StepTime>> {
-        self.runner.run(&(self.method.steps)(self.parts, self.params(index)))
+        if let Some(settings) = self.parts.history.settings.filter(|_| self.method.gathers) {
+            let settings = HistorySettings { camera: self.previous_camera, ..settings };
+            self.runner.write("history_settings", bytemuck::bytes_of(&settings))?;
+        }
+        let times = self.runner.run(&(self.method.steps)(self.parts, self.params(index)))?;
+        self.previous_camera = self.params.camera;
+        Ok(times)
     }
 
     /// The picture of the last frame.

@@ -2,4 +2,4 @@
 //! Imports `interface`, `math`, `gather`.
 
 pub mod cells;
-pub mod tree;
+pub mod window;

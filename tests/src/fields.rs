@@ -66,7 +66,7 @@ fields!(PointGeometry { position: 3 Floats, radius: 1 Floats, normal: 3 Floats, 
 fields!(PointShading {
     to_viewer: 3 Floats, material: 1 Words, shading_normal: 3 Floats, red_green: 1 Words,
     throughput: 3 Floats, blue_roughness_metallic: 1 Words, eta: 1 Floats,
-    instance: 1 Words,
+    instance: 1 Words, distance: 1 Floats,
 });
 fields!(DepositGeometry { position: 3 Floats, scatterings: 1 Words, normal: 3 Floats, });
 fields!(DepositLight { to_light: 3 Floats, flux: 3 Floats, });

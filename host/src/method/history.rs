@@ -1,13 +1,13 @@
 //! Histories: what the frame before lends to the collection points of this one. A history is data: the steps and buffers
 //! that it adds to a frame.
 
-use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::interface::frame::{Camera, FrameParams};
 use caustics_kernels::interface::history::{
     HistoryPoint, HistorySettings, Lent, VALIDATION_CELLS, VALIDATION_DEPOSITS, ValidationDeposit,
     validation_paths,
 };
-use caustics_kernels::interface::point::PointBox;
-use caustics_kernels::reuse::tree::{level_nodes, level_start, levels};
+
+use glam::Vec3;
 
 use super::{BufferSpec, Step};
 
@@ -58,18 +58,19 @@ pub const NONE: History = History {
 /// OurTemporal as published: eight tenths of the mean of the previous points that overlap, two tenths of this frame's
 /// light, always [Moreau and Doggett 2022].
 ///
-/// Cost: a tree over the previous points (24 bytes of boxes for 16 points), a search a point. Where it is wrong: its
-/// variance stays at a ninth; light that is gone is seen for 20 frames; repeated means blur; radiance is lent, so a
+/// Cost: nine rows of 32 bytes a point to search, and 100 bytes a point of state. Where it is wrong: its variance stays at a ninth; light that is gone is seen for 20 frames; repeated means blur; radiance is lent, so a
 /// texture and a glossy lobe smear.
 pub const PAPER: History = History {
     name: "paper",
     about: "OurTemporal as published: 0.8 of what overlaps, 0.2 of this frame",
-    settings: Some(HistorySettings { reach: 1.0, lag: 0.0, most_samples: 0.0, demodulates: 0 }),
-    before: |params| {
-        let mut steps = build_tree(params);
-        steps.push(pixels("reuse.paper", params));
-        steps
-    },
+    settings: Some(HistorySettings {
+        reach: 1.0,
+        lag: 0.0,
+        most_samples: 0.0,
+        demodulates: 0,
+        camera: NOWHERE,
+    }),
+    before: |params| vec![pixels("reuse.paper", params)],
     resolve: "resolve.history",
     forget: &[],
     buffers: point_buffers,
@@ -84,16 +85,20 @@ pub const PAPER: History = History {
 pub const VALIDATED: History = History {
     name: "validated",
     about: "all frames that still hold by the validation paths, from the nearest point",
-    settings: Some(HistorySettings { reach: 1.3, lag: 4.0, most_samples: 1024.0, demodulates: 1 }),
+    settings: Some(HistorySettings {
+        reach: 1.3,
+        lag: 4.0,
+        most_samples: 1024.0,
+        demodulates: 1,
+        camera: NOWHERE,
+    }),
     before: |params| {
-        let mut steps = build_tree(params);
         let count = validation_paths(params.light_path_count);
-        steps.extend([
+        vec![
             Step::Clear { buffer: "validation_cells" },
             Step::Dispatch { pass: "validate", count, params },
             pixels("reuse.validated", params),
-        ]);
-        steps
+        ]
     },
     resolve: "resolve.history",
     forget: &["history_points", "validation_deposits"],
@@ -111,19 +116,12 @@ pub const VALIDATED: History = History {
     },
 };
 
+/// No camera yet: every frame writes that of the frame before.
+const NOWHERE: Camera =
+    Camera { position: Vec3::ZERO, right: Vec3::ZERO, up: Vec3::ZERO, forward: Vec3::ZERO };
+
 fn pixels(pass: &'static str, params: FrameParams) -> Step {
     Step::Dispatch { pass, count: params.pixel_count(), params }
-}
-
-/// Boxes over the previous points, level by level.
-fn build_tree(params: FrameParams) -> Vec<Step> {
-    let points = params.pixel_count();
-    let level = |part| Step::Dispatch {
-        pass: "reuse.boxes",
-        count: level_nodes(points, part),
-        params: FrameParams { part, ..params },
-    };
-    (0..levels(points)).map(level).collect()
 }
 
 fn point_buffers(params: &FrameParams) -> Vec<BufferSpec> {
@@ -133,7 +131,6 @@ fn point_buffers(params: &FrameParams) -> Vec<BufferSpec> {
         spec("history_settings", size_of::<HistorySettings>(), 1),
         spec("history_points", size_of::<HistoryPoint>(), pixels),
         spec("history_mean", 12, pixels),
-        spec("history_boxes", size_of::<PointBox>(), level_start(pixels, levels(pixels))),
         spec("lent", size_of::<Lent>(), pixels),
     ]
 }

@@ -6,50 +6,37 @@ use crate::interface::history::{HistoryPoint, HistorySettings, Lent};
 use crate::interface::instance::Instance;
 use crate::interface::material::Material;
 use crate::interface::needs::Needs;
-use crate::interface::point::{PointBox, PointGeometry, PointShading};
+use crate::interface::point::{PointGeometry, PointShading};
 use crate::pass;
-use crate::reuse::tree::{PointTree, level_nodes, level_start, node_box};
 use spirv_std::glam::{UVec3, Vec3};
 use spirv_std::spirv;
-
-/// Boxes of one level of the tree over the previous points.
-#[spirv(compute(threads(64), entry_point_name = "reuse.boxes"))]
-pub fn reuse_boxes(
-    #[spirv(global_invocation_id)] id: UVec3,
-    #[spirv(push_constant)] params: &FrameParams,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] history_settings: &[HistorySettings],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] history_points: &[HistoryPoint],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] history_boxes: &mut [PointBox],
-) {
-    let (node, level, points) = (index(id), params.part, params.pixel_count());
-    if node < level_nodes(points, level) {
-        let reach = history_settings[0].reach;
-        let bounds = node_box(node, level, points, reach, history_points, history_boxes);
-        history_boxes[(level_start(points, level) + node) as usize] = bounds;
-    }
-}
 
 /// What the paper lends.
 #[spirv(compute(threads(64), entry_point_name = "reuse.paper"))]
 pub fn reuse_paper(
     #[spirv(global_invocation_id)] id: UVec3,
     #[spirv(push_constant)] params: &FrameParams,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] pixel_order: &[u32],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] point_geometry: &[PointGeometry],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] point_shading: &[PointShading],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] instances: &[Instance],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] history_points: &[HistoryPoint],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] history_mean: &[Vec3],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] history_boxes: &[PointBox],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] history_settings: &[HistorySettings],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] lent: &mut [Lent],
 ) {
-    let rank = index(id);
-    if rank < params.pixel_count() {
-        let pixel = pixel_order[rank as usize] as usize;
-        let tree = PointTree::new(history_boxes, params.pixel_count());
-        let (point, shading) = (&point_geometry[pixel], &point_shading[pixel]);
-        lent[rank as usize] =
-            pass::reuse::paper(point, shading, instances, tree, history_points, history_mean);
+    let pixel = index(id);
+    if pixel < params.pixel_count() {
+        let i = pixel as usize;
+        lent[i] = pass::reuse::paper(
+            pixel,
+            &point_geometry[i],
+            &point_shading[i],
+            instances,
+            history_points,
+            history_mean,
+            &history_settings[0],
+            params,
+        );
     }
 }
 
@@ -59,29 +46,25 @@ pub fn reuse_validated(
     #[spirv(global_invocation_id)] id: UVec3,
     #[spirv(spec_constant(id = 0, default = 524287))] needs: u32,
     #[spirv(push_constant)] params: &FrameParams,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] pixel_order: &[u32],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] point_geometry: &[PointGeometry],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] point_shading: &[PointShading],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] instances: &[Instance],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] history_points: &[HistoryPoint],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] history_mean: &[Vec3],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] history_boxes: &[PointBox],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] history_settings: &[HistorySettings],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] lent: &mut [Lent],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] materials: &[Material],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] validation_cells: &[u32],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] history_settings: &[HistorySettings],
 ) {
-    let rank = index(id);
-    if rank < params.pixel_count() {
-        let pixel = pixel_order[rank as usize] as usize;
-        let tree = PointTree::new(history_boxes, params.pixel_count());
-        lent[rank as usize] = pass::reuse::validated(
-            rank,
-            &point_geometry[pixel],
-            &point_shading[pixel],
+    let pixel = index(id);
+    if pixel < params.pixel_count() {
+        let i = pixel as usize;
+        lent[i] = pass::reuse::validated(
+            pixel,
+            &point_geometry[i],
+            &point_shading[i],
             materials,
             instances,
-            tree,
             history_points,
             history_mean,
             validation_cells,
@@ -98,7 +81,6 @@ pub fn resolve_history(
     #[spirv(global_invocation_id)] id: UVec3,
     #[spirv(spec_constant(id = 0, default = 524287))] needs: u32,
     #[spirv(push_constant)] params: &FrameParams,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] pixel_order: &[u32],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] point_geometry: &[PointGeometry],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] point_shading: &[PointShading],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] materials: &[Material],
@@ -109,9 +91,8 @@ pub fn resolve_history(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] history_points: &mut [HistoryPoint],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] history_mean: &mut [Vec3],
 ) {
-    let rank = index(id) as usize;
-    if index(id) < params.pixel_count() {
-        let pixel = pixel_order[rank];
+    let pixel = index(id);
+    if pixel < params.pixel_count() {
         let i = pixel as usize;
         let remembered = pass::remember::remember(
             pixel,
@@ -119,13 +100,13 @@ pub fn resolve_history(
             &point_shading[i],
             materials,
             accumulator,
-            &lent[rank],
+            &lent[i],
             &history_settings[0],
             params,
             Needs(needs),
         );
         caustic_radiance[i] = remembered.radiance;
-        history_points[rank] = remembered.point;
-        history_mean[rank] = remembered.mean;
+        history_points[i] = remembered.point;
+        history_mean[i] = remembered.mean;
     }
 }

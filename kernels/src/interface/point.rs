@@ -37,6 +37,8 @@ pub struct PointShading {
     pub eta: f32,
     /// Index into the instances; 0 is the world, which does not move.
     pub instance: u32,
+    /// Length of the camera path up to here [m].
+    pub distance: f32,
 }
 
 /// Where a deposit lies: all that a gather reads of deposits it does not take.
@@ -78,7 +80,7 @@ pub struct PointBox {
 }
 
 const _: () = assert!(size_of::<PointGeometry>() == 32);
-const _: () = assert!(size_of::<PointShading>() == 56);
+const _: () = assert!(size_of::<PointShading>() == 60);
 const _: () = assert!(size_of::<DepositGeometry>() == 32);
 const _: () = assert!(size_of::<DepositLight>() == 32);
 const _: () = assert!(size_of::<PointBox>() == 24);

@@ -87,7 +87,7 @@ pub fn follow<T: Tracer, C: Atomics>(
     if needs.has(Needs::ENCLOSED) {
         media = enclosing(ray.origin, scene, tracer);
     }
-    let mut prefix = true;
+    let (mut prefix, mut distance) = (true, 0.0);
     let mut pdf_scattered = 0.0;
     let (mut rays, mut shadow_rays, mut overflows) = (0, 0, 0);
 
@@ -105,6 +105,7 @@ pub fn follow<T: Tracer, C: Atomics>(
         let mut width = 0.0;
         if prefix {
             cone = cone.advance(hit.distance);
+            distance += hit.distance;
             width = cone.total_width();
         }
         let here = vertex(scene, needs, &ray, &hit, width);
@@ -179,6 +180,7 @@ pub fn follow<T: Tracer, C: Atomics>(
                     blue_roughness_metallic: 0,
                     eta: site.surface.eta,
                     instance: here.instance,
+                    distance,
                 };
                 if needs.has(Needs::TEXTURES) && material.flags & FLAGS_SCATTER_TEXTURE != 0 {
                     let (first, second) = packed(&material);

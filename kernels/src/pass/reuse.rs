@@ -17,7 +17,7 @@ use crate::interface::needs::Needs;
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::math::octahedral;
 use crate::reuse::cells;
-use crate::reuse::tree::PointTree;
+use crate::reuse::window::{WIDE, for_each_around, project, seen_at};
 use crate::surface::class::{self, Classes};
 use crate::surface::textured::material_of;
 use spirv_std::glam::Vec3;
@@ -28,8 +28,10 @@ const PAPER_SIGMA: f32 = 0.75;
 const PAPER_SAMPLES: f32 = 4.0;
 /// Radii of lender and borrower differ at most by this factor.
 const MOST_RADIUS_RATIO: f32 = 1.5;
-/// A lender this near, relative to its radius, is not worth a longer search.
-const NEAR: f32 = 0.9;
+/// A lender this near, relative to the radius, is nearer than any other: half a pixel.
+const NEAR: f32 = 0.85;
+/// Cosine below which discs cross several pixels.
+const FLAT: f32 = 0.3;
 /// Turn of the view that light of a glossy lobe stands, relative to the lobe's width (squared roughness).
 const VIEW_LAG: f32 = 0.5;
 
@@ -75,19 +77,28 @@ impl Borrower {
 /// with 0.8 of the blend [Moreau and Doggett 2022].
 #[inline(always)]
 pub fn paper(
+    pixel: u32,
     point: &PointGeometry,
     shading: &PointShading,
     instances: &[Instance],
-    tree: PointTree<'_>,
     history_points: &[HistoryPoint],
     history_mean: &[Vec3],
+    settings: &HistorySettings,
+    params: &FrameParams,
 ) -> Lent {
     if point.depth == 0 {
         return Lent::default();
     }
     let borrower = Borrower::new(point, shading, instances);
     let mut visit = Overlap { borrower, history_points, history_mean, sum: Vec3::ZERO, weights: 0.0 };
-    tree.for_each(borrower.position, &mut visit);
+    let seen = seen_at(pixel, point, shading, borrower.position, params);
+    let at = project(seen, &settings.camera, params);
+    // Discs are 0.56 pixels wide head on, and 2.5 across where they lie flat.
+    let half = if shading.to_viewer.dot(point.normal) < FLAT { WIDE } else { 1 };
+    for_each_around(at, half, params, &mut visit);
+    if visit.weights <= 0.0 && point.depth > 1 {
+        for_each_around(at, WIDE, params, &mut visit);
+    }
     if visit.weights <= 0.0 {
         return Lent::default();
     }
@@ -105,8 +116,8 @@ struct Overlap<'a> {
 
 impl Visit for Overlap<'_> {
     #[inline(always)]
-    fn visit(&mut self, rank: u32) {
-        let lender = self.history_points[rank as usize];
+    fn visit(&mut self, pixel: u32) {
+        let lender = self.history_points[pixel as usize];
         let along = lender.position - self.borrower.position;
         let square = along.length_squared();
         if lender.samples > 0.0
@@ -116,22 +127,21 @@ impl Visit for Overlap<'_> {
         {
             let width = PAPER_SIGMA * self.borrower.radius;
             let weight = (-0.5 * square / (width * width)).exp();
-            self.sum += self.history_mean[rank as usize] * weight;
+            self.sum += self.history_mean[pixel as usize] * weight;
             self.weights += weight;
         }
     }
 }
 
 /// `reuse.validated`: the nearest previous point of the same surface, as many frames' worth as hold by what validation
-/// paths saw, and by how far the view of a glossy lobe turned. `rank` is the pixel's place in the order of the points.
+/// paths saw, and by how far the view of a glossy lobe turned.
 #[inline(always)]
 pub fn validated(
-    rank: u32,
+    pixel: u32,
     point: &PointGeometry,
     shading: &PointShading,
     materials: &[Material],
     instances: &[Instance],
-    tree: PointTree<'_>,
     history_points: &[HistoryPoint],
     history_mean: &[Vec3],
     validation_cells: &[u32],
@@ -144,12 +154,20 @@ pub fn validated(
     }
     let borrower = Borrower::new(point, shading, instances);
     let mut visit =
-        Nearest { borrower, history_points, rank: 0, square: f32::MAX, reach: settings.reach, found: false };
-    tree.outwards(rank, borrower.position, &mut visit, |visit| visit.is_near());
+        Nearest { borrower, history_points, pixel: 0, square: f32::MAX, reach: settings.reach, found: false };
+    let seen = seen_at(pixel, point, shading, borrower.position, params);
+    let at = project(seen, &settings.camera, params);
+    for_each_around(at, 0, params, &mut visit);
+    if !visit.is_near() {
+        for_each_around(at, 1, params, &mut visit);
+    }
+    if !visit.found && point.depth > 1 {
+        for_each_around(at, WIDE, params, &mut visit);
+    }
     if !visit.found {
         return Lent::default();
     }
-    let lender = history_points[visit.rank as usize];
+    let lender = history_points[visit.pixel as usize];
 
     // Light that changes by a share c a frame is worth 1/c frames, today's among them.
     let mut change = cells::change(validation_cells, borrower.position, params);
@@ -167,7 +185,7 @@ pub fn validated(
     if samples <= 0.0 {
         return Lent::default();
     }
-    Lent { mean: history_mean[visit.rank as usize], samples, offset: lender.position - borrower.position }
+    Lent { mean: history_mean[visit.pixel as usize], samples, offset: lender.position - borrower.position }
 }
 
 /// Whether what a point reflects depends on the view by more than a factor.
@@ -181,14 +199,14 @@ fn is_glossy(material: &Material, specular_roughness: f32) -> bool {
 struct Nearest<'a> {
     borrower: Borrower,
     history_points: &'a [HistoryPoint],
-    rank: u32,
+    pixel: u32,
     square: f32,
     reach: f32,
     found: bool,
 }
 
 impl Nearest<'_> {
-    /// Whether no other point is likely to be much nearer.
+    /// Whether no other point is likely to be nearer.
     #[inline(always)]
     fn is_near(&self) -> bool {
         let near = NEAR * self.borrower.radius;
@@ -198,8 +216,8 @@ impl Nearest<'_> {
 
 impl Visit for Nearest<'_> {
     #[inline(always)]
-    fn visit(&mut self, rank: u32) {
-        let lender = self.history_points[rank as usize];
+    fn visit(&mut self, pixel: u32) {
+        let lender = self.history_points[pixel as usize];
         let along = lender.position - self.borrower.position;
         let square = along.length_squared();
         let reach = self.reach * lender.radius;
@@ -212,7 +230,7 @@ impl Visit for Nearest<'_> {
             && lender.material == self.borrower.material
             && self.borrower.accepts(&lender, along)
         {
-            self.rank = rank;
+            self.pixel = pixel;
             self.square = square;
             self.found = true;
         }

@@ -44,7 +44,6 @@ const PASSES: &[(&str, Pass)] = &[
     ("gather.brute", photons::gather_brute),
     ("resolve", points::resolve),
     ("display", points::display),
-    ("reuse.boxes", history::reuse_boxes),
     ("validate", history::validate),
     ("reuse.paper", history::reuse_paper),
     ("reuse.validated", history::reuse_validated),

@@ -88,6 +88,9 @@ pub struct Common {
     /// Name of the camera [default: the first]
     #[arg(long)]
     pub camera: Option<String>,
+    /// Time of the scene's animations that is shown [s]; before their first key and after their last they stand still
+    #[arg(long, default_value_t = 0.0)]
+    pub time: f64,
     /// Exposure of the PNG [stops]
     #[arg(long, default_value_t = 0.0)]
     pub exposure: f32,

@@ -17,4 +17,5 @@ pub mod runner;
 pub mod scene;
 pub mod session;
 pub mod trace_rate;
+pub mod upload;
 pub mod vulkan;

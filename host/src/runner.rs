@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use crate::method::Step;
+use crate::scene::motion::Placement;
 
 pub mod cpu;
 pub mod gpu;
@@ -21,7 +22,13 @@ pub trait Runner {
     /// Device and driver, for people and for provenance.
     fn device(&self) -> String;
     /// Overwrites the head of a buffer.
-    fn write(&mut self, buffer: &str, bytes: &[u8]) -> anyhow::Result<()>;
+    fn write(&mut self, buffer: &str, bytes: &[u8]) -> anyhow::Result<()> {
+        self.write_at(buffer, 0, bytes)
+    }
+    /// Overwrites a buffer from an offset on [bytes].
+    fn write_at(&mut self, buffer: &str, offset: usize, bytes: &[u8]) -> anyhow::Result<()>;
+    /// Brings meshes that move to where they stand, for structures that are not buffers.
+    fn place(&mut self, placements: &[Placement]) -> anyhow::Result<()>;
     /// A whole buffer.
     fn read(&mut self, buffer: &str) -> anyhow::Result<Vec<u8>>;
     /// Executes the steps in order and returns the time of each.

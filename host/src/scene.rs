@@ -8,6 +8,7 @@ use caustics_kernels::interface::instance::Instance;
 use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::scene::{SceneTables, TextureTables};
+use caustics_kernels::interface::texture::TextureCoordinates;
 use caustics_kernels::interface::tree::{TreeNode, TriangleBlock};
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::{DVec3, Vec3};
@@ -15,15 +16,21 @@ use glam::{DVec3, Vec3};
 pub use self::camera::SceneCamera;
 pub use self::error::SceneError;
 pub use self::find::{names, resolve};
+use self::motion::Motion;
+use self::moving::MovingMesh;
 pub use self::punctual::{LightShape, PunctualLight};
 pub use self::texture::TextureParts;
+use self::tree::top;
 
+pub mod animation;
 mod camera;
 mod error;
 mod find;
 mod geometry;
 mod gltf;
 mod light;
+pub mod motion;
+pub mod moving;
 mod needs;
 mod punctual;
 #[cfg(test)]
@@ -54,6 +61,10 @@ pub struct Scene {
     pub nodes: Vec<TreeNode>,
     /// Its leaves.
     pub blocks: Vec<TriangleBlock>,
+    /// Triangles of the meshes that move, each in its mesh's own space; rows as behind those that stand still.
+    pub object_triangles: Vec<Triangle>,
+    /// What moves; none in a scene that stands still.
+    pub motion: Option<Motion>,
     /// Radiance behind everything that the file asks for [W m^-2 sr^-1]; it lights nothing.
     pub background: Vec3,
     /// Cameras, in the order of the file's nodes.
@@ -71,8 +82,10 @@ pub struct Scene {
 impl Scene {
     /// A hash of all that paths can meet: FNV-1a, 64 bits, of the tables' bytes.
     pub fn fingerprint(&self) -> String {
-        let bytes = crate::session::tables(self).into_iter().flat_map(|(_, bytes)| bytes);
-        let hash = bytes.fold(0xcbf2_9ce4_8422_2325u64, |hash, &byte| {
+        let tables = crate::session::tables(self);
+        let bytes = tables.iter().flat_map(|(_, bytes)| *bytes).copied();
+        let channels = self.motion.iter().flat_map(|motion| motion.rig.bytes());
+        let hash = bytes.chain(channels).fold(0xcbf2_9ce4_8422_2325u64, |hash, byte| {
             (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
         });
         format!("{hash:016x}")
@@ -108,6 +121,33 @@ impl Scene {
     #[expect(clippy::too_many_arguments, reason = "a scene has as many parts")]
     pub fn from_textured_parts(
         name: &str,
+        triangles: Vec<Triangle>,
+        surfaces: Vec<TriangleSurface>,
+        materials: Vec<Material>,
+        material_names: Vec<String>,
+        punctual_lights: Vec<PunctualLight>,
+        cameras: Vec<SceneCamera>,
+        parts: TextureParts,
+    ) -> Result<Scene, SceneError> {
+        let origin = DVec3::ZERO;
+        Self::assemble(
+            name,
+            triangles,
+            surfaces,
+            materials,
+            material_names,
+            punctual_lights,
+            cameras,
+            parts,
+            origin,
+            None,
+        )
+    }
+
+    /// The same with what moves: triangles, surfaces and coordinates are those that stand still.
+    #[expect(clippy::too_many_arguments, reason = "a scene has as many parts")]
+    fn assemble(
+        name: &str,
         mut triangles: Vec<Triangle>,
         mut surfaces: Vec<TriangleSurface>,
         mut materials: Vec<Material>,
@@ -115,18 +155,44 @@ impl Scene {
         punctual_lights: Vec<PunctualLight>,
         cameras: Vec<SceneCamera>,
         mut parts: TextureParts,
+        origin: DVec3,
+        mut motion: Option<Motion>,
     ) -> Result<Scene, SceneError> {
         geometry::check(name, &triangles, &surfaces, &materials, &material_names)?;
         light::check(name, &punctual_lights)?;
-        texture::check(name, &parts, triangles.len(), materials.len())?;
+        let meshes = motion.as_ref().map_or(&[][..], |motion| &motion.meshes);
+        if !parts.textures.is_empty() {
+            parts.coordinates.extend(meshes.iter().flat_map(MovingMesh::coordinates));
+        }
+        let moving: usize = meshes.iter().map(|mesh| mesh.corners.len()).sum();
+        texture::check(name, &parts, triangles.len() + moving, materials.len())?;
         texture::set_flags(&mut materials, &parts);
+        let has_coordinates = !parts.coordinates.is_empty();
+        parts.coordinates.truncate(triangles.len());
         let dropped_triangles =
             geometry::drop_degenerate(&mut triangles, &mut surfaces, &mut parts.coordinates);
-        if triangles.is_empty() {
+        if triangles.len() + moving == 0 {
             return Err(SceneError::NoGeometry { file: name.into(), dropped: dropped_triangles });
         }
+        if meshes.len() > top::MOST_MESHES {
+            let what = format!("{} meshes move, but at most {} may", meshes.len(), top::MOST_MESHES);
+            return Err(SceneError::Tables { file: name.into(), what });
+        }
 
-        let tree = tree::build(&triangles);
+        // An instance carries the id of its first triangle in 24 bits.
+        if moving > 0 && triangles.len() + moving > 1 << 24 {
+            let what = "a scene with meshes that move has more than 2^24 triangles".into();
+            return Err(SceneError::Tables { file: name.into(), what });
+        }
+
+        // The tree over what stands still; below a top level where meshes move.
+        let leaves = meshes.len() + usize::from(!triangles.is_empty());
+        let (top, levels) =
+            if moving > 0 { (top::node_count(leaves), top::levels_below(leaves)) } else { (0, tree::LEVELS) };
+        let tree = match triangles.is_empty() {
+            true => tree::Tree::default(),
+            false => tree::build_within(&triangles, levels),
+        };
         let triangles: Vec<_> = tree.order.iter().map(|&id| triangles[id as usize]).collect();
         let mut surfaces: Vec<_> = tree.order.iter().map(|&id| surfaces[id as usize]).collect();
         for (triangle, surface) in triangles.iter().zip(&mut surfaces) {
@@ -148,35 +214,53 @@ impl Scene {
             material_names,
             textures,
             instances: vec![Instance::default()],
-            nodes: tree.nodes,
-            blocks: tree.blocks,
+            nodes: vec![TreeNode::default(); top],
             cameras,
+            origin,
             dropped_triangles,
             ..Scene::default()
         };
-        let (lights, flux) = light::table(&scene, &punctual_lights);
-        let surfaces = &mut scene.surfaces;
-        for (id, light) in lights.iter().enumerate().filter(|(_, light)| light.triangle != NONE) {
-            surfaces[light.triangle as usize].light = id as u32;
+        tree::append(&mut scene, tree.nodes, tree.blocks);
+        let Some(motion) = &mut motion else {
+            let emitters = light::emitters(&scene);
+            light::apply(&mut scene, &emitters, &punctual_lights);
+            return Ok(scene);
+        };
+
+        (motion.top, motion.still) = (top, scene.triangles.len());
+        motion.still_bounds = scene.triangles.iter().map(tree::bounds).reduce(|all, next| all.union(&next));
+        for (id, mesh) in motion.meshes.iter_mut().enumerate() {
+            mesh.append(&mut scene, id as u32 + 1, levels);
+            if has_coordinates {
+                scene.textures.coordinates.resize(scene.triangles.len(), TextureCoordinates::default());
+            }
         }
-        (scene.lights, scene.flux) = (lights, flux);
-        Ok(scene)
+        motion.prepare();
+        motion.pose(&mut scene, 0.0)?;
+        // Emission is sampled where the texture coordinates are known: after the first pose.
+        motion.emitters = light::emitters(&scene);
+        motion.prepare();
+        motion.pose(&mut scene, 0.0)?;
+        Ok(Scene { motion: Some(std::mem::take(motion)), ..scene })
     }
 
     /// Whether anything moves.
     pub fn is_animated(&self) -> bool {
-        false
+        self.motion.is_some()
     }
 
     /// Time of the last key of its animations [s]; 0 where nothing moves.
     pub fn duration(&self) -> f64 {
-        0.0
+        self.motion.as_ref().map_or(0.0, |motion| motion.rig.duration())
     }
 
     /// Brings cameras, lights and meshes to where they stand at a time [s]. The pose before becomes the previous one.
+    /// A time that cannot be shown is an error and changes nothing.
     pub fn pose(&mut self, time: f64) -> Result<(), SceneError> {
-        let _ = time;
-        Ok(())
+        let Some(mut motion) = self.motion.take() else { return Ok(()) };
+        let posed = motion.pose(self, time);
+        self.motion = Some(motion);
+        posed
     }
 
     /// The tables as kernels take them.

@@ -6,6 +6,7 @@ use caustics_kernels::gather::accumulator;
 use caustics_kernels::gather::variant::Variant;
 use caustics_kernels::interface::frame::{Camera, FrameParams};
 use caustics_kernels::interface::history::HistorySettings;
+use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::point::PointGeometry;
 use glam::Vec3;
@@ -19,7 +20,9 @@ use crate::picture::Picture;
 use crate::runner::cpu::CpuRunner;
 use crate::runner::gpu::{GpuOptions, GpuRunner};
 use crate::runner::{Runner, StepTime};
+use crate::scene::motion::Motion;
 use crate::scene::{Scene, SceneCamera};
+use crate::upload::Upload;
 
 /// Which runner to open.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -47,7 +50,14 @@ pub fn open(
     needs: Needs,
     buffers: &[BufferSpec],
 ) -> anyhow::Result<Box<dyn Runner>> {
-    let tables = tables(scene);
+    let mut tables = tables(scene);
+    // Lights go out and on again: the table has room for all.
+    let most = scene.motion.as_ref().map_or(0, Motion::most_lights).max(scene.lights.len());
+    let mut lights = scene.lights.clone();
+    lights.resize(most, Light::default());
+    for (_, bytes) in tables.iter_mut().filter(|(name, _)| *name == "lights") {
+        *bytes = cast_slice(&lights);
+    }
     match choice {
         RunnerChoice::Cpu { threads } => Ok(Box::new(CpuRunner::new(*threads, needs, buffers, &tables)?)),
         RunnerChoice::Gpu { device, hardware, validation } => {
@@ -59,14 +69,16 @@ pub fn open(
                 base: modules.base,
                 rayquery: hardware.then_some(modules.rayquery),
             };
-            let triangles = scene.triangles.len() as u32;
-            Ok(Box::new(GpuRunner::new(options, needs, buffers, &tables, triangles)?))
+            let motion = scene.motion.as_ref();
+            let triangles = motion.map_or(scene.triangles.len(), |motion| motion.still) as u32;
+            let placements = motion.map_or(&[][..], |motion| &motion.placements);
+            Ok(Box::new(GpuRunner::new(options, needs, buffers, &tables, triangles, placements)?))
         }
     }
 }
 
 /// The scene's tables as buffers.
-pub fn tables(scene: &Scene) -> [(&'static str, &[u8]); 14] {
+pub fn tables(scene: &Scene) -> [(&'static str, &[u8]); 15] {
     let textures = &scene.textures;
     [
         ("triangles", cast_slice(&scene.triangles)),
@@ -74,6 +86,7 @@ pub fn tables(scene: &Scene) -> [(&'static str, &[u8]); 14] {
         ("materials", cast_slice(&scene.materials)),
         ("lights", cast_slice(&scene.lights)),
         ("instances", cast_slice(&scene.instances)),
+        ("object_triangles", cast_slice(&scene.object_triangles)),
         ("nodes", cast_slice(&scene.nodes)),
         ("blocks", cast_slice(&scene.blocks)),
         ("textures", cast_slice(&textures.textures)),
@@ -95,6 +108,7 @@ pub struct Session {
     params: FrameParams,
     /// The eye of the frame before.
     previous_camera: Camera,
+    upload: Upload,
 }
 
 impl Session {
@@ -113,18 +127,20 @@ impl Session {
         }
         let params = settings.params(scene, camera, 0);
         let parts = Parts { gather: variant, history: settings.history, filter: settings.filter };
-        let buffers = (method.buffers)(parts, &(method.frame)(params, 0));
+        let largest = settings.largest(scene, camera);
+        let buffers = (method.buffers)(parts, &(method.frame)(largest, 0));
         let mut runner = open(choice, scene, needs, &buffers)?;
         runner.write("pixel_order", cast_slice(&basic::pixel_order(params.width, params.height)))?;
         let previous_camera = params.camera;
-        Ok(Session { runner, method, parts, settings: settings.clone(), params, previous_camera })
+        let upload = Upload::new(scene);
+        Ok(Session { runner, method, parts, settings: settings.clone(), params, previous_camera, upload })
     }
 
     /// Brings what moves to where it stands in the next frame: a posed scene, and a camera of it.
     pub fn pose(&mut self, scene: &Scene, camera: &SceneCamera) -> anyhow::Result<()> {
         self.previous_camera = self.params.camera;
         self.params = self.settings.params(scene, camera, 0);
-        Ok(())
+        self.upload.run(&mut *self.runner, scene)
     }
 
     /// Device and driver.

@@ -226,7 +226,8 @@ fn mirror_region(width: usize, height: usize) -> Vec<bool> {
     let camera = scene.cameras[0].camera(width as u32, height as u32);
     let mirror = scene.material_names.iter().position(|name| name == "mirror").unwrap() as u32;
     let cut_outs = CutOuts::of(scene.tables(), Needs(0));
-    let mut tracer = BvhTracer { nodes: &scene.nodes, blocks: &scene.blocks, cut_outs };
+    let mut tracer =
+        BvhTracer { nodes: &scene.nodes, blocks: &scene.blocks, instances: &scene.instances, cut_outs };
     let mut is_mirror = |pixel: usize| {
         let x = ((pixel % width) as f32 + 0.5) / width as f32 * 2.0 - 1.0;
         let y = 1.0 - ((pixel / width) as f32 + 0.5) / height as f32 * 2.0;

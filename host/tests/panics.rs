@@ -22,7 +22,7 @@ fn an_index_out_of_bounds_is_reported() {
     // Watched by the validation layer, as the tests are that must not panic.
     let base = kernels::modules().unwrap().base;
     let options = GpuOptions { base, validation: true, ..GpuOptions::default() };
-    let mut runner = GpuRunner::new(options, Needs::ALL, &boxes, &tables, 0).unwrap();
+    let mut runner = GpuRunner::new(options, Needs::ALL, &boxes, &tables, 0, &[]).unwrap();
     let params = FrameParams { width: 1, height: 1, ..FrameParams::default() };
     runner.run(&[Step::Dispatch { pass: "bound", count: 1, params }]).unwrap();
 }

@@ -139,7 +139,7 @@ impl Receive for Deposits {
 /// The software tracer of a scene.
 pub fn tracer(scene: &Scene, needs: Needs) -> BvhTracer<'_> {
     let cut_outs = CutOuts::of(scene.tables(), needs);
-    BvhTracer { nodes: &scene.nodes, blocks: &scene.blocks, cut_outs }
+    BvhTracer { nodes: &scene.nodes, blocks: &scene.blocks, instances: &scene.instances, cut_outs }
 }
 
 /// A scene with the settings of a frame.

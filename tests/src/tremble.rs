@@ -110,11 +110,11 @@ impl<'a> Paths<'a> {
     }
 
     fn tracer(&self, attempt: u32) -> Trembling<'a> {
-        let Scene { nodes, blocks, .. } = self.scene;
+        let Scene { nodes, blocks, instances, .. } = self.scene;
         let amount = if attempt == 0 { 0.0 } else { AMOUNT };
         let rng = Rng::new(Stream::Camera, 99, attempt, 0);
         let cut_outs = CutOuts::of(self.tables(), self.needs);
-        Trembling { tracer: BvhTracer { nodes, blocks, cut_outs }, rng, amount, answers: vec![] }
+        Trembling { tracer: BvhTracer { nodes, blocks, instances, cut_outs }, rng, amount, answers: vec![] }
     }
 
     /// The camera path of a pixel; attempt 0 does not tremble.

@@ -70,7 +70,8 @@ impl Job {
             return Err(TargetError::Exists(checkpoint).into());
         }
 
-        let scene = Scene::load(&file)?;
+        let mut scene = Scene::load(&file)?;
+        scene.pose(options.time)?;
         for warning in &scene.warnings {
             eprintln!("warning: {warning}");
         }
@@ -176,7 +177,7 @@ impl Job {
             let relative_error = sums.relative_error();
             let out = json!({
                 "scene": scene.name, "file": file, "method": method.name, "gather": gather,
-                "device": session.device(), "why": reason, "camera": camera.name,
+                "device": session.device(), "why": reason, "camera": camera.name, "time_s": options.time,
                 "width": settings.width, "height": settings.height, "frames": sums.frames(),
                 "light_paths": params.light_path_count, "max_bounces": settings.max_bounces,
                 "radius_px": settings.radius_px, "specular_roughness": settings.specular_roughness,

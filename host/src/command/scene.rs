@@ -68,6 +68,8 @@ fn info(argument: &str, specular_roughness: f32, as_json: bool) -> anyhow::Resul
             "lights": scene.lights.len(),
             "flux_w": scene.flux.to_array(),
             "cameras": scene.cameras.iter().map(|camera| &camera.name).collect::<Vec<_>>(),
+            "duration_s": scene.duration(),
+            "moving": moving(&scene),
             "tree_nodes": scene.nodes.len(),
             "needs": needs_names(needs),
             "deepest_useful_prefix": depth,
@@ -92,6 +94,9 @@ fn info(argument: &str, specular_roughness: f32, as_json: bool) -> anyhow::Resul
     ))?;
     let cameras: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
     say(format_args!("cameras    {}", cameras.join(", ")))?;
+    if scene.is_animated() {
+        say(format_args!("animation  {:.3} s, moves {}", scene.duration(), moving(&scene).join(", ")))?;
+    }
     say(format_args!("tree       {} nodes, {} leaves", scene.nodes.len(), scene.blocks.len()))?;
     say(format_args!("needs      {}", needs_names(needs).join(", ")))?;
     let unlimited = "as many as --max-bounces allows".to_string();
@@ -103,6 +108,11 @@ fn info(argument: &str, specular_roughness: f32, as_json: bool) -> anyhow::Resul
         say(format_args!("warning    {warning}"))?;
     }
     Ok(())
+}
+
+/// Nodes whose cameras, lights and meshes move.
+fn moving(scene: &Scene) -> Vec<&str> {
+    scene.motion.as_ref().map_or(Vec::new(), |motion| motion.names())
 }
 
 /// Names of what a scene needs.

@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use super::filter::{self, Filter};
 use super::history::{self, History};
+use crate::scene::motion::Motion;
 use crate::scene::{Scene, SceneCamera};
 
 /// What a person sets for a run; the defaults are the talk's, at a smaller picture.
@@ -67,9 +68,19 @@ impl Settings {
     /// Push constants of frame `frame`, with the first batch of light paths. A scene without casters (or receivers, or
     /// light) has no batch, whatever code is alive: no light path is shot.
     pub fn params(&self, scene: &Scene, camera: &SceneCamera, frame: u32) -> FrameParams {
+        self.params_where(scene, camera, frame, !scene.lights.is_empty())
+    }
+
+    /// Push constants of a frame that shoots if any frame of the scene does: buffers are allocated for it.
+    pub fn largest(&self, scene: &Scene, camera: &SceneCamera) -> FrameParams {
+        let can_be_lit = scene.motion.as_ref().is_some_and(Motion::has_light);
+        self.params_where(scene, camera, 0, can_be_lit || !scene.lights.is_empty())
+    }
+
+    fn params_where(&self, scene: &Scene, camera: &SceneCamera, frame: u32, is_lit: bool) -> FrameParams {
         let needs = scene.needs(self.specular_roughness);
         let caustics = needs.has(Needs::CASTERS) && needs.has(Needs::RECEIVERS);
-        let shoots = caustics && !scene.lights.is_empty() && self.max_bounces > 1;
+        let shoots = caustics && is_lit && self.max_bounces > 1;
         let light_paths = if shoots { self.light_paths } else { 0 };
 
         // A batch never overflows the deposit buffers: a path deposits at every hit but the first, at most.

@@ -7,6 +7,7 @@ use caustics_kernels::interface::needs::Needs;
 
 use super::{Runner, StepTime};
 use crate::method::{BufferSpec, Step};
+use crate::scene::motion::Placement;
 use memory::Memory;
 
 mod counters;
@@ -36,7 +37,7 @@ impl CpuRunner {
         }
         for (name, bytes) in tables {
             memory.add(name, bytes.len());
-            memory.write(name, bytes)?;
+            memory.write(name, 0, bytes)?;
         }
         Ok(CpuRunner { memory, needs, pool })
     }
@@ -47,8 +48,13 @@ impl Runner for CpuRunner {
         format!("CPU, {} threads", self.pool.current_num_threads())
     }
 
-    fn write(&mut self, buffer: &str, bytes: &[u8]) -> anyhow::Result<()> {
-        self.memory.write(buffer, bytes)
+    fn write_at(&mut self, buffer: &str, offset: usize, bytes: &[u8]) -> anyhow::Result<()> {
+        self.memory.write(buffer, offset, bytes)
+    }
+
+    fn place(&mut self, _: &[Placement]) -> anyhow::Result<()> {
+        // The tree is a buffer.
+        Ok(())
     }
 
     fn read(&mut self, buffer: &str) -> anyhow::Result<Vec<u8>> {

@@ -3,10 +3,12 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use caustics_kernels::interface::instance::Transform;
 use caustics_kernels::interface::needs::Needs;
 
 use super::{Runner, StepTime};
 use crate::method::{BufferSpec, Step};
+use crate::scene::motion::Placement;
 use crate::vulkan::buffer::Buffer;
 use crate::vulkan::context::Context;
 use crate::vulkan::error::VulkanError;
@@ -16,7 +18,7 @@ use crate::vulkan::passes::{Module, Passes};
 use crate::vulkan::pipeline::{Pipeline, Resources};
 use crate::vulkan::primitives::Primitives;
 use crate::vulkan::recorder::Recorder;
-use crate::vulkan::structure::Hierarchy;
+use crate::vulkan::structure::{Hierarchy, Part, Placed};
 
 const SCENE_STRUCTURE: &str = "scene_structure";
 const POINTS_STRUCTURE: &str = "points_structure";
@@ -44,17 +46,21 @@ pub struct GpuRunner {
     passes: Passes,
     resources: Resources,
     context: Arc<Context>,
+    // Meshes that move, as the structure has them.
+    placements: Vec<Placement>,
 }
 
 impl GpuRunner {
     /// Opens a device, allocates the buffers with zeros in them, uploads the tables (buffers like the others), and
-    /// with `hardware` builds `scene_structure` over the first `triangle_count` rows of `triangles`.
+    /// with `hardware` builds `scene_structure` over the first `triangle_count` rows of `triangles` and over the meshes that
+    /// move, whose own triangles are the rows of `object_triangles`.
     pub fn new(
         options: GpuOptions,
         needs: Needs,
         buffers: &[BufferSpec],
         tables: &[(&'static str, &[u8])],
         triangle_count: u32,
+        placements: &[Placement],
     ) -> Result<GpuRunner, VulkanError> {
         let context =
             Arc::new(Context::new(options.device.as_deref(), options.hardware, options.validation)?);
@@ -71,10 +77,10 @@ impl GpuRunner {
 
         let resources =
             Resources { buffers: allocate(&memory, buffers, tables)?, structures: HashMap::new() };
-        let mut runner = GpuRunner { frame, passes, resources, context };
+        let mut runner = GpuRunner { frame, passes, resources, context, placements: Vec::new() };
         runner.clear_all()?;
         for (name, bytes) in tables {
-            runner.upload(name, bytes)?;
+            runner.upload(name, 0, bytes)?;
         }
         if options.hardware {
             // Kernels that look for holes confirm every hit.
@@ -83,7 +89,7 @@ impl GpuRunner {
             } else {
                 Primitives::Triangles
             };
-            runner.build_structures(&memory, kind, triangle_count)?;
+            runner.build_structures(&memory, kind, triangle_count, placements)?;
         }
         Ok(runner)
     }
@@ -103,11 +109,19 @@ impl GpuRunner {
         memory: &Arc<Memory>,
         kind: Primitives,
         triangle_count: u32,
+        placements: &[Placement],
     ) -> Result<(), VulkanError> {
         let Resources { buffers, structures } = &mut self.resources;
         let triangles = buffers.get("triangles").ok_or_else(|| unknown("triangles"))?;
-        let count = u64::from(triangle_count);
-        let scene = Hierarchy::new(memory, SCENE_STRUCTURE, kind, triangles, count)?;
+        let mut parts = vec![Part { buffer: triangles, first: 0, capacity: u64::from(triangle_count) }];
+        for placement in placements {
+            let buffer = buffers.get("object_triangles").ok_or_else(|| unknown("object_triangles"))?;
+            let first = u64::from(placement.first - triangle_count);
+            parts.push(Part { buffer, first, capacity: u64::from(placement.count) });
+        }
+        let mut scene = Hierarchy::of_parts(memory, SCENE_STRUCTURE, kind, &parts)?;
+        scene.place(&placed(placements))?;
+        self.placements = placements.to_vec();
         self.frame.execute(&["build.scene".into()], |recorder, _| recorder.build(&scene, triangle_count))?;
         structures.insert(SCENE_STRUCTURE, scene);
 
@@ -121,9 +135,9 @@ impl GpuRunner {
         Ok(())
     }
 
-    fn upload(&mut self, name: &str, bytes: &[u8]) -> Result<(), VulkanError> {
+    fn upload(&mut self, name: &str, offset: usize, bytes: &[u8]) -> Result<(), VulkanError> {
         let GpuRunner { frame, resources, .. } = self;
-        resources.buffers.get_mut(name).ok_or_else(|| unknown(name))?.write(frame, bytes)
+        resources.buffers.get_mut(name).ok_or_else(|| unknown(name))?.write(frame, offset as u64, bytes)
     }
 }
 
@@ -133,8 +147,25 @@ impl Runner for GpuRunner {
         format!("{} ({}, Vulkan {})", info.name, info.driver, info.api_version)
     }
 
-    fn write(&mut self, buffer: &str, bytes: &[u8]) -> anyhow::Result<()> {
-        Ok(self.upload(buffer, bytes)?)
+    fn write_at(&mut self, buffer: &str, offset: usize, bytes: &[u8]) -> anyhow::Result<()> {
+        Ok(self.upload(buffer, offset, bytes)?)
+    }
+
+    fn place(&mut self, placements: &[Placement]) -> anyhow::Result<()> {
+        let Some(scene) = self.resources.structures.get_mut(SCENE_STRUCTURE) else { return Ok(()) };
+        if *placements == *self.placements {
+            return Ok(());
+        }
+        let pairs = placements.iter().zip(&self.placements).enumerate();
+        let changed: Vec<usize> = pairs
+            .filter(|(_, (now, before))| now.mirrored != before.mirrored)
+            .map(|(id, _)| id + 1)
+            .collect();
+        scene.place(&placed(placements))?;
+        let scene = &*scene;
+        self.frame.execute(&["build.scene".into()], |recorder, _| recorder.build_again(scene, &changed))?;
+        self.placements = placements.to_vec();
+        Ok(())
     }
 
     fn read(&mut self, buffer: &str) -> anyhow::Result<Vec<u8>> {
@@ -156,6 +187,16 @@ impl Runner for GpuRunner {
         let times = frame.execute(&labels, |recorder, index| actions[index].record(recorder))?;
         Ok(times.into_iter().map(|(pass, time)| StepTime { pass, time }).collect())
     }
+}
+
+/// Instances of the scene's structure: what stands still, and the meshes that move and can be seen.
+fn placed(placements: &[Placement]) -> Vec<Placed> {
+    let still = Placed { part: 0, to_world: Transform::IDENTITY, custom_index: 0 };
+    let moving = placements.iter().enumerate().filter_map(|(id, placement)| {
+        let to_world = placement.to_world?;
+        Some(Placed { part: id + 1, to_world, custom_index: placement.first })
+    });
+    std::iter::once(still).chain(moving).collect()
 }
 
 /// A step with what it names looked up.

@@ -1,7 +1,7 @@
 //! Cameras of a scene, and what a frame of a given size sees of them.
 
 use caustics_kernels::interface::frame::Camera;
-use glam::Vec3;
+use glam::{DAffine3, DVec3, Vec3};
 
 /// A perspective camera of the scene, recentred.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,6 +29,19 @@ impl SceneCamera {
         let right = forward.cross(up).normalize();
         let up = right.cross(forward);
         SceneCamera { name: name.into(), position, right, up, forward, fov_y, aspect: None }
+    }
+
+    /// The camera on a node, in a world whose centre is `origin` [m].
+    pub fn placed(&self, to_world: &DAffine3, origin: DVec3) -> Self {
+        let forward = -to_world.matrix3.z_axis.normalize();
+        let right = forward.cross(to_world.matrix3.y_axis).normalize();
+        SceneCamera {
+            position: (to_world.translation - origin).as_vec3(),
+            right: right.as_vec3(),
+            up: right.cross(forward).as_vec3(),
+            forward: forward.as_vec3(),
+            ..self.clone()
+        }
     }
 
     /// The camera of an image of this size [px]: the vertical field of view stays, pixels are square.

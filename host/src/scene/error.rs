@@ -89,6 +89,16 @@ pub enum SceneError {
         /// What is wrong.
         what: String,
     },
+    /// An animation cannot be played.
+    #[error("{file}: {animation} {what}; repair the animation and export the scene again")]
+    Animation {
+        /// The file.
+        file: String,
+        /// The animation and its channel.
+        animation: String,
+        /// What is wrong.
+        what: String,
+    },
     /// A material has values out of range.
     #[error("{file}: material {material:?} has {what}; set it to a value that glTF allows")]
     Material {

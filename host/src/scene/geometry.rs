@@ -76,12 +76,13 @@ pub fn drop_degenerate(
 }
 
 /// Keeps the rows whose flag is set; the table may be empty.
-fn retain<T>(rows: &mut Vec<T>, keep: &[bool]) {
+pub fn retain<T>(rows: &mut Vec<T>, keep: &[bool]) {
     let mut flags = keep.iter();
     rows.retain(|_| *flags.next().unwrap());
 }
 
-fn has_area(triangle: &Triangle) -> bool {
+/// Whether f32 can tell it from a line, relative to its longest edge.
+pub fn has_area(triangle: &Triangle) -> bool {
     let [a, b, c] = corners(triangle);
     let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
     (b - a).cross(c - a).length() > 1e-7 * longest

@@ -10,15 +10,18 @@ use glam::{DVec3, Vec3};
 
 use self::document::Document;
 use self::mesh::Corner;
+use super::motion::Motion;
+use super::moving::MovingMesh;
 use super::texture::{CornerCoordinates, TextureParts};
-use super::{PunctualLight, Scene, SceneCamera, SceneError, geometry};
+use super::{Scene, SceneError, geometry};
 
 mod accessor;
+mod animation;
 mod buffer;
 mod document;
 mod image;
 mod material;
-mod mesh;
+pub mod mesh;
 mod node;
 #[cfg(test)]
 mod tests;
@@ -57,25 +60,41 @@ fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
 
     let texture::Read { parts, mappings } = texture::read(&mut document)?;
 
-    // Bring every mesh into the world in f64.
+    // Bring every mesh that stands still into the world in f64.
     let mut corners: Vec<[Corner; 3]> = Vec::new();
     let mut materials_of: Vec<usize> = Vec::new();
+    let mut moving = Vec::new();
+    let mut dropped = 0;
+    let mut count = 0;
     for instance in &placed.meshes {
+        let (mut own, mut own_materials) = (Vec::new(), Vec::new());
         for mesh::Part { material, triangles } in mesh::read(&mut document, instance, &mappings)? {
-            materials_of.resize(materials_of.len() + triangles.len(), material);
-            corners.extend(triangles);
+            count += triangles.len();
+            if instance.moves {
+                own_materials.resize(own_materials.len() + triangles.len(), material as u32);
+                own.extend(triangles);
+            } else {
+                materials_of.resize(materials_of.len() + triangles.len(), material);
+                corners.extend(triangles);
+            }
         }
-        if corners.len() > MOST_TRIANGLES {
+        if count > MOST_TRIANGLES {
             let what = format!("makes more than {MOST_TRIANGLES} triangles in all");
             return Err(SceneError::Mesh { file: file.into(), mesh: instance.node.clone(), what });
+        }
+        let (mesh, lost) = MovingMesh::new(instance.joint, own, own_materials);
+        dropped += lost;
+        if !mesh.corners.is_empty() {
+            moving.push(mesh);
         }
     }
 
     // Recentre, so that f32 is finest where the scene is.
-    let all = || corners.iter().flatten().map(|corner| corner.position);
-    let (lower, upper) =
-        all().fold((DVec3::MAX, DVec3::MIN), |(lower, upper), p| (lower.min(p), upper.max(p)));
-    let origin = if corners.is_empty() { DVec3::ZERO } else { 0.5 * (lower + upper) };
+    let still = corners.iter().flatten().map(|corner| corner.position);
+    let all = still.chain(moving.iter().flat_map(|mesh| mesh.world(&placed.places[mesh.joint])));
+    let (lower, upper) = all.fold((DVec3::MAX, DVec3::MIN), |(lower, upper), p| (lower.min(p), upper.max(p)));
+    let is_empty = corners.is_empty() && moving.is_empty();
+    let origin = if is_empty { DVec3::ZERO } else { 0.5 * (lower + upper) };
     let local = |position: DVec3| (position - origin).as_vec3();
 
     let (triangles, surfaces) = corners
@@ -106,21 +125,35 @@ fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
         corners.iter().map(row).collect()
     };
     let parts = TextureParts { coordinates, ..parts };
-    let lights = placed
-        .lights
-        .iter()
-        .map(|&(position, light)| PunctualLight { position: local(position), ..light })
-        .collect();
-    let cameras = placed
-        .cameras
-        .into_iter()
-        .map(|(position, camera)| SceneCamera { position: local(position), ..camera })
-        .collect();
+    let places = |joint: usize| &placed.places[joint];
+    let mut lights = Vec::new();
+    for mounted in &placed.lights {
+        match mounted.what.placed(places(mounted.joint), origin) {
+            Some(light) => lights.push(light),
+            None if mounted.moves => {}
+            None => {
+                let node = placed.rig.joints[mounted.joint].label.clone();
+                let what = "its light has no direction (a scale of zero)".into();
+                return Err(SceneError::Node { file: file.into(), node, what });
+            }
+        }
+    }
+    let cameras =
+        placed.cameras.iter().map(|mounted| mounted.what.placed(places(mounted.joint), origin)).collect();
 
     let (materials, names) = material::read_all(&mut document);
-    let scene =
-        Scene::from_textured_parts(file, triangles, surfaces, materials, names, lights, cameras, parts)?;
-    if scene.lights.is_empty() {
+    let moves = placed.rig.joints.iter().any(|joint| joint.moves);
+    let motion = moves.then_some(Motion {
+        rig: placed.rig,
+        cameras: placed.cameras,
+        lights: placed.lights,
+        meshes: moving,
+        ..Motion::default()
+    });
+    let mut scene =
+        Scene::assemble(file, triangles, surfaces, materials, names, lights, cameras, parts, origin, motion)?;
+    scene.dropped_triangles += dropped;
+    if scene.lights.is_empty() && !scene.motion.as_ref().is_some_and(Motion::has_light) {
         return Err(SceneError::NoLight { file: file.into() });
     }
     Ok(Scene { origin, background: document.background, warnings: document.warnings, ..scene })

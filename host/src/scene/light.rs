@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::material::FLAG_EMIT_BOTH_SIDES;
 use glam::{DVec3, Vec3};
@@ -21,22 +22,34 @@ pub fn check(file: &str, lights: &[PunctualLight]) -> Result<(), SceneError> {
     Ok(())
 }
 
+/// A triangle that emits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Emitter {
+    /// Its id.
+    pub triangle: u32,
+    /// Its mean radiance [W m^-2 sr^-1].
+    pub mean: DVec3,
+}
+
+/// Every triangle that emits. This samples textures; where triangles move, only their areas change.
+pub fn emitters(scene: &Scene) -> Vec<Emitter> {
+    (0..scene.triangles.len() as u32)
+        .map(|triangle| Emitter { triangle, mean: emission::mean(scene, triangle) })
+        .filter(|emitter| emitter.mean.element_sum() > 0.0)
+        .collect()
+}
+
 /// Emitters of positive power in the order of triangles, then punctual lights, with their alias table; and the emitted
 /// flux of each channel [W].
-pub fn table(scene: &Scene, punctual_lights: &[PunctualLight]) -> (Vec<Light>, Vec3) {
+pub fn table(scene: &Scene, emitters: &[Emitter], punctual_lights: &[PunctualLight]) -> (Vec<Light>, Vec3) {
     let Scene { triangles, surfaces, materials, .. } = scene;
-    let of_triangles = triangles.iter().zip(surfaces).enumerate().map(|(id, (triangle, surface))| {
+    let of_triangles = emitters.iter().map(|&Emitter { triangle: id, mean }| {
+        let (triangle, surface) = (&triangles[id as usize], &surfaces[id as usize]);
         let material = &materials[surface.material as usize];
         let sides = 1 + u32::from(material.flags & FLAG_EMIT_BOTH_SIDES != 0);
         let area = geometry::area(triangle);
-        let light = Light {
-            triangle: id as u32,
-            emission: material.emission,
-            area: area as f32,
-            sides,
-            ..Light::default()
-        };
-        let mean = emission::mean(scene, id as u32);
+        let light =
+            Light { triangle: id, emission: material.emission, area: area as f32, sides, ..Light::default() };
         (light, mean * PI * area * f64::from(sides))
     });
     let of_punctual = punctual_lights.iter().map(|light| light.row(triangles));
@@ -49,6 +62,18 @@ pub fn table(scene: &Scene, punctual_lights: &[PunctualLight]) -> (Vec<Light>, V
         all.into_iter().filter(|&(_, flux)| power(flux) >= 1e-30 * total).unzip();
     choose_by_power(&mut lights, &fluxes.iter().map(|&flux| power(flux)).collect::<Vec<_>>());
     (lights, fluxes.into_iter().sum::<DVec3>().as_vec3())
+}
+
+/// Writes the table into the scene, and into its triangles where they stand in it.
+pub fn apply(scene: &mut Scene, emitters: &[Emitter], punctual_lights: &[PunctualLight]) {
+    let (lights, flux) = table(scene, emitters, punctual_lights);
+    for emitter in emitters {
+        scene.surfaces[emitter.triangle as usize].light = NONE;
+    }
+    for (id, light) in lights.iter().enumerate().filter(|(_, light)| light.triangle != NONE) {
+        scene.surfaces[light.triangle as usize].light = id as u32;
+    }
+    (scene.lights, scene.flux) = (lights, flux);
 }
 
 /// Fills the alias table [Vose 1991]: a row chosen evenly keeps its light below the threshold, else takes its alias.
@@ -104,9 +129,9 @@ mod tests {
     fn dark_lights_are_left_out() {
         let point = |intensity| PunctualLight::point(Vec3::ZERO, intensity);
         let empty = Scene::default();
-        let (lights, flux) = table(&empty, &[point(Vec3::ZERO), point(Vec3::ONE)]);
+        let (lights, flux) = table(&empty, &[], &[point(Vec3::ZERO), point(Vec3::ONE)]);
         assert_eq!(lights.len(), 1);
         assert!((flux.x - 12.566_371).abs() < 1e-5);
-        assert!(table(&empty, &[point(Vec3::ZERO)]).0.is_empty());
+        assert!(table(&empty, &[], &[point(Vec3::ZERO)]).0.is_empty());
     }
 }

@@ -48,7 +48,9 @@ impl Scene {
         if self.surfaces.iter().any(|surface| surface.normal_a != Vec3::ZERO) {
             needs = needs | Needs::SMOOTH_NORMALS;
         }
-        if needs.has(Needs::GLASS) && self.starts_inside(needs) {
+        // Where things move, somebody may be inside of glass at some time.
+        needs = self.motion.as_ref().map_or(needs, |motion| needs | motion.needs());
+        if needs.has(Needs::GLASS) && (self.is_animated() || self.starts_inside(needs)) {
             needs = needs | Needs::ENCLOSED;
         }
         needs
@@ -58,7 +60,8 @@ impl Scene {
     fn starts_inside(&self, needs: Needs) -> bool {
         let tables = self.tables();
         let cut_outs = CutOuts::of(tables, needs);
-        let mut tracer = BvhTracer { nodes: &self.nodes, blocks: &self.blocks, cut_outs };
+        let mut tracer =
+            BvhTracer { nodes: &self.nodes, blocks: &self.blocks, instances: &self.instances, cut_outs };
         let mut is_inside = |position: Vec3| enclosing(position, tables, &mut tracer) != MediaStack::VACUUM;
         let beside = |light: &Light| {
             let Some(Triangle { a, b, c }) = self.triangles.get(light.triangle as usize) else {

@@ -7,7 +7,7 @@ use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::light::{LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, Light};
 use caustics_kernels::interface::triangle::Triangle;
 use caustics_kernels::math::frame::ShadingFrame;
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DAffine3, DVec2, DVec3, Vec3};
 
 use super::geometry;
 
@@ -52,6 +52,22 @@ impl PunctualLight {
     /// A point that emits evenly.
     pub fn point(position: Vec3, intensity: Vec3) -> Self {
         PunctualLight { position, intensity, shape: LightShape::Point }
+    }
+
+    /// The light on a node, in a world whose centre is `origin` [m]; none where it has a direction and the node's axes
+    /// have no length.
+    pub fn placed(&self, to_world: &DAffine3, origin: DVec3) -> Option<Self> {
+        // Light that has a direction goes along -z; scale does not count.
+        let aim = || (-to_world.matrix3.z_axis).try_normalize().map(|direction| direction.as_vec3());
+        let shape = match self.shape {
+            LightShape::Point => LightShape::Point,
+            LightShape::Spot { inner, outer, .. } => LightShape::Spot { direction: aim()?, inner, outer },
+            LightShape::Directional { .. } => LightShape::Directional { direction: aim()? },
+        };
+        // A directional light may stand anywhere: its place says nothing.
+        let stands = !matches!(shape, LightShape::Directional { .. });
+        let position = if stands { (to_world.translation - origin).as_vec3() } else { Vec3::ZERO };
+        Some(PunctualLight { position, shape, ..*self })
     }
 
     /// Why no kernel can use it.

@@ -14,6 +14,7 @@ use glam::{Vec2, Vec4};
 
 use super::SceneError;
 
+pub use self::coordinates::row;
 pub use self::levels::LARGEST_SIDE;
 
 mod coordinates;

@@ -11,10 +11,12 @@ use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
 use self::plan::{Plan, WIDTH, least_levels};
+use super::Scene;
 
 mod plan;
 #[cfg(test)]
 mod tests;
+pub mod top;
 
 /// Levels of nodes that the traversal's stack has room for: each pushes at most three of its four lanes.
 pub const LEVELS: u32 = (TREE_STACK / (WIDTH - 1)) as u32;
@@ -34,18 +36,24 @@ pub struct Tree {
 }
 
 /// Builds the tree over at least one finite triangle. The same triangles give the same bits.
+#[cfg(test)]
 pub fn build(triangles: &[Triangle]) -> Tree {
+    build_within(triangles, LEVELS)
+}
+
+/// The same, with at most so many levels of nodes where that many hold the triangles.
+pub fn build_within(triangles: &[Triangle], levels: u32) -> Tree {
     let boxes: Vec<Aabb> = triangles.iter().map(bounds).collect();
     let groups = group(&boxes);
     let binary = build_binary(&boxes, &groups);
     let plan = Plan::new(&binary, &groups);
     let mut builder =
         Builder { triangles, boxes: &boxes, binary: &binary, plan: &plan, tree: Tree::default() };
-    builder.node(0, LEVELS);
+    builder.node(0, levels);
     builder.tree
 }
 
-fn bounds(triangle: &Triangle) -> Aabb {
+pub fn bounds(triangle: &Triangle) -> Aabb {
     Aabb::from_points(&[triangle.a, triangle.b, triangle.c].map(Vec3A::from))
 }
 
@@ -135,18 +143,7 @@ impl Builder<'_> {
 
     /// Appends a node of four empty lanes.
     fn reserve(&mut self) -> usize {
-        // A box of no size far away is missed by every ray; an inverted one would be hit by all.
-        let (min, max) = ([Vec4::splat(f32::MAX); 3], [Vec4::splat(f32::MAX); 3]);
-        self.tree.nodes.push(TreeNode {
-            min_x: min[0],
-            min_y: min[1],
-            min_z: min[2],
-            max_x: max[0],
-            max_y: max[1],
-            max_z: max[2],
-            children: [LEAF; WIDTH],
-            padding: [0; 4],
-        });
+        self.tree.nodes.push(empty_node());
         self.tree.nodes.len() - 1
     }
 
@@ -165,6 +162,32 @@ impl Builder<'_> {
         }
         self.tree.blocks.push(block);
         LEAF | (self.tree.blocks.len() - 1) as u32
+    }
+}
+
+/// Appends a tree to a scene's: children refer to where they are then.
+pub fn append(scene: &mut Scene, mut nodes: Vec<TreeNode>, blocks: Vec<TriangleBlock>) {
+    let (node, block) = (scene.nodes.len() as u32, scene.blocks.len() as u32);
+    for lane in nodes.iter_mut().flat_map(|node| &mut node.children) {
+        *lane += if *lane & LEAF != 0 { block } else { node };
+    }
+    scene.nodes.extend(nodes);
+    scene.blocks.extend(blocks);
+}
+
+/// A node of four empty lanes.
+fn empty_node() -> TreeNode {
+    // A box of no size far away is missed by every ray; an inverted one would be hit by all.
+    let far = Vec4::splat(f32::MAX);
+    TreeNode {
+        min_x: far,
+        min_y: far,
+        min_z: far,
+        max_x: far,
+        max_y: far,
+        max_z: far,
+        children: [LEAF; WIDTH],
+        padding: [0; 4],
     }
 }
 

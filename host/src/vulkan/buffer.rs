@@ -46,18 +46,18 @@ impl Buffer {
         unsafe { self.memory.context.raw.get_buffer_device_address(&info) }
     }
 
-    /// Overwrites the head of the buffer.
-    pub fn write(&mut self, frame: &mut Frame, bytes: &[u8]) -> Result<(), VulkanError> {
-        if bytes.len() as u64 > self.bytes {
-            let (buffer, bytes) = (self.name.clone(), bytes.len() as u64);
+    /// Overwrites the buffer from an offset on [bytes].
+    pub fn write(&mut self, frame: &mut Frame, offset: u64, bytes: &[u8]) -> Result<(), VulkanError> {
+        if offset.saturating_add(bytes.len() as u64) > self.bytes {
+            let (buffer, bytes) = (self.name.clone(), offset.saturating_add(bytes.len() as u64));
             return Err(VulkanError::Overflow { buffer, bytes, capacity: self.bytes });
         }
         match self.mapped(vk::MemoryPropertyFlags::HOST_COHERENT) {
             Some(memory) => {
-                memory[..bytes.len()].copy_from_slice(bytes);
+                memory[offset as usize..][..bytes.len()].copy_from_slice(bytes);
                 Ok(())
             }
-            None => self.write_staged(frame, bytes),
+            None => self.write_staged(frame, offset, bytes),
         }
     }
 
@@ -71,11 +71,11 @@ impl Buffer {
         }
     }
 
-    fn write_staged(&self, frame: &mut Frame, bytes: &[u8]) -> Result<(), VulkanError> {
+    fn write_staged(&self, frame: &mut Frame, start: u64, bytes: &[u8]) -> Result<(), VulkanError> {
         let mut staging = self.staging(Purpose::Upload)?;
         for (index, piece) in bytes.chunks(STAGING_BYTES as usize).enumerate() {
             staging.mapped_or_fail()?[..piece.len()].copy_from_slice(piece);
-            let (offset, length) = (index as u64 * STAGING_BYTES, piece.len() as u64);
+            let (offset, length) = (start + index as u64 * STAGING_BYTES, piece.len() as u64);
             frame.execute(&[format!("write.{}", self.name)], |recorder, _| {
                 recorder.copy((&staging, 0), (self, offset), length);
             })?;
@@ -149,7 +149,7 @@ mod tests {
         let mut frame = Frame::new(&context).unwrap();
         let bytes: Vec<u8> = (0..STAGING_BYTES + 1001).map(|i| (i % 251) as u8).collect();
         let mut buffer = memory.buffer("large", bytes.len() as u64, Purpose::Data).unwrap();
-        buffer.write_staged(&mut frame, &bytes).unwrap();
+        buffer.write_staged(&mut frame, 0, &bytes).unwrap();
         assert!(buffer.read(&mut frame).unwrap() == bytes);
         assert!(buffer.read_staged(&mut frame).unwrap() == bytes);
     }

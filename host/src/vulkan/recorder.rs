@@ -46,6 +46,11 @@ impl Recorder<'_> {
         hierarchy.record(self.commands, count, || self.barrier());
     }
 
+    /// Brings a structure's instances to where they were placed, with the bottom levels anew whose triangles changed.
+    pub fn build_again(&self, hierarchy: &Hierarchy, changed: &[usize]) {
+        hierarchy.record_again(self.commands, changed, || self.barrier());
+    }
+
     /// Copies bytes between buffers, each given with an offset [bytes].
     pub(super) fn copy(&self, from: (&Buffer, u64), to: (&Buffer, u64), bytes: u64) {
         let region = vk::BufferCopy::default().src_offset(from.1).dst_offset(to.1).size(bytes);

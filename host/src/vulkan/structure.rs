@@ -1,4 +1,4 @@
-//! Acceleration structures: one bottom level over a buffer's primitives, one instance of it on top.
+//! Acceleration structures: bottom levels over the primitives of buffers, instances of them on top.
 //!
 //! Built on the device, into storage allocated once for the largest count. Not built by the host nor indirectly:
 //! lavapipe can do neither.
@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use ash::vk;
+use caustics_kernels::interface::instance::Transform;
 
 use super::buffer::Buffer;
 use super::context::Context;
@@ -13,21 +14,49 @@ use super::error::VulkanError;
 use super::memory::{Memory, Purpose};
 use super::primitives::Primitives;
 
-/// A top-level structure with one instance of a bottom-level structure over a buffer.
+/// Primitives of a buffer, those of one bottom level.
+#[derive(Clone, Copy)]
+pub struct Part<'a> {
+    /// The buffer, which must outlive the structure.
+    pub buffer: &'a Buffer,
+    /// Its first primitive.
+    pub first: u64,
+    /// Primitives at most.
+    pub capacity: u64,
+}
+
+/// An instance of a bottom level.
+#[derive(Clone, Copy)]
+pub struct Placed {
+    /// Index of the part.
+    pub part: usize,
+    /// From its space to the world.
+    pub to_world: Transform,
+    /// What kernels read of the instance; 24 bits.
+    pub custom_index: u32,
+}
+
+/// A top-level structure with instances of bottom levels.
 pub struct Hierarchy {
     name: &'static str,
     primitives: Primitives,
-    primitive_address: u64,
-    capacity: u32,
-    bottom: Structure,
+    bottoms: Vec<Bottom>,
     top: Structure,
     instances: Buffer,
+    placed: u32,
     scratch: Buffer,
     context: Arc<Context>,
 }
 
+struct Bottom {
+    structure: Structure,
+    address: u64,
+    capacity: u32,
+}
+
 impl Hierarchy {
-    /// Allocates a structure over at most `capacity` primitives of a buffer that must outlive it. It is not built yet.
+    /// Allocates a structure over at most `capacity` primitives at the head of a buffer that must outlive it. It is not
+    /// built yet.
     pub fn new(
         memory: &Arc<Memory>,
         name: &'static str,
@@ -35,45 +64,67 @@ impl Hierarchy {
         buffer: &Buffer,
         capacity: u64,
     ) -> Result<Hierarchy, VulkanError> {
-        let context = Arc::clone(&memory.context);
-        // Vertices are counted in 32 bits.
-        let limit = context.candidate.max_primitives.min(u64::from(u32::MAX / 3));
-        let limit = limit.min(buffer.bytes() / primitives.stride());
-        if capacity > limit {
-            return Err(VulkanError::TooManyPrimitives { structure: name, count: capacity, limit });
-        }
-        let capacity = capacity as u32;
+        Self::of_parts(memory, name, primitives, &[Part { buffer, first: 0, capacity }])
+    }
 
-        let primitive_address = buffer.address();
-        let geometry = primitives.geometry(primitive_address, capacity);
-        let (bottom, bottom_scratch) =
-            Structure::new(memory, &format!("{name}.bottom"), Level::Bottom, primitives, geometry, capacity)?;
-        let instances = instance(memory, name, bottom.address)?;
+    /// Allocates a structure over parts of buffers; the first has an instance, untransformed.
+    pub fn of_parts(
+        memory: &Arc<Memory>,
+        name: &'static str,
+        primitives: Primitives,
+        parts: &[Part<'_>],
+    ) -> Result<Hierarchy, VulkanError> {
+        let context = Arc::clone(&memory.context);
+        let mut bottoms = Vec::with_capacity(parts.len());
+        let mut scratch_bytes = 0;
+        for (id, part) in parts.iter().enumerate() {
+            // Vertices are counted in 32 bits.
+            let limit = context.candidate.max_primitives.min(u64::from(u32::MAX / 3));
+            let limit = limit.min((part.buffer.bytes() / primitives.stride()).saturating_sub(part.first));
+            if part.capacity > limit {
+                return Err(VulkanError::TooManyPrimitives { structure: name, count: part.capacity, limit });
+            }
+            let capacity = part.capacity as u32;
+            let address = part.buffer.address() + part.first * primitives.stride();
+            let geometry = primitives.geometry(address, capacity);
+            let label = if id == 0 { format!("{name}.bottom") } else { format!("{name}.bottom.{id}") };
+            let (structure, scratch) =
+                Structure::new(memory, &label, Level::Bottom, primitives, geometry, capacity)?;
+            scratch_bytes = scratch.max(scratch_bytes);
+            bottoms.push(Bottom { structure, address, capacity });
+        }
+        let most = parts.len() as u32;
+        let bytes = u64::from(most) * INSTANCE_BYTES as u64;
+        let instances = memory.buffer(&format!("{name}.instances"), bytes, Purpose::Instances)?;
         let (top, top_scratch) =
-            Structure::new(memory, name, Level::Top, primitives, instance_geometry(&instances), 1)?;
-        // Both builds share the scratch; its address is rounded up when used.
-        let bytes = bottom_scratch.max(top_scratch) + context.candidate.scratch_alignment;
+            Structure::new(memory, name, Level::Top, primitives, instance_geometry(&instances), most)?;
+        // All builds share the scratch; its address is rounded up when used.
+        let bytes = scratch_bytes.max(top_scratch) + context.candidate.scratch_alignment;
         let scratch = memory.buffer(&format!("{name}.scratch"), bytes, Purpose::Scratch)?;
-        Ok(Hierarchy {
-            name,
-            primitives,
-            primitive_address,
-            capacity,
-            bottom,
-            top,
-            instances,
-            scratch,
-            context,
-        })
+        let mut hierarchy =
+            Hierarchy { name, primitives, bottoms, top, instances, placed: 0, scratch, context };
+        hierarchy.place(&[Placed { part: 0, to_world: Transform::IDENTITY, custom_index: 0 }])?;
+        Ok(hierarchy)
     }
 
     /// Fails if `count` primitives are more than was allocated for.
     pub fn check(&self, count: u32) -> Result<(), VulkanError> {
-        if count <= self.capacity {
+        let capacity = self.bottoms.first().map_or(0, |bottom| bottom.capacity);
+        if count <= capacity {
             return Ok(());
         }
-        let (count, limit) = (u64::from(count), u64::from(self.capacity));
+        let (count, limit) = (u64::from(count), u64::from(capacity));
         Err(VulkanError::TooManyPrimitives { structure: self.name, count, limit })
+    }
+
+    /// Says which instances the next build of the top level has. The device must not be at work.
+    pub fn place(&mut self, placed: &[Placed]) -> Result<(), VulkanError> {
+        let rows = self.instances.mapped_or_fail()?;
+        for (row, placed) in rows.as_chunks_mut::<INSTANCE_BYTES>().0.iter_mut().zip(placed) {
+            *row = instance(placed, self.bottoms[placed.part].structure.address);
+        }
+        self.placed = placed.len() as u32;
+        Ok(())
     }
 
     /// What kernels bind.
@@ -81,12 +132,41 @@ impl Hierarchy {
         self.top.raw
     }
 
-    /// Records the build over the buffer's first primitives; `barrier` orders the two levels.
-    pub(super) fn record(&self, commands: vk::CommandBuffer, count: u32, barrier: impl FnOnce()) {
-        let geometry = self.primitives.geometry(self.primitive_address, count);
-        self.record_level(commands, &self.bottom, Level::Bottom, geometry, count.min(self.capacity));
-        barrier();
-        self.record_level(commands, &self.top, Level::Top, instance_geometry(&self.instances), 1);
+    /// Records the build of all levels, of the first over its buffer's first `count` primitives; `barrier` orders builds.
+    pub(super) fn record(&self, commands: vk::CommandBuffer, count: u32, barrier: impl Fn()) {
+        for id in 0..self.bottoms.len() {
+            let most = self.bottoms[id].capacity;
+            self.record_bottom(commands, id, if id == 0 { count.min(most) } else { most });
+            barrier();
+        }
+        self.record_top(commands);
+    }
+
+    /// Records the build of a bottom level over the first `count` primitives of its part.
+    pub(super) fn record_bottom(&self, commands: vk::CommandBuffer, part: usize, count: u32) {
+        let Bottom { structure, address, .. } = &self.bottoms[part];
+        self.record_level(
+            commands,
+            structure,
+            Level::Bottom,
+            self.primitives.geometry(*address, count),
+            count,
+        );
+    }
+
+    /// Records the build of the top level over the instances that were placed.
+    pub(super) fn record_top(&self, commands: vk::CommandBuffer) {
+        let geometry = instance_geometry(&self.instances);
+        self.record_level(commands, &self.top, Level::Top, geometry, self.placed);
+    }
+
+    /// Records what brings instances to where they were placed, with the bottom levels anew whose triangles changed.
+    pub(super) fn record_again(&self, commands: vk::CommandBuffer, changed: &[usize], barrier: impl Fn()) {
+        for &part in changed {
+            self.record_bottom(commands, part, self.bottoms[part].capacity);
+            barrier();
+        }
+        self.record_top(commands);
     }
 
     fn record_level(
@@ -109,6 +189,9 @@ impl Hierarchy {
         unsafe { device.cmd_build_acceleration_structures(commands, &[info], &[&range]) };
     }
 }
+
+/// Size of an instance in its buffer [bytes].
+const INSTANCE_BYTES: usize = 64;
 
 /// The two levels of a hierarchy.
 #[derive(Clone, Copy)]
@@ -194,21 +277,23 @@ fn build_info<'a>(
         .geometries(geometries)
 }
 
-/// A buffer with one instance of a bottom-level structure, untransformed.
-fn instance(memory: &Arc<Memory>, name: &str, bottom: u64) -> Result<Buffer, VulkanError> {
-    let identity = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+/// An instance's row.
+fn instance(placed: &Placed, bottom: u64) -> [u8; INSTANCE_BYTES] {
+    let Transform { x, y, z, offset } = placed.to_world;
+    let matrix = [
+        x.x, y.x, z.x, offset.x, //
+        x.y, y.y, z.y, offset.y, //
+        x.z, y.z, z.z, offset.z,
+    ];
     let flags = vk::GeometryInstanceFlagsKHR::TRIANGLE_FACING_CULL_DISABLE;
     let instance = vk::AccelerationStructureInstanceKHR {
-        transform: vk::TransformMatrixKHR { matrix: identity },
-        instance_custom_index_and_mask: vk::Packed24_8::new(0, 0xff),
+        transform: vk::TransformMatrixKHR { matrix },
+        instance_custom_index_and_mask: vk::Packed24_8::new(placed.custom_index, 0xff),
         instance_shader_binding_table_record_offset_and_flags: vk::Packed24_8::new(0, flags.as_raw() as u8),
         acceleration_structure_reference: vk::AccelerationStructureReferenceKHR { device_handle: bottom },
     };
     // SAFETY: the instance is plain data of 64 bytes without padding.
-    let bytes = unsafe { std::mem::transmute::<vk::AccelerationStructureInstanceKHR, [u8; 64]>(instance) };
-    let mut buffer = memory.buffer(&format!("{name}.instances"), 64, Purpose::Instances)?;
-    buffer.mapped_or_fail()?[..64].copy_from_slice(&bytes);
-    Ok(buffer)
+    unsafe { std::mem::transmute::<vk::AccelerationStructureInstanceKHR, [u8; INSTANCE_BYTES]>(instance) }
 }
 
 fn instance_geometry(instances: &Buffer) -> vk::AccelerationStructureGeometryKHR<'static> {

@@ -29,6 +29,9 @@ pub struct TreeNode {
 /// Set in `TreeNode::children` for a leaf.
 pub const LEAF: u32 = 0x8000_0000;
 
+/// Set in `TreeNode::children`, without `LEAF`, for an instance: its index is in the other bits.
+pub const INSTANCE: u32 = 0x4000_0000;
+
 /// Entries of the traversal stack; the builder keeps the tree shallow enough (three pushes a level).
 pub const TREE_STACK: usize = 64;
 

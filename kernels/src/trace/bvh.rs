@@ -2,7 +2,9 @@
 //! On a CPU glam's Vec4 is a vector register; on a GPU the same code is scalar.
 
 use crate::interface::NONE;
-use crate::interface::tree::{LEAF, TREE_STACK, TreeNode, TriangleBlock};
+use crate::interface::instance::Instance;
+use crate::interface::needs::Needs;
+use crate::interface::tree::{INSTANCE, LEAF, TREE_STACK, TreeNode, TriangleBlock};
 use crate::math::ray::{Hit, Ray};
 use crate::texture::cut_out::CutOuts;
 use crate::trace::Tracer;
@@ -15,6 +17,8 @@ pub struct BvhTracer<'a> {
     pub nodes: &'a [TreeNode],
     /// Leaves.
     pub blocks: &'a [TriangleBlock],
+    /// Meshes that move.
+    pub instances: &'a [Instance],
     /// Holes in its triangles.
     pub cut_outs: CutOuts<'a>,
 }
@@ -22,12 +26,32 @@ pub struct BvhTracer<'a> {
 impl Tracer for BvhTracer<'_> {
     #[inline(always)]
     fn closest(&mut self, ray: &Ray) -> Hit {
-        traverse::<false>(self.nodes, self.blocks, &self.cut_outs, ray)
+        self.find::<false>(ray)
     }
     #[inline(always)]
     fn occluded(&mut self, ray: &Ray) -> bool {
-        !traverse::<true>(self.nodes, self.blocks, &self.cut_outs, ray).is_miss()
+        !self.find::<true>(ray).is_miss()
     }
+}
+
+impl BvhTracer<'_> {
+    /// On a CPU, scenes without meshes that move have a traversal of their own, which carries nothing of theirs. A GPU's
+    /// compiler knows the bit.
+    #[inline(always)]
+    fn find<const ANY: bool>(&self, ray: &Ray) -> Hit {
+        let BvhTracer { nodes, blocks, instances, cut_outs } = self;
+        if cfg!(target_arch = "spirv") || cut_outs.needs.has(Needs::INSTANCES) {
+            traverse::<ANY, true>(nodes, blocks, instances, cut_outs, ray)
+        } else {
+            traverse::<ANY, false>(nodes, blocks, instances, cut_outs, ray)
+        }
+    }
+}
+
+/// What a traversal multiplies by instead of dividing by a direction.
+#[inline(always)]
+fn safe_inverses(direction: Vec3) -> Vec3 {
+    Vec3::new(safe_inverse(direction.x), safe_inverse(direction.y), safe_inverse(direction.z))
 }
 
 /// 1 / x, finite also for x = 0, so that no box test meets infinity times zero.
@@ -37,30 +61,40 @@ fn safe_inverse(x: f32) -> f32 {
     1.0 / if x.abs() < limit { if x < 0.0 { -limit } else { limit } } else { x }
 }
 
-/// Closest hit, or any hit if `ANY`.
+/// Closest hit, or any hit if `ANY`. With `MOVING`, instances take the ray into their own space; its direction keeps the
+/// length that it gets there, so that distances are the world's.
 #[inline]
-fn traverse<const ANY: bool>(
+fn traverse<const ANY: bool, const MOVING: bool>(
     nodes: &[TreeNode],
     blocks: &[TriangleBlock],
+    instances: &[Instance],
     cut_outs: &CutOuts<'_>,
-    ray: &Ray,
+    world: &Ray,
 ) -> Hit {
-    let inverse = Vec3::new(
-        safe_inverse(ray.direction.x),
-        safe_inverse(ray.direction.y),
-        safe_inverse(ray.direction.z),
-    );
-    let mut best = Hit { distance: ray.length, ..Hit::MISS };
+    let moving = MOVING && cut_outs.needs.has(Needs::INSTANCES);
+    let mut ray = *world;
+    let mut inverse = safe_inverses(ray.direction);
+    // Height of the stack at which the instance at hand ends, plus one; 0 outside of instances.
+    let mut floor = 0usize;
+    let mut best = Hit { distance: world.length, ..Hit::MISS };
     let mut stack_child = [0u32; TREE_STACK];
     let mut stack_distance = [0.0f32; TREE_STACK];
     let mut height = 0usize;
     let mut current = 0u32;
     loop {
         if current & LEAF != 0 {
-            intersect_block(&blocks[(current & !LEAF) as usize], cut_outs, ray, &mut best);
+            intersect_block(&blocks[(current & !LEAF) as usize], cut_outs, &ray, &mut best);
             if ANY && best.triangle != NONE {
                 return best;
             }
+        } else if moving && current & INSTANCE != 0 {
+            let instance = &instances[(current & !INSTANCE) as usize];
+            ray.origin = instance.to_object.point(world.origin);
+            ray.direction = instance.to_object.vector(world.direction);
+            inverse = safe_inverses(ray.direction);
+            floor = height + 1;
+            current = instance.root;
+            continue;
         } else {
             let node = &nodes[current as usize];
             let near = entry_distances(node, ray.origin, inverse, best.distance).to_array();
@@ -95,6 +129,11 @@ fn traverse<const ANY: bool>(
 
         // Pop the next subtree that may hold a closer hit.
         loop {
+            if moving && floor == height + 1 {
+                ray = *world;
+                inverse = safe_inverses(ray.direction);
+                floor = 0;
+            }
             if height == 0 {
                 return best;
             }

@@ -9,10 +9,11 @@ use crate::trace::Tracer;
 use spirv_std::ray_query;
 use spirv_std::ray_tracing::{AccelerationStructure, CommittedIntersection, RayFlags, RayQuery};
 
-/// Traces the scene's acceleration structure; triangle ids are primitive ids.
+/// Traces the scene's acceleration structure; an instance's custom index is the id of its first
+/// triangle.
 #[derive(Clone, Copy)]
 pub struct RayQueryTracer<'a> {
-    /// All triangles of the scene in one instance.
+    /// All triangles of the scene: an instance for those that stand still, and one for each mesh that moves.
     pub scene: &'a AccelerationStructure,
     /// Holes in them.
     pub cut_outs: CutOuts<'a>,
@@ -35,7 +36,11 @@ unsafe fn consider(query: &RayQuery, cut_outs: CutOuts<'_>) {
     // SAFETY: the caller's query stands at a candidate, and all candidates are triangles.
     unsafe {
         let at = query.get_candidate_intersection_barycentrics();
-        if cut_outs.is_there(query.get_candidate_intersection_primitive_index(), at.x, at.y) {
+        let mut triangle = query.get_candidate_intersection_primitive_index();
+        if cut_outs.needs.has(Needs::INSTANCES) {
+            triangle += query.get_candidate_intersection_instance_custom_index();
+        }
+        if cut_outs.is_there(triangle, at.x, at.y) {
             query.confirm_intersection();
         }
     }
@@ -56,10 +61,14 @@ fn closest(scene: &AccelerationStructure, cut_outs: CutOuts<'_>, ray: &Ray) -> H
             while query.proceed() {}
         }
         if query.get_committed_intersection_type() as u32 == CommittedIntersection::Triangle as u32 {
+            let mut triangle = query.get_committed_intersection_primitive_index();
+            if cut_outs.needs.has(Needs::INSTANCES) {
+                triangle += query.get_committed_intersection_instance_custom_index();
+            }
             let barycentrics = query.get_committed_intersection_barycentrics();
             Hit {
                 distance: query.get_committed_intersection_t(),
-                triangle: query.get_committed_intersection_primitive_index(),
+                triangle,
                 u: barycentrics.x,
                 v: barycentrics.y,
             }

@@ -48,13 +48,14 @@ impl Memory {
         }))
     }
 
-    /// Overwrites the head of a buffer.
-    pub fn write(&mut self, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
+    /// Overwrites a buffer from an offset on [bytes].
+    pub fn write(&mut self, name: &str, offset: usize, bytes: &[u8]) -> anyhow::Result<()> {
         let mut buffer = self.edit::<u8>(name)?;
-        if bytes.len() > buffer.len() {
-            bail!("{} bytes do not fit buffer {name:?} of {}", bytes.len(), buffer.len());
+        let end = offset.saturating_add(bytes.len());
+        if end > buffer.len() {
+            bail!("{} bytes from {offset} on do not fit buffer {name:?} of {}", bytes.len(), buffer.len());
         }
-        buffer[..bytes.len()].copy_from_slice(bytes);
+        buffer[offset..end].copy_from_slice(bytes);
         Ok(())
     }
 

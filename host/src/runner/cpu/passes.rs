@@ -102,6 +102,7 @@ macro_rules! tracer {
     ($call:expr, $tracer:ident) => {
         let nodes = $call.memory.read("nodes")?;
         let blocks = $call.memory.read("blocks")?;
+        let instances = $call.memory.read("instances")?;
         let surfaces = $call.memory.read("surfaces")?;
         let materials = $call.memory.read("materials")?;
         textures!($call, textures);
@@ -111,7 +112,12 @@ macro_rules! tracer {
             textures,
             needs: $call.needs,
         };
-        let $tracer = caustics_kernels::trace::bvh::BvhTracer { nodes: &nodes, blocks: &blocks, cut_outs };
+        let $tracer = caustics_kernels::trace::bvh::BvhTracer {
+            nodes: &nodes,
+            blocks: &blocks,
+            instances: &instances,
+            cut_outs,
+        };
     };
 }
 

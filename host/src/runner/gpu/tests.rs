@@ -20,7 +20,7 @@ fn open(hardware: bool, count: usize, tables: &[(&'static str, &[u8])], triangle
     let open = |validation| {
         let (base, rayquery) = (test_module::base(), Some(test_module::rayquery()));
         let options = GpuOptions { device: None, hardware, validation, base, rayquery };
-        GpuRunner::new(options, NEEDS, &buffers, tables, triangles)
+        GpuRunner::new(options, NEEDS, &buffers, tables, triangles, &[])
     };
     let opened = match open(true) {
         Err(error @ VulkanError::NoValidationLayer) => {
@@ -104,12 +104,12 @@ fn errors_name_the_buffer_and_the_pass() {
 
     let options = || GpuOptions { base: test_module::base(), ..GpuOptions::default() };
     let huge = [BufferSpec { name: "texels", bytes: 1 << 40 }];
-    let error = GpuRunner::new(options(), NEEDS, &huge, &[], 0).err().unwrap().to_string();
+    let error = GpuRunner::new(options(), NEEDS, &huge, &[], 0, &[]).err().unwrap().to_string();
     assert!(error.contains("`texels` needs 1099511627776 bytes"), "{error}");
-    let mut unbound = GpuRunner::new(options(), NEEDS, &[], &[], 0).unwrap();
+    let mut unbound = GpuRunner::new(options(), NEEDS, &[], &[], 0, &[]).unwrap();
     assert!(message(unbound.run(&[dispatch("fill", 1)])).contains("`fill` binds `values`"));
     let other = GpuOptions { device: Some("no such device".into()), ..options() };
-    assert!(GpuRunner::new(other, NEEDS, &[], &[], 0).err().unwrap().is_no_device());
+    assert!(GpuRunner::new(other, NEEDS, &[], &[], 0, &[]).err().unwrap().is_no_device());
 }
 
 #[test]

@@ -50,6 +50,40 @@ pub fn quads(document: &Document, index: Index<Accessor>, owner: &str) -> Result
     elements(document, index, accessor, owner, 16).map(|elements| elements.map(read).collect())
 }
 
+/// One float an element.
+pub fn scalars(document: &Document, index: Index<Accessor>, owner: &str) -> Result<Vec<f32>, SceneError> {
+    let accessor = document.get(&document.root.accessors, index, "accessor", owner)?;
+    if component(accessor) != Some(ComponentType::F32)
+        || !matches!(accessor.type_, Checked::Valid(Type::Scalar))
+    {
+        return Err(wrong(document, index, owner, "should hold one float an element"));
+    }
+    elements(document, index, accessor, owner, 4).map(|elements| elements.map(float).collect())
+}
+
+/// Four numbers an element: floats, or integers that are shares of their largest, as animated rotations have them.
+pub fn rotations(
+    document: &Document,
+    index: Index<Accessor>,
+    owner: &str,
+) -> Result<Vec<[f32; 4]>, SceneError> {
+    let accessor = document.get(&document.root.accessors, index, "accessor", owner)?;
+    let is_quad = matches!(accessor.type_, Checked::Valid(Type::Vec4));
+    type Read = fn(&[u8]) -> f32;
+    let (size, read): (usize, Read) = match component(accessor).filter(|_| is_quad) {
+        Some(ComponentType::F32) => (4, float),
+        Some(ComponentType::I8) => (1, |e| (f32::from(e[0] as i8) / 127.0).max(-1.0)),
+        Some(ComponentType::U8) => (1, |e| f32::from(e[0]) / 255.0),
+        Some(ComponentType::I16) => {
+            (2, |e| (f32::from(i16::from_le_bytes([e[0], e[1]])) / 32767.0).max(-1.0))
+        }
+        Some(ComponentType::U16) => (2, |e| f32::from(u16::from_le_bytes([e[0], e[1]])) / 65535.0),
+        _ => return Err(wrong(document, index, owner, "should hold four floats or shares an element")),
+    };
+    let quad = |e: &[u8]| [0, 1, 2, 3].map(|i| read(&e[i * size..]));
+    elements(document, index, accessor, owner, 4 * size).map(|elements| elements.map(quad).collect())
+}
+
 fn float(bytes: &[u8]) -> f32 {
     f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])
 }

@@ -30,6 +30,8 @@ pub struct Document {
 /// Sections of the document, for what its types drop or take too literally.
 #[derive(Default)]
 pub struct Sections {
+    /// Animations.
+    pub animations: Vec<Value>,
     /// Materials.
     pub materials: Vec<Value>,
     /// Textures.
@@ -62,6 +64,7 @@ impl Document {
         let warnings = unsupported::list(&value);
         let section = |name: &str| value[name].as_array().cloned().unwrap_or_default();
         let sections = Sections {
+            animations: section("animations"),
             materials: section("materials"),
             textures: section("textures"),
             samplers: section("samplers"),

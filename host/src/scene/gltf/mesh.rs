@@ -11,7 +11,7 @@ use super::{accessor, unsupported, vector};
 use crate::scene::SceneError;
 
 /// A triangle's corner in the world.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Corner {
     /// Position [m], not yet recentred.
     pub position: DVec3,
@@ -160,7 +160,7 @@ fn coordinates(
 }
 
 /// A tangent in the world; none if it has no direction. A mirrored mesh turns the bitangent's sign.
-fn placed(to_world: &DAffine3, [x, y, z, sign]: [f32; 4]) -> Option<Vec4> {
+pub fn placed(to_world: &DAffine3, [x, y, z, sign]: [f32; 4]) -> Option<Vec4> {
     let along = (to_world.matrix3 * vector([x, y, z])).try_normalize()?.as_vec3();
     let is_mirrored = to_world.matrix3.determinant() < 0.0;
     let sign = if (sign < 0.0) != is_mirrored { -1.0 } else { 1.0 };
@@ -168,7 +168,7 @@ fn placed(to_world: &DAffine3, [x, y, z, sign]: [f32; 4]) -> Option<Vec4> {
 }
 
 /// A normal in the world; none if the file's has no length.
-fn turned(turn: &DMat3, normal: [f32; 3]) -> Result<Option<Vec3>, &'static str> {
+pub fn turned(turn: &DMat3, normal: [f32; 3]) -> Result<Option<Vec3>, &'static str> {
     let normal = vector(normal);
     if !normal.is_finite() {
         return Err("is not finite");

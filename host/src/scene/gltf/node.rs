@@ -9,7 +9,9 @@ use gltf::json::validation::Checked;
 use gltf::json::{Index, Mesh};
 
 use super::document::Document;
-use super::{unsupported, vector};
+use super::{animation, unsupported, vector};
+use crate::scene::animation::{Channel, Joint, Local, Rig, is_singular};
+use crate::scene::motion::Mounted;
 use crate::scene::punctual::cone_fault;
 use crate::scene::{LightShape, PunctualLight, SceneCamera, SceneError};
 
@@ -19,27 +21,35 @@ pub struct MeshInstance {
     pub node: String,
     /// The mesh.
     pub mesh: Index<Mesh>,
-    /// Its place.
+    /// Its place; that of a mesh that moves is left to the poses.
     pub to_world: DAffine3,
+    /// Its node in the rig.
+    pub joint: usize,
+    /// Whether it moves.
+    pub moves: bool,
 }
 
 /// All that stands in the world, not yet recentred.
 #[derive(Default)]
 pub struct Placed {
+    /// The nodes.
+    pub rig: Rig,
+    /// Where they stand at first.
+    pub places: Vec<DAffine3>,
     /// Meshes.
     pub meshes: Vec<MeshInstance>,
-    /// Cameras and their positions [m].
-    pub cameras: Vec<(DVec3, SceneCamera)>,
-    /// Punctual lights and their positions [m].
-    pub lights: Vec<(DVec3, PunctualLight)>,
+    /// Cameras.
+    pub cameras: Vec<Mounted<SceneCamera>>,
+    /// Punctual lights.
+    pub lights: Vec<Mounted<PunctualLight>>,
 }
 
 /// Walks the default scene's nodes, parents first.
 pub fn place(document: &mut Document) -> Result<Placed, SceneError> {
+    let mut channels = animation::read(document)?;
     let mut placed = Placed::default();
     let mut visited = vec![false; document.root.nodes.len()];
-    let mut stack: Vec<_> =
-        roots(document)?.into_iter().rev().map(|root| (root, DAffine3::IDENTITY)).collect();
+    let mut stack: Vec<_> = roots(document)?.into_iter().rev().map(|root| (root, None)).collect();
     while let Some((index, parent)) = stack.pop() {
         let node = document.get(&document.root.nodes, index, "node", "the node tree")?.clone();
         let label = unsupported::label("node", index.value(), node.name.as_deref());
@@ -51,23 +61,33 @@ pub fn place(document: &mut Document) -> Result<Placed, SceneError> {
         if std::mem::replace(&mut visited[index.value()], true) {
             return Err(wrong("has two parents or is below itself"));
         }
-        let to_world = parent * local(&node).ok_or_else(|| wrong("its transform is not finite"))?;
+        let local = local(&node, channels.remove(&index.value()).unwrap_or_default());
+        let to_parent = parent.map_or(DAffine3::IDENTITY, |parent: usize| placed.places[parent]);
+        let to_world = to_parent * local.at(0.0).ok_or_else(|| wrong("its transform is not finite"))?;
         if !to_world.is_finite() {
             return Err(wrong("its place in the world is not finite"));
         }
-        if (node.mesh.is_some() || node.camera.is_some()) && is_singular(&to_world) {
+        let moves =
+            !local.channels.is_empty() || parent.is_some_and(|parent| placed.rig.joints[parent].moves);
+        if !moves && (node.mesh.is_some() || node.camera.is_some()) && is_singular(&to_world) {
             return Err(wrong("its transform is singular (a scale of zero, or axes in one plane)"));
         }
+        let joint = placed.rig.joints.len();
+        placed.rig.joints.push(Joint { label: label.clone(), parent, local, moves });
+        placed.places.push(to_world);
         if let Some(mesh) = node.mesh {
-            placed.meshes.push(MeshInstance { node: label.clone(), mesh, to_world });
+            let to_world = if moves { DAffine3::IDENTITY } else { to_world };
+            placed.meshes.push(MeshInstance { node: label.clone(), mesh, to_world, joint, moves });
         }
         if node.camera.is_some() {
-            placed.cameras.extend(camera(document, &node, &label, &to_world)?);
+            let camera = camera(document, &node, &label)?;
+            placed.cameras.extend(camera.map(|what| Mounted { joint, moves, what }));
         }
         if let Some(light) = node.extensions.as_ref().and_then(|all| all.khr_lights_punctual.as_ref()) {
-            placed.lights.push(light_at(document, light.light, &label, &to_world)?);
+            let what = light_of(document, light.light, &label)?;
+            placed.lights.push(Mounted { joint, moves, what });
         }
-        stack.extend(node.children.iter().flatten().rev().map(|&child| (child, to_world)));
+        stack.extend(node.children.iter().flatten().rev().map(|&child| (child, Some(joint))));
     }
     Ok(placed)
 }
@@ -89,37 +109,19 @@ fn roots(document: &Document) -> Result<Vec<Index<Node>>, SceneError> {
         .collect())
 }
 
-/// A node's own transform; none if it is not finite or no rotation.
-fn local(node: &Node) -> Option<DAffine3> {
-    let transform = match node.matrix {
-        Some(matrix) => DAffine3::from_mat4(DMat4::from_cols_array(&matrix.map(f64::from))),
-        None => {
-            let rotation = DQuat::from_array(node.rotation.unwrap_or_default().0.map(f64::from));
-            let rotation = (rotation.length() > 1e-6).then(|| rotation.normalize())?;
-            DAffine3::from_scale_rotation_translation(
-                node.scale.map_or(DVec3::ONE, vector),
-                rotation,
-                node.translation.map_or(DVec3::ZERO, vector),
-            )
-        }
-    };
-    transform.is_finite().then_some(transform)
+/// A node's own transform and what moves it.
+fn local(node: &Node, channels: Vec<Channel>) -> Local {
+    Local {
+        translation: node.translation.map_or(DVec3::ZERO, vector),
+        rotation: DQuat::from_array(node.rotation.unwrap_or_default().0.map(f64::from)),
+        scale: node.scale.map_or(DVec3::ONE, vector),
+        matrix: node.matrix.map(|m| DAffine3::from_mat4(DMat4::from_cols_array(&m.map(f64::from)))),
+        channels,
+    }
 }
 
-fn is_singular(transform: &DAffine3) -> bool {
-    let axes = transform.matrix3;
-    let size = axes.x_axis.length() * axes.y_axis.length() * axes.z_axis.length();
-    // Written so that what is not finite counts as singular.
-    !(axes.determinant().abs() > 1e-12 * size && transform.inverse().is_finite())
-}
-
-/// A perspective camera; none, with a warning, if it is another one.
-fn camera(
-    document: &mut Document,
-    node: &Node,
-    label: &str,
-    to_world: &DAffine3,
-) -> Result<Option<(DVec3, SceneCamera)>, SceneError> {
+/// A perspective camera, not yet placed; none, with a warning, if it is another one.
+fn camera(document: &mut Document, node: &Node, label: &str) -> Result<Option<SceneCamera>, SceneError> {
     let Some(index) = node.camera else { return Ok(None) };
     let camera = document.get(&document.root.cameras, index, "camera", label)?.clone();
     let Some(lens) = camera.perspective else {
@@ -130,27 +132,20 @@ fn camera(
         let what = format!("its camera's yfov is {} rad and should be between 0 and pi", lens.yfov);
         return Err(SceneError::Node { file: document.file.clone(), node: label.into(), what });
     }
-    let forward = -to_world.matrix3.z_axis.normalize();
-    let right = forward.cross(to_world.matrix3.y_axis).normalize();
     let camera = SceneCamera {
         name: node.name.clone().or(camera.name).unwrap_or_else(|| format!("camera {}", index.value())),
         position: Vec3::ZERO,
-        right: right.as_vec3(),
-        up: right.cross(forward).as_vec3(),
-        forward: forward.as_vec3(),
+        right: Vec3::X,
+        up: Vec3::Y,
+        forward: Vec3::NEG_Z,
         fov_y: lens.yfov,
         aspect: lens.aspect_ratio.filter(|aspect| aspect.is_finite() && *aspect > 0.0),
     };
-    Ok(Some((to_world.translation, camera)))
+    Ok(Some(camera))
 }
 
-/// A punctual light.
-fn light_at(
-    document: &mut Document,
-    index: Index<Light>,
-    label: &str,
-    to_world: &DAffine3,
-) -> Result<(DVec3, PunctualLight), SceneError> {
+/// A punctual light, not yet placed.
+fn light_of(document: &mut Document, index: Index<Light>, label: &str) -> Result<PunctualLight, SceneError> {
     let extensions = document.root.extensions.as_ref();
     let lights = extensions.and_then(|all| all.khr_lights_punctual.as_ref()).map(|all| all.lights.as_slice());
     let light = document.get(lights.unwrap_or_default(), index, "light", label)?.clone();
@@ -160,12 +155,9 @@ fn light_at(
         return Err(wrong("its light's intensity or colour is negative, infinite or not a number".into()));
     }
 
-    // Light that has a direction goes along -z; scale does not count, but axes of no length have no direction.
-    let direction = (-to_world.matrix3.z_axis).try_normalize().map(|direction| direction.as_vec3());
-    let aimed = || direction.ok_or_else(|| wrong("its light has no direction (a scale of zero)".into()));
     let shape = match light.type_ {
         Checked::Valid(Type::Point) => LightShape::Point,
-        Checked::Valid(Type::Directional) => LightShape::Directional { direction: aimed()? },
+        Checked::Valid(Type::Directional) => LightShape::Directional { direction: Vec3::NEG_Z },
         Checked::Valid(Type::Spot) => {
             let cone = light.spot.as_ref();
             let inner = f64::from(cone.map_or(0.0, |cone| cone.inner_cone_angle));
@@ -173,15 +165,12 @@ fn light_at(
             if let Some(fault) = cone_fault(inner, outer) {
                 return Err(wrong(format!("its light has {fault}")));
             }
-            LightShape::Spot { direction: aimed()?, inner, outer }
+            LightShape::Spot { direction: Vec3::NEG_Z, inner, outer }
         }
         Checked::Invalid => return Err(wrong("its light is no point, spot or directional light".into())),
     };
     if light.range.is_some() {
         document.warn(format!("{label}: a light's range is not supported; it reaches everywhere"));
     }
-    // A directional light may stand anywhere: its place says nothing.
-    let position =
-        if matches!(shape, LightShape::Directional { .. }) { DVec3::ZERO } else { to_world.translation };
-    Ok((position, PunctualLight { position: Vec3::ZERO, intensity, shape }))
+    Ok(PunctualLight { position: Vec3::ZERO, intensity, shape })
 }

@@ -289,7 +289,7 @@ fn what_is_not_rendered_is_named_once() {
         "sheen",
         "specularColor",
         "skins",
-        "animations",
+        "animated pointer",
         "animation_pointer",
         "lines",
     ];

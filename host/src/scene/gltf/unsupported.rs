@@ -37,7 +37,6 @@ pub fn list(document: &Value) -> Vec<String> {
             walk(element, &mut note);
             match section {
                 "materials" => of_material(element, &mut note),
-                "animations" => note("animations are not supported; shown at rest".into()),
                 "nodes" if !element["skin"].is_null() => {
                     note("skins are not supported; shown unbent".into());
                 }

@@ -1,0 +1,137 @@
+//! Animations of the file, as channels of its nodes.
+
+use std::collections::BTreeMap;
+
+use glam::DVec4;
+use gltf::json::Index;
+use serde_json::Value;
+
+use super::document::Document;
+use super::{accessor, unsupported};
+use crate::scene::SceneError;
+use crate::scene::animation::{Channel, Interpolation, Path};
+
+/// Channels by node. All animations play together.
+pub fn read(document: &mut Document) -> Result<BTreeMap<usize, Vec<Channel>>, SceneError> {
+    let mut channels: BTreeMap<usize, Vec<Channel>> = BTreeMap::new();
+    for (index, animation) in std::mem::take(&mut document.sections.animations).iter().enumerate() {
+        let label = unsupported::label("animation", index, animation["name"].as_str());
+        for (number, value) in list(&animation["channels"]).iter().enumerate() {
+            let owner = format!("{label}, channel {number}");
+            let Some((node, path)) = target(document, value, &owner)? else { continue };
+            let sampler =
+                position(&value["sampler"]).and_then(|sampler| list(&animation["samplers"]).get(sampler));
+            let sampler = sampler.ok_or_else(|| wrong(document, &owner, "has no sampler"))?;
+            let channel = channel(document, sampler, path, &owner)?;
+            let of_node = channels.entry(node).or_default();
+            if of_node.iter().any(|known| known.path == path) {
+                document.warn(format!("{owner}: another channel sets the same; the last one counts"));
+                of_node.retain(|known| known.path != path);
+            }
+            of_node.push(channel);
+        }
+    }
+    Ok(channels)
+}
+
+fn wrong(document: &Document, owner: &str, what: impl std::fmt::Display) -> SceneError {
+    SceneError::Animation { file: document.file.clone(), animation: owner.into(), what: what.to_string() }
+}
+
+fn list(value: &Value) -> &[Value] {
+    value.as_array().map_or(&[], Vec::as_slice)
+}
+
+fn position(value: &Value) -> Option<usize> {
+    value.as_u64().and_then(|index| usize::try_from(index).ok())
+}
+
+/// Node and part that a channel sets; none, with a warning, where it is not supported.
+fn target(
+    document: &mut Document,
+    channel: &Value,
+    owner: &str,
+) -> Result<Option<(usize, Path)>, SceneError> {
+    let target = &channel["target"];
+    let path = match target["path"].as_str() {
+        Some("translation") => Path::Translation,
+        Some("rotation") => Path::Rotation,
+        Some("scale") => Path::Scale,
+        Some(path) => {
+            document.warn(format!("{owner}: animated {path} is not supported; left out"));
+            return Ok(None);
+        }
+        None => return Err(wrong(document, owner, "has no target path")),
+    };
+    if target["node"].is_null() {
+        document.warn(format!("{owner}: it moves no node; left out"));
+        return Ok(None);
+    }
+    let node =
+        position(&target["node"]).ok_or_else(|| wrong(document, owner, "has a target that is no node"))?;
+    let count = document.root.nodes.len();
+    let Some(target) = document.root.nodes.get(node) else {
+        let (file, owner) = (document.file.clone(), owner.into());
+        return Err(SceneError::Index { file, owner, kind: "node", index: node, count });
+    };
+    if target.matrix.is_some() {
+        return Err(wrong(document, owner, format!("moves node {node}, which is placed by a matrix")));
+    }
+    Ok(Some((node, path)))
+}
+
+fn channel(document: &Document, sampler: &Value, path: Path, owner: &str) -> Result<Channel, SceneError> {
+    let wrong = |what: String| wrong(document, owner, what);
+    let interpolation = match &sampler["interpolation"] {
+        Value::Null => Interpolation::Linear,
+        name => match name.as_str() {
+            Some("STEP") => Interpolation::Step,
+            Some("LINEAR") => Interpolation::Linear,
+            Some("CUBICSPLINE") => Interpolation::Cubic,
+            _ => return Err(wrong(format!("has the interpolation {name}, which glTF does not know"))),
+        },
+    };
+    let accessor_of = |key: &str| {
+        let index = position(&sampler[key]).and_then(|index| u32::try_from(index).ok());
+        index.map(Index::new).ok_or_else(|| wrong(format!("has no {key}")))
+    };
+    let times = accessor::scalars(document, accessor_of("input")?, owner)?;
+    let output = accessor_of("output")?;
+    let values: Vec<DVec4> = match path {
+        Path::Rotation => {
+            let values = accessor::rotations(document, output, owner)?;
+            values.into_iter().map(|value| DVec4::from(value.map(f64::from))).collect()
+        }
+        _ => {
+            let values = accessor::vectors(document, output, owner)?;
+            values.into_iter().map(|value| super::vector(value).extend(0.0)).collect()
+        }
+    };
+
+    let is_spline = interpolation == Interpolation::Cubic;
+    let wanted = times.len() * if is_spline { 3 } else { 1 };
+    if times.is_empty() {
+        return Err(wrong("has no keys".into()));
+    }
+    if !times.iter().all(|time| (0.0..=1e9).contains(time)) {
+        return Err(wrong("has a time that is negative, beyond 1e9 s or not a number".into()));
+    }
+    if let Some(key) = times.windows(2).position(|pair| pair[0] >= pair[1]) {
+        return Err(wrong(format!("has times that do not ascend (key {})", key + 1)));
+    }
+    if values.len() != wanted {
+        let (keys, values) = (times.len(), values.len());
+        return Err(wrong(format!("has {values} values for {keys} keys, but {wanted} are needed")));
+    }
+    if let Some(id) = values.iter().position(|value| !value.is_finite() || value.abs().max_element() > 1e30) {
+        return Err(wrong(format!("has a value that is not finite or beyond 1e30 (value {id})")));
+    }
+    let keys = values.iter().skip(usize::from(is_spline)).step_by(if is_spline { 3 } else { 1 });
+    if path == Path::Rotation
+        && let Some(key) = keys.into_iter().position(|value| value.length() <= 1e-6)
+    {
+        return Err(wrong(format!("has a rotation of no length (key {key})")));
+    }
+    let times = times.into_iter().map(f64::from).collect();
+    Ok(Channel { path, interpolation, times, values })
+}

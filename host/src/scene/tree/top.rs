@@ -1,0 +1,64 @@
+//! The top level of the tree where meshes move: what stands still is one leaf, every moving mesh another. Built anew
+//! for every pose, of least depth.
+
+use caustics_kernels::interface::tree::TreeNode;
+use obvhs::aabb::Aabb;
+
+use super::plan::WIDTH;
+use super::{LEVELS, empty_node, set_lane};
+
+/// Meshes that move at most: the levels that are left then hold every tree below.
+pub const MOST_MESHES: usize = 4095;
+
+/// A leaf: its box [m], and the child that a node refers to.
+#[derive(Clone, Copy, Debug)]
+pub struct Leaf {
+    /// Box in the world [m].
+    pub bounds: Aabb,
+    /// Index of a node or an instance, with its flag.
+    pub child: u32,
+}
+
+/// Nodes that this many leaves take at most.
+pub fn node_count(leaves: usize) -> usize {
+    leaves.max(1)
+}
+
+/// Levels that are left for the trees below this many leaves.
+pub fn levels_below(leaves: usize) -> u32 {
+    let (mut levels, mut capacity) = (1, WIDTH);
+    while capacity < leaves {
+        (levels, capacity) = (levels + 1, capacity * WIDTH);
+    }
+    LEVELS - levels
+}
+
+/// Fills the nodes at the head of a tree; the first is the root, those that are not needed are empty.
+pub fn build(nodes: &mut [TreeNode], mut leaves: Vec<Leaf>) {
+    nodes.fill(empty_node());
+    let mut used = 0;
+    node(nodes, &mut used, &mut leaves);
+}
+
+/// Appends a node: quarters along the longest axis.
+fn node(nodes: &mut [TreeNode], used: &mut usize, leaves: &mut [Leaf]) -> u32 {
+    let id = *used;
+    *used += 1;
+    let size = bounds(leaves).diagonal();
+    let axis = if size.x >= size.y.max(size.z) { 0 } else { 1 + usize::from(size.z > size.y) };
+    leaves.sort_by(|a, b| {
+        let centre = |leaf: &Leaf| leaf.bounds.center_axis(axis);
+        centre(a).total_cmp(&centre(b)).then(a.child.cmp(&b.child))
+    });
+    let quarter = leaves.len().div_ceil(WIDTH).max(1);
+    for (lane, part) in leaves.chunks_mut(quarter).enumerate() {
+        let bounds = bounds(part);
+        let child = if let [leaf] = part { leaf.child } else { node(nodes, used, part) };
+        set_lane(&mut nodes[id], lane, &bounds, child);
+    }
+    id as u32
+}
+
+fn bounds(leaves: &[Leaf]) -> Aabb {
+    leaves.iter().fold(Aabb::empty(), |all, leaf| all.union(&leaf.bounds))
+}

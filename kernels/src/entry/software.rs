@@ -1,7 +1,6 @@
 //! Entry points that trace in software.
 
 use crate::entry::tracing::tracing_entries;
-use crate::interface::instance::Instance;
 use crate::interface::tree::{TreeNode, TriangleBlock};
 use crate::trace::bvh::BvhTracer;
 

@@ -43,7 +43,8 @@ fn module_with_ray_queries_is_refused_on_a_device_without() {
     let options = GpuOptions { validation: gpu.validation, base: modules.rayquery, ..GpuOptions::default() };
     let scene = load("plain-room");
     let tables = session::tables(&scene);
-    let error = GpuRunner::new(options, scene.needs(0.25), &[], &tables, 0, &[]).err().expect("it is refused");
+    let error =
+        GpuRunner::new(options, scene.needs(0.25), &[], &tables, 0, &[]).err().expect("it is refused");
     assert!(error.to_string().contains("RayQuery"), "{error}");
 }
 

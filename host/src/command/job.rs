@@ -176,6 +176,7 @@ impl Job {
             let relative_error = sums.relative_error();
             let out = json!({
                 "scene": scene.name, "file": file, "method": method.name, "gather": gather,
+                "filter": settings.filter.name,
                 "device": session.device(), "why": reason, "camera": camera.name,
                 "width": settings.width, "height": settings.height, "frames": sums.frames(),
                 "light_paths": params.light_path_count, "max_bounces": settings.max_bounces,

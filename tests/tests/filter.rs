@@ -426,6 +426,15 @@ fn twins_agree() {
             // A comparer that finds nothing in other numbers would be none.
             assert!(!floats("unfiltered", 3, &before, &gpu_rows, near).passes());
         }
+        for (width, height) in [(1, 1), (17, 9), (131, 77)] {
+            let input = Input::noisy(width, height, 11);
+            let (cpu, gpu_rows) = (input.filtered(), input.filtered_by(&gpu.choice(hardware)));
+            let near = Tolerance::relative(1.0e-4, 1.0, "the rule for twins");
+            table.add(
+                &format!("noise, {width}x{height}"),
+                [floats("path_radiance", 3, cast_slice(&cpu), cast_slice(&gpu_rows), near)],
+            );
+        }
         table.finish();
     }
 }

@@ -125,8 +125,11 @@ fn exchange(own: &FilterGuide, own_light: Vec3, other: &FilterGuide, light: Vec3
         return Vec3::ZERO;
     }
     if step >= COMPARED {
-        let (a, b) = (own_light / own.share, light / other.share);
-        w *= evenness(a.element_sum(), b.element_sum(), step);
+        w *= evenness(brightness(own_light, own), brightness(light, other), step);
+    }
+    if (own.share - other.share).abs().element_sum() == 0.0 {
+        // The same without divisions: most pairs of most scenes.
+        return (light - own_light) * w;
     }
     let taken = light * (own.share / other.share).min(Vec3::ONE);
     let given = own_light * (other.share / own.share).min(Vec3::ONE);
@@ -157,6 +160,12 @@ pub fn likeness(a: &FilterGuide, b: &FilterGuide, step: f32) -> f32 {
     let c16 = c8 * c8;
     let c32 = c16 * c16;
     (x * c32 * c32).min(1.0)
+}
+
+/// Brightness of the light at a point, whatever its share.
+#[inline(always)]
+fn brightness(light: Vec3, guide: &FilterGuide) -> f32 {
+    light.element_sum() / guide.share.element_sum()
 }
 
 /// How alike two brightnesses are, in (0, 1].

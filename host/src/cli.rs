@@ -137,6 +137,9 @@ pub struct Render {
     /// How deposits and collection points meet [default: points-rt with ray queries, else photons-grid]
     #[arg(long, value_parser = clap::builder::PossibleValuesParser::new(gather_names()))]
     pub gather: Option<String>,
+    /// What smooths the path-traced part, caustics excepted
+    #[arg(long, default_value = "none", value_parser = clap::builder::PossibleValuesParser::new(filter_names()))]
+    pub filter: String,
     /// Light paths a frame
     #[arg(long, default_value_t = 1_048_576)]
     pub light_paths: u32,
@@ -187,6 +190,11 @@ pub struct Merge {
 
 fn method_names() -> Vec<&'static str> {
     caustics::method::ALL.iter().map(|method| method.name).collect()
+}
+
+/// Names of the filters.
+pub fn filter_names() -> Vec<&'static str> {
+    caustics::method::filter::ALL.iter().map(|filter| filter.name).collect()
 }
 
 fn gather_names() -> Vec<&'static str> {

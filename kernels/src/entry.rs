@@ -3,6 +3,8 @@
 //! Parameters are named after the buffers, and the host binds by these names. Entry points that trace come in two
 //! versions of one name (`tracing`): `software` in `base.spv`, `hardware` (ray queries) in `rayquery.spv`.
 
+#[cfg(not(feature = "ray-query"))]
+pub mod filter;
 #[cfg(feature = "ray-query")]
 pub mod hardware;
 #[cfg(not(feature = "ray-query"))]

@@ -4,6 +4,7 @@ pub mod bound;
 pub mod collect;
 pub mod display;
 pub mod enclosing;
+pub mod filter;
 pub mod gather_photons;
 pub mod grid;
 pub mod ledger;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use bytemuck::{Pod, cast_slice};
 use caustics::method::settings::Settings;
-use caustics::method::{BufferSpec, Step, basic};
+use caustics::method::{BufferSpec, Step, basic, filter};
 use caustics::runner::Runner;
 use caustics::scene::{self, Scene};
 use caustics::session::{self, RunnerChoice};
@@ -120,10 +120,11 @@ pub fn rows<T: Pod>(runner: &mut dyn Runner, buffer: &str) -> Vec<T> {
     bytemuck::pod_collect_to_vec(&bytes)
 }
 
-/// The buffers of every gather, each once.
+/// The buffers of every gather and filter, each once.
 pub fn frame_buffers(params: &FrameParams) -> Vec<BufferSpec> {
     let all = variant::ALL.iter().flat_map(|variant| basic::buffers(variant, params));
-    let unique: BTreeMap<_, _> = all.map(|spec| (spec.name, spec)).collect();
+    let filters = filter::ALL.iter().flat_map(|filter| (filter.buffers)(params));
+    let unique: BTreeMap<_, _> = all.chain(filters).map(|spec| (spec.name, spec)).collect();
     unique.into_values().collect()
 }
 

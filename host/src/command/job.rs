@@ -177,6 +177,7 @@ impl Job {
             let relative_error = sums.relative_error();
             let out = json!({
                 "scene": scene.name, "file": file, "method": method.name, "gather": gather,
+                "filter": settings.filter.name,
                 "device": session.device(), "why": reason, "camera": camera.name, "time_s": options.time,
                 "width": settings.width, "height": settings.height, "frames": sums.frames(),
                 "light_paths": params.light_path_count, "max_bounces": settings.max_bounces,

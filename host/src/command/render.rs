@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 use caustics::method;
+use caustics::method::settings::Settings;
 
 use super::job::Job;
 use super::options::settings;
@@ -11,9 +12,18 @@ use crate::cli::{Render, Usage};
 
 /// Averages frames of a method.
 pub fn run(options: Render) -> anyhow::Result<ExitCode> {
-    let Render { common, method, gather, light_paths, frames, radius_px } = options;
-    let settings = settings(&common, light_paths, frames, radius_px)?;
+    let Render { common, method, gather, filter, light_paths, frames, radius_px } = options;
     let method = method::find(&method).ok_or_else(|| Usage(format!("no method is called {method}")))?;
+    let filter =
+        method::filter::find(&filter).ok_or_else(|| Usage(format!("no filter is called {filter}")))?;
+    if !method.gathers && *filter != method::filter::NONE {
+        let (filter, method) = (filter.name, method.name);
+        return Err(Usage(format!(
+            "--filter {filter} looks at collection points, and --method {method} makes none; use --method basic"
+        ))
+        .into());
+    }
+    let settings = Settings { filter, ..settings(&common, light_paths, frames, radius_px)? };
     let stop = Stop { frames: Some(frames), ..Stop::default() };
     Job { common, settings, method, gather, stop }.run()
 }

@@ -56,6 +56,7 @@ pub fn buffers(parts: impl Into<Parts>, params: &FrameParams) -> Vec<BufferSpec>
     let mut buffers = vec![
         spec("pixel_order", 4 * pixels),
         spec("path_radiance", 12 * pixels),
+        spec("seen_radiance", 12 * pixels),
         spec("caustic_radiance", 12 * pixels),
         spec("display_color", 12 * pixels),
         spec("point_geometry", 32 * pixels),

@@ -1,12 +1,15 @@
 //! Filters of the path-traced part, before the caustics are added. A filter is data: the steps and buffers that it adds to
 //! a frame.
 
+use std::fmt;
+
+use caustics_kernels::interface::filter::{FILTER_LEVELS, FilterGuide};
 use caustics_kernels::interface::frame::FrameParams;
 
 use super::{BufferSpec, Step};
 
 /// A way to smooth the path-traced part.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct Filter {
     /// Name on the command line.
     pub name: &'static str,
@@ -19,7 +22,7 @@ pub struct Filter {
 }
 
 /// Every filter.
-pub const ALL: &[&Filter] = &[&NONE];
+pub const ALL: &[&Filter] = &[&NONE, &ATROUS];
 
 /// The filter of this name.
 pub fn find(name: &str) -> Option<&'static Filter> {
@@ -30,8 +33,38 @@ pub fn find(name: &str) -> Option<&'static Filter> {
 pub const NONE: Filter =
     Filter { name: "none", about: "nothing is smoothed", steps: |_| Vec::new(), buffers: |_| Vec::new() };
 
+/// See `caustics_kernels::pass::filter`.
+pub const ATROUS: Filter = Filter {
+    name: "atrous",
+    about: "an edge-stopping wavelet, guided by the collection points; it keeps the energy",
+    steps: |params| {
+        let count = params.pixel_count();
+        let guide = Step::Dispatch { pass: "filter.guide", count, params };
+        let level = |level| Step::Dispatch {
+            pass: "filter.atrous",
+            count,
+            params: FrameParams { part: level, ..params },
+        };
+        std::iter::once(guide).chain((0..FILTER_LEVELS).map(level)).collect()
+    },
+    buffers: |params| {
+        let pixels = params.pixel_count() as usize;
+        vec![
+            BufferSpec { name: "filter_guides", bytes: pixels * size_of::<FilterGuide>() },
+            BufferSpec { name: "filter_light", bytes: pixels * 12 },
+        ]
+    },
+};
+
 impl PartialEq for Filter {
     fn eq(&self, other: &Filter) -> bool {
         self.name == other.name
+    }
+}
+
+impl fmt::Debug for Filter {
+    /// The name: addresses of functions differ from run to run, and a checkpoint knows its run by its settings.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Filter({})", self.name)
     }
 }

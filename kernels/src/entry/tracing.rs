@@ -49,6 +49,7 @@ macro_rules! tracing_entries {
             $($bound)*
             #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] pixel_order: &[u32],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] path_radiance: &mut [Vec3],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 24)] seen_radiance: &mut [Vec3],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] point_geometry: &mut [PointGeometry],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] point_shading: &mut [PointShading],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] counters: &mut [u32],
@@ -73,6 +74,7 @@ macro_rules! tracing_entries {
                 let collected =
                     pass::collect::collect(pixel, params, needs, scene, &mut tracer, &mut counters);
                 path_radiance[pixel as usize] = collected.radiance;
+                seen_radiance[pixel as usize] = collected.seen;
                 point_geometry[pixel as usize] = collected.geometry;
                 point_shading[pixel as usize] = collected.shading;
             }

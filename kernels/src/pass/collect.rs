@@ -29,6 +29,8 @@ use spirv_std::glam::Vec3;
 pub struct Collected {
     /// Radiance that is no caustic [W m^-2 sr^-1].
     pub radiance: Vec3,
+    /// The part of it that came before the collection point, emission there included [W m^-2 sr^-1].
+    pub seen: Vec3,
     /// Where the collection point is.
     pub geometry: PointGeometry,
     /// What its light is multiplied with.
@@ -130,6 +132,9 @@ pub fn follow<T: Tracer, C: Atomics>(
         }
         if depth > params.max_bounces {
             break;
+        }
+        if prefix {
+            collected.seen = collected.radiance;
         }
 
         // Direct light on every non-delta lobe, each class for itself.

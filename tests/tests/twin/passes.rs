@@ -41,7 +41,7 @@ pub fn all(twin: &mut Twin, scene: &Scene, hardware: bool, table: &mut Table) {
 /// The buffers that a pass writes.
 fn outputs(pass: &str) -> &'static [&'static str] {
     match pass {
-        "collect" => &["path_radiance", "point_geometry", "point_shading", "counters"],
+        "collect" => &["path_radiance", "seen_radiance", "point_geometry", "point_shading", "counters"],
         "shoot.store" => &["deposit_geometry", "deposit_light", "deposit_state", "counters"],
         "bound" => &["point_boxes"],
         "grid.survey" => &["radius_histogram"],

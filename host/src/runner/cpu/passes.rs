@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::memory::Memory;
 
+mod filter;
 mod history;
 mod photons;
 mod points;
@@ -33,6 +34,8 @@ pub fn find(name: &str) -> Option<Pass> {
 const PASSES: &[(&str, Pass)] = &[
     ("collect", points::collect),
     ("reference", points::reference),
+    ("filter.guide", filter::guide),
+    ("filter.atrous", filter::atrous),
     ("bound", points::bound),
     ("shoot.store", photons::shoot_store),
     ("grid.survey", photons::grid_survey),

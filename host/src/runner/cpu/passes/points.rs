@@ -14,6 +14,7 @@ pub fn collect(call: &Call<'_>) -> anyhow::Result<()> {
     scene!(call, scene);
     tracer!(call, tracer);
     let mut radiance = call.memory.edit::<Vec3>("path_radiance")?;
+    let mut seen = call.memory.edit::<Vec3>("seen_radiance")?;
     let mut geometry = call.memory.edit::<PointGeometry>("point_geometry")?;
     let mut shading = call.memory.edit::<PointShading>("point_shading")?;
     let mut counters = call.memory.edit::<u32>("counters")?;
@@ -21,10 +22,11 @@ pub fn collect(call: &Call<'_>) -> anyhow::Result<()> {
     let width = call.params.width as usize;
     let rows = radiance
         .par_chunks_mut(width)
+        .zip(seen.par_chunks_mut(width))
         .zip(geometry.par_chunks_mut(width))
         .zip(shading.par_chunks_mut(width))
         .enumerate();
-    rows.for_each(|(row, ((radiance, geometry), shading))| {
+    rows.for_each(|(row, (((radiance, seen), geometry), shading))| {
         let mut counters = LocalCounters::new(counters);
         let mut tracer = tracer;
         for x in 0..width {
@@ -32,6 +34,7 @@ pub fn collect(call: &Call<'_>) -> anyhow::Result<()> {
             let collected =
                 pass::collect::collect(pixel, call.params, call.needs, scene, &mut tracer, &mut counters);
             radiance[x] = collected.radiance;
+            seen[x] = collected.seen;
             geometry[x] = collected.geometry;
             shading[x] = collected.shading;
         }

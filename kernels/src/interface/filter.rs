@@ -1,0 +1,27 @@
+//! What the filter of the path-traced part knows of a pixel.
+
+use bytemuck::{Pod, Zeroable};
+use spirv_std::glam::Vec3;
+
+/// Levels of the filter; level l reaches 2 * 2^l pixels.
+pub const FILTER_LEVELS: u32 = 5;
+
+/// Features of a pixel's collection point, by which the filter tells with whom the pixel exchanges light.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct FilterGuide {
+    /// Position of the point [m].
+    pub position: Vec3,
+    /// Its radius [m]: the scale of distances.
+    pub radius: f32,
+    /// Its unit interpolated normal, on the viewer's side.
+    pub normal: Vec3,
+    /// Index into the materials, or `NONE`: this pixel neither gives nor takes.
+    pub material: u32,
+    /// What light at the point is multiplied with: throughput times texture, positive.
+    pub share: Vec3,
+    /// Camera vertex (8 bits) and instance (24 bits).
+    pub place: u32,
+}
+
+const _: () = assert!(size_of::<FilterGuide>() == 48);

@@ -114,14 +114,18 @@ fn check(options: &Bench) -> Result<Settings, Usage> {
         return Err(Usage("bench --animation: give --time, --error or both".into()));
     }
     if common.png.is_some() || common.resume || common.no_ledger {
-        return Err(Usage("bench has no --png, --resume or --no-ledger; it always goes on from frames.csv".into()));
+        return Err(Usage(
+            "bench has no --png, --resume or --no-ledger; it always goes on from frames.csv".into(),
+        ));
     }
     if !(options.fps.is_finite() && options.fps > 0.0) {
         return Err(Usage(format!("--fps {}: give a positive number", options.fps)));
     }
     if options.error && options.warm_up > 0 {
         let count = options.warm_up;
-        return Err(Usage(format!("--warm-up {count}: with --error a history must not know frames before the first")));
+        return Err(Usage(format!(
+            "--warm-up {count}: with --error a history must not know frames before the first"
+        )));
     }
     if options.error && !(2..=1024).contains(&options.seeds) {
         return Err(Usage(format!("--seeds {}: give 2 to 1024, a variance takes two", options.seeds)));
@@ -134,14 +138,19 @@ fn check(options: &Bench) -> Result<Settings, Usage> {
             let pixels = f64::from(common.width) * f64::from(common.height);
             (paths * pixels).round().max(1.0) as u32
         }
-        Some(paths) => return Err(Usage(format!("--paths-per-pixel {paths}: give more than 0, at most 4096"))),
+        Some(paths) => {
+            return Err(Usage(format!("--paths-per-pixel {paths}: give more than 0, at most 4096")));
+        }
         None => options.light_paths.unwrap_or(LIGHT_PATHS),
     };
     let settings = settings(common, light_paths, 1, options.radius_px)?;
     if options.error {
         let last = settings.seed.checked_add(options.seeds - 1);
         if last.is_none_or(|last| (settings.seed..=last).contains(&SEED)) {
-            return Err(Usage(format!("--seed {}: references have the seed {SEED}; give another", settings.seed)));
+            return Err(Usage(format!(
+                "--seed {}: references have the seed {SEED}; give another",
+                settings.seed
+            )));
         }
     }
     Ok(settings)
@@ -209,9 +218,9 @@ fn unfinished(plan: &Plan, rows: &[Row]) -> Vec<Cell> {
 /// Where references are kept.
 fn cache() -> Result<PathBuf, Usage> {
     let set = |name| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
-    set("CAUSTICS_CACHE").or_else(|| Some(set("HOME")?.join(".cache/caustics"))).ok_or_else(|| {
-        Usage("references need a folder: set the environment variable CAUSTICS_CACHE".into())
-    })
+    set("CAUSTICS_CACHE")
+        .or_else(|| Some(set("HOME")?.join(".cache/caustics")))
+        .ok_or_else(|| Usage("references need a folder: set the environment variable CAUSTICS_CACHE".into()))
 }
 
 /// Renders the references that are missing. False where it was stopped.

@@ -42,9 +42,8 @@ pub fn report(plan: &Plan, scene: &Scene, rows: &[Row], folder: &Path, as_json: 
             (name, json!({ "measures": own, "memory": memory, "cost": costs[index] }))
         })
         .collect();
-    let error = plan.error.map(|error| {
-        json!({ "seeds": error.seeds, "reference_frames": error.reference_frames })
-    });
+    let error =
+        plan.error.map(|error| json!({ "seeds": error.seeds, "reference_frames": error.reference_frames }));
     let out = json!({
         "scene": scene.name, "camera": plan.camera, "width": settings.width, "height": settings.height,
         "light_paths": settings.light_paths, "max_bounces": settings.max_bounces,
@@ -111,7 +110,18 @@ fn table(summary: &[(String, CellSummary)], costs: &[BTreeMap<String, Cost>]) ->
     let number = |value: Option<f64>, digits: usize| value.map_or("-".into(), |v| format!("{v:.digits$}"));
     let mean = |own: &CellSummary, name: &str, digits| number(own.mean.get(name).copied(), digits);
     let whole = |value: Option<usize>| value.map_or("-".into(), |value| value.to_string());
-    let heads = ["p5 ms", "median ms", "p95 ms", "paired", "FLIP", "above none", "caustics", "relMSE", "flicker", "gain"];
+    let heads = [
+        "p5 ms",
+        "median ms",
+        "p95 ms",
+        "paired",
+        "FLIP",
+        "above none",
+        "caustics",
+        "relMSE",
+        "flicker",
+        "gain",
+    ];
     let line = |name: &str, cells: Vec<String>| {
         cells.iter().fold(format!("{name:wide$}"), |line, cell| format!("{line} {cell:>10}")) + "\n"
     };
@@ -136,10 +146,15 @@ fn table(summary: &[(String, CellSummary)], costs: &[BTreeMap<String, Cost>]) ->
     for ((name, _), costs) in summary.iter().zip(costs) {
         for (pass, cost) in costs {
             let unit = if cost.rays.is_some() { "M rays/s" } else { "MB/s" };
-            let expected = cost.expected_ms.map_or(String::new(), |ms| format!(", {ms:.2} ms by the tracer alone"));
+            let expected =
+                cost.expected_ms.map_or(String::new(), |ms| format!(", {ms:.2} ms by the tracer alone"));
             // Writing to a String cannot fail.
-            let _ =
-                writeln!(text, "{name:wide$} {pass}: {:.2} ms, {:.1} {unit}{expected}", cost.ms, cost.rate_per_s / 1e6);
+            let _ = writeln!(
+                text,
+                "{name:wide$} {pass}: {:.2} ms, {:.1} {unit}{expected}",
+                cost.ms,
+                cost.rate_per_s / 1e6
+            );
         }
     }
     text

@@ -57,7 +57,10 @@ mod tests {
         assert!((of_none / 0.9 - 1.0).abs() < 0.03, "{of_none}");
         let found = gain(of_none, of_cell).unwrap();
         assert!((found / 9.0 - 1.0).abs() < 0.04, "{found}");
-        assert!((gain(of_none, variance(200, 0.2)).unwrap() / 9.0 - 1.0).abs() > 0.3, "another ratio is told apart");
+        assert!(
+            (gain(of_none, variance(200, 0.2)).unwrap() / 9.0 - 1.0).abs() > 0.3,
+            "another ratio is told apart"
+        );
     }
 
     #[test]

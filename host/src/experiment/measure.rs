@@ -87,8 +87,7 @@ fn open(plan: &Plan, scene: &Scene, cell: &Cell) -> anyhow::Result<Run> {
     let camera = camera(scene, &plan.camera)?;
     let session = |seed| {
         let seed = plan.settings.seed + seed;
-        let settings =
-            Settings { seed, history: cell.history, filter: cell.filter, ..plan.settings.clone() };
+        let settings = Settings { seed, history: cell.history, filter: cell.filter, ..plan.settings.clone() };
         Session::new(&plan.choice, scene, camera, &settings, cell.method, plan.gather, plan.needs)
     };
     let sessions: Vec<Session> = (0..plan.seeds()).map(session).collect::<Result<_, _>>()?;

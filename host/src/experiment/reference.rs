@@ -114,8 +114,7 @@ impl<'a> References<'a> {
     ) -> anyhow::Result<Option<Vec<u8>>> {
         let Plan { choice, gather, needs, .. } = self.plan;
         let camera = camera(scene, &self.plan.camera)?;
-        let mut session =
-            Session::new(choice, scene, camera, &self.settings, &PROGRESSIVE, gather, *needs)?;
+        let mut session = Session::new(choice, scene, camera, &self.settings, &PROGRESSIVE, gather, *needs)?;
         let mut sums = Accumulation::default();
         for frame in 0..self.frames {
             if stopped() {

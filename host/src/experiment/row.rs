@@ -67,8 +67,12 @@ impl Row {
 
 /// The table of the rows.
 pub fn encode(rows: &[Row]) -> anyhow::Result<Vec<u8>> {
-    let passes: BTreeSet<&str> =
-        rows.iter().flat_map(|row| row.values.keys()).map(String::as_str).filter(|n| n.starts_with("pass.")).collect();
+    let passes: BTreeSet<&str> = rows
+        .iter()
+        .flat_map(|row| row.values.keys())
+        .map(String::as_str)
+        .filter(|n| n.starts_with("pass."))
+        .collect();
     let columns: Vec<&str> = MEASURES.into_iter().chain(passes).collect();
     let mut table = csv::Writer::from_writer(Vec::new());
     table.write_record(HEAD.iter().chain(&columns))?;

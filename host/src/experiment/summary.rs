@@ -20,7 +20,7 @@ pub struct CellSummary {
     pub ratio_of_medians: Option<f64>,
     /// Median over frames of the total time over that of the first cell in the same frame.
     pub paired_ratio: Option<f64>,
-    /// Mean time of each pass in a frame [ms].
+    /// Mean time of each pass in a frame [ms]; `animate` and `pose` bring scene and session to its pose.
     pub pass_ms: BTreeMap<String, f64>,
     /// Means over frames of every measure of error.
     pub mean: BTreeMap<&'static str, f64>,
@@ -89,14 +89,23 @@ pub fn summarise(rows: &[Row], cells: &[Cell]) -> Vec<(String, CellSummary)> {
             (!own.is_empty() && !none.is_empty()).then_some(count)
         };
         let mut pass_ms = BTreeMap::new();
-        for (pass, time) in own.iter().flat_map(|row| row.passes()) {
+        // What brings the scene and the session to the frame's pose belongs to the frame.
+        let posing = |row: &&Row| {
+            ["animate", "pose"]
+                .map(|name| Some((name, row.get(&format!("{name}_ms"))?)))
+                .into_iter()
+                .flatten()
+        };
+        for (pass, time) in own.iter().flat_map(|row| row.passes().chain(posing(row)).collect::<Vec<_>>()) {
             *pass_ms.entry(pass.to_string()).or_insert(0.0) += time / own.len() as f64;
         }
         let mean = |measure: &&'static str| Some((*measure, mean(&values(&series(&name, measure)))?));
         let summary = CellSummary {
             frames: own.len(),
             total_ms: percentiles(&values(&totals)),
-            ratio_of_medians: median(&values(&totals)).zip(median(&values(&first))).map(|(own, first)| own / first),
+            ratio_of_medians: median(&values(&totals))
+                .zip(median(&values(&first)))
+                .map(|(own, first)| own / first),
             paired_ratio: median(&ratios),
             pass_ms,
             mean: ERRORS.iter().filter_map(mean).collect(),

@@ -44,7 +44,7 @@ pub fn lines(title: &str, measure: &str, series: &[Series]) -> anyhow::Result<St
             .light_line_style(WHITE)
             .x_desc("frame")
             .y_desc(measure)
-            .x_label_formatter(&|frame| format!("{frame:.0}"))
+            .x_label_formatter(&|frame| if frame.fract() == 0.0 { frame.to_string() } else { String::new() })
             .y_label_formatter(&|value| short(*value))
             .axis_desc_style(LETTERS)
             .label_style(LETTERS)
@@ -81,4 +81,55 @@ pub fn short(value: f64) -> String {
     let digits = if value.abs() >= 100.0 || value == 0.0 { 0 } else { 4 };
     let text = format!("{value:.digits$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_cell_has_a_line_and_a_name() {
+        let series = |name: &str, height: f64| Series {
+            name: name.into(),
+            points: (0..9).map(|frame| (f64::from(frame), height + f64::from(frame % 3))).collect(),
+        };
+        let names = ["basic-none", "basic-paper", "basic-validated", "basic-none-atrous", "a < b & c"];
+        let all: Vec<_> =
+            names.iter().zip(1..).map(|(name, height)| series(name, f64::from(height))).collect();
+        let text = lines("title", "time [ms]", &all).unwrap();
+        if let Ok(path) = std::env::var("CAUSTICS_FIGURE") {
+            std::fs::write(path, &text).unwrap();
+        }
+        let document = roxmltree::Document::parse(&text).unwrap();
+        let texts: Vec<&str> = document.descendants().filter_map(|node| node.text()).map(str::trim).collect();
+        for name in names.iter().chain(&["title", "time [ms]", "frame", "8"]) {
+            assert!(texts.contains(name), "{name} is not in the figure");
+        }
+        for index in 0..names.len() {
+            let RGBColor(r, g, b) = palette::color(index);
+            let color = format!("#{r:02X}{g:02X}{b:02X}");
+            let of_color = |tag: &str, key: &str| {
+                document
+                    .descendants()
+                    .filter(|node| node.has_tag_name(tag) && node.attribute(key) == Some(&color))
+                    .count()
+            };
+            // A line and its sample in the legend; dashes are a line each. Other lines are black too.
+            let drawn = of_color("polyline", "stroke") + of_color("line", "stroke");
+            assert!(drawn >= 2 && of_color("circle", "fill") == 9, "{}: {drawn}", names[index]);
+            assert!(palette::dash(index).1 == 0 || drawn > 20, "{} has {drawn} dashes", names[index]);
+        }
+    }
+
+    #[test]
+    fn frames_that_are_not_there_draw_nothing() {
+        assert!(lines("title", "time [ms]", &[]).is_err());
+    }
+
+    #[test]
+    fn numbers_of_axes_are_short() {
+        for (value, text) in [(0.0, "0"), (0.5, "0.5"), (1e-4, "0.0001"), (25.0, "25"), (1234.0, "1234")] {
+            assert_eq!(short(value), text);
+        }
+    }
 }

@@ -23,6 +23,12 @@ use super::say::say;
 /// Writes `summary.json` and the figures into the folder, and prints the table.
 pub fn report(plan: &Plan, scene: &Scene, rows: &[Row], folder: &Path, as_json: bool) -> anyhow::Result<()> {
     let summary = summarise(rows, &plan.cells);
+    let faults: f64 = rows.iter().filter_map(|row| row.get("faults")).sum();
+    if faults > 0.0 {
+        eprintln!(
+            "warning: {faults} deposits, addends or media were dropped, clamped or not finite: see frames.csv"
+        );
+    }
     let mut hits_per_s = None;
     if plan.time {
         let camera = caustics::experiment::reference::camera(scene, &plan.camera)?;

@@ -113,6 +113,8 @@ fn render(plan: &Plan, scene: &Scene, run: &mut Run, row: &mut Row, animate_ms: 
         }
     }
     let counters = session.counters()?;
+    let faults = [Counter::DepositsDropped, Counter::Clamped, Counter::NonFinite, Counter::MediaOverflow];
+    row.set("faults", Some(faults.map(|fault| counters.get(fault) as f64).iter().sum()));
     for (name, counter) in [
         ("camera_rays", Counter::CameraRays),
         ("shadow_rays", Counter::ShadowRays),

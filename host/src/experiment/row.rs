@@ -6,7 +6,7 @@ use anyhow::Context;
 
 /// Names of the measures that are there or empty in every table, in the order of its columns, units at the end of the
 /// name; ratios, FLIP and relative errors have none. After them comes a column `pass.NAME_ms` for each pass.
-pub const MEASURES: [&str; 18] = [
+pub const MEASURES: [&str; 19] = [
     "turn",
     "total_ms",
     "animate_ms",
@@ -17,6 +17,7 @@ pub const MEASURES: [&str; 18] = [
     "light_paths",
     "deposits",
     "gathered",
+    "faults",
     "flip",
     "flip_caustics",
     "relmse",

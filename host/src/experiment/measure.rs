@@ -29,6 +29,22 @@ struct Run {
     before: Vec<Look>,
 }
 
+/// The reference of a frame.
+struct Truth {
+    picture: Picture,
+    look: Look,
+    /// What changed since the reference before: whole and caustics.
+    change: Option<(Option<f64>, Option<f64>)>,
+}
+
+impl Truth {
+    fn new(picture: Picture, before: Option<&Look>, exposure: f32) -> Truth {
+        let look = Look::new(&picture, &picture);
+        let change = before.map(|before| look.change(before, f64::from(exposure)));
+        Truth { picture, look, change }
+    }
+}
+
 /// Measures every frame of some cells and hands the rows of each frame to `each`. False where it was stopped.
 pub fn measure(
     plan: &Plan,
@@ -69,14 +85,11 @@ pub fn measure(
             render(plan, &scene, run, &mut rows[index], animate_ms)?;
         }
         if let Some(references) = references {
-            let truth = references.load(frame)?;
-            let truth_look = Look::new(&truth, &truth);
-            let exposure = f64::from(plan.settings.exposure);
-            let change = truth_before.as_ref().map(|before| truth_look.change(before, exposure));
+            let truth = Truth::new(references.load(frame)?, truth_before.as_ref(), plan.settings.exposure);
             for (run, row) in runs.iter_mut().zip(&mut rows) {
-                errors(plan, &scene, run, row, (&truth, &truth_look, change))?;
+                errors(plan, &scene, run, row, &truth)?;
             }
-            truth_before = Some(truth_look);
+            truth_before = Some(truth.look);
         }
         each(rows)?;
     }
@@ -129,26 +142,20 @@ fn render(plan: &Plan, scene: &Scene, run: &mut Run, row: &mut Row, animate_ms: 
 }
 
 /// Renders the frame with the other seeds, and measures errors: means over the seeds.
-fn errors(
-    plan: &Plan,
-    scene: &Scene,
-    run: &mut Run,
-    row: &mut Row,
-    (truth, truth_look, truth_change): (&Picture, &Look, Option<(Option<f64>, Option<f64>)>),
-) -> anyhow::Result<()> {
+fn errors(plan: &Plan, scene: &Scene, run: &mut Run, row: &mut Row, truth: &Truth) -> anyhow::Result<()> {
     for session in &mut run.sessions[1..] {
         session.pose(scene, camera(scene, &plan.camera)?)?;
         session.frame(row.frame)?;
     }
     let pictures: Vec<Picture> = run.sessions.iter_mut().map(Session::picture).collect::<Result<_, _>>()?;
-    let looks: Vec<Look> = pictures.iter().map(|picture| Look::new(picture, truth)).collect();
+    let looks: Vec<Look> = pictures.iter().map(|picture| Look::new(picture, &truth.picture)).collect();
     let exposure = f64::from(plan.settings.exposure);
-    let errors: Vec<Errors> = looks.iter().map(|look| look.errors(truth_look, exposure)).collect();
+    let errors: Vec<Errors> = looks.iter().map(|look| look.errors(&truth.look, exposure)).collect();
     row.set("flip", mean(errors.iter().map(|of| of.flip)));
     row.set("flip_caustics", mean(errors.iter().map(|of| of.flip_caustics)));
     row.set("relmse", mean(errors.iter().map(|of| of.relmse)));
     row.set("relmse_caustics", mean(errors.iter().map(|of| of.relmse_caustics)));
-    if let Some((whole, caustics)) = truth_change {
+    if let Some((whole, caustics)) = truth.change {
         let changes: Vec<_> =
             looks.iter().zip(&run.before).map(|(now, before)| now.change(before, exposure)).collect();
         let beyond = |change: Option<f64>, truth: Option<f64>| Some(change? - truth?);

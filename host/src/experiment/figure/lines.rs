@@ -105,7 +105,7 @@ mod tests {
         for name in names.iter().chain(&["title", "time [ms]", "frame", "8"]) {
             assert!(texts.contains(name), "{name} is not in the figure");
         }
-        for index in 0..names.len() {
+        for (index, name) in names.iter().enumerate() {
             let RGBColor(r, g, b) = palette::color(index);
             let color = format!("#{r:02X}{g:02X}{b:02X}");
             let of_color = |tag: &str, key: &str| {
@@ -116,8 +116,8 @@ mod tests {
             };
             // A line and its sample in the legend; dashes are a line each. Other lines are black too.
             let drawn = of_color("polyline", "stroke") + of_color("line", "stroke");
-            assert!(drawn >= 2 && of_color("circle", "fill") == 9, "{}: {drawn}", names[index]);
-            assert!(palette::dash(index).1 == 0 || drawn > 20, "{} has {drawn} dashes", names[index]);
+            assert!(drawn >= 2 && of_color("circle", "fill") == 9, "{name}: {drawn}");
+            assert!(palette::dash(index).1 == 0 || drawn > 20, "{name} has {drawn} dashes");
         }
     }
 

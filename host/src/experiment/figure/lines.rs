@@ -97,9 +97,6 @@ mod tests {
         let all: Vec<_> =
             names.iter().zip(1..).map(|(name, height)| series(name, f64::from(height))).collect();
         let text = lines("title", "time [ms]", &all).unwrap();
-        if let Ok(path) = std::env::var("CAUSTICS_FIGURE") {
-            std::fs::write(path, &text).unwrap();
-        }
         let document = roxmltree::Document::parse(&text).unwrap();
         let texts: Vec<&str> = document.descendants().filter_map(|node| node.text()).map(str::trim).collect();
         for name in names.iter().chain(&["title", "time [ms]", "frame", "8"]) {

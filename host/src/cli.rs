@@ -5,8 +5,10 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use thiserror::Error;
 
+mod bench;
 mod compare;
 
+pub use bench::Bench;
 pub use compare::{Compare, Limit};
 
 /// The command line asks for something that cannot be: exit code 2.
@@ -37,6 +39,8 @@ pub enum Command {
     Merge(Merge),
     /// Measure how far an image is from a reference
     Compare(Compare),
+    /// Measure what each frame of an animation costs and how far off it is, method by method
+    Bench(Box<Bench>),
     /// List Vulkan devices, what they can do and whether they are used
     Device(Device),
     /// List, inspect or make scenes

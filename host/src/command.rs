@@ -1,5 +1,7 @@
 //! The subcommands, a file each, and what several of them share.
 
+pub mod bench;
+pub mod bench_report;
 pub mod compare;
 pub mod device;
 pub mod identity;

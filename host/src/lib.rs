@@ -7,6 +7,7 @@ pub mod accumulation;
 pub mod checkpoint;
 pub mod counters;
 pub mod energy;
+pub mod experiment;
 pub mod image;
 pub mod kernels;
 pub mod method;

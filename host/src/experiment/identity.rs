@@ -1,0 +1,72 @@
+//! What a measure is a measure of: a text of all that decides it, and the text's hash.
+
+use std::fmt::Write;
+
+use super::cell::Cell;
+use super::plan::Plan;
+use crate::kernels;
+use crate::method::settings::Settings;
+use crate::scene::{Scene, SceneError};
+
+/// FNV-1a, 64 bits, in hexadecimal digits.
+pub fn hash(text: &str) -> String {
+    let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    });
+    format!("{hash:016x}")
+}
+
+/// What is seen at a time [s], whatever was seen before: a scene whose previous pose is that of the time too.
+pub fn posed(scene: &Scene, time: f64) -> Result<Scene, SceneError> {
+    let mut scene = scene.clone();
+    scene.pose(time)?;
+    scene.pose(time)?;
+    Ok(scene)
+}
+
+/// Hash of all that cells of a plan share and of the cell: rows of one identity belong together. The scene is posed at
+/// the first frame. The last frame is not in it: a run may grow.
+pub fn of_cell(plan: &Plan, cell: &Cell, scene: &Scene) -> String {
+    let mut text = view(scene, &plan.camera, &plan.settings);
+    let Plan { frames, fps, warm_up, time, error, choice, needs, .. } = plan;
+    // Writing to a String cannot fail.
+    let _ = write!(
+        text,
+        "cell {} gather {} seed {} exposure {} from {} fps {fps} warm-up {warm_up} time {time} error {error:?} \
+         on {choice:?} needs {needs:?}",
+        cell.name(),
+        plan.gather.name,
+        plan.settings.seed,
+        plan.settings.exposure,
+        frames.start
+    );
+    hash(&text)
+}
+
+/// Text of a scene as it is posed, its view and the settings that decide the expected picture, and of the kernels.
+pub fn view(scene: &Scene, camera: &str, settings: &Settings) -> String {
+    let Settings { width, height, light_paths, max_bounces, radius_px, .. } = settings;
+    let Settings { specular_roughness, pixel_filter, background, .. } = settings;
+    let viewpoint = scene.cameras.iter().find(|known| known.name == camera);
+    format!(
+        "scene {} {} origin {:?} camera {viewpoint:?} {width}x{height} paths {light_paths} bounces {max_bounces} radius \
+         {radius_px} specular {specular_roughness} filter {pixel_filter} background {:?} kernels {}\n",
+        scene.name,
+        scene.fingerprint(),
+        scene.origin,
+        background.unwrap_or(scene.background),
+        kernels::SOURCES
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hash_is_fnv_1a() {
+        // Known values of the algorithm's authors.
+        assert_eq!(hash(""), "cbf29ce484222325");
+        assert_eq!(hash("a"), "af63dc4c8601ec8c");
+    }
+}

@@ -1,0 +1,29 @@
+//! Memory of a cell, buffer by buffer, as its plan asks for it.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::cell::Cell;
+use super::plan::Plan;
+use crate::method::Parts;
+use crate::scene::Scene;
+
+/// Bytes of the buffers of a cell, scene tables aside.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Memory {
+    /// Of all.
+    pub total_bytes: usize,
+    /// Of each.
+    pub buffers_bytes: BTreeMap<&'static str, usize>,
+}
+
+/// The buffers that a session of the cell allocates.
+pub fn memory(plan: &Plan, cell: &Cell, scene: &Scene) -> Option<Memory> {
+    let camera = scene.cameras.iter().find(|camera| camera.name == plan.camera)?;
+    let params = (cell.method.frame)(plan.settings.params(scene, camera, 0), 0);
+    let parts = Parts { gather: plan.gather, history: cell.history, filter: cell.filter };
+    let buffers_bytes: BTreeMap<_, _> =
+        (cell.method.buffers)(parts, &params).iter().map(|buffer| (buffer.name, buffer.bytes)).collect();
+    Some(Memory { total_bytes: buffers_bytes.values().sum(), buffers_bytes })
+}

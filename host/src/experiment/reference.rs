@@ -1,0 +1,159 @@
+//! The truth of each frame: many frames of `progressive` at that frame's pose, rendered once and kept on disk.
+//!
+//! Radii start as those of the cells and shrink with the frames, so a reference has less blur than what it is held
+//! against. Its seed is its own, the same for all frames: where nothing moves, it does not change at all.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use bytemuck::pod_collect_to_vec;
+use glam::Vec3;
+
+use super::identity::{self, hash};
+use super::plan::Plan;
+use crate::accumulation::Accumulation;
+use crate::image::Channels;
+use crate::method::progressive::PROGRESSIVE;
+use crate::method::settings::Settings;
+use crate::method::{filter, history};
+use crate::output::exr;
+use crate::output::target::Target;
+use crate::picture::Picture;
+use crate::scene::Scene;
+use crate::session::Session;
+
+/// Seed of all references; no cell may have it.
+pub const SEED: u32 = 0x7265_6665;
+/// A reference's frame shoots this many light paths a pixel, at least: its camera paths cost as much in any case.
+const LIGHT_PATHS_PER_PIXEL: u32 = 4;
+
+/// References of the frames of a plan.
+#[derive(Debug)]
+pub struct References<'a> {
+    plan: &'a Plan,
+    scene: &'a Scene,
+    settings: Settings,
+    frames: u32,
+    folder: PathBuf,
+}
+
+/// What became of a reference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kept {
+    /// It was there.
+    Reused,
+    /// It was rendered.
+    Rendered,
+    /// It was there, but damaged or another's, and was rendered anew.
+    Replaced,
+    /// The run was stopped before it was done.
+    Stopped,
+}
+
+impl<'a> References<'a> {
+    /// References of a scene as loaded, in a folder of their own below `cache`.
+    pub fn new(plan: &'a Plan, scene: &'a Scene, frames: u32, cache: &Path) -> References<'a> {
+        let pixels = plan.settings.width * plan.settings.height;
+        let settings = Settings {
+            light_paths: plan.settings.light_paths.max(LIGHT_PATHS_PER_PIXEL * pixels),
+            seed: SEED,
+            history: &history::NONE,
+            filter: &filter::NONE,
+            exposure: 0.0,
+            ..plan.settings.clone()
+        };
+        let view = identity::view(scene, &plan.camera, &settings);
+        let name = hash(&format!("{view}frames {frames} fps {}", plan.fps));
+        References { plan, scene, settings, frames, folder: cache.join("references").join(name) }
+    }
+
+    /// Where they are kept.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The file of a frame's reference; that of every frame where nothing moves.
+    pub fn path(&self, frame: u32) -> PathBuf {
+        let frame = if self.scene.is_animated() { frame } else { 0 };
+        self.folder.join(format!("{frame:04}.exr"))
+    }
+
+    /// Makes sure that the reference of a frame is there.
+    pub fn keep(&self, frame: u32, stopped: &dyn Fn() -> bool) -> anyhow::Result<Kept> {
+        let scene = identity::posed(self.scene, self.plan.time_of(frame))?;
+        let identity = self.identity(&scene);
+        let path = self.path(frame);
+        let was_there = path.exists();
+        if was_there && self.read(&path, &identity).is_ok() {
+            return Ok(Kept::Reused);
+        }
+        let Some(bytes) = self.render(&scene, &identity, stopped)? else { return Ok(Kept::Stopped) };
+        std::fs::create_dir_all(&self.folder)
+            .with_context(|| format!("cannot create {}; set CAUSTICS_CACHE", self.folder.display()))?;
+        Target::claim(&path, true)?.finish(&bytes)?;
+        Ok(if was_there { Kept::Replaced } else { Kept::Rendered })
+    }
+
+    /// The reference of a frame, which must have been kept.
+    pub fn load(&self, frame: u32) -> anyhow::Result<Picture> {
+        let scene = identity::posed(self.scene, self.plan.time_of(frame))?;
+        self.read(&self.path(frame), &self.identity(&scene))
+    }
+
+    /// What decides the bits of the reference of a posed scene, but for the runner's last digits.
+    fn identity(&self, scene: &Scene) -> String {
+        format!("{}frames {}", identity::view(scene, &self.plan.camera, &self.settings), self.frames)
+    }
+
+    fn render(
+        &self,
+        scene: &Scene,
+        identity: &str,
+        stopped: &dyn Fn() -> bool,
+    ) -> anyhow::Result<Option<Vec<u8>>> {
+        let Plan { choice, gather, needs, .. } = self.plan;
+        let camera = camera(scene, &self.plan.camera)?;
+        let mut session = Session::new(choice, scene, camera, &self.settings, &PROGRESSIVE, gather, *needs)?;
+        let mut sums = Accumulation::default();
+        for frame in 0..self.frames {
+            if stopped() {
+                return Ok(None);
+            }
+            session.frame(frame)?;
+            sums.add(&session.picture()?);
+        }
+        let attributes = BTreeMap::from([
+            ("identity".to_string(), hash(identity)),
+            ("what".into(), identity.trim().replace('\n', "; ")),
+            ("device".into(), session.device()),
+        ]);
+        let variance = sums.variance().map(|variance| (variance, sums.frames()));
+        exr::encode(&sums.mean(), variance, &attributes).map(Some)
+    }
+
+    /// Both layers of a file, if it is whole and of this identity.
+    fn read(&self, path: &Path, identity: &str) -> anyhow::Result<Picture> {
+        let channels = Channels::read(path)?;
+        let size = (channels.width, channels.height);
+        let expected = (self.settings.width as usize, self.settings.height as usize);
+        let known = channels.attributes.get("identity").is_some_and(|found| *found == hash(identity));
+        anyhow::ensure!(size == expected && known, "{} is another's reference", path.display());
+        let layer = |name: &str| -> anyhow::Result<Vec<Vec3>> {
+            let lanes = channels.layer(name);
+            let lanes = lanes.with_context(|| format!("{} has no layer {name}", path.display()))?;
+            let values = (0..size.0 * size.1).flat_map(|pixel| lanes.map(|lane| lane[pixel]));
+            let values: Vec<f32> = values.collect();
+            anyhow::ensure!(values.iter().all(|value| value.is_finite()), "{} is damaged", path.display());
+            Ok(pod_collect_to_vec(&values))
+        };
+        let (path, caustics) = (layer("path")?, layer("caustics")?);
+        Ok(Picture { width: size.0, height: size.1, path, caustics, ..Picture::default() })
+    }
+}
+
+/// The camera of a name in a posed scene.
+pub fn camera<'a>(scene: &'a Scene, name: &str) -> anyhow::Result<&'a crate::scene::SceneCamera> {
+    let found = scene.cameras.iter().find(|camera| camera.name == name);
+    found.with_context(|| format!("the scene has no camera {name}"))
+}

@@ -5,6 +5,14 @@ use serde_json::{Value, json};
 
 use crate::mesh::Mesh;
 
+mod animation;
+
+pub use animation::{Interpolation, Property};
+
+/// A node by its index; handed out when it is added.
+#[derive(Clone, Copy, Debug)]
+pub struct Node(usize);
+
 /// A material by its name; handed out by [`Document::material`].
 #[derive(Clone, Copy, Debug)]
 pub struct MaterialId(usize);
@@ -31,6 +39,10 @@ pub struct Document {
     cameras: Vec<Value>,
     nodes: Vec<Value>,
     images: Vec<Value>,
+    /// Nodes that stand below another.
+    children: Vec<usize>,
+    channels: Vec<Value>,
+    samplers: Vec<Value>,
     extensions: Vec<String>,
 }
 
@@ -79,6 +91,13 @@ fn pbr(color: [f64; 3], metallic: f64, roughness: f64) -> Value {
     })
 }
 
+/// Rotation of a camera that looks from `eye` at `target`, y upwards.
+pub fn looking(eye: DVec3, target: DVec3) -> DQuat {
+    let back = (eye - target).normalize();
+    let right = DVec3::Y.cross(back).normalize();
+    DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back))
+}
+
 impl Document {
     /// Adds a material.
     pub fn material(&mut self, name: &str, mut material: Value) -> MaterialId {
@@ -96,7 +115,7 @@ impl Document {
     }
 
     /// Adds a mesh of one material as a node of its own.
-    pub fn mesh(&mut self, name: &str, material: MaterialId, mesh: &Mesh) {
+    pub fn mesh(&mut self, name: &str, material: MaterialId, mesh: &Mesh) -> Node {
         let positions = self.vectors(&mesh.positions, true);
         let normals = self.vectors(&mesh.normals, false);
         let mut attributes = json!({ "NORMAL": normals, "POSITION": positions });
@@ -118,13 +137,12 @@ impl Document {
                 "material": material.0,
             }],
         }));
+        Node(self.nodes.len() - 1)
     }
 
     /// Adds a camera that looks from `eye` at `target`, with a vertical field of view [rad] and y upwards.
-    pub fn camera(&mut self, name: &str, eye: DVec3, target: DVec3, fov_y: f64, aspect: f64) {
-        let back = (eye - target).normalize();
-        let right = DVec3::Y.cross(back).normalize();
-        let rotation = DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back));
+    pub fn camera(&mut self, name: &str, eye: DVec3, target: DVec3, fov_y: f64, aspect: f64) -> Node {
+        let rotation = looking(eye, target);
         self.nodes.push(json!({
             "camera": self.cameras.len(),
             "name": name,
@@ -136,11 +154,19 @@ impl Document {
             "perspective": { "aspectRatio": aspect, "yfov": fov_y as f32, "znear": 0.01 },
             "type": "perspective",
         }));
+        Node(self.nodes.len() - 1)
     }
 
     fn view(&mut self, bytes: &[u8], target: u32) -> usize {
+        let view = self.plain_view(bytes);
+        self.views[view]["target"] = target.into();
+        view
+    }
+
+    /// A view of what is neither vertices nor indices.
+    fn plain_view(&mut self, bytes: &[u8]) -> usize {
         self.views.push(json!({
-            "buffer": 0, "byteLength": bytes.len(), "byteOffset": self.binary.len(), "target": target,
+            "buffer": 0, "byteLength": bytes.len(), "byteOffset": self.binary.len(),
         }));
         self.binary.extend(bytes);
         self.binary.resize(self.binary.len().next_multiple_of(4), 0);
@@ -203,8 +229,11 @@ impl Document {
             "meshes": self.meshes,
             "nodes": self.nodes,
             "scene": 0,
-            "scenes": [{ "nodes": (0..self.nodes.len()).collect::<Vec<_>>() }],
+            "scenes": [{ "nodes": (0..self.nodes.len()).filter(|node| !self.children.contains(node)).collect::<Vec<_>>() }],
         });
+        if !self.channels.is_empty() {
+            document["animations"] = json!([{ "channels": self.channels, "samplers": self.samplers }]);
+        }
         if !self.images.is_empty() {
             let textures = (0..self.images.len()).map(|image| json!({ "source": image }));
             document["textures"] = textures.collect();

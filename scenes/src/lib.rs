@@ -7,15 +7,31 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 
+mod animated_camera;
+mod animated_light;
 mod gltf;
 mod mesh;
+mod moving;
 mod picture;
 mod ring;
 mod room;
 mod textured;
 
 /// Names of the scenes.
-pub const NAMES: [&str; 5] = ["mirror-room", "glossy-room", "ring", "plain-room", "textured-room"];
+pub const NAMES: [&str; 12] = [
+    "mirror-room",
+    "glossy-room",
+    "ring",
+    "plain-room",
+    "textured-room",
+    "animated-camera",
+    "animated-light",
+    "light-off",
+    "moving-caster",
+    "moving-receiver",
+    "sliding-receiver",
+    "camera-cut",
+];
 
 /// What a scene shows, in one line.
 pub fn description(name: &str) -> Option<&'static str> {
@@ -28,6 +44,21 @@ pub fn description(name: &str) -> Option<&'static str> {
         "textured-room" => {
             "Tiles, bricks, leaves, a metal polished in rings and a lamp of panes: every kind of texture."
         }
+        "animated-camera" => {
+            "A flight along a perfect and a glossy mirror, which show caustics on the floor."
+        }
+        "animated-light" => {
+            "A lamp swings: its caustics run over floor and walls, before a perfect and a glossy mirror."
+        }
+        "light-off" => "A metal ring between two lamps, one of which goes out after 0.5 s.",
+        "moving-caster" => "A metal ring slides over a floor.",
+        "moving-receiver" => {
+            "A plate moves and carries a metal ring and a lamp: the caustic is fixed to the plate."
+        }
+        "sliding-receiver" => {
+            "A plate slides below a metal ring and a lamp: the caustic is fixed in the world."
+        }
+        "camera-cut" => "The camera jumps after 0.5 s to the other side of a wall.",
         "plain-room" => "mirror-room with every surface Lambertian: no caster at all.",
         _ => return None,
     })
@@ -41,6 +72,13 @@ fn files(name: &str) -> Option<Vec<(&'static str, Vec<u8>)>> {
         "glossy-room" => (room::build(room::Kind::Glossy), include_str!("notes/glossy-room.md")),
         "ring" => (ring::build(), include_str!("notes/ring.md")),
         "plain-room" => (room::build(room::Kind::Plain), include_str!("notes/plain-room.md")),
+        "animated-camera" => (animated_camera::build(), include_str!("notes/animated-camera.md")),
+        "animated-light" => (animated_light::build(), include_str!("notes/animated-light.md")),
+        "light-off" => (moving::light_off(), include_str!("notes/light-off.md")),
+        "moving-caster" => (moving::moving_caster(), include_str!("notes/moving-caster.md")),
+        "moving-receiver" => (moving::moving_receiver(), include_str!("notes/moving-receiver.md")),
+        "sliding-receiver" => (moving::sliding_receiver(), include_str!("notes/sliding-receiver.md")),
+        "camera-cut" => (moving::camera_cut(), include_str!("notes/camera-cut.md")),
         "textured-room" => {
             let (document, pictures) = textured::build();
             images = pictures;

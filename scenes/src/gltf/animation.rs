@@ -1,0 +1,84 @@
+//! Nodes that move: groups, and channels of the one animation that a document has.
+
+use glam::DVec3;
+use serde_json::json;
+
+use super::{Document, Node};
+
+/// What of a node moves.
+#[derive(Clone, Copy, Debug)]
+pub enum Property {
+    /// Its place [m].
+    Translation,
+    /// Its orientation, a unit quaternion x, y, z, w.
+    Rotation,
+    /// Its size along its axes.
+    Scale,
+}
+
+/// What happens between keys.
+#[derive(Clone, Copy, Debug)]
+pub enum Interpolation {
+    /// Nothing, until the next key.
+    Step,
+    /// A straight line, or the shortest arc.
+    Linear,
+    /// A cubic; a key has three rows: arriving tangent [1/s], value, leaving tangent [1/s].
+    Cubic,
+}
+
+impl Document {
+    /// Puts a node somewhere [m].
+    pub fn place(&mut self, node: Node, translation: DVec3) {
+        self.nodes[node.0]["translation"] = json!(translation.to_array());
+    }
+
+    /// Adds a node above others.
+    pub fn group(&mut self, name: &str, children: &[Node]) -> Node {
+        let children: Vec<usize> = children.iter().map(|child| child.0).collect();
+        self.nodes.push(json!({ "children": children, "name": name }));
+        self.children.extend(children);
+        Node(self.nodes.len() - 1)
+    }
+
+    /// Moves a node: values at times [s].
+    pub fn animate<const N: usize>(
+        &mut self,
+        node: Node,
+        property: Property,
+        interpolation: Interpolation,
+        times: &[f64],
+        values: &[[f64; N]],
+    ) {
+        let (path, lanes) = match property {
+            Property::Translation => ("translation", 3),
+            Property::Rotation => ("rotation", 4),
+            Property::Scale => ("scale", 3),
+        };
+        let (name, rows) = match interpolation {
+            Interpolation::Step => ("STEP", 1),
+            Interpolation::Linear => ("LINEAR", 1),
+            Interpolation::Cubic => ("CUBICSPLINE", 3),
+        };
+        assert_eq!((N, values.len()), (lanes, rows * times.len()), "values of {path}, {name}");
+        let input = self.floats(times.iter().copied(), "SCALAR", times.len());
+        // Readers want to know the first and the last time.
+        self.accessors[input]["min"] = json!([times[0] as f32]);
+        self.accessors[input]["max"] = json!([times[times.len() - 1] as f32]);
+        let output =
+            self.floats(values.iter().flatten().copied(), if N == 3 { "VEC3" } else { "VEC4" }, values.len());
+        self.channels.push(json!({
+            "sampler": self.samplers.len(), "target": { "node": node.0, "path": path },
+        }));
+        self.samplers.push(json!({ "input": input, "interpolation": name, "output": output }));
+    }
+
+    fn floats(&mut self, values: impl Iterator<Item = f64>, kind: &str, count: usize) -> usize {
+        let bytes: Vec<u8> = values.flat_map(|value| (value as f32).to_le_bytes()).collect();
+        let view = self.plain_view(&bytes);
+        self.accessors.push(json!({
+            "bufferView": view, "componentType": 5126, "count": count, "type": kind,
+        }));
+        self.accessors.len() - 1
+    }
+}

@@ -92,9 +92,6 @@ pub struct Common {
     /// Name of the camera [default: the first]
     #[arg(long)]
     pub camera: Option<String>,
-    /// Time of the scene's animations that is shown [s]; before their first key and after their last they stand still
-    #[arg(long, default_value_t = 0.0)]
-    pub time: f64,
     /// Exposure of the PNG [stops]
     #[arg(long, default_value_t = 0.0)]
     pub exposure: f32,
@@ -135,6 +132,9 @@ pub struct Render {
     /// What every command that renders has.
     #[command(flatten)]
     pub common: Common,
+    /// Time of the scene's animations that is shown [s]; before their first key and after their last they stand still
+    #[arg(long, default_value_t = 0.0)]
+    pub time: f64,
     /// How to render: basic (OurBasic), progressive (its radii shrink over --frames), path (path tracing)
     #[arg(long, default_value = "basic", value_parser = clap::builder::PossibleValuesParser::new(method_names()))]
     pub method: String,
@@ -165,6 +165,9 @@ pub struct Reference {
     /// What every command that renders has.
     #[command(flatten)]
     pub common: Common,
+    /// Time of the scene's animations that is shown [s]; before their first key and after their last they stand still
+    #[arg(long, default_value_t = 0.0)]
+    pub time: f64,
     /// Stop at this many samples a pixel [default: 1024, if nothing else stops it]
     #[arg(long)]
     pub spp: Option<u32>,

@@ -42,6 +42,8 @@ pub struct Job {
     pub method: &'static Method,
     /// Name of the gather, where one was given.
     pub gather: Option<String>,
+    /// The moment of the animation that is shown [s].
+    pub time: f64,
     /// When to stop.
     pub stop: Stop,
 }
@@ -49,7 +51,10 @@ pub struct Job {
 impl Job {
     /// Renders, writes, reports. 130 after Ctrl-C, with what was done written.
     pub fn run(self) -> anyhow::Result<ExitCode> {
-        let Job { common: options, settings, method, gather, stop } = self;
+        let Job { common: options, settings, method, gather, time, stop } = self;
+        if !time.is_finite() {
+            return Err(Usage(format!("--time {time}: give a number of seconds")).into());
+        }
         check_outputs(&options)?;
         let every = duration("--checkpoint-every", options.checkpoint_every)?;
         let file = scene::resolve(&options.scene)?;
@@ -71,7 +76,7 @@ impl Job {
         }
 
         let mut scene = Scene::load(&file)?;
-        scene.pose(options.time)?;
+        scene.pose(time)?;
         for warning in &scene.warnings {
             eprintln!("warning: {warning}");
         }
@@ -178,7 +183,7 @@ impl Job {
             let out = json!({
                 "scene": scene.name, "file": file, "method": method.name, "gather": gather,
                 "filter": settings.filter.name,
-                "device": session.device(), "why": reason, "camera": camera.name, "time_s": options.time,
+                "device": session.device(), "why": reason, "camera": camera.name, "time_s": time,
                 "width": settings.width, "height": settings.height, "frames": sums.frames(),
                 "light_paths": params.light_path_count, "max_bounces": settings.max_bounces,
                 "radius_px": settings.radius_px, "specular_roughness": settings.specular_roughness,

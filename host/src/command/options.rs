@@ -50,9 +50,6 @@ pub fn settings(options: &Common, light_paths: u32, frames: u32, radius_px: f32)
     if !(0.0..=1.0).contains(&options.specular_roughness) {
         return Err(Usage(format!("--specular-roughness {}: give 0 to 1", options.specular_roughness)));
     }
-    if !options.time.is_finite() {
-        return Err(Usage(format!("--time {}: give a number of seconds", options.time)));
-    }
     if !(-64.0..=64.0).contains(&options.exposure) {
         return Err(Usage(format!("--exposure {}: give -64 to 64 stops", options.exposure)));
     }

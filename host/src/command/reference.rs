@@ -11,7 +11,7 @@ use crate::cli::{Reference, Usage};
 
 /// Path traces until a reference is good enough.
 pub fn run(options: Reference) -> anyhow::Result<ExitCode> {
-    let Reference { common, spp, seconds, target_relmse } = options;
+    let Reference { common, time, spp, seconds, target_relmse } = options;
     if let Some(spp @ 0..2) = spp {
         return Err(Usage(format!("--spp {spp}: a variance needs at least 2 samples")).into());
     }
@@ -20,9 +20,9 @@ pub fn run(options: Reference) -> anyhow::Result<ExitCode> {
     {
         return Err(Usage(format!("--target-relmse {target}: give a positive number")).into());
     }
-    let time = seconds.map(|seconds| duration("--seconds", seconds)).transpose()?;
-    let endless = time.is_none() && target_relmse.is_none();
-    let stop = Stop { frames: spp.or(endless.then_some(1024)), time, relative_error: target_relmse };
+    let limit = seconds.map(|seconds| duration("--seconds", seconds)).transpose()?;
+    let endless = limit.is_none() && target_relmse.is_none();
+    let stop = Stop { frames: spp.or(endless.then_some(1024)), time: limit, relative_error: target_relmse };
     let settings = settings(&common, 1, 1, 1.0)?;
-    Job { common, settings, method: &PATH, gather: None, stop }.run()
+    Job { common, settings, method: &PATH, gather: None, time, stop }.run()
 }

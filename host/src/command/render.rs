@@ -12,7 +12,7 @@ use crate::cli::{Render, Usage};
 
 /// Averages frames of a method.
 pub fn run(options: Render) -> anyhow::Result<ExitCode> {
-    let Render { common, method, gather, filter, light_paths, frames, radius_px } = options;
+    let Render { common, method, gather, filter, time, light_paths, frames, radius_px } = options;
     let method = method::find(&method).ok_or_else(|| Usage(format!("no method is called {method}")))?;
     let filter =
         method::filter::find(&filter).ok_or_else(|| Usage(format!("no filter is called {filter}")))?;
@@ -25,5 +25,5 @@ pub fn run(options: Render) -> anyhow::Result<ExitCode> {
     }
     let settings = Settings { filter, ..settings(&common, light_paths, frames, radius_px)? };
     let stop = Stop { frames: Some(frames), ..Stop::default() };
-    Job { common, settings, method, gather, stop }.run()
+    Job { common, settings, method, gather, time, stop }.run()
 }

@@ -1,0 +1,69 @@
+//! `--filter` as a person uses it.
+
+use std::path::Path;
+use std::process::Output;
+
+use assert_cmd::Command;
+use serde_json::Value;
+
+fn render(folder: &Path, out: &str, options: &[&str]) -> Output {
+    let size = ["--width", "64", "--height", "36", "--light-paths", "2000", "--runner", "cpu", "--json"];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_caustics"));
+    command.current_dir(folder).args(["render", "mirror-room", "-o", out]).args(size).args(options);
+    command.output().unwrap()
+}
+
+fn report(output: &Output) -> Value {
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn channel(folder: &Path, file: &str, name: &str) -> Vec<f32> {
+    let image = exr::prelude::read_first_flat_layer_from_file(folder.join(file)).unwrap();
+    let list = image.layer_data.channel_data.list;
+    let found = list.iter().find(|channel| channel.name.to_string() == name).unwrap();
+    found.sample_data.values_as_f32().collect()
+}
+
+#[test]
+fn a_filter_has_its_own_time_and_leaves_caustics_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = report(&render(folder.path(), "plain.exr", &[]));
+    let smooth = report(&render(folder.path(), "smooth.exr", &["--filter", "atrous"]));
+    assert_eq!((&plain["filter"], &smooth["filter"]), (&"none".into(), &"atrous".into()));
+    assert!(plain["pass_ms"]["filter.atrous"].is_null());
+    assert!(smooth["pass_ms"]["filter.atrous"].as_f64().unwrap() > 0.0);
+    let both = |name| ["plain.exr", "smooth.exr"].map(|file| channel(folder.path(), file, name));
+    let [before, after] = both("caustics.G");
+    assert!(before == after && before.iter().any(|&value| value > 0.0));
+    let [before, after] = both("path.G");
+    let sum = |values: &[f32]| values.iter().map(|&value| f64::from(value)).sum::<f64>();
+    // Roundings of 2304 pixels.
+    assert!(before != after && (sum(&before) / sum(&after) - 1.0).abs() < 1.0e-5);
+}
+
+/// What a run is must not depend on where functions lie in memory: two processes write the same settings.
+#[test]
+fn settings_of_a_filtered_run_are_the_same_in_every_process() {
+    let folder = tempfile::tempdir().unwrap();
+    let settings = ["a.exr", "b.exr"].map(|file| {
+        report(&render(folder.path(), file, &["--filter", "atrous"]));
+        let image = exr::prelude::read_first_flat_layer_from_file(folder.path().join(file)).unwrap();
+        let other = image.layer_data.attributes.other;
+        other
+            .iter()
+            .find(|(key, _)| key.to_string().contains("settings"))
+            .map(|(_, value)| format!("{value:?}"))
+    });
+    assert!(settings[0].as_ref().unwrap().contains("atrous"));
+    assert_eq!(settings[0], settings[1]);
+}
+
+#[test]
+fn methods_without_points_have_no_filter() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = render(folder.path(), "out.exr", &["--filter", "atrous", "--method", "path"]);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{stderr}");
+    assert!(stderr.contains("--filter atrous") && stderr.contains("--method basic"), "{stderr}");
+}

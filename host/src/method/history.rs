@@ -119,7 +119,7 @@ pub const VALIDATED: History = History {
                 name: "validation_deposits",
                 bytes: size_of::<ValidationDeposit>() * deposits as usize,
             },
-            BufferSpec { name: "validation_cells", bytes: 8 * VALIDATION_CELLS as usize },
+            BufferSpec { name: "validation_cells", bytes: 12 * VALIDATION_CELLS as usize },
         ]);
         buffers
     },

@@ -10,7 +10,7 @@ macro_rules! tracing_entries {
         use crate::interface::counters::Counter;
         use crate::interface::frame::FrameParams;
         use crate::interface::history::{
-            HistorySettings, VALIDATION_DEPOSITS, ValidationDeposit, validation_paths,
+            VALIDATION_DEPOSITS, ValidationDeposit, validation_paths,
         };
         use crate::interface::instance::Instance;
         use crate::interface::light::Light;
@@ -208,7 +208,6 @@ macro_rules! tracing_entries {
             #[spirv(storage_buffer, descriptor_set = 0, binding = 15)] texels_3: &[u32],
             $($bound)*
             #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] instances: &[Instance],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] history_settings: &[HistorySettings],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] validation_deposits: &mut [ValidationDeposit],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] validation_cells: &mut [u32],
         ) {
@@ -234,7 +233,6 @@ macro_rules! tracing_entries {
                     needs,
                     scene,
                     instances,
-                    &history_settings[0],
                     &emit,
                     &mut tracer,
                     validation_deposits,

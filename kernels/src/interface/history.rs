@@ -40,7 +40,7 @@ pub struct Lent {
 pub struct HistorySettings {
     /// Distance up to which a point lends, relative to its radius.
     pub reach: f32,
-    /// Distance by which lent light may lag behind what moves, in radii of a point seen directly.
+    /// Size of what light looks like: a lag of so many radii of a point seen directly is all wrong.
     pub lag: f32,
     /// Frames' worth of light that is lent at most.
     pub most_samples: f32,
@@ -58,15 +58,17 @@ pub struct ValidationDeposit {
     pub position: Vec3,
     /// Flux per cosine, summed over channels [W]; 0 marks "no deposit here".
     pub flux: f32,
+    /// Index into the instances of what it lies on.
+    pub instance: u32,
 }
 
 /// Light paths of a frame for each validation path.
-pub const PATHS_PER_VALIDATION: u32 = 32;
+pub const PATHS_PER_VALIDATION: u32 = 8;
 /// Deposits that a validation path remembers.
 pub const VALIDATION_DEPOSITS: u32 = 4;
 /// Frames for which a validation path keeps its random numbers.
 pub const VALIDATION_PERIOD: u32 = 8;
-/// Cells of the hash table of validation, two words each: marks, and their change in 1/256.
+/// Cells of the hash table of validation, three words each (`reuse::cells`).
 pub const VALIDATION_CELLS: u32 = 1 << 18;
 
 /// Validation paths of a frame with this many light paths.
@@ -78,4 +80,4 @@ pub fn validation_paths(light_path_count: u32) -> u32 {
 const _: () = assert!(size_of::<HistoryPoint>() == 32);
 const _: () = assert!(size_of::<Lent>() == 28);
 const _: () = assert!(size_of::<HistorySettings>() == 64);
-const _: () = assert!(size_of::<ValidationDeposit>() == 16);
+const _: () = assert!(size_of::<ValidationDeposit>() == 20);

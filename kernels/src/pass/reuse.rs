@@ -10,13 +10,13 @@ use spirv_std::num_traits::Float;
 use crate::gather::Visit;
 use crate::gather::contribution::{DISC_THICKNESS, MIN_NORMAL_COS};
 use crate::interface::frame::FrameParams;
-use crate::interface::history::{HistoryPoint, HistorySettings, Lent};
+use crate::interface::history::{HistoryPoint, HistorySettings, Lent, PATHS_PER_VALIDATION};
 use crate::interface::instance::Instance;
 use crate::interface::material::Material;
 use crate::interface::needs::Needs;
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::math::octahedral;
-use crate::reuse::cells;
+use crate::reuse::cells::{self, Carrier, Change};
 use crate::reuse::window::{WIDE, for_each_around, project, seen_at};
 use crate::surface::class::{self, Classes};
 use crate::surface::textured::material_of;
@@ -32,6 +32,8 @@ const MOST_RADIUS_RATIO: f32 = 1.5;
 const NEAR: f32 = 0.85;
 /// Cosine below which discs cross several pixels.
 const FLAT: f32 = 0.3;
+/// Share of the light that is lost a frame, above which nothing is lent.
+const MOST_LOST: f32 = 0.25;
 /// Turn of the view that light of a glossy lobe stands, relative to the lobe's width (squared roughness).
 const VIEW_LAG: f32 = 0.5;
 
@@ -152,7 +154,19 @@ pub fn validated(
     if point.depth == 0 {
         return Lent::default();
     }
-    let borrower = Borrower::new(point, shading, instances);
+    // A mesh that moves carries its light along, or slides below it: whichever changed less.
+    let mut borrower = Borrower::new(point, shading, instances);
+    let carrier = Carrier::instance(shading.instance);
+    let mut change = cells::change(validation_cells, borrower.position, carrier, params);
+    if shading.instance != 0 {
+        let carrier = Carrier::world_below(shading.instance);
+        let below = cells::change(validation_cells, point.position, carrier, params);
+        if most_samples(&below, settings) > most_samples(&change, settings) {
+            change = below;
+            borrower.position = point.position;
+            borrower.normal = point.normal;
+        }
+    }
     let mut visit =
         Nearest { borrower, history_points, pixel: 0, square: f32::MAX, reach: settings.reach, found: false };
     let seen = seen_at(pixel, point, shading, borrower.position, params);
@@ -169,8 +183,7 @@ pub fn validated(
     }
     let lender = history_points[visit.pixel as usize];
 
-    // Light that changes by a share c a frame is worth 1/c frames, today's among them.
-    let mut change = cells::change(validation_cells, borrower.position, params);
+    let mut most = most_samples(&change, settings);
     let material = material_of(shading, materials, needs);
     if is_glossy(&material, params.specular_roughness) {
         let mut to_viewer = shading.to_viewer;
@@ -178,14 +191,33 @@ pub fn validated(
             to_viewer = instances[shading.instance as usize].to_previous.vector(to_viewer).normalize();
         }
         let turn = (to_viewer - octahedral::decode(lender.to_viewer)).length();
-        change += turn / (VIEW_LAG * material.roughness * material.roughness);
+        most = most.min(VIEW_LAG * material.roughness * material.roughness / turn.max(1.0e-9));
     }
-    let most = if change > 1.0e-6 { (1.0 / change - 1.0).max(0.0) } else { settings.most_samples };
-    let samples = lender.samples.min(most).min(settings.most_samples);
+    let samples = lender.samples.min(most);
     if samples <= 0.0 {
         return Lent::default();
     }
     Lent { mean: history_mean[visit.pixel as usize], samples, offset: lender.position - borrower.position }
+}
+
+/// Frames' worth that lent light counts at most, by how it changed.
+///
+/// Where a share c of the light is lost a frame, what stays is worth 1/c frames; a quarter and more is a light that went
+/// out, and nothing is kept. Light that moves by d radii a frame lags behind by n d / 2 after n frames, a bias of about
+/// n d / (2 LAG) of it; the noise of n frames is 1 / (m n), m the deposits that a point takes. The sum of the bias's square
+/// and the noise is least at n = (2 LAG^2 / (m d^2))^(1/3).
+#[inline(always)]
+fn most_samples(change: &Change, settings: &HistorySettings) -> f32 {
+    let mut most = settings.most_samples;
+    if change.lost > 0.0 {
+        most = most.min((1.0 / change.lost - 1.0 / MOST_LOST).max(0.0));
+    }
+    let square = change.moved / settings.lag;
+    let square = square * square * change.density * PATHS_PER_VALIDATION as f32;
+    if square > 0.0 {
+        most = most.min((2.0 / square).powf(1.0 / 3.0));
+    }
+    most
 }
 
 /// Whether what a point reflects depends on the view by more than a factor.

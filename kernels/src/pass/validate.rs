@@ -8,7 +8,7 @@ use crate::gather::Neighbours;
 use crate::gather::brute::Brute;
 use crate::gather::receive::Receive;
 use crate::interface::frame::FrameParams;
-use crate::interface::history::{HistorySettings, VALIDATION_DEPOSITS, VALIDATION_PERIOD, ValidationDeposit};
+use crate::interface::history::{VALIDATION_DEPOSITS, VALIDATION_PERIOD, ValidationDeposit};
 use crate::interface::instance::Instance;
 use crate::interface::needs::Needs;
 use crate::interface::point::{DepositGeometry, DepositLight};
@@ -16,9 +16,10 @@ use crate::interface::scene::SceneTables;
 use crate::light::emit::Emit;
 use crate::math::rng::{Rng, Stream};
 use crate::pass::shoot;
-use crate::reuse::cells::{direct_radius, mark};
+use crate::reuse::cells::{Carrier, direct_radius, mark};
 use crate::seam::{Atomics, Uncounted};
 use crate::trace::Tracer;
+use spirv_std::glam::Vec3;
 
 /// Traces validation path `path`; its deposits of the frame before start at row `first` of `deposits`.
 #[inline(always)]
@@ -28,7 +29,6 @@ pub fn validate<E: Emit, T: Tracer, A: Atomics>(
     needs: Needs,
     scene: SceneTables<'_>,
     instances: &[Instance],
-    settings: &HistorySettings,
     emit: &E,
     tracer: &mut T,
     deposits: &mut [ValidationDeposit],
@@ -38,7 +38,7 @@ pub fn validate<E: Emit, T: Tracer, A: Atomics>(
     let turn = params.frame.wrapping_add(path);
     let rng = Rng::new(Stream::Validation, params.seed, path, turn / VALIDATION_PERIOD);
     let compares = !turn.is_multiple_of(VALIDATION_PERIOD);
-    let mut receive = Compare { deposits, first, count: 0, compares, instances, settings, params, cells };
+    let mut receive = Compare { deposits, first, count: 0, compares, instances, params, cells };
     let needs = Needs(needs.0 & !Needs::LEDGER.0);
     let points = &mut Brute { count: 0 };
     shoot::follow(path, rng, params, needs, scene, emit, tracer, points, &mut receive, &mut Uncounted);
@@ -52,7 +52,6 @@ struct Compare<'a, A> {
     count: u32,
     compares: bool,
     instances: &'a [Instance],
-    settings: &'a HistorySettings,
     params: &'a FrameParams,
     cells: &'a mut A,
 }
@@ -64,27 +63,54 @@ impl<A: Atomics> Receive for Compare<'_, A> {
             return;
         }
         let row = (self.first + self.count) as usize;
-        let flux = light.flux.element_sum();
+        let now = ValidationDeposit {
+            position: geometry.position,
+            flux: light.flux.element_sum(),
+            instance: geometry.instance,
+        };
         let before = self.deposits[row];
         if self.compares {
             // Where this place of the surface was.
-            let place = self.instances[geometry.instance as usize].to_previous.point(geometry.position);
-            let mut change = 1.0;
-            if before.flux > 0.0 {
-                let lag = self.settings.lag * direct_radius(place, self.params);
-                let moved = (place - before.position).length() / lag;
-                let dimmed = (flux - before.flux).abs() / flux.max(before.flux);
-                change = moved.max(dimmed).min(1.0);
-                mark(self.cells, before.position, change, self.params);
+            let place = self.instances[now.instance as usize].to_previous.point(now.position);
+            self.compare(
+                &before,
+                &now,
+                Carrier::instance(before.instance),
+                Carrier::instance(now.instance),
+                place,
+            );
+            if (before.instance | now.instance) != 0 {
+                let below = (Carrier::world_below(before.instance), Carrier::world_below(now.instance));
+                self.compare(&before, &now, below.0, below.1, now.position);
             }
-            mark(self.cells, place, change, self.params);
         }
-        self.deposits[row] = ValidationDeposit { position: geometry.position, flux };
+        self.deposits[row] = now;
         self.count += 1;
     }
 }
 
 impl<A: Atomics> Compare<'_, A> {
+    /// Marks both ends of the way from a deposit to the one that came instead, at `place`.
+    #[inline(always)]
+    fn compare(
+        &mut self,
+        before: &ValidationDeposit,
+        now: &ValidationDeposit,
+        carrier_before: Carrier,
+        carrier_now: Carrier,
+        place: Vec3,
+    ) {
+        let (mut lost, mut moved) = (1.0, 0.0);
+        if before.flux > 0.0 && before.instance == now.instance {
+            moved = (place - before.position).length() / direct_radius(place, self.params);
+            lost = (now.flux - before.flux).abs() / now.flux.max(before.flux);
+        }
+        if before.flux > 0.0 {
+            mark(self.cells, before.position, carrier_before, lost, moved, self.params);
+        }
+        mark(self.cells, place, carrier_now, lost, moved, self.params);
+    }
+
     /// Marks and forgets the deposits that did not come again.
     #[inline(always)]
     fn close(&mut self) {
@@ -92,7 +118,12 @@ impl<A: Atomics> Compare<'_, A> {
             let row = (self.first + self.count) as usize;
             let before = self.deposits[row];
             if self.compares && before.flux > 0.0 {
-                mark(self.cells, before.position, 1.0, self.params);
+                let carrier = Carrier::instance(before.instance);
+                mark(self.cells, before.position, carrier, 1.0, 0.0, self.params);
+                if before.instance != 0 {
+                    let below = Carrier::world_below(before.instance);
+                    mark(self.cells, before.position, below, 1.0, 0.0, self.params);
+                }
             }
             self.deposits[row] = ValidationDeposit::default();
             self.count += 1;

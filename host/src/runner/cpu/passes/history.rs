@@ -19,8 +19,7 @@ pub fn validate(call: &Call<'_>) -> anyhow::Result<()> {
     scene!(call, scene);
     tracer!(call, tracer);
     let instances = call.memory.read::<Instance>("instances")?;
-    let settings = call.memory.read::<HistorySettings>("history_settings")?;
-    let (instances, settings) = (&instances[..], &settings[0]);
+    let instances = &instances[..];
     let mut deposits = call.memory.edit::<ValidationDeposit>("validation_deposits")?;
     let mut cells = call.memory.edit::<u32>("validation_cells")?;
     let cells = AtomicWords::new(&mut cells);
@@ -38,7 +37,6 @@ pub fn validate(call: &Call<'_>) -> anyhow::Result<()> {
                 needs,
                 scene,
                 instances,
-                settings,
                 &emit,
                 &mut tracer,
                 deposits,

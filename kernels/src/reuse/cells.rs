@@ -88,6 +88,7 @@ fn slot(position: Vec3, carrier: Carrier, exponent: u32) -> u32 {
 
 /// Which frame a mark belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
 pub enum When {
     /// The frame before.
     Before = 1,

@@ -136,6 +136,11 @@ pub fn change(cells: &[u32], position: Vec3, carrier: Carrier, params: &FramePar
     let disc = direct_radius(position, params);
     let mut change = Change::default();
     let (mut size, mut judges) = (0, 0);
+    let largest = slot(position, carrier, exponent + SIZES - 1) as usize;
+    if cells[largest + 3] == 0 && cells[largest + 1] == cells[largest + 2] {
+        // All around rests, to the bit.
+        return change;
+    }
     while size < SIZES && judges < JUDGES {
         let first = slot(position, carrier, exponent + size) as usize;
         let marks = cells[first];

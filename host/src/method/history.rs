@@ -68,8 +68,9 @@ pub const NONE: History = History {
 /// OurTemporal as published: eight tenths of the mean of the previous points that overlap, two tenths of this frame's
 /// light, always [Moreau and Doggett 2022].
 ///
-/// Cost: nine rows of 32 bytes a point to search, and 100 bytes a point of state. Where it is wrong: its variance stays at a ninth; light that is gone is seen for 20 frames; repeated means blur; radiance is lent, so a
-/// texture and a glossy lobe smear.
+/// Cost: nine rows of 32 bytes a point to search, and 72 bytes a point of state. Where it is wrong: its variance stays at a
+/// ninth; light that is gone is seen for 20 frames; repeated means blur; radiance is lent, so a texture and a glossy lobe
+/// smear.
 pub const PAPER: History = History {
     name: "paper",
     about: "OurTemporal as published: 0.8 of what overlaps, 0.2 of this frame",
@@ -89,9 +90,10 @@ pub const PAPER: History = History {
 /// Light of the nearest previous point, counted by the frames that it holds, as far as light paths with the same random
 /// numbers say that it still arrives.
 ///
-/// Cost: as `paper`, and a 32nd more light paths that deposit nothing. Where it is wrong: light that moves by d radii a
-/// frame is worth 4 / d frames and lags behind by about half of that; a change that none of the validation paths meets
-/// is noticed late; behind curved mirrors the distance allowed is that of a direct view.
+/// Cost: as `paper`, and an eighth more light paths that give no light. Where it is wrong: light that moves counts up to six
+/// frames while a point takes few deposits, and lags by half of that; where few validation paths deposit, cells are
+/// large, and a change in a part of one is seen late; how far light moved is judged by the radius of a direct view,
+/// behind curved mirrors too.
 pub const VALIDATED: History = History {
     name: "validated",
     about: "all frames that still hold by the validation paths, from the nearest point",

@@ -206,8 +206,8 @@ pub fn validated(
 
 /// Frames' worth that lent light counts at most, by how it changed.
 ///
-/// Where a share c of the light is lost a frame, what stays is worth 1/c frames; a quarter and more is a light that went
-/// out, and nothing is kept. Light that moves by d radii a frame lags behind by n d / 2 after n frames, a bias of about
+/// Where a share c of the light is lost a frame, what stays is worth 1/c - 4 frames: from a quarter on a light went out, and
+/// nothing is kept. Light that moves by d radii a frame lags behind by n d / 2 after n frames, a bias of about
 /// n d / (2 LAG) of it; the noise of n frames is 1 / (m n), m the deposits that a point takes. The sum of the bias's square
 /// and the noise is least at n = (2 LAG^2 / (m d^2))^(1/3).
 #[inline(always)]

@@ -69,6 +69,29 @@ pub fn save(
     Ok(Target::claim(path, true)?.finish(&bytes)?)
 }
 
+/// In what two runs differ.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// What differs.
+    pub name: String,
+    /// In the other run; empty where it has none.
+    pub theirs: String,
+    /// In this run.
+    pub ours: String,
+}
+
+/// The first that differs, by name.
+pub fn difference(ours: &Identity, theirs: &Identity) -> Option<Difference> {
+    let names: std::collections::BTreeSet<_> = ours.keys().chain(theirs.keys()).collect();
+    let of = |identity: &Identity, name| identity.get(name).cloned().unwrap_or_default();
+    let mut pairs = names.into_iter().map(|name| Difference {
+        name: name.clone(),
+        theirs: of(theirs, name),
+        ours: of(ours, name),
+    });
+    pairs.find(|pair| pair.ours != pair.theirs)
+}
+
 /// Reads a checkpoint of the run that this identity names, and the time that it took.
 pub fn load(path: &Path, identity: &Identity) -> anyhow::Result<(Accumulation, Duration)> {
     let file = File::open(path).map_err(|_| CheckpointError::Missing(path.into()))?;
@@ -77,13 +100,8 @@ pub fn load(path: &Path, identity: &Identity) -> anyhow::Result<(Accumulation, D
     let mut line = Vec::new();
     reader.by_ref().take(1 << 20).read_until(b'\n', &mut line).with_context(damaged)?;
     let head: Head = serde_json::from_slice(&line).with_context(damaged)?;
-    let names: std::collections::BTreeSet<_> = identity.keys().chain(head.identity.keys()).collect();
-    for name in names {
-        let of = |identity: &Identity| identity.get(name).cloned().unwrap_or_default();
-        let (ours, theirs) = (of(identity), of(&head.identity));
-        if ours != theirs {
-            return Err(CheckpointError::Other { path: path.into(), name: name.clone(), theirs, ours }.into());
-        }
+    if let Some(Difference { name, theirs, ours }) = difference(identity, &head.identity) {
+        return Err(CheckpointError::Other { path: path.into(), name, theirs, ours }.into());
     }
     // The file's length vouches for the size before memory is asked for.
     let rest = reader.get_ref().metadata()?.len().saturating_sub(line.len() as u64);

@@ -5,9 +5,11 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use thiserror::Error;
 
+mod animate;
 mod bench;
 mod compare;
 
+pub use animate::Animate;
 pub use bench::Bench;
 pub use compare::{Compare, Limit};
 
@@ -33,6 +35,8 @@ pub struct Cli {
 pub enum Command {
     /// Render a scene to EXR
     Render(Box<Render>),
+    /// Render the frames of an animation, a file each; the same command goes on where it was interrupted
+    Animate(Box<Animate>),
     /// Path trace a scene until it is a reference
     Reference(Box<Reference>),
     /// Join references of one view that were rendered with different seeds

@@ -1,10 +1,13 @@
 //! The subcommands, a file each, and what several of them share.
 
+pub mod animate;
+pub mod bar;
 pub mod bench;
 pub mod bench_report;
 pub mod compare;
 pub mod device;
 pub mod identity;
+pub mod interrupt;
 pub mod job;
 pub mod merge;
 pub mod options;
@@ -15,3 +18,4 @@ pub mod report;
 pub mod say;
 pub mod scene;
 pub mod stop;
+pub mod warn;

@@ -14,6 +14,7 @@ mod command;
 fn main() -> ExitCode {
     let result = match cli::Cli::parse().command {
         cli::Command::Render(options) => command::render::run(*options),
+        cli::Command::Animate(options) => command::animate::run(&options),
         cli::Command::Reference(options) => command::reference::run(*options),
         cli::Command::Merge(options) => command::merge::run(&options),
         cli::Command::Compare(options) => command::compare::run(&options),

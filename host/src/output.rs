@@ -1,5 +1,6 @@
 //! Pictures to files: EXR with every layer, PNG for people. No file is ever half-written.
 
+pub mod attributes;
 pub mod exr;
 pub mod png;
 pub mod target;

@@ -109,6 +109,8 @@ pub struct Session {
     /// The eye of the frame before.
     previous_camera: Camera,
     upload: Upload,
+    /// Buffers in which light outlives its frame.
+    kept: Vec<BufferSpec>,
 }
 
 impl Session {
@@ -129,11 +131,15 @@ impl Session {
         let parts = Parts { gather: variant, history: settings.history, filter: settings.filter };
         let largest = settings.largest(scene, camera);
         let buffers = (method.buffers)(parts, &(method.frame)(largest, 0));
+        // Every frame writes its settings anew.
+        let mut kept = if method.gathers { (settings.history.buffers)(&largest) } else { Vec::new() };
+        kept.retain(|spec| spec.name != "history_settings");
         let mut runner = open(choice, scene, needs, &buffers)?;
         runner.write("pixel_order", cast_slice(&basic::pixel_order(params.width, params.height)))?;
         let previous_camera = params.camera;
         let upload = Upload::new(scene);
-        Ok(Session { runner, method, parts, settings: settings.clone(), params, previous_camera, upload })
+        let settings = settings.clone();
+        Ok(Session { runner, method, parts, settings, params, previous_camera, upload, kept })
     }
 
     /// Brings what moves to where it stands in the next frame: a posed scene, and a camera of it.
@@ -141,6 +147,28 @@ impl Session {
         self.previous_camera = self.params.camera;
         self.params = self.settings.params(scene, camera, 0);
         self.upload.run(&mut *self.runner, scene)
+    }
+
+    /// What the frames so far leave to the next one, by buffer; empty where no light outlives its frame.
+    pub fn state(&mut self) -> anyhow::Result<Vec<(&'static str, Vec<u8>)>> {
+        let mut state = Vec::with_capacity(self.kept.len());
+        for spec in self.kept.clone() {
+            let mut bytes = self.read(spec.name)?;
+            bytes.truncate(spec.bytes);
+            state.push((spec.name, bytes));
+        }
+        Ok(state)
+    }
+
+    /// Goes back to a state of a session like this one. The frame that left it must be the pose at hand.
+    pub fn restore(&mut self, state: &[(String, Vec<u8>)]) -> anyhow::Result<()> {
+        for spec in &self.kept {
+            let found = state.iter().find(|(name, bytes)| name == spec.name && bytes.len() == spec.bytes);
+            let (name, bytes) =
+                found.with_context(|| format!("a state has no whole buffer {}", spec.name))?;
+            self.runner.write(name, bytes)?;
+        }
+        Ok(())
     }
 
     /// Device and driver.

@@ -77,7 +77,8 @@ fn method_names() -> Vec<&'static str> {
     method::ALL.iter().filter(|method| method.gathers).map(|method| method.name).collect()
 }
 
-fn history_names() -> Vec<&'static str> {
+/// Names of the histories.
+pub fn history_names() -> Vec<&'static str> {
     history::ALL.iter().map(|history| history.name).collect()
 }
 
@@ -85,7 +86,8 @@ fn filter_names() -> Vec<&'static str> {
     filter::ALL.iter().map(|filter| filter.name).collect()
 }
 
-fn frames(text: &str) -> Result<Range<u32>, String> {
+/// Two whole numbers, the first below the second.
+pub fn frames(text: &str) -> Result<Range<u32>, String> {
     let wrong = || "it must be A..B, two whole numbers, A below B".to_string();
     let (first, end) = text.split_once("..").ok_or_else(wrong)?;
     let range = first.parse().map_err(|_| wrong())?..end.parse().map_err(|_| wrong())?;

@@ -3,8 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context;
 use caustics::experiment::cell::Cell;
@@ -18,12 +16,12 @@ use caustics::method::settings::Settings;
 use caustics::method::{self, filter, history};
 use caustics::output::target::Target;
 use caustics::scene::{self, Scene};
-use caustics_kernels::interface::needs::Needs;
 
 use super::bench_report::report;
-use super::options::{camera, settings};
+use super::interrupt;
+use super::options::{camera, needs, settings};
 use super::pick::pick;
-use crate::cli::{Bench, NeedsName, Usage};
+use crate::cli::{Bench, Usage};
 
 /// The talk's light paths: 1024^2.
 const LIGHT_PATHS: u32 = 1024 * 1024;
@@ -38,10 +36,7 @@ pub fn run(options: &Bench) -> anyhow::Result<ExitCode> {
     }
     let camera = camera(&scene, common.camera.as_deref())?.name.clone();
     let (choice, gather, reason) = pick(common, options.gather.as_deref())?;
-    let needs = match common.needs {
-        NeedsName::Scene => scene.needs(settings.specular_roughness),
-        NeedsName::All => Needs::ALL,
-    };
+    let needs = needs(common, &scene, &settings);
     let error = ErrorPlan { seeds: options.seeds, reference_frames: options.reference_frames };
     let plan = Plan {
         cells: cells(options)?,
@@ -61,10 +56,7 @@ pub fn run(options: &Bench) -> anyhow::Result<ExitCode> {
     }
     let folder = &common.output;
     std::fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst)).context("cannot catch Ctrl-C")?;
-    let stopped = || interrupted.load(Ordering::SeqCst);
+    let stopped = interrupt::watch()?;
 
     let table = folder.join("frames.csv");
     let mut rows = known(&plan, &scene, &table, common.force)?;

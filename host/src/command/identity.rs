@@ -17,9 +17,25 @@ pub fn identity(
     choice: &RunnerChoice,
     session: &Session,
 ) -> Identity {
+    let mut identity = whatever_the_pose(scene, camera, settings, method, gather, choice, session);
+    let viewpoint = format!("{:?} from {}", session.params(0).camera, scene.origin);
+    identity.insert("viewpoint".into(), viewpoint);
     // Neither exposure nor the number of threads touches the sums.
-    let settings = Settings { exposure: 0.0, ..settings.clone() };
-    let (seed, settings) = (settings.seed, Settings { seed: 0, ..settings });
+    let settings = Settings { exposure: 0.0, seed: 0, ..settings.clone() };
+    identity.insert("settings".into(), format!("{settings:?}"));
+    identity
+}
+
+/// What is the same at every pose, settings but the seed aside.
+pub fn whatever_the_pose(
+    scene: &Scene,
+    camera: &str,
+    settings: &Settings,
+    method: &Method,
+    gather: &str,
+    choice: &RunnerChoice,
+    session: &Session,
+) -> Identity {
     let device = match choice {
         RunnerChoice::Cpu { .. } => "CPU".to_string(),
         RunnerChoice::Gpu { hardware, .. } => format!("{}, ray queries {hardware}", session.device()),
@@ -29,10 +45,8 @@ pub fn identity(
     Identity::from([
         of("scene", format!("{} {}", scene.name, scene.fingerprint())),
         of("camera", camera.to_string()),
-        of("viewpoint", format!("{:?} from {}", params.camera, scene.origin)),
         of("background", params.background.to_string()),
-        of("settings", format!("{settings:?}")),
-        of("seed", seed.to_string()),
+        of("seed", settings.seed.to_string()),
         of("method", method.name.to_string()),
         of("gather", gather.to_string()),
         of("runner", device),

@@ -1,36 +1,32 @@
 //! A run of frames: open, render until a stop is reached, keep checkpoints, write, report.
 
-use std::io::IsTerminal;
-use std::path::Path;
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use anyhow::Context;
 use caustics::checkpoint;
 use caustics::energy::Energy;
 use caustics::kernels;
 use caustics::method::Method;
 use caustics::method::settings::Settings;
-use caustics::output::target::{Target, TargetError};
+use caustics::output::target::{Target, TargetError, remove};
 use caustics::output::{exr, png};
 use caustics::scene::{self, Scene};
 use caustics::session::Session;
 use caustics::trace_rate::closest_hits_per_second;
-use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::needs::Needs;
-use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
+use super::bar::bar;
 use super::identity::identity;
-use super::options::{camera, check_outputs, duration, same_file};
+use super::interrupt;
+use super::options::{camera, check_outputs, duration, needs, same_file};
 use super::pick::pick;
 use super::report::Report;
 use super::say::say;
 use super::scene::needs_names;
 use super::stop::Stop;
-use crate::cli::{Common, NeedsName, Usage};
+use super::warn::warn;
+use crate::cli::{Common, Usage};
 
 /// A run of frames of one view.
 pub struct Job {
@@ -62,11 +58,7 @@ impl Job {
         {
             return Err(Usage(format!("{} is the scene; give another name", file.display())).into());
         }
-        // Ctrl-C ends after the frame at hand; what is done is saved, and a part of a file never stays.
-        let interrupted = Arc::new(AtomicBool::new(false));
-        let flag = Arc::clone(&interrupted);
-        ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst)).context("cannot catch Ctrl-C")?;
-        let is_interrupted = || interrupted.load(Ordering::SeqCst);
+        let is_interrupted = interrupt::watch()?;
         let force = options.force || options.resume;
         let target = Target::claim(&options.output, force)?;
         let png_target = options.png.as_ref().map(|path| Target::claim(path, force)).transpose()?;
@@ -77,28 +69,13 @@ impl Job {
 
         let mut scene = Scene::load(&file)?;
         scene.pose(time)?;
-        for warning in &scene.warnings {
-            eprintln!("warning: {warning}");
-        }
         let camera = camera(&scene, options.camera.as_deref())?;
         let (choice, variant, reason) = pick(&options, gather.as_deref().filter(|_| method.gathers))?;
-        let scene_needs = scene.needs(settings.specular_roughness);
-        let needs = match options.needs {
-            NeedsName::Scene => scene_needs,
-            NeedsName::All => Needs::ALL,
-        };
+        warn(&scene, method, &settings);
+        let needs = needs(&options, &scene, &settings);
         // Only who asks for figures pays for the energy ledger.
         let has_ledger = options.json && !options.no_ledger;
         let needs = if has_ledger { needs | Needs::LEDGER } else { needs };
-        if !method.gathers
-            && scene_needs.has(Needs::CASTERS)
-            && scene.lights.iter().any(|l| l.triangle == NONE)
-        {
-            eprintln!(
-                "warning: no path finds a light without a size: caustics of point, spot and directional lights are \
-                 missing; render --method progressive sees them"
-            );
-        }
         let mut session = Session::new(&choice, &scene, camera, &settings, method, variant, needs)?;
         let gather = if method.gathers { variant.name } else { "none" };
         eprintln!("{}: {} ({reason}), method {}, gather {gather}", scene.name, session.device(), method.name);
@@ -200,22 +177,4 @@ impl Job {
         }
         Ok(if done { ExitCode::SUCCESS } else { ExitCode::from(130) })
     }
-}
-
-fn remove(checkpoint: &Path) -> anyhow::Result<()> {
-    match std::fs::remove_file(checkpoint) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            Err(error).with_context(|| format!("cannot remove {}", checkpoint.display()))
-        }
-        _ => Ok(()),
-    }
-}
-
-/// A bar with the time left, on a terminal only.
-fn bar() -> ProgressBar {
-    if !std::io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("{bar:40} {percent}%, {msg}, {eta} left");
-    ProgressBar::new(10_000).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }

@@ -7,9 +7,10 @@ use caustics::checkpoint;
 use caustics::method::settings::Settings;
 use caustics::scene::{Scene, SceneCamera};
 use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
+use caustics_kernels::interface::needs::Needs;
 use glam::Vec3;
 
-use crate::cli::{Common, PixelFilter, Usage};
+use crate::cli::{Common, NeedsName, PixelFilter, Usage};
 
 /// Largest side [px], and largest area, that a frame may have.
 const LARGEST_SIDE: u32 = 16_384;
@@ -122,6 +123,14 @@ pub fn camera<'a>(scene: &'a Scene, name: Option<&str>) -> Result<&'a SceneCamer
         let known: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
         Usage(format!("--camera {}: the scene has {}", name.unwrap_or_default(), known.join(", ")))
     })
+}
+
+/// Which kernel code is alive.
+pub fn needs(options: &Common, scene: &Scene, settings: &Settings) -> Needs {
+    match options.needs {
+        NeedsName::Scene => scene.needs(settings.specular_roughness),
+        NeedsName::All => Needs::ALL,
+    }
 }
 
 /// A time that a person gave [s].

@@ -7,6 +7,7 @@ use anyhow::Context;
 use exr::prelude::*;
 use glam::Vec3;
 
+use super::attributes::{latin, sort};
 use crate::picture::Picture;
 
 /// Encodes a picture, with the variance of its mean and the number of samples in it where they are known;
@@ -40,9 +41,8 @@ pub fn encode(
     let mut other = std::collections::HashMap::new();
     for (name, value) in attributes {
         // EXR texts are Latin-1; a name must not cost the run.
-        let latin = |c: char| if u32::from(c) < 256 { c.to_string() } else { c.escape_unicode().to_string() };
-        let value: String = value.chars().map(latin).collect();
-        let value = Text::new_or_none(value).with_context(|| format!("attribute {name} is no EXR text"))?;
+        let value =
+            Text::new_or_none(latin(value)).with_context(|| format!("attribute {name} is no EXR text"))?;
         other.insert(Text::from(name.as_str()), AttributeValue::Text(value));
     }
     let size = (picture.width, picture.height);
@@ -58,5 +58,6 @@ pub fn encode(
     });
     let mut bytes = std::io::Cursor::new(Vec::new());
     image.write().to_buffered(&mut bytes).context("encoding EXR")?;
-    Ok(bytes.into_inner())
+    // The crate keeps them in the order of a hash map.
+    sort(bytes.into_inner())
 }

@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use anyhow::Context;
 use tempfile::NamedTempFile;
 use thiserror::Error;
 
@@ -67,6 +68,16 @@ impl Target {
             std::io::ErrorKind::AlreadyExists => TargetError::Exists(self.path),
             _ => fail(&self.path, error.error),
         })
+    }
+}
+
+/// Removes a file; one that is not there is no failure.
+pub fn remove(path: &Path) -> anyhow::Result<()> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(error).with_context(|| format!("cannot remove {}", path.display()))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -1,0 +1,120 @@
+//! `caustics animate`: the frames of an animation, a file each.
+
+use std::process::ExitCode;
+
+use anyhow::Context;
+use caustics::kernels;
+use caustics::scene::{self, Scene};
+use caustics::session::Session;
+use serde_json::json;
+
+use self::plan::Plan;
+use self::record::{Record, sums};
+use self::run::Run;
+use super::identity::whatever_the_pose;
+use super::interrupt;
+use super::options::{camera, needs};
+use super::pick::pick;
+use super::say::say;
+use super::scene::needs_names;
+use super::warn::warn;
+use crate::cli::Animate;
+
+mod kept;
+mod pattern;
+mod plan;
+mod record;
+mod run;
+mod state;
+mod video;
+
+/// Renders the frames that are missing. 130 after Ctrl-C, with the frames that were done written.
+pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
+    let common = &options.common;
+    let mut plan = Plan::new(options)?;
+    let file = scene::resolve(&common.scene)?;
+    let is_interrupted = interrupt::watch()?;
+    let scene = Scene::load(&file)?;
+    plan.set_frames(&scene, &file)?;
+    let video = plan.pattern.whole("mp4");
+    if options.video {
+        video::check(&video, common.force)?;
+    }
+    let has_video = options.video && video::has_ffmpeg();
+    if options.video && !has_video {
+        eprintln!("warning: there is no ffmpeg on the PATH: PNGs are written, but no video");
+    }
+    warn(&scene, plan.method, &plan.settings);
+    let view = camera(&scene, common.camera.as_deref())?;
+    let name = view.name.clone();
+    let (choice, variant, reason) = pick(common, options.gather.as_deref().filter(|_| plan.method.gathers))?;
+    let needs = needs(common, &scene, &plan.settings);
+    let session = Session::new(&choice, &scene, view, &plan.settings, plan.method, variant, needs)?;
+    let gather = if plan.method.gathers { variant.name } else { "none" };
+    let (method, history) = (plan.method.name, plan.settings.history.name);
+    eprintln!(
+        "{}: {} ({reason}), method {method}, gather {gather}, history {history}",
+        scene.name,
+        session.device()
+    );
+    let folder = plan.pattern.folder();
+    std::fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
+    let shared = whatever_the_pose(&scene, &name, &plan.settings, plan.method, gather, &choice, &session);
+    let identity = plan.identity(shared);
+    let mut run = Run { plan, scene, camera: name, session, identity };
+    if common.force {
+        run.forget()?;
+    }
+    let plan = &run.plan;
+    let missing = kept::missing(&plan.pattern, &plan.frames, &run.identity, plan.pngs)?;
+    if plan.pngs {
+        run.write_kept_pngs(&missing)?;
+    }
+    let (records, done) = run.render(&missing, &is_interrupted)?;
+    let (counters, frame_ms) = sums(&records);
+    for warning in counters.warnings() {
+        eprintln!("warning: {warning}");
+    }
+    if done && has_video {
+        video::write(&run.plan.pattern, &run.plan.frames, run.plan.fps, &video)?;
+    }
+    tell(&run, &missing, &records, frame_ms, done);
+    if common.json {
+        let Run { plan, scene, camera, session, .. } = &run;
+        let settings = &plan.settings;
+        let out = json!({
+            "scene": scene.name, "file": file, "method": method, "gather": gather, "history": history,
+            "filter": settings.filter.name, "device": session.device(), "why": reason, "camera": camera,
+            "fps": plan.fps, "first": plan.frames.start, "end": plan.frames.end,
+            "width": settings.width, "height": settings.height, "light_paths": settings.light_paths,
+            "max_bounces": settings.max_bounces, "radius_px": settings.radius_px,
+            "specular_roughness": settings.specular_roughness, "seed": settings.seed,
+            "needs": needs_names(needs), "commit": env!("CAUSTICS_COMMIT"), "kernels": kernels::SOURCES,
+            "kept": plan.frames.len() - missing.len(), "done": done,
+            "video": (done && has_video).then_some(video),
+            "frames": records, "frame_ms": frame_ms, "counters": counters,
+        });
+        say(serde_json::to_string_pretty(&out)?)?;
+    }
+    Ok(if done { ExitCode::SUCCESS } else { ExitCode::from(130) })
+}
+
+/// Says what was done.
+fn tell(run: &Run, missing: &[u32], records: &[Record], frame_ms: f64, done: bool) {
+    let name = run.plan.pattern.frame(run.plan.frames.start, "exr");
+    let all = run.plan.frames.len();
+    if missing.is_empty() {
+        eprintln!("{}: all {all} frames are there; nothing to render", name.display());
+        return;
+    }
+    let written = records.iter().filter(|record| record.written).count();
+    let again = records.len() - written;
+    eprintln!(
+        "{}: {written} frames rendered, {again} rendered again for what they lend, {} kept; {frame_ms:.1} ms a frame",
+        name.display(),
+        all - missing.len()
+    );
+    if !done {
+        eprintln!("interrupted; the same command goes on");
+    }
+}

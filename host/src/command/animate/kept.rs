@@ -1,0 +1,66 @@
+//! Which frames are there already, and whether they are of this run.
+
+use std::ops::Range;
+
+use caustics::checkpoint::{Difference, Identity, difference};
+use caustics::image::Channels;
+use caustics::output::attributes;
+use caustics::output::target::TargetError;
+use caustics::picture::Picture;
+use glam::Vec3;
+
+use super::pattern::Pattern;
+use crate::cli::Usage;
+
+/// The frames that are missing, in order. A file that is not of this run is refused.
+pub fn missing(
+    pattern: &Pattern,
+    frames: &Range<u32>,
+    identity: &Identity,
+    pngs: bool,
+) -> anyhow::Result<Vec<u32>> {
+    let mut missing = Vec::new();
+    for frame in frames.clone() {
+        let path = pattern.frame(frame, "exr");
+        if path.exists() {
+            let mut ours = identity.clone();
+            ours.insert("frame".into(), frame.to_string());
+            let mut theirs = attributes::read(&path)?;
+            theirs.retain(|name, _| ours.contains_key(name));
+            if let Some(other) = difference(&ours, &theirs) {
+                return Err(refusal(&path.display().to_string(), &other).into());
+            }
+        } else {
+            let png = pattern.frame(frame, "png");
+            if pngs && png.exists() {
+                return Err(TargetError::Exists(png).into());
+            }
+            missing.push(frame);
+        }
+    }
+    Ok(missing)
+}
+
+/// Says what differs.
+pub fn refusal(file: &str, Difference { name, theirs, ours }: &Difference) -> Usage {
+    Usage(format!(
+        "{file} belongs to another run: its {name} is {theirs:?}, not {ours:?}; give --force to render all anew, or \
+         another -o"
+    ))
+}
+
+/// The picture of a frame that is there.
+pub fn picture(pattern: &Pattern, frame: u32) -> anyhow::Result<Picture> {
+    let image = Channels::read(&pattern.frame(frame, "exr"))?;
+    let layer = |name: &str| -> Vec<Vec3> {
+        let colors = image
+            .layer(name)
+            .map(|[r, g, b]| r.iter().zip(g).zip(b).map(|((&r, &g), &b)| Vec3::new(r, g, b)).collect());
+        colors.unwrap_or_default()
+    };
+    let (width, height) = (image.width, image.height);
+    let (path, caustics) = (layer("path"), layer("caustics"));
+    // A method without layers has all its light in one.
+    let path = if path.is_empty() { layer("") } else { path };
+    Ok(Picture { width, height, path, caustics, ..Picture::default() })
+}

@@ -1,0 +1,151 @@
+//! What is to be rendered: the options, checked.
+
+use std::ops::Range;
+use std::path::Path;
+use std::time::Duration;
+
+use caustics::checkpoint::Identity;
+use caustics::method::settings::Settings;
+use caustics::method::{self, Method, filter, history};
+use caustics::output::attributes::latin;
+use caustics::output::target::TargetError;
+use caustics::scene::Scene;
+
+use super::pattern::Pattern;
+use crate::cli::{Animate, Usage};
+use crate::command::options::{duration, same_file, settings};
+
+/// Most frames of a run.
+const MOST_FRAMES: f64 = 1e6;
+
+/// What is to be rendered.
+pub struct Plan {
+    /// The settings, with history and filter.
+    pub settings: Settings,
+    /// How to render.
+    pub method: &'static Method,
+    /// Names of the files.
+    pub pattern: Pattern,
+    /// The frames.
+    pub frames: Range<u32>,
+    /// Frames a second [1/s].
+    pub fps: f64,
+    /// Time between states on disk.
+    pub every: Duration,
+    /// Whether each EXR file has a PNG file beside it.
+    pub pngs: bool,
+}
+
+impl Plan {
+    /// Checks what no type can, but for the frames.
+    pub fn new(options: &Animate) -> anyhow::Result<Plan> {
+        let Animate { common, fps, light_paths, radius_px, .. } = options;
+        if common.png.is_some() || common.resume || common.no_ledger {
+            return Err(Usage(
+                "animate has no --png-file, --resume or --no-ledger; it always goes on from the frames that are there"
+                    .into(),
+            )
+            .into());
+        }
+        if !(fps.is_finite() && *fps > 0.0) {
+            return Err(Usage(format!("--fps {fps}: give a positive number")).into());
+        }
+        let unknown = |name: &str| Usage(format!("nothing is called {name}"));
+        let method = method::find(&options.method).ok_or_else(|| unknown(&options.method))?;
+        // A frame of `progressive` is of another radius than the one before.
+        let lends = *method.name == *method::basic::BASIC.name;
+        let default = if lends { history::VALIDATED.name } else { history::NONE.name };
+        let name = options.history.as_deref().unwrap_or(default);
+        let history = history::find(name).ok_or_else(|| unknown(name))?;
+        if *history != history::NONE && !lends {
+            return Err(Usage(format!(
+                "--history {name} lends light from frame to frame, and --method {} takes none; use --method basic",
+                method.name
+            ))
+            .into());
+        }
+        let filter = filter::find(&options.filter).ok_or_else(|| unknown(&options.filter))?;
+        if *filter != filter::NONE && !method.gathers {
+            return Err(Usage(format!(
+                "--filter {} looks at collection points, and --method {} makes none; use --method basic",
+                filter.name, method.name
+            ))
+            .into());
+        }
+        let settings = Settings { history, filter, ..settings(common, *light_paths, 1, *radius_px)? };
+        Ok(Plan {
+            settings,
+            method,
+            pattern: Pattern::parse(&common.output)?,
+            frames: options.frames.clone().unwrap_or_default(),
+            fps: *fps,
+            every: duration("--checkpoint-every", common.checkpoint_every)?,
+            pngs: options.pngs || options.video,
+        })
+    }
+
+    /// Sets the frames where none were given: all of the scene's animations. Checks them, and the files they make.
+    pub fn set_frames(&mut self, scene: &Scene, file: &Path) -> anyhow::Result<()> {
+        if self.frames.is_empty() {
+            if !scene.is_animated() {
+                let name = &scene.name;
+                return Err(Usage(format!("nothing moves in {name}; give --frames A..B")).into());
+            }
+            // Keys are in 32 bits: a duration of two seconds may be a little more.
+            let end = (scene.duration() * self.fps - 1e-4).ceil().clamp(1.0, f64::from(u32::MAX));
+            self.frames = 0..end as u32;
+        }
+        let count = self.frames.len();
+        if count as f64 > MOST_FRAMES {
+            return Err(Usage(format!("{count} frames: at most {MOST_FRAMES}; give --frames A..B")).into());
+        }
+        let whole = ["mp4", "state"].map(|extension| self.pattern.whole(extension));
+        let mut files =
+            self.frames.clone().flat_map(|k| ["exr", "png"].map(|end| self.pattern.frame(k, end)));
+        if whole.iter().any(|path| same_file(path, file)) || files.any(|path| same_file(&path, file)) {
+            return Err(Usage(format!("{} is the scene; give another -o", file.display())).into());
+        }
+        let mut files = self.frames.clone().map(|k| self.pattern.frame(k, "exr")).chain(whole);
+        if let Some(path) = files.find(|path| path.exists() && !path.is_file()) {
+            return Err(TargetError::Exists(path).into());
+        }
+        Ok(())
+    }
+
+    /// The time that a frame shows [s].
+    pub fn time_of(&self, frame: u32) -> f64 {
+        f64::from(frame) / self.fps
+    }
+
+    /// Whether light outlives its frame: then no frame can be rendered without those before it.
+    pub fn lends(&self) -> bool {
+        *self.settings.history != history::NONE
+    }
+
+    /// All that decides the bits of every frame, beside what is `shared` with other commands. The last frame is not in it: a
+    /// run may grow.
+    pub fn identity(&self, shared: Identity) -> Identity {
+        // Neither exposure nor what is in `shared` already.
+        let Settings { width, height, light_paths, max_bounces, radius_px, specular_roughness, .. } =
+            &self.settings;
+        let Settings { pixel_filter, history, filter, .. } = &self.settings;
+        let history_settings = history.settings.map_or("none".into(), |settings| format!("{settings:?}"));
+        let first = if self.lends() { self.frames.start.to_string() } else { "any".into() };
+        let own = [
+            ("width", width.to_string()),
+            ("height", height.to_string()),
+            ("light_paths", light_paths.to_string()),
+            ("max_bounces", max_bounces.to_string()),
+            ("radius_px", radius_px.to_string()),
+            ("specular_roughness", specular_roughness.to_string()),
+            ("pixel_filter", pixel_filter.to_string()),
+            ("history", history.name.to_string()),
+            ("history_settings", history_settings),
+            ("filter", filter.name.to_string()),
+            ("fps", self.fps.to_string()),
+            ("first_frame", first),
+        ];
+        let all = shared.into_iter().chain(own.map(|(name, value)| (name.to_string(), value)));
+        all.map(|(name, value)| (name, latin(&value))).collect()
+    }
+}

@@ -1,0 +1,55 @@
+//! What is said of the frames of an animation.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use caustics::counters::Counters;
+use caustics::runner::StepTime;
+use serde::Serialize;
+
+/// A frame that was rendered.
+#[derive(Clone, Debug, Serialize)]
+pub struct Record {
+    /// Its index.
+    pub frame: u32,
+    /// What it shows [s].
+    pub time_s: f64,
+    /// False where it was there already, and was rendered again for what it lends.
+    pub written: bool,
+    /// Wall time of posing and of all passes [ms].
+    pub total_ms: f64,
+    /// Time of each pass [ms].
+    pub pass_ms: BTreeMap<String, f64>,
+    /// What the kernels counted.
+    pub counters: Counters,
+}
+
+impl Record {
+    /// Of a frame's measures.
+    pub fn new(
+        (frame, time_s, written): (u32, f64, bool),
+        wall: Duration,
+        times: &[StepTime],
+        counters: Counters,
+    ) -> Record {
+        let mut pass_ms = BTreeMap::new();
+        for step in times {
+            *pass_ms.entry(step.pass.clone()).or_default() += ms(step.time);
+        }
+        Record { frame, time_s, written, total_ms: ms(wall), pass_ms, counters }
+    }
+}
+
+/// Of all frames: the sums of their counters, and the mean of their times [ms].
+pub fn sums(records: &[Record]) -> (Counters, f64) {
+    let mut counters = Counters::default();
+    for record in records {
+        counters.add(&record.counters);
+    }
+    let total: f64 = records.iter().map(|record| record.total_ms).sum();
+    (counters, total / records.len().max(1) as f64)
+}
+
+fn ms(time: Duration) -> f64 {
+    1e3 * time.as_secs_f64()
+}

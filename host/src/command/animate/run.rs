@@ -1,0 +1,159 @@
+//! The frames of an animation, one after the other, and what they leave on disk.
+
+use std::time::Instant;
+
+use caustics::checkpoint::{Identity, difference};
+use caustics::output::target::{Target, remove};
+use caustics::output::{exr, png};
+use caustics::picture::Picture;
+use caustics::scene::Scene;
+use caustics::session::Session;
+
+use super::kept::{self, refusal};
+use super::plan::Plan;
+use super::record::Record;
+use super::state::State;
+use crate::command::bar::bar;
+use crate::command::options::camera;
+
+/// An animation in the making.
+pub struct Run {
+    /// What is to be rendered.
+    pub plan: Plan,
+    /// What is seen.
+    pub scene: Scene,
+    /// Name of the camera.
+    pub camera: String,
+    /// What renders.
+    pub session: Session,
+    /// All that decides the bits.
+    pub identity: Identity,
+}
+
+impl Run {
+    /// Removes what is there of the frames.
+    pub fn forget(&self) -> anyhow::Result<()> {
+        for frame in self.plan.frames.clone() {
+            remove(&self.plan.pattern.frame(frame, "exr"))?;
+            if self.plan.pngs {
+                remove(&self.plan.pattern.frame(frame, "png"))?;
+            }
+        }
+        remove(&self.plan.pattern.whole("state"))
+    }
+
+    /// Brings scene and session to a frame.
+    fn pose(&mut self, frame: u32) -> anyhow::Result<()> {
+        self.scene.pose(self.plan.time_of(frame))?;
+        let camera = camera(&self.scene, Some(&self.camera))?;
+        self.session.pose(&self.scene, camera)
+    }
+
+    /// The frames to render for those that are missing, in order. With a history all from the last known state on, which is
+    /// restored.
+    fn begin(&mut self, missing: &[u32]) -> anyhow::Result<Vec<u32>> {
+        let path = self.plan.pattern.whole("state");
+        let (Some(&first), Some(&last), true) = (missing.first(), missing.last(), self.plan.lends()) else {
+            return Ok(missing.to_vec());
+        };
+        let mut begin = self.plan.frames.start;
+        if let Some(state) = State::load(&path)? {
+            if let Some(other) = difference(&self.identity, &state.identity) {
+                return Err(refusal(&path.display().to_string(), &other).into());
+            }
+            if (begin..first).contains(&state.frame) {
+                // The next frame looks back at what stood where in this one.
+                self.pose(state.frame)?;
+                self.session.restore(&state.buffers)?;
+                begin = state.frame + 1;
+            }
+        }
+        Ok((begin..=last).collect())
+    }
+
+    /// Renders what is missing. The frames rendered, and whether all are there.
+    pub fn render(
+        &mut self,
+        missing: &[u32],
+        is_interrupted: &dyn Fn() -> bool,
+    ) -> anyhow::Result<(Vec<Record>, bool)> {
+        let frames = self.begin(missing)?;
+        let path = self.plan.pattern.whole("state");
+        let bar = bar();
+        let mut records: Vec<Record> = Vec::with_capacity(frames.len());
+        let mut saved = Instant::now();
+        for (done, &frame) in frames.iter().enumerate() {
+            bar.set_position(bar.length().unwrap_or(1) * done as u64 / frames.len() as u64);
+            bar.set_message(format!("frame {frame}"));
+            let last = records.last().map(|record| record.frame).filter(|_| self.plan.lends());
+            let stop = is_interrupted();
+            if let Some(last) = last.filter(|_| stop || saved.elapsed() >= self.plan.every) {
+                self.save(last, &path)?;
+                saved = Instant::now();
+            }
+            if stop {
+                bar.finish_and_clear();
+                return Ok((records, false));
+            }
+            let start = Instant::now();
+            self.pose(frame)?;
+            let times = self.session.frame(frame)?;
+            let wall = start.elapsed();
+            let written = missing.binary_search(&frame).is_ok();
+            let of = (frame, self.plan.time_of(frame), written);
+            records.push(Record::new(of, wall, &times, self.session.counters()?));
+            if written {
+                self.write(frame)?;
+            }
+        }
+        bar.finish_and_clear();
+        // A state beyond the range is that of a longer run, which may go on.
+        let end = self.plan.frames.end;
+        let is_used = |state: State| state.frame < end && state.identity == self.identity;
+        if State::load(&path).ok().flatten().is_some_and(is_used) {
+            remove(&path)?;
+        }
+        Ok((records, true))
+    }
+
+    fn save(&mut self, frame: u32, path: &std::path::Path) -> anyhow::Result<()> {
+        let buffers = self.session.state()?.into_iter().map(|(name, bytes)| (name.to_string(), bytes));
+        State { identity: self.identity.clone(), frame, buffers: buffers.collect() }.save(path)
+    }
+
+    /// Writes the frame at hand.
+    fn write(&mut self, frame: u32) -> anyhow::Result<()> {
+        let picture = self.session.picture()?;
+        let mut attributes = self.identity.clone();
+        attributes.extend([
+            ("frame".into(), frame.to_string()),
+            ("time_s".into(), self.plan.time_of(frame).to_string()),
+            ("commit".into(), env!("CAUSTICS_COMMIT").to_string()),
+        ]);
+        let target = Target::claim(&self.plan.pattern.frame(frame, "exr"), false)?;
+        target.finish(&exr::encode(&picture, None, &attributes)?)?;
+        if self.plan.pngs {
+            self.write_png(frame, &picture)?;
+        }
+        Ok(())
+    }
+
+    fn write_png(&mut self, frame: u32, picture: &Picture) -> anyhow::Result<()> {
+        let colors = self.session.display(picture)?;
+        let bytes = png::encode(self.plan.settings.width, self.plan.settings.height, &colors)?;
+        let path = self.plan.pattern.frame(frame, "png");
+        if std::fs::read(&path).is_ok_and(|there| there == bytes) {
+            return Ok(());
+        }
+        Ok(Target::claim(&path, true)?.finish(&bytes)?)
+    }
+
+    /// Writes the PNGs of frames that were there, where they lack one or have one of another exposure.
+    pub fn write_kept_pngs(&mut self, missing: &[u32]) -> anyhow::Result<()> {
+        for frame in self.plan.frames.clone().filter(|frame| missing.binary_search(frame).is_err()) {
+            let picture = kept::picture(&self.plan.pattern, frame)?;
+            self.write_png(frame, &picture)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,389 @@
+//! `caustics animate` from outside: a file each frame, and runs that go on to the same bytes.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::time::{Duration, Instant, SystemTime};
+
+use assert_cmd::Command;
+use caustics::image::Channels;
+use serde_json::Value;
+use tempfile::TempDir;
+
+const BINARY: &str = env!("CARGO_BIN_EXE_caustics");
+const TINY: [&str; 8] = ["--width", "32", "--height", "18", "--light-paths", "500", "--runner", "cpu"];
+
+/// A folder for one test.
+struct Desk(TempDir);
+
+impl Desk {
+    fn new() -> Desk {
+        Desk(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn command(&self, scene: &str, options: &[&str]) -> Command {
+        let mut command = Command::new(BINARY);
+        command.current_dir(self.0.path()).timeout(Duration::from_secs(300));
+        command.args(["animate", scene, "-o", "f/##.exr"]).args(TINY).args(options);
+        command
+    }
+
+    /// Exit code, stdout, stderr.
+    fn run(&self, scene: &str, options: &[&str]) -> (i32, String, String) {
+        let output = self.command(scene, options).output().unwrap();
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+        (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+    }
+
+    /// Runs; it must succeed. What it says.
+    #[track_caller]
+    fn animate(&self, scene: &str, options: &[&str]) -> String {
+        let (code, _, stderr) = self.run(scene, options);
+        assert_eq!(code, 0, "{options:?}: {stderr}");
+        stderr
+    }
+
+    /// Runs; it must succeed. Its summary.
+    #[track_caller]
+    fn report(&self, scene: &str, options: &[&str]) -> Value {
+        let (code, stdout, stderr) = self.run(scene, &[options, &["--json"]].concat());
+        assert_eq!(code, 0, "{options:?}: {stderr}");
+        serde_json::from_str(&stdout).unwrap()
+    }
+
+    #[track_caller]
+    fn refuses(&self, scene: &str, options: &[&str], words: &[&str]) {
+        let (code, _, stderr) = self.run(scene, options);
+        assert_eq!(code, 2, "{options:?}: {stderr}");
+        assert!(words.iter().all(|word| stderr.contains(word)), "{options:?}: {stderr}");
+    }
+
+    /// The files of the animation by name.
+    fn files(&self) -> BTreeMap<String, Vec<u8>> {
+        let entries = self.path("f").read_dir().unwrap().map(|entry| entry.unwrap());
+        entries
+            .map(|entry| (entry.file_name().into_string().unwrap(), std::fs::read(entry.path()).unwrap()))
+            .collect()
+    }
+
+    fn names(&self) -> Vec<String> {
+        self.files().into_keys().collect()
+    }
+
+    fn remove(&self, names: &[&str]) {
+        for name in names {
+            std::fs::remove_file(self.path("f").join(name)).unwrap();
+        }
+    }
+}
+
+/// Frames of a report that were rendered, and whether they were written.
+fn rendered(report: &Value) -> Vec<(u64, bool)> {
+    let frames = report["frames"].as_array().unwrap().iter();
+    frames.map(|frame| (frame["frame"].as_u64().unwrap(), frame["written"].as_bool().unwrap())).collect()
+}
+
+fn modified(path: &Path) -> SystemTime {
+    path.metadata().unwrap().modified().unwrap()
+}
+
+#[track_caller]
+fn assert_same(a: &Desk, b: &Desk) {
+    assert_eq!(a.names(), b.names());
+    let (a, b) = (a.files(), b.files());
+    let differ: Vec<_> = a.keys().filter(|name| a[*name] != b[*name]).collect();
+    assert!(differ.is_empty(), "{differ:?}");
+}
+
+#[test]
+fn every_frame_is_a_file_of_its_time() {
+    let desk = Desk::new();
+    // Two seconds at two frames each.
+    let report = desk.report("animated-light", &["--fps", "2"]);
+    assert_eq!(desk.names(), ["00.exr", "01.exr", "02.exr", "03.exr"]);
+    assert_eq!(rendered(&report), [(0, true), (1, true), (2, true), (3, true)]);
+    assert_eq!((&report["history"], &report["fps"]), (&"validated".into(), &2.0.into()));
+    let times: Vec<_> = report["frames"].as_array().unwrap().iter().map(|frame| &frame["time_s"]).collect();
+    assert_eq!(times, [0.0, 0.5, 1.0, 1.5]);
+    assert!(report["frames"][1]["pass_ms"]["reuse.validated"].as_f64().unwrap() > 0.0);
+    assert_eq!(report["frames"][1]["counters"]["light_paths"], 500);
+    for frame in 0..4u32 {
+        let image = Channels::read(&desk.path(&format!("f/0{frame}.exr"))).unwrap();
+        assert_eq!(image.attributes["frame"], frame.to_string());
+        assert_eq!(image.attributes["time_s"], (f64::from(frame) / 2.0).to_string());
+    }
+
+    // Without history the first frame is what `render` shows of that time, but for the random numbers of frame 0.
+    let still = Desk::new();
+    still.animate("animated-light", &["--frames", "0..1", "--fps", "1", "--history", "none"]);
+    let mut render = Command::new(BINARY);
+    render.current_dir(still.0.path()).args(["render", "animated-light", "-o", "r.exr"]).args(TINY);
+    render.assert().success();
+    let ours = Channels::read(&still.path("f/00.exr")).unwrap().channels;
+    assert_eq!(ours, Channels::read(&still.path("r.exr")).unwrap().channels);
+
+    // The camera stands still: what differs beyond noise is the light, so the same random numbers tell two times apart.
+    let later = Desk::new();
+    later.animate("animated-light", &["--frames", "1..2", "--fps", "1", "--history", "none"]);
+    let sooner = Desk::new();
+    sooner.animate("animated-light", &["--frames", "1..2", "--fps", "1000", "--history", "none"]);
+    let layer = |desk: &Desk| Channels::read(&desk.path("f/01.exr")).unwrap().channels;
+    let (later, sooner) = (layer(&later), layer(&sooner));
+    assert_eq!(later["points.depth"], sooner["points.depth"]);
+    assert_ne!(later["path.G"], sooner["path.G"]);
+}
+
+#[test]
+fn a_second_run_renders_nothing() {
+    let desk = Desk::new();
+    desk.animate("animated-light", &["--frames", "0..3"]);
+    let before = ["00", "01", "02"].map(|name| modified(&desk.path(&format!("f/{name}.exr"))));
+    let again = desk.animate("animated-light", &["--frames", "0..3"]);
+    assert!(again.contains("all 3 frames are there; nothing to render"), "{again}");
+    let after = ["00", "01", "02"].map(|name| modified(&desk.path(&format!("f/{name}.exr"))));
+    assert_eq!(before, after);
+    desk.animate("animated-light", &["--frames", "0..3", "--force"]);
+    assert!(modified(&desk.path("f/00.exr")) > before[0]);
+}
+
+#[test]
+fn missing_frames_come_back_to_the_same_bytes() {
+    for (history, again) in [("validated", 8), ("paper", 8), ("none", 3)] {
+        let options = ["--frames", "0..8", "--history", history];
+        let (whole, desk) = (Desk::new(), Desk::new());
+        whole.animate("moving-caster", &options);
+        desk.animate("moving-caster", &options);
+        assert_same(&desk, &whole);
+        desk.remove(&["03.exr", "06.exr", "07.exr"]);
+        let report = desk.report("moving-caster", &options);
+        assert_eq!(report["kept"], 5);
+        let frames = rendered(&report);
+        assert_eq!(frames.len(), again, "{history}: what light goes through is rendered again");
+        let written: Vec<_> =
+            frames.iter().filter(|(_, written)| *written).map(|(frame, _)| *frame).collect();
+        assert_eq!(written, [3, 6, 7]);
+        assert_same(&desk, &whole);
+    }
+}
+
+#[test]
+fn a_longer_run_goes_on_from_a_shorter_one() {
+    let (whole, desk) = (Desk::new(), Desk::new());
+    whole.animate("animated-camera", &["--frames", "0..6"]);
+    desk.animate("animated-camera", &["--frames", "0..3"]);
+    desk.animate("animated-camera", &["--frames", "0..6", "--threads", "1"]);
+    assert_same(&desk, &whole);
+    // What is lent is seen: the same frame is another without those before it.
+    let short = Desk::new();
+    short.animate("animated-camera", &["--frames", "5..6"]);
+    assert_ne!(short.files()["05.exr"], whole.files()["05.exr"]);
+}
+
+/// Starts an endless run, ends it by a signal once it has some frames; its exit code.
+#[cfg(unix)]
+fn end_early(desk: &Desk, scene: &str, options: &[&str], signal: &str) -> Option<i32> {
+    let mut child = std::process::Command::new(BINARY)
+        .current_dir(desk.0.path())
+        .args(["animate", scene, "-o", "f/##.exr", "--frames", "0..100000"])
+        .args(TINY)
+        .args(options)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let start = Instant::now();
+    while !desk.path("f/04.exr").exists() {
+        assert!(start.elapsed() < Duration::from_secs(100), "there are no frames");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let kill = format!("kill -{signal} {}", child.id());
+    assert!(std::process::Command::new("sh").args(["-c", &kill]).status().unwrap().success());
+    child.wait().unwrap().code()
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_or_killed_run_goes_on_from_its_state() {
+    let cases: [(&str, &[&str], &str, Option<i32>); 3] = [
+        ("moving-caster", &[], "INT", Some(130)),
+        ("animated-camera", &["--history", "paper"], "INT", Some(130)),
+        ("animated-camera", &["--checkpoint-every", "0"], "KILL", None),
+    ];
+    for (scene, options, signal, code) in cases {
+        let desk = Desk::new();
+        assert_eq!(end_early(&desk, scene, options, signal), code);
+        assert!(desk.path("f/animation.state").exists());
+        let done =
+            desk.names().iter().filter(|name| name.ends_with(".exr") && !name.starts_with('.')).count();
+        desk.refuses(
+            scene,
+            &[options, &["--frames", "0..100000", "--max-bounces", "4"]].concat(),
+            &["max_bounces"],
+        );
+
+        // One frame that is there is lost too: the state is of a frame behind it, or it is rendered.
+        let range = format!("0..{}", done + 2);
+        let options = [options, &["--frames", &range]].concat();
+        let report = desk.report(scene, &options);
+        let frames = rendered(&report);
+        assert!(frames[0].0 + 2 > done as u64 && frames.len() <= 4, "{scene}: {frames:?} of {done}");
+        assert!(!desk.path("f/animation.state").exists());
+        for name in desk.names().iter().filter(|name| name.starts_with('.')) {
+            // What a killed run was about to write.
+            assert_eq!(signal, "KILL", "{name}");
+            std::fs::remove_file(desk.path("f").join(name)).unwrap();
+        }
+        let whole = Desk::new();
+        whole.animate(scene, &options);
+        assert_same(&desk, &whole);
+    }
+}
+
+#[test]
+fn frames_of_another_run_are_refused_by_what_differs() {
+    let desk = Desk::new();
+    let frames = ["--frames", "1..3"];
+    desk.animate("animated-light", &frames);
+    let before = desk.files();
+    for (options, words) in [
+        (["--light-paths", "600"], ["01.exr", "light_paths", "\"500\", not \"600\""]),
+        (["--seed", "1"], ["01.exr", "seed", "--force"]),
+        (["--history", "none"], ["01.exr", "first_frame", "--force"]),
+        (["--filter", "atrous"], ["01.exr", "filter", "\"none\", not \"atrous\""]),
+        (["--fps", "12"], ["01.exr", "fps", "\"24\", not \"12\""]),
+    ] {
+        // An option that TINY has already is given once.
+        let mut command = Command::new(BINARY);
+        command.current_dir(desk.0.path()).args(["animate", "animated-light", "-o", "f/##.exr"]).args(frames);
+        let tiny = TINY.chunks(2).filter(|pair| pair[0] != options[0]).flatten();
+        let output = command.args(tiny).args(options).output().unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{options:?}: {stderr}");
+        assert!(words.iter().all(|word| stderr.contains(word)), "{options:?}: {stderr}");
+    }
+    desk.refuses("moving-caster", &frames, &["01.exr", "scene", "animated-light", "moving-caster"]);
+    desk.refuses("animated-light", &["--frames", "0..3"], &["01.exr", "first_frame", "\"1\", not \"0\""]);
+    assert_eq!(desk.files(), before);
+    // A frame under the name of another.
+    std::fs::copy(desk.path("f/01.exr"), desk.path("f/02.exr")).unwrap();
+    desk.refuses("animated-light", &frames, &["02.exr", "frame", "\"1\", not \"2\""]);
+    desk.animate("animated-light", &["--frames", "1..3", "--force"]);
+    assert_eq!(desk.files(), before);
+    desk.animate("moving-caster", &["--frames", "1..3", "--force"]);
+    assert_ne!(desk.files(), before);
+    std::fs::write(desk.path("f/02.exr"), "no picture").unwrap();
+    let (code, _, stderr) = desk.run("moving-caster", &frames);
+    assert!(code == 1 && stderr.contains("02.exr cannot be read as EXR"), "{stderr}");
+}
+
+#[test]
+fn what_cannot_be_an_animation_is_a_usage_error() {
+    let desk = Desk::new();
+    for name in ["a.exr", "#a#.exr", "####.png", "#/a.exr"] {
+        let mut command = Command::new(BINARY);
+        command.current_dir(desk.0.path()).args(["animate", "animated-light", "-o", name]).args(TINY);
+        let output = command.output().unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{name}: {stderr}");
+        assert!(stderr.contains(name) && stderr.contains("frames/####.exr"), "{name}: {stderr}");
+    }
+    desk.refuses("ring", &[], &["ring", "--frames A..B"]);
+    desk.refuses("animated-light", &["--method", "path", "--history", "paper"], &["paper", "path", "basic"]);
+    desk.refuses("animated-light", &["--method", "progressive", "--history", "validated"], &["validated"]);
+    desk.refuses("animated-light", &["--method", "path", "--filter", "atrous"], &["atrous", "path"]);
+    desk.refuses("animated-light", &["--fps", "0"], &["--fps 0"]);
+    desk.refuses("animated-light", &["--fps", "1e9"], &["--frames A..B"]);
+    desk.refuses("animated-light", &["--frames", "3..3"], &["A..B"]);
+    desk.refuses("animated-light", &["--resume"], &["--resume"]);
+    assert!(!desk.path("f").exists());
+    // Nobody's PNG is overwritten.
+    std::fs::create_dir(desk.path("f")).unwrap();
+    std::fs::write(desk.path("f/01.png"), "mine").unwrap();
+    desk.refuses("animated-light", &["--frames", "0..2", "--png"], &["01.png", "--force"]);
+    assert_eq!(desk.names(), ["01.png"]);
+}
+
+#[test]
+fn other_methods_have_no_history_and_still_scenes_may_be_animated() {
+    let desk = Desk::new();
+    let report = desk.report("ring", &["--method", "path", "--frames", "0..2"]);
+    assert_eq!((&report["history"], &report["gather"]), (&"none".into(), &"none".into()));
+    let whole = desk.files();
+    assert_ne!(whole["00.exr"], whole["01.exr"], "each frame has its own random numbers");
+    desk.remove(&["01.exr"]);
+    assert_eq!(rendered(&desk.report("ring", &["--method", "path", "--frames", "0..2"])), [(1, true)]);
+    assert_eq!(desk.files(), whole);
+}
+
+#[test]
+fn pngs_are_those_of_the_frames_whenever_they_are_written() {
+    for options in [&["--frames", "0..2"][..], &["--frames", "0..2", "--method", "path"]] {
+        let (at_once, later) = (Desk::new(), Desk::new());
+        at_once.animate("animated-light", &[options, &["--png"]].concat());
+        assert_eq!(at_once.names(), ["00.exr", "00.png", "01.exr", "01.png"]);
+        later.animate("animated-light", options);
+        let said = later.animate("animated-light", &[options, &["--png"]].concat());
+        assert!(said.contains("nothing to render"));
+        assert_same(&later, &at_once);
+        later.animate("animated-light", &[options, &["--png", "--exposure", "2"]].concat());
+        assert_eq!(later.files()["01.exr"], at_once.files()["01.exr"]);
+        assert_ne!(later.files()["01.png"], at_once.files()["01.png"]);
+    }
+}
+
+#[test]
+fn without_ffmpeg_there_are_pngs_and_a_warning() {
+    let desk = Desk::new();
+    let mut command = desk.command("animated-light", &["--frames", "0..2", "--video"]);
+    let output = command.env("PATH", "").output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{stderr}");
+    assert_eq!(stderr.lines().filter(|line| line.contains("no ffmpeg on the PATH")).count(), 1, "{stderr}");
+    assert_eq!(desk.names(), ["00.exr", "00.png", "01.exr", "01.png"]);
+}
+
+/// A program in the place of ffmpeg, which writes what it was asked into the video.
+#[cfg(unix)]
+#[test]
+fn a_video_is_made_of_the_pngs() {
+    use std::os::unix::fs::PermissionsExt;
+
+    let desk = Desk::new();
+    let bin = desk.path("bin");
+    std::fs::create_dir(&bin).unwrap();
+    let script =
+        "#!/bin/sh\n[ \"$1\" = -version ] && exit 0\nfor last; do :; done\necho \"$@\" > \"$last\"\n";
+    std::fs::write(bin.join("ffmpeg"), script).unwrap();
+    std::fs::set_permissions(bin.join("ffmpeg"), std::fs::Permissions::from_mode(0o755)).unwrap();
+    let path = format!("{}:{}", bin.display(), std::env::var("PATH").unwrap());
+    let video = |frames: &str| {
+        let mut command = desk.command("animated-light", &["--frames", frames, "--video"]);
+        let output = command.env("PATH", &path).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    assert_eq!(video("1..3").0, Some(0));
+    assert_eq!(desk.names(), ["01.exr", "01.png", "02.exr", "02.png", "animation.mp4"]);
+    let asked = std::fs::read_to_string(desk.path("f/animation.mp4")).unwrap();
+    for word in ["-framerate 24", "-start_number 1", "-i f/%02d.png", "-frames:v 2"] {
+        assert!(asked.contains(word), "{asked}");
+    }
+    // A longer animation replaces its own video, and nobody else's.
+    assert_eq!(video("1..4").0, Some(0));
+    assert!(std::fs::read_to_string(desk.path("f/animation.mp4")).unwrap().contains("-frames:v 3"));
+    std::fs::write(desk.path("f/animation.mp4"), "mine").unwrap();
+    let (code, stderr) = video("1..4");
+    assert!(code == Some(2) && stderr.contains("animation.mp4 exists"), "{stderr}");
+    std::fs::remove_file(desk.path("f/animation.mp4")).unwrap();
+    std::fs::write(
+        bin.join("ffmpeg"),
+        "#!/bin/sh\n[ \"$1\" = -version ] && exit 0\necho broken >&2\nexit 1\n",
+    )
+    .unwrap();
+    let (code, stderr) = video("1..4");
+    assert!(code == Some(1) && stderr.contains("ffmpeg failed: broken"), "{stderr}");
+    assert!(!desk.path("f/animation.mp4").exists() && desk.names().iter().all(|name| !name.starts_with('.')));
+}

@@ -243,6 +243,33 @@ fn an_interrupted_or_killed_run_goes_on_from_its_state() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn a_state_helps_only_frames_behind_it_and_of_its_run() {
+    let scene = "moving-caster";
+    let (desk, whole) = (Desk::new(), Desk::new());
+    assert_eq!(end_early(&desk, scene, &[], "INT"), Some(130));
+    let state = desk.files()["animation.state"].clone();
+    // The state holds light of frames behind the one that is missing.
+    let range = format!("0..{}", desk.names().len() - 1);
+    desk.remove(&["02.exr"]);
+    let report = desk.report(scene, &["--frames", &range]);
+    assert_eq!(rendered(&report), [(0, false), (1, false), (2, true)]);
+    whole.animate(scene, &["--frames", &range]);
+    std::fs::remove_file(desk.path("f/animation.state")).unwrap_or_default();
+    assert_same(&desk, &whole);
+
+    // Without frames the state alone says what differs.
+    for name in desk.names() {
+        desk.remove(&[&name]);
+    }
+    std::fs::write(desk.path("f/animation.state"), &state).unwrap();
+    desk.refuses(scene, &["--frames", "0..2", "--seed", "1"], &["animation.state", "seed", "--force"]);
+    assert_eq!(desk.names(), ["animation.state"]);
+    desk.animate(scene, &["--frames", "0..2", "--seed", "1", "--force"]);
+    assert_eq!(desk.names(), ["00.exr", "01.exr"]);
+}
+
 #[test]
 fn frames_of_another_run_are_refused_by_what_differs() {
     let desk = Desk::new();

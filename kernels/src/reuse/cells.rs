@@ -129,3 +129,94 @@ pub fn change(cells: &[u32], position: Vec3, carrier: Carrier, params: &FramePar
         density: marks as f32 * (PI * disc / edge) * (disc / edge),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::interface::frame::Camera;
+    use crate::seam::AtomicWords;
+
+    /// A view from far away: discs have about one radius all over the origin's surroundings.
+    fn params() -> FrameParams {
+        let camera = Camera { position: Vec3::new(0.0, 0.0, 1000.0), ..Default::default() };
+        FrameParams { camera, radius_px: 1.0, pixel_spread: 1.0e-5, ..Default::default() }
+    }
+
+    /// Edge of the finest cell there [m].
+    fn edge() -> f32 {
+        let radius = direct_radius(Vec3::ZERO, &params());
+        let edge = f32::from_bits(finest(Vec3::ZERO, &params()) << 23);
+        assert!((RADII_PER_EDGE / 2.0..=RADII_PER_EDGE).contains(&(edge / radius)));
+        edge
+    }
+
+    /// The middle of a finest cell that shares its neighbour to the right with every coarser cell.
+    fn place() -> Vec3 {
+        Vec3::splat(0.5 * edge())
+    }
+
+    fn marked(marks: &[(Vec3, Carrier, f32, f32)]) -> Vec<u32> {
+        let mut cells = vec![0; (WORDS * VALIDATION_CELLS) as usize];
+        for &(position, carrier, lost, moved) in marks {
+            mark(&mut AtomicWords::new(&mut cells), position, carrier, lost, moved, &params());
+        }
+        cells
+    }
+
+    const WORLD: Carrier = Carrier(0);
+
+    #[test]
+    fn nothing_marked_is_no_change() {
+        assert_eq!(change(&marked(&[]), place(), WORLD, &params()), Change::default());
+    }
+
+    #[test]
+    fn enough_marks_judge_their_own_cell() {
+        let (here, beside) = (place(), place() + Vec3::X * edge());
+        let marks = [vec![(here, WORLD, 0.25, 2.0); 4], vec![(here, WORLD, 0.75, 4.0); 4]].concat();
+        let more = [marks, vec![(beside, WORLD, 1.0, 0.0); 8]].concat();
+        let found = change(&marked(&more), here, WORLD, &params());
+        // Means of sums in 1/256, which these numbers are.
+        assert_eq!((found.lost, found.moved), (0.5, 3.0));
+        let expected = 8.0 * PI * (direct_radius(here, &params()) / edge()).powi(2);
+        assert!((found.density / expected - 1.0).abs() < 1.0e-5, "{}", found.density);
+        let found = change(&marked(&more), beside, WORLD, &params());
+        assert_eq!((found.lost, found.moved), (1.0, 0.0));
+    }
+
+    #[test]
+    fn too_few_marks_are_judged_with_those_around() {
+        let (here, beside) = (place(), place() + Vec3::X * edge());
+        let marks = [vec![(here, WORLD, 1.0, 0.0); 3], vec![(beside, WORLD, 0.0, 1.0); 5]].concat();
+        let found = change(&marked(&marks), here, WORLD, &params());
+        assert_eq!((found.lost, found.moved), (0.375, 0.625));
+        // In a cell of twice the edge.
+        let expected = 8.0 * PI * (0.5 * direct_radius(here, &params()) / edge()).powi(2);
+        assert!((found.density / expected - 1.0).abs() < 1.0e-5, "{}", found.density);
+        // Fewer than enough in all: the largest cell judges, also far from the marks.
+        let far = place() + Vec3::X * (200.0 * edge());
+        let found = change(&marked(&marks[..3]), far, WORLD, &params());
+        assert_eq!((found.lost, found.moved), (1.0, 0.0));
+        // Beyond the largest there is nothing.
+        let beyond = place() + Vec3::X * (1000.0 * edge());
+        assert_eq!(change(&marked(&marks), beyond, WORLD, &params()), Change::default());
+    }
+
+    #[test]
+    fn carriers_do_not_mix() {
+        let carriers = [0, 1, 2, 77].map(|id| [Carrier::instance(id), Carrier::world_below(id)]).concat();
+        for (index, &marks) in carriers.iter().enumerate() {
+            let cells = marked(&[(place(), marks, 1.0, 0.0); 8]);
+            for (other, &carrier) in carriers.iter().enumerate() {
+                let lost = if other == index { 1.0 } else { 0.0 };
+                assert_eq!(change(&cells, place(), carrier, &params()).lost, lost);
+            }
+        }
+    }
+
+    #[test]
+    fn the_longest_ways_are_not_told_apart() {
+        let found = change(&marked(&[(place(), WORLD, 0.0, 1.0e9); 8]), place(), WORLD, &params());
+        assert_eq!((found.lost, found.moved), (0.0, LONGEST));
+    }
+}

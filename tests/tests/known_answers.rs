@@ -9,7 +9,7 @@
 //! | O5 | glass sphere | `glass`: `glass_sphere_transmits_and_focuses_parallel_light`; `lights`: `glass_sphere_focuses_a_directional_light` |
 //! | O6 | parabola, ellipse | `focus`: `parabola_sends_all_light_to_its_focus`, `ellipse_sends_all_light_from_focus_to_focus` |
 //! | O7 | the density estimate | `estimator`: `disc_estimates_as_its_bias_says` |
-//! | O8 | history | no method with a history yet |
+//! | O8 | history | `reuse.rs`: `the_paper_keeps_a_ninth_of_the_variance`; `stability.rs`: `a_lamp_that_goes_out_leaves_no_ghost` |
 //! | O9 | invariances | `invariances.rs` |
 //! | O10 | energy | `energy.rs`; `rooms`: `lossless_things_in_a_uniform_room_are_invisible`, `plain_room_has_no_caustic_and_shoots_no_light_path` |
 //! | O11 | gathers | `gathers.rs`: `every_gather_finds_what_brute_force_finds`, `gathers_agree_on_real_scenes` |

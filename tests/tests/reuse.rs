@@ -90,7 +90,32 @@ fn the_validated_history_of_a_still_scene_is_the_mean_of_its_frames() {
     assert!(error < 0.02 * whole, "{error} of {whole}");
 }
 
-/// A pane of light whose border crosses the floor at an angle.
+/// After 64 frames of a still scene the variance between runs is more than 30 times below that of a frame.
+#[test]
+fn a_still_scene_keeps_converging() {
+    let (scene, seeds) = (committed("mirror-room"), 6);
+    let last = |history, frames: u32| -> Vec<Vec<f64>> {
+        let run = |seed| {
+            let settings = Settings { seed, ..settings(64, 36, 10_000) };
+            let mut all = Frames::new(&scene, &settings, history);
+            (1..frames).for_each(|_| drop(all.render()));
+            sums(&all.render())
+        };
+        (0..seeds).map(run).collect()
+    };
+    let variance = |runs: &[Vec<f64>]| -> f64 {
+        let of_pixel = |pixel: usize| {
+            let mean = runs.iter().map(|run| run[pixel]).sum::<f64>() / runs.len() as f64;
+            runs.iter().map(|run| (run[pixel] - mean).powi(2)).sum::<f64>()
+        };
+        (0..runs[0].len()).map(of_pixel).sum()
+    };
+    let gain = variance(&last(&NONE, 1)) / variance(&last(&VALIDATED, 64));
+    println!("variance of a frame over that after 64 frames: {gain:.1}");
+    assert!(gain >= 30.0, "{gain}");
+}
+
+/// A narrow line of light that crosses the floor at an angle.
 fn line_of_light() -> Scene {
     let mut b = Builder::default();
     let floor = b.material(lambert(0.5));

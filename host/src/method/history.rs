@@ -9,6 +9,7 @@ use caustics_kernels::interface::history::{
     validation_paths,
 };
 
+use caustics_kernels::reuse::cells;
 use glam::Vec3;
 
 use super::{BufferSpec, Step};
@@ -96,7 +97,7 @@ pub const VALIDATED: History = History {
     about: "all frames that still hold by the validation paths, from the nearest point",
     settings: Some(HistorySettings {
         reach: 1.3,
-        lag: 4.0,
+        lag: 16.0,
         most_samples: 1024.0,
         demodulates: 1,
         camera: NOWHERE,
@@ -119,7 +120,7 @@ pub const VALIDATED: History = History {
                 name: "validation_deposits",
                 bytes: size_of::<ValidationDeposit>() * deposits as usize,
             },
-            BufferSpec { name: "validation_cells", bytes: 12 * VALIDATION_CELLS as usize },
+            BufferSpec { name: "validation_cells", bytes: 4 * (cells::WORDS * VALIDATION_CELLS) as usize },
         ]);
         buffers
     },

@@ -49,7 +49,7 @@ pub fn atrous(
     let pixel = index(id);
     if pixel < params.pixel_count() {
         let i = pixel as usize;
-        if params.part % 2 == 0 {
+        if params.part.is_multiple_of(2) {
             let light = pass::filter::level(pixel, params, filter_guides, filter_light);
             path_radiance[i] = pass::filter::finish(light, seen_radiance[i], params);
         } else {

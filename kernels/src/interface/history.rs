@@ -68,13 +68,16 @@ pub const PATHS_PER_VALIDATION: u32 = 8;
 pub const VALIDATION_DEPOSITS: u32 = 4;
 /// Frames for which a validation path keeps its random numbers.
 pub const VALIDATION_PERIOD: u32 = 8;
-/// Cells of the hash table of validation, three words each (`reuse::cells`).
+/// Cells of the hash table of validation, five words each (`reuse::cells`).
 pub const VALIDATION_CELLS: u32 = 1 << 18;
+
+/// Validation paths of a small frame, if it has as many light paths.
+const LEAST_VALIDATIONS: u32 = 4096;
 
 /// Validation paths of a frame with this many light paths.
 #[inline]
 pub fn validation_paths(light_path_count: u32) -> u32 {
-    light_path_count.div_ceil(PATHS_PER_VALIDATION)
+    light_path_count.div_ceil(PATHS_PER_VALIDATION).max(light_path_count.min(LEAST_VALIDATIONS))
 }
 
 const _: () = assert!(size_of::<HistoryPoint>() == 32);

@@ -10,7 +10,7 @@ use spirv_std::num_traits::Float;
 use crate::gather::Visit;
 use crate::gather::contribution::{DISC_THICKNESS, MIN_NORMAL_COS};
 use crate::interface::frame::FrameParams;
-use crate::interface::history::{HistoryPoint, HistorySettings, Lent, PATHS_PER_VALIDATION};
+use crate::interface::history::{HistoryPoint, HistorySettings, Lent, validation_paths};
 use crate::interface::instance::Instance;
 use crate::interface::material::Material;
 use crate::interface::needs::Needs;
@@ -34,6 +34,10 @@ const NEAR: f32 = 0.85;
 const FLAT: f32 = 0.3;
 /// Share of the light that is lost a frame, above which nothing is lent.
 const MOST_LOST: f32 = 0.25;
+/// Frames' worth that light counts at most where it moves.
+const MOST_MOVING: f32 = 6.0;
+/// Way of light that is none [radii].
+const REST: f32 = 0.1;
 /// Turn of the view that light of a glossy lobe stands, relative to the lobe's width (squared roughness).
 const VIEW_LAG: f32 = 0.5;
 
@@ -161,7 +165,7 @@ pub fn validated(
     if shading.instance != 0 {
         let carrier = Carrier::world_below(shading.instance);
         let below = cells::change(validation_cells, point.position, carrier, params);
-        if most_samples(&below, settings) > most_samples(&change, settings) {
+        if most_samples(&below, settings, params) > most_samples(&change, settings, params) {
             change = below;
             borrower.position = point.position;
             borrower.normal = point.normal;
@@ -183,7 +187,7 @@ pub fn validated(
     }
     let lender = history_points[visit.pixel as usize];
 
-    let mut most = most_samples(&change, settings);
+    let mut most = most_samples(&change, settings, params);
     let material = material_of(shading, materials, needs);
     if is_glossy(&material, params.specular_roughness) {
         let mut to_viewer = shading.to_viewer;
@@ -207,15 +211,20 @@ pub fn validated(
 /// n d / (2 LAG) of it; the noise of n frames is 1 / (m n), m the deposits that a point takes. The sum of the bias's square
 /// and the noise is least at n = (2 LAG^2 / (m d^2))^(1/3).
 #[inline(always)]
-fn most_samples(change: &Change, settings: &HistorySettings) -> f32 {
+fn most_samples(change: &Change, settings: &HistorySettings, params: &FrameParams) -> f32 {
+    let paths = params.light_path_count;
+    let deposits_per_validation = paths as f32 / validation_paths(paths) as f32;
     let mut most = settings.most_samples;
     if change.lost > 0.0 {
         most = most.min((1.0 / change.lost - 1.0 / MOST_LOST).max(0.0));
     }
     let square = change.moved / settings.lag;
-    let square = square * square * change.density * PATHS_PER_VALIDATION as f32;
+    let square = square * square * change.density * deposits_per_validation;
     if square > 0.0 {
         most = most.min((2.0 / square).powf(1.0 / 3.0));
+    }
+    if change.moved > REST {
+        most = most.min(MOST_MOVING);
     }
     most
 }

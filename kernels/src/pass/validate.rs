@@ -16,7 +16,7 @@ use crate::interface::scene::SceneTables;
 use crate::light::emit::Emit;
 use crate::math::rng::{Rng, Stream};
 use crate::pass::shoot;
-use crate::reuse::cells::{Carrier, direct_radius, mark};
+use crate::reuse::cells::{Carrier, LONGEST, When, direct_radius, mark};
 use crate::seam::{Atomics, Uncounted};
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
@@ -100,15 +100,19 @@ impl<A: Atomics> Compare<'_, A> {
         carrier_now: Carrier,
         place: Vec3,
     ) {
-        let (mut lost, mut moved) = (1.0, 0.0);
+        let mut moved = LONGEST;
         if before.flux > 0.0 && before.instance == now.instance {
             moved = (place - before.position).length() / direct_radius(place, self.params);
-            lost = (now.flux - before.flux).abs() / now.flux.max(before.flux);
         }
         if before.flux > 0.0 {
-            mark(self.cells, before.position, carrier_before, lost, moved, self.params);
+            self.mark(before.position, carrier_before, When::Before, before.flux, moved);
         }
-        mark(self.cells, place, carrier_now, lost, moved, self.params);
+        self.mark(place, carrier_now, When::Now, now.flux, moved);
+    }
+
+    #[inline(always)]
+    fn mark(&mut self, position: Vec3, carrier: Carrier, when: When, flux: f32, moved: f32) {
+        mark(self.cells, position, carrier, when, flux, moved, self.params);
     }
 
     /// Marks and forgets the deposits that did not come again.
@@ -119,10 +123,10 @@ impl<A: Atomics> Compare<'_, A> {
             let before = self.deposits[row];
             if self.compares && before.flux > 0.0 {
                 let carrier = Carrier::instance(before.instance);
-                mark(self.cells, before.position, carrier, 1.0, 0.0, self.params);
+                self.mark(before.position, carrier, When::Before, before.flux, LONGEST);
                 if before.instance != 0 {
                     let below = Carrier::world_below(before.instance);
-                    mark(self.cells, before.position, below, 1.0, 0.0, self.params);
+                    self.mark(before.position, below, When::Before, before.flux, LONGEST);
                 }
             }
             self.deposits[row] = ValidationDeposit::default();

@@ -14,27 +14,35 @@ use spirv_std::glam::Vec3;
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
-/// Words of a cell: marks, light lost and way moved in 1/256.
-pub const WORDS: u32 = 3;
+/// Words of a cell: marks, light of the frame before, light of this frame, way moved, marks that do not rest.
+pub const WORDS: u32 = 5;
 /// Edge of the finest cell over the radius of a point seen directly: 16 pixels of sqrt(pi) radii each, about.
 const RADII_PER_EDGE: f32 = 32.0;
 /// Sizes of cells, each twice the one before.
-const SIZES: u32 = 10;
+const SIZES: u32 = 9;
 /// Marks that a cell must have to judge.
-const ENOUGH: u32 = 8;
+const ENOUGH: u32 = 12;
 /// What counts as one.
 const UNIT: f32 = 256.0;
-/// Longest way that is told from longer ones [radii of a point seen directly].
-const LONGEST: f32 = 16.0;
+/// Longest way that is told from longer ones [radii of a point seen directly]; so far moved what came from elsewhere.
+pub const LONGEST: f32 = 8.0;
+/// Way that counts as rest [radii].
+const REST: f32 = 0.1;
+/// Sizes of cells, from the first with enough marks on, that may find light lost.
+const JUDGES: u32 = 4;
+/// Standard deviations of light that came and went by chance, which say nothing.
+const CHANCE: f32 = 1.2;
+/// Most light of a mark, in that of a light path.
+const BRIGHTEST: f32 = 4.0;
 
-/// How deposits changed from one frame to the next; both are means over the deposits of a cell.
+/// How light changed from one frame to the next, over the deposits of a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Change {
-    /// Share of the light that is gone, or came from nowhere, in [0, 1].
+    /// Share of the light that is gone or came anew, beyond chance, in [0, 1].
     pub lost: f32,
-    /// How far the rest moved [radii of a point seen directly].
+    /// Mean way of deposits [radii of a point seen directly].
     pub moved: f32,
-    /// Marks for each point's disc: validation deposits that a point can expect.
+    /// Validation deposits that a point can expect.
     pub density: f32,
 }
 
@@ -78,56 +86,86 @@ fn slot(position: Vec3, carrier: Carrier, exponent: u32) -> u32 {
     WORDS * (hash(here, u32::MAX).wrapping_add(key ^ (key >> 16)) & (VALIDATION_CELLS - 1))
 }
 
-/// Marks a place where a deposit lost a share in [0, 1] of its light, or moved by so many radii.
+/// Which frame a mark belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum When {
+    /// The frame before.
+    Before = 1,
+    /// This frame.
+    Now = 2,
+}
+
+/// Marks a place where a deposit lies, whose like in the other frame lies so many radii away.
 #[inline(always)]
 pub fn mark<A: Atomics>(
     cells: &mut A,
     position: Vec3,
     carrier: Carrier,
-    lost: f32,
+    when: When,
+    flux: f32,
     moved: f32,
     params: &FrameParams,
 ) {
     let exponent = finest(position, params);
-    let lost = (lost * UNIT + 0.5) as u32;
+    // The largest flux of a light path is 2^24 quanta; three channels.
+    let light = flux * params.inverse_quantum() * (1.0 / (3.0 * 16_777_216.0));
+    let light = (light.min(BRIGHTEST) * UNIT + 0.5) as u32;
+    let restless = moved > REST;
     let moved = (moved.min(LONGEST) * UNIT + 0.5) as u32;
     let mut size = 0;
     while size < SIZES {
-        let slot = slot(position, carrier, exponent + size);
-        cells.add(slot, 1);
-        if lost != 0 {
-            cells.add(slot + 1, lost);
-        }
+        let first = slot(position, carrier, exponent + size);
+        cells.add(first, 1);
+        cells.add(first + when as u32, light);
         if moved != 0 {
-            cells.add(slot + 2, moved);
+            cells.add(first + 3, moved);
+        }
+        if restless {
+            cells.add(first + 4, 1);
         }
         size += 1;
     }
 }
 
 /// How light changed at a place: by the smallest cell with enough marks, else by the largest; not at all without a mark.
+/// What is lost may be beyond chance only in some of the larger cells: the largest share counts.
 #[inline(always)]
 pub fn change(cells: &[u32], position: Vec3, carrier: Carrier, params: &FrameParams) -> Change {
     let exponent = finest(position, params);
-    let mut first = 0;
-    let mut marks = 0;
-    let mut size = 0;
-    while size < SIZES && marks < ENOUGH {
-        first = slot(position, carrier, exponent + size) as usize;
-        marks = cells[first];
+    let disc = direct_radius(position, params);
+    let mut change = Change::default();
+    let (mut size, mut judges) = (0, 0);
+    let largest = slot(position, carrier, exponent + SIZES - 1) as usize;
+    if cells[largest + 3] == 0 && cells[largest + 1] == cells[largest + 2] {
+        // All around rests, to the bit.
+        return change;
+    }
+    while size < SIZES && judges < JUDGES {
+        let first = slot(position, carrier, exponent + size) as usize;
+        let marks = cells[first];
+        let is_last = size + 1 == SIZES;
+        if marks >= ENOUGH || (is_last && marks > 0 && judges == 0) {
+            let marks = marks as f32;
+            let (before, now) = (cells[first + 1] as f32, cells[first + 2] as f32);
+            let chance = CHANCE * (cells[first + 4] as f32).sqrt() * (before + now) / marks;
+            let lost = ((now - before).abs() - chance).max(0.0) / before.max(now).max(1.0);
+            change.lost = change.lost.max(lost);
+            if judges == 0 {
+                let edge = f32::from_bits((exponent + size) << 23);
+                change.moved = cells[first + 3] as f32 / (marks * UNIT);
+                // Each deposit has two marks.
+                change.density = 0.5 * marks * (PI * disc / edge) * (disc / edge);
+            }
+            if change.moved <= 0.0 {
+                // Nothing moved here: what larger cells saw happened elsewhere.
+                judges = JUDGES;
+            }
+            judges += 1;
+        }
         size += 1;
     }
-    if marks == 0 {
-        return Change::default();
-    }
-    let per_mark = 1.0 / (marks as f32 * UNIT);
-    let edge = f32::from_bits((exponent + size - 1) << 23);
-    let disc = direct_radius(position, params);
-    Change {
-        lost: cells[first + 1] as f32 * per_mark,
-        moved: cells[first + 2] as f32 * per_mark,
-        density: marks as f32 * (PI * disc / edge) * (disc / edge),
-    }
+    change
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ use caustics_tests::gpu::{Gpu, gpu};
 use caustics_tests::table::Table;
 use caustics_tests::twin::{Twin, load};
 
-const HISTORIES: [&History; 2] = [&VALIDATED, &VALIDATED];
+const HISTORIES: [&History; 2] = [&PAPER, &VALIDATED];
 /// Frames a second.
 const RATE: f64 = 30.0;
 

@@ -237,7 +237,7 @@ macro_rules! tracing_entries {
                     &mut tracer,
                     validation_deposits,
                     path * VALIDATION_DEPOSITS,
-                    &mut AtomicWords(validation_cells),
+                    AtomicWords(validation_cells),
                 );
             }
         }

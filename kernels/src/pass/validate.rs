@@ -33,27 +33,28 @@ pub fn validate<E: Emit, T: Tracer, A: Atomics>(
     tracer: &mut T,
     deposits: &mut [ValidationDeposit],
     first: u32,
-    cells: &mut A,
+    cells: A,
 ) {
     let turn = params.frame.wrapping_add(path);
     let rng = Rng::new(Stream::Validation, params.seed, path, turn / VALIDATION_PERIOD);
     let compares = !turn.is_multiple_of(VALIDATION_PERIOD);
-    let mut receive = Compare { deposits, first, count: 0, compares, instances, params, cells };
+    let mut receive = Compare { deposits, first, count: 0, compares, instances, params: *params, cells };
     let needs = Needs(needs.0 & !Needs::LEDGER.0);
     let points = &mut Brute { count: 0 };
     shoot::follow(path, rng, params, needs, scene, emit, tracer, points, &mut receive, &mut Uncounted);
     receive.close();
 }
 
-/// Compares deposits with those of the frame before, and takes their place.
+/// Compares deposits with those of the frame before, and takes their place. A GPU's compiler loses references to what is
+/// no buffer in a structure that changes in a loop: settings and cells are held by value.
 struct Compare<'a, A> {
     deposits: &'a mut [ValidationDeposit],
     first: u32,
     count: u32,
     compares: bool,
     instances: &'a [Instance],
-    params: &'a FrameParams,
-    cells: &'a mut A,
+    params: FrameParams,
+    cells: A,
 }
 
 impl<A: Atomics> Receive for Compare<'_, A> {
@@ -102,7 +103,7 @@ impl<A: Atomics> Compare<'_, A> {
     ) {
         let mut moved = LONGEST;
         if before.flux > 0.0 && before.instance == now.instance {
-            moved = (place - before.position).length() / direct_radius(place, self.params);
+            moved = (place - before.position).length() / direct_radius(place, &self.params);
         }
         if before.flux > 0.0 {
             self.mark(before.position, carrier_before, When::Before, before.flux, moved);
@@ -112,7 +113,7 @@ impl<A: Atomics> Compare<'_, A> {
 
     #[inline(always)]
     fn mark(&mut self, position: Vec3, carrier: Carrier, when: When, flux: f32, moved: f32) {
-        mark(self.cells, position, carrier, when, flux, moved, self.params);
+        mark(&mut self.cells, position, carrier, when, flux, moved, &self.params);
     }
 
     /// Marks and forgets the deposits that did not come again.

@@ -28,7 +28,7 @@ pub fn validate(call: &Call<'_>) -> anyhow::Result<()> {
     let rows = VALIDATION_DEPOSITS as usize;
     let deposits = &mut deposits[..rows * call.count as usize];
     deposits.par_chunks_mut(rows * CHUNK).enumerate().for_each(|(chunk, deposits)| {
-        let (mut tracer, mut cells) = (tracer, cells);
+        let mut tracer = tracer;
         for (offset, deposits) in deposits.chunks_mut(rows).enumerate() {
             let path = (chunk * CHUNK + offset) as u32;
             pass::validate::validate(
@@ -41,7 +41,7 @@ pub fn validate(call: &Call<'_>) -> anyhow::Result<()> {
                 &mut tracer,
                 deposits,
                 0,
-                &mut cells,
+                cells,
             );
         }
     });

@@ -1,6 +1,7 @@
 //! The fields of the interface's rows, so that differences are reported by name.
 
 use bytemuck::Pod;
+use caustics_kernels::interface::history::{Lent, ValidationDeposit};
 use caustics_kernels::interface::point::{
     DepositGeometry, DepositLight, PointBox, PointGeometry, PointShading,
 };
@@ -70,6 +71,8 @@ fields!(PointShading {
 });
 fields!(DepositGeometry { position: 3 Floats, scatterings: 1 Words, normal: 3 Floats, });
 fields!(DepositLight { to_light: 3 Floats, flux: 3 Floats, });
+fields!(Lent { mean: 3 Floats, samples: 1 Floats, offset: 3 Floats, });
+fields!(ValidationDeposit { position: 3 Floats, flux: 1 Floats, instance: 1 Words, });
 fields!(PointBox { min: 3 Floats, max: 3 Floats, });
 
 #[cfg(test)]
@@ -95,6 +98,8 @@ mod tests {
         check::<DepositGeometry>();
         check::<DepositLight>();
         check::<PointBox>();
+        check::<Lent>();
+        check::<ValidationDeposit>();
         assert_eq!(ScatterOut::FIELDS.iter().map(|field| field.words).sum::<usize>(), 20);
     }
 }

@@ -8,6 +8,7 @@ use caustics_kernels::gather::brute::Brute;
 use caustics_kernels::gather::receive::Receive;
 use caustics_kernels::gather::{Near, Neighbours, Visit};
 use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::interface::history::VALIDATION_PERIOD;
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
 use caustics_kernels::interface::scene::SceneTables;
@@ -15,7 +16,7 @@ use caustics_kernels::light::power::ByPower;
 use caustics_kernels::math::ray::{Hit, Ray};
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::pass::collect::{Collected, collect};
-use caustics_kernels::pass::shoot::shoot;
+use caustics_kernels::pass::shoot::follow;
 use caustics_kernels::seam::Atomics;
 use caustics_kernels::texture::cut_out::CutOuts;
 use caustics_kernels::trace::Tracer;
@@ -127,12 +128,23 @@ impl<'a> Paths<'a> {
 
     /// The deposits of a light path; attempt 0 does not tremble.
     fn light(&self, path: u32, attempt: u32) -> (Vec<Deposit>, Vec<Answer>) {
+        let path = self.params.part + path;
+        self.follow(path, Rng::new(Stream::Light, self.params.seed, path, self.params.frame), attempt)
+    }
+
+    /// The deposits of a validation path.
+    fn validation(&self, path: u32, attempt: u32) -> (Vec<Deposit>, Vec<Answer>) {
+        let round = (self.params.frame + path) / VALIDATION_PERIOD;
+        self.follow(path, Rng::new(Stream::Validation, self.params.seed, path, round), attempt)
+    }
+
+    fn follow(&self, path: u32, rng: Rng, attempt: u32) -> (Vec<Deposit>, Vec<Answer>) {
         let (mut tracer, mut keep) = (self.tracer(attempt), Keep(vec![]));
         let (params, needs, scene) = (self.params, self.needs, self.tables());
         let light_count = params.light_count;
         let emit = ByPower { scene, light_count, needs };
         let (points, ignore) = (&mut Brute { count: 0 }, &mut Ignore(None));
-        shoot(path, params, needs, scene, &emit, &mut tracer, points, &mut keep, ignore);
+        follow(path, rng, params, needs, scene, &emit, &mut tracer, points, &mut keep, ignore);
         (keep.0, tracer.answers)
     }
 
@@ -161,12 +173,29 @@ impl<'a> Paths<'a> {
         path: u32,
         differs: impl Fn(&[Deposit], &[Deposit]) -> bool,
     ) -> Option<String> {
-        let (still, answers) = self.light(path, 0);
-        (1..TRIES).find_map(|attempt| {
-            let (other, trembling) = self.light(path, attempt);
-            differs(&still, &other).then(|| first_difference(&answers, &trembling))
-        })
+        explain(|attempt| self.light(path, attempt), differs)
     }
+
+    /// Why a validation path may diverge.
+    pub fn explain_validation(
+        &self,
+        path: u32,
+        differs: impl Fn(&[Deposit], &[Deposit]) -> bool,
+    ) -> Option<String> {
+        explain(|attempt| self.validation(path, attempt), differs)
+    }
+}
+
+/// What first differs when a light path trembles until it diverges.
+fn explain(
+    trace: impl Fn(u32) -> (Vec<Deposit>, Vec<Answer>),
+    differs: impl Fn(&[Deposit], &[Deposit]) -> bool,
+) -> Option<String> {
+    let (still, answers) = trace(0);
+    (1..TRIES).find_map(|attempt| {
+        let (other, trembling) = trace(attempt);
+        differs(&still, &other).then(|| first_difference(&answers, &trembling))
+    })
 }
 
 /// The first ray whose answer is another, else the first whose distance has moved by more than trembling alone moves it.

@@ -39,11 +39,13 @@ pub struct Twin {
 }
 
 impl Twin {
-    /// Opens both for a view of a scene, with the buffers of every gather and of the single steps.
+    /// Opens both for a view of a scene, with the buffers of every gather, of the settings' history and of the single
+    /// steps.
     pub fn open(gpu: &Gpu, hardware: bool, scene: &Scene, settings: &Settings) -> Twin {
         let needs = scene.needs(settings.specular_roughness);
         let params = settings.params(scene, &scene.cameras[0], 0);
-        let frame = frame_buffers(&params);
+        let mut frame = frame_buffers(&params);
+        frame.extend((settings.history.buffers)(&params));
         let all: Vec<_> = frame.iter().chain(&step_buffers()).copied().collect();
         let open = |choice: &RunnerChoice| {
             let mut runner = session::open(choice, scene, needs, &all).expect("the runner opens");

@@ -85,3 +85,175 @@ fn demodulated(radiance: Vec3, reflectance: Vec3) -> Vec3 {
     let mean = light.element_sum() / seen.element_sum();
     light + (Vec3::ONE - seen) * mean
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::interface::material::FLAG_COLOR_TEXTURE;
+    use crate::math::rng::{Rng, Stream};
+    use crate::math::warp::uniform_sphere;
+    use crate::pass::resolve::resolve;
+    use crate::seam::AtomicWords;
+    use crate::surface::textured::packed;
+
+    const NEEDS: Needs = Needs(Needs::TEXTURES.0 | Needs::COAT.0);
+    const DEMODULATES: HistorySettings = HistorySettings {
+        reach: 1.3,
+        lag: 4.0,
+        most_samples: 1024.0,
+        demodulates: 1,
+        camera: crate::interface::frame::Camera {
+            position: Vec3::ZERO,
+            right: Vec3::ZERO,
+            up: Vec3::ZERO,
+            forward: Vec3::ZERO,
+        },
+    };
+
+    fn params() -> FrameParams {
+        FrameParams { quantum: 2.0f32.powi(-40), specular_roughness: 0.25, ..Default::default() }
+    }
+
+    /// Lambert of a textured colour, and Lambert below a coat.
+    fn materials() -> [Material; 2] {
+        let lambert = Material {
+            base_color: Vec3::ONE,
+            roughness: 1.0,
+            ior: 1.5,
+            flags: FLAG_COLOR_TEXTURE,
+            ..Material::default()
+        };
+        [lambert, Material { specular: 1.0, roughness: 0.5, ..lambert }]
+    }
+
+    fn point() -> PointGeometry {
+        PointGeometry { position: Vec3::new(1.0, 2.0, 3.0), radius: 0.02, normal: Vec3::Y, depth: 1 }
+    }
+
+    /// A texel of this colour.
+    fn shading(material: u32, base_color: Vec3) -> PointShading {
+        let (red_green, blue) = packed(&Material { base_color, ..materials()[material as usize] });
+        PointShading {
+            to_viewer: Vec3::new(0.6, 0.8, 0.0),
+            material,
+            shading_normal: Vec3::Y,
+            red_green,
+            throughput: Vec3::new(0.9, 0.7, 0.8),
+            blue_roughness_metallic: blue,
+            eta: 1.0 / 1.5,
+            ..PointShading::default()
+        }
+    }
+
+    /// The accumulator of a point with this sum of f times flux [W/sr].
+    fn accumulator(sum: Vec3) -> Vec<u32> {
+        let mut words = vec![0; crate::gather::accumulator::WORDS as usize];
+        for (channel, value) in sum.to_array().into_iter().enumerate() {
+            let quanta = crate::gather::accumulator::Quanta::from_f32(value, params().inverse_quantum());
+            quanta.add_to(&mut AtomicWords::new(&mut words), 2 * channel as u32);
+        }
+        words
+    }
+
+    fn blend(
+        shading: &PointShading,
+        sum: Vec3,
+        lent: Lent,
+        settings: &HistorySettings,
+        depth: u32,
+    ) -> Remembered {
+        let point = PointGeometry { depth, ..point() };
+        remember(0, &point, shading, &materials(), &accumulator(sum), &lent, settings, &params(), NEEDS)
+    }
+
+    fn colors() -> [Vec3; 4] {
+        [Vec3::ONE, Vec3::new(0.5, 0.25, 0.125), Vec3::new(0.5, 0.0, 0.25), Vec3::ZERO]
+    }
+
+    #[test]
+    fn without_history_the_picture_is_that_of_resolve_to_the_bit() {
+        for index in 0..1000 {
+            let u = Rng::new(Stream::Camera, 3, index, 0).next4();
+            let sum = uniform_sphere(u.x, u.y).abs() * u.z * 1.0e-4;
+            let shading = shading(index % 2, colors()[index as usize / 2 % 4]);
+            for settings in [DEMODULATES, HistorySettings { demodulates: 0, ..DEMODULATES }] {
+                for depth in 0..2 {
+                    let found = blend(&shading, sum, Lent::default(), &settings, depth);
+                    let plain = resolve(
+                        0,
+                        &PointGeometry { depth, ..point() },
+                        &shading,
+                        &accumulator(sum),
+                        &params(),
+                    );
+                    assert_eq!(
+                        found.radiance.to_array().map(f32::to_bits),
+                        plain.to_array().map(f32::to_bits)
+                    );
+                    assert!(found.mean.is_finite());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_point_leaves_nothing_to_the_next_frame() {
+        let lent = Lent { mean: Vec3::ONE, samples: 3.0, offset: Vec3::ONE };
+        let found = blend(&shading(0, Vec3::ONE), Vec3::splat(1.0e-4), lent, &DEMODULATES, 0);
+        assert_eq!((found.radiance, found.point.samples), (Vec3::ZERO, 0.0));
+        // Nor does a point that reflects nothing: its light cannot be told.
+        let found = blend(&shading(0, Vec3::ZERO), Vec3::ZERO, lent, &DEMODULATES, 1);
+        assert_eq!((found.radiance, found.point.samples), (Vec3::ZERO, 0.0));
+    }
+
+    #[test]
+    fn frames_count_alike_in_the_blend() {
+        let (sum, old) = (Vec3::new(1.0, 2.0, 3.0) * 1.0e-4, Vec3::new(0.7, 0.2, 0.4));
+        let radiance = HistorySettings { demodulates: 0, ..DEMODULATES };
+        for (material, settings) in [(0, &DEMODULATES), (1, &DEMODULATES), (0, &radiance), (1, &radiance)] {
+            let shading = shading(material, colors()[1]);
+            let fresh = blend(&shading, sum, Lent::default(), settings, 1);
+            assert_eq!((fresh.point.samples, fresh.point.position), (1.0, point().position));
+            for n in [1.0, 3.0, 4.0, 100.0] {
+                let offset = Vec3::new(0.01, 0.0, -0.02);
+                let found = blend(&shading, sum, Lent { mean: old, samples: n, offset }, settings, 1);
+                let expected = (n * old + fresh.mean) / (n + 1.0);
+                // A few ulp.
+                assert!((found.mean - expected).length() < 1.0e-6 * expected.length());
+                // A pixel shows its light as it shows that of its own frame.
+                let shown = fresh.radiance * found.mean / fresh.mean;
+                assert!((found.radiance - shown).length() < 2.0e-6 * shown.length());
+                assert_eq!(found.point.samples, n + 1.0);
+                // The mean of the positions: n at the offset, one at the point.
+                let place = point().position + offset * (n / (n + 1.0));
+                assert!((found.point.position - place).length() < 1.0e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn lambert_lends_irradiance_to_texels_of_other_colours() {
+        let light = Vec3::new(1.0, 2.0, 3.0) * 1.0e-4;
+        for white in [Vec3::ONE, Vec3::new(0.25, 1.0, 0.5)] {
+            for color in [Vec3::ONE, Vec3::new(0.5, 0.25, 0.125), Vec3::new(0.5, 0.0, 0.25)] {
+                // The same deposits give both texels the same light times their colours.
+                let lender = blend(&shading(0, white), white * light, Lent::default(), &DEMODULATES, 1);
+                let own = blend(&shading(0, color), color * light, Lent::default(), &DEMODULATES, 1);
+                // As good as nothing else but the history.
+                let lent = Lent { mean: lender.mean, samples: 1.0e6, offset: Vec3::ZERO };
+                let found = blend(&shading(0, color), color * light, lent, &DEMODULATES, 1);
+                assert!((found.radiance - own.radiance).length() < 1.0e-6 * own.radiance.length());
+                // Irradiance: pi R^2 of the light that deposits brought.
+                let expected = PI * light / (PI * 0.02 * 0.02);
+                assert!((lender.mean - expected).length() < 1.0e-5 * expected.length(), "{}", lender.mean);
+                // Radiance that is lent carries the lender's colour along.
+                let radiance = HistorySettings { demodulates: 0, ..DEMODULATES };
+                let lender = blend(&shading(0, white), white * light, Lent::default(), &radiance, 1);
+                let lent = Lent { mean: lender.mean, samples: 1.0e6, offset: Vec3::ZERO };
+                let smeared = blend(&shading(0, color), color * light, lent, &radiance, 1);
+                let differs = (smeared.radiance - own.radiance).length() > 0.1 * own.radiance.length();
+                assert_eq!(differs, white != color);
+            }
+        }
+    }
+}

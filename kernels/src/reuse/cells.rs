@@ -167,3 +167,126 @@ pub fn change(cells: &[u32], position: Vec3, carrier: Carrier, params: &FramePar
     }
     change
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::interface::frame::Camera;
+    use crate::seam::AtomicWords;
+
+    /// A view from far away: discs have about one radius all over the origin's surroundings.
+    fn params() -> FrameParams {
+        let camera = Camera { position: Vec3::new(0.0, 0.0, 1000.0), ..Default::default() };
+        FrameParams {
+            camera,
+            radius_px: 1.0,
+            pixel_spread: 1.0e-5,
+            quantum: 2.0f32.powi(-24),
+            ..Default::default()
+        }
+    }
+
+    /// Edge of the finest cell there [m].
+    fn edge() -> f32 {
+        let radius = direct_radius(Vec3::ZERO, &params());
+        let edge = f32::from_bits(finest(Vec3::ZERO, &params()) << 23);
+        assert!((RADII_PER_EDGE / 2.0..=RADII_PER_EDGE).contains(&(edge / radius)));
+        edge
+    }
+
+    /// The middle of a finest cell that shares every coarser cell with its neighbour to the right.
+    fn place() -> Vec3 {
+        Vec3::splat(0.5 * edge())
+    }
+
+    /// Adds `count` pairs of marks of a light path's flux: one before, one now if it still arrives.
+    fn add(cells: &mut [u32], count: u32, position: Vec3, carrier: Carrier, arrives: bool, moved: f32) {
+        let mut cells = AtomicWords::new(cells);
+        for _ in 0..count {
+            mark(&mut cells, position, carrier, When::Before, 3.0, moved, &params());
+            if arrives {
+                mark(&mut cells, position, carrier, When::Now, 3.0, moved, &params());
+            }
+        }
+    }
+
+    fn empty() -> Vec<u32> {
+        vec![0; (WORDS * VALIDATION_CELLS) as usize]
+    }
+
+    fn expected_density(marks: f32, edge: f32) -> f32 {
+        0.5 * marks * PI * (direct_radius(place(), &params()) / edge).powi(2)
+    }
+
+    const WORLD: Carrier = Carrier(0);
+
+    #[test]
+    fn nothing_marked_and_light_at_rest_are_no_change() {
+        let mut cells = empty();
+        assert_eq!(change(&cells, place(), WORLD, &params()), Change::default());
+        add(&mut cells, 100, place(), WORLD, true, 0.0);
+        assert_eq!(change(&cells, place(), WORLD, &params()), Change::default());
+    }
+
+    #[test]
+    fn enough_marks_judge_their_own_cell() {
+        let mut cells = empty();
+        let beside = place() + Vec3::X * edge();
+        add(&mut cells, 6, place(), WORLD, true, 2.0);
+        add(&mut cells, 6, beside, WORLD, true, 4.0);
+        let found = change(&cells, place(), WORLD, &params());
+        // Means of sums in 1/256, which these numbers are.
+        assert_eq!((found.lost, found.moved), (0.0, 2.0));
+        assert!((found.density / expected_density(12.0, edge()) - 1.0).abs() < 1.0e-5);
+        assert_eq!(change(&cells, beside, WORLD, &params()).moved, 4.0);
+    }
+
+    #[test]
+    fn too_few_marks_are_judged_with_those_around() {
+        let mut cells = empty();
+        let beside = place() + Vec3::X * edge();
+        add(&mut cells, 2, place(), WORLD, true, 4.0);
+        add(&mut cells, 6, beside, WORLD, true, 0.0);
+        let found = change(&cells, place(), WORLD, &params());
+        // Four marks of sixteen, in a cell of twice the edge.
+        assert_eq!(found.moved, 1.0);
+        assert!((found.density / expected_density(16.0, 2.0 * edge()) - 1.0).abs() < 1.0e-5);
+        // Fewer than enough in all: the largest cell judges, also far from the marks. Beyond it there is nothing.
+        let mut cells = empty();
+        add(&mut cells, 2, place(), WORLD, true, 4.0);
+        let largest = edge() * (1 << (SIZES - 1)) as f32;
+        let far = |share: f32| place() + Vec3::X * (share * largest);
+        assert_eq!(change(&cells, far(0.7), WORLD, &params()).moved, 4.0);
+        assert_eq!(change(&cells, far(1.7), WORLD, &params()), Change::default());
+    }
+
+    #[test]
+    fn light_that_goes_out_is_lost_beyond_chance() {
+        let mut cells = empty();
+        add(&mut cells, 100, place(), WORLD, false, LONGEST);
+        let found = change(&cells, place(), WORLD, &params());
+        // All is lost but 1.2 standard deviations of a hundred: 0.12.
+        assert!((found.lost - 0.88).abs() < 1.0e-5, "{}", found.lost);
+        assert_eq!(found.moved, LONGEST);
+    }
+
+    #[test]
+    fn carriers_do_not_mix() {
+        let carriers = [0, 1, 2, 77].map(|id| [Carrier::instance(id), Carrier::world_below(id)]).concat();
+        for (index, &marks) in carriers.iter().enumerate() {
+            let mut cells = empty();
+            add(&mut cells, 10, place(), marks, true, 1.0);
+            for (other, &carrier) in carriers.iter().enumerate() {
+                let moved = if other == index { 1.0 } else { 0.0 };
+                assert_eq!(change(&cells, place(), carrier, &params()).moved, moved);
+            }
+        }
+    }
+
+    #[test]
+    fn the_longest_ways_are_not_told_apart() {
+        let mut cells = empty();
+        add(&mut cells, 10, place(), WORLD, true, 1.0e9);
+        assert_eq!(change(&cells, place(), WORLD, &params()).moved, LONGEST);
+    }
+}

@@ -69,3 +69,123 @@ pub fn for_each_around<V: Visit>(at: Vec2, half: i32, params: &FrameParams, visi
         y += 1;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EYE: Vec3 = Vec3::new(0.3, 1.2, 2.0);
+
+    fn params(forward: Vec3) -> FrameParams {
+        let forward = forward.normalize();
+        let right = forward.cross(Vec3::Y).normalize();
+        let camera = Camera { position: EYE, right: right * 0.8, up: right.cross(forward) * 0.45, forward };
+        FrameParams { camera, width: 160, height: 90, ..FrameParams::default() }
+    }
+
+    /// Centre of a pixel [px], and the unit direction of its ray.
+    fn ray(pixel: u32, params: &FrameParams) -> (Vec2, Vec3) {
+        let centre =
+            Vec2::new((pixel % params.width) as f32, (pixel / params.width) as f32) + Vec2::splat(0.5);
+        let camera = &params.camera;
+        let x = centre.x / params.width as f32 * 2.0 - 1.0;
+        let y = 1.0 - centre.y / params.height as f32 * 2.0;
+        (centre, (camera.forward + camera.right * x + camera.up * y).normalize())
+    }
+
+    /// What a pixel sees in the mirror z = -1 on the floor y = -20, and where its virtual image is.
+    fn mirrored(pixel: u32, params: &FrameParams) -> (PointGeometry, PointShading, Vec3) {
+        let (_, direction) = ray(pixel, params);
+        let to_mirror = (-1.0 - EYE.z) / direction.z;
+        let to_floor = (-20.0 - EYE.y) / direction.y;
+        assert!(0.0 < to_mirror && to_mirror < to_floor, "the pixel sees the mirror");
+        let image = EYE + direction * to_floor;
+        let position = Vec3::new(image.x, image.y, -2.0 - image.z);
+        let point = PointGeometry { position, radius: 0.01, normal: Vec3::Y, depth: 2 };
+        (point, PointShading { distance: to_floor, ..Default::default() }, image)
+    }
+
+    #[test]
+    fn points_behind_a_plane_mirror_come_back_to_their_pixel() {
+        let params = params(Vec3::new(0.1, -1.0, -0.9));
+        for pixel in (0..160 * 90).step_by(77) {
+            let (point, shading, image) = mirrored(pixel, &params);
+            let seen = seen_at(pixel, &point, &shading, point.position, &params);
+            // A few ulp of 40 m.
+            assert!((seen - image).length() < 2.0e-5, "{seen} should be {image}");
+            let at = project(seen, &params.camera, &params);
+            let centre = ray(pixel, &params).0;
+            assert!((at - centre).length() < 1.0e-3, "{at} should be {centre}");
+            // The point itself stands elsewhere.
+            assert!((project(point.position, &params.camera, &params) - centre).length() > 1.0);
+        }
+    }
+
+    #[test]
+    fn points_seen_directly_are_where_they_were() {
+        let params = params(Vec3::NEG_Z);
+        let point = PointGeometry { position: Vec3::ONE, depth: 1, ..Default::default() };
+        let before = Vec3::new(0.5, 1.0, -1.0);
+        assert_eq!(seen_at(7, &point, &PointShading::default(), before, &params), before);
+    }
+
+    #[test]
+    fn a_camera_that_moved_saw_places_elsewhere() {
+        let params = params(Vec3::NEG_Z);
+        let place = EYE + Vec3::new(0.0, 0.0, -4.0);
+        let middle = Vec2::new(80.0, 45.0);
+        assert!((project(place, &params.camera, &params) - middle).length() < 1.0e-4);
+        // The eye stood 0.1 m further left: the place was 0.1 / (4 0.8) of half a picture further right.
+        let left = Camera { position: EYE - Vec3::X * 0.1, ..params.camera };
+        let right = Vec2::new(80.0 * 0.1 / 3.2, 0.0);
+        assert!((project(place, &left, &params) - middle - right).length() < 1.0e-3);
+        // 0.1 m further down: the place was higher, in smaller rows.
+        let below = Camera { position: EYE - Vec3::Y * 0.1, ..params.camera };
+        let up = Vec2::new(0.0, -45.0 * 0.1 / (4.0 * 0.45));
+        assert!((project(place, &below, &params) - middle - up).length() < 1.0e-3);
+        // It looked further left by 0.2 rad: tan(0.2) / 0.8 of half a picture.
+        let (sin, cos) = 0.2f32.sin_cos();
+        let forward = Vec3::new(-sin, 0.0, -cos);
+        let panned = Camera { forward, right: forward.cross(Vec3::Y) * 0.8, ..params.camera };
+        let right = Vec2::new(80.0 * 0.2f32.tan() / 0.8, 0.0);
+        assert!((project(place, &panned, &params) - middle - right).length() < 1.0e-3);
+    }
+
+    struct Pixels(Vec<u32>);
+
+    impl Visit for Pixels {
+        fn visit(&mut self, pixel: u32) {
+            self.0.push(pixel);
+        }
+    }
+
+    fn around(at: Vec2, half: i32, params: &FrameParams) -> Vec<u32> {
+        let mut pixels = Pixels(vec![]);
+        for_each_around(at, half, params, &mut pixels);
+        pixels.0
+    }
+
+    #[test]
+    fn places_behind_the_eye_are_in_no_pixel() {
+        let params = params(Vec3::NEG_Z);
+        for place in [EYE + Vec3::Z, EYE, EYE + Vec3::X] {
+            let at = project(place, &params.camera, &params);
+            assert_eq!(around(at, WIDE, &params), []);
+        }
+        // So are places far beside the picture, whatever their distance.
+        let beside = project(EYE + Vec3::new(1.0e9, 0.0, -1.0e-5), &params.camera, &params);
+        assert_eq!((beside.x, around(beside, WIDE, &params)), (1.0e6, vec![]));
+    }
+
+    #[test]
+    fn windows_end_at_the_picture() {
+        let params = params(Vec3::NEG_Z);
+        assert_eq!(around(Vec2::new(5.99, 2.0), 0, &params), [2 * 160 + 5]);
+        assert_eq!(around(Vec2::new(0.5, 0.5), 1, &params), [0, 1, 160, 161]);
+        assert_eq!(around(Vec2::new(159.5, 89.5), 1, &params).len(), 4);
+        assert_eq!(around(Vec2::new(80.0, 45.0), WIDE, &params).len(), 49);
+        // The pixel beside the first column holds no points, but it has a neighbour that does.
+        assert_eq!(around(Vec2::new(-0.5, 0.5), 0, &params), []);
+        assert_eq!(around(Vec2::new(-0.5, 0.5), 1, &params), [0, 160]);
+    }
+}

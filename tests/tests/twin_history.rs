@@ -1,0 +1,137 @@
+//! Twin tests of the histories: a frame of an animation step by step on equal inputs, and a few frames on each runner's own.
+
+#[path = "twin_history/sequence.rs"]
+mod sequence;
+#[path = "twin_history/steps.rs"]
+mod steps;
+
+use caustics::method::history::{History, PAPER, VALIDATED};
+use caustics::method::settings::Settings;
+use caustics::method::{Parts, Step, basic, filter};
+use caustics::scene::Scene;
+use caustics::upload::Upload;
+use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::interface::frame::{Camera, FrameParams};
+use caustics_kernels::interface::history::HistorySettings;
+use caustics_tests::gpu::{Gpu, gpu};
+use caustics_tests::table::Table;
+use caustics_tests::twin::{Twin, load};
+
+const HISTORIES: [&History; 2] = [&PAPER, &VALIDATED];
+/// Frames a second.
+const RATE: f64 = 30.0;
+
+/// An animation on two runners.
+struct Animation {
+    scene: Scene,
+    settings: Settings,
+    twin: Twin,
+    uploads: [Upload; 2],
+    /// The eye of the frame before.
+    camera: Camera,
+}
+
+impl Animation {
+    /// Opens both with the buffers of every history.
+    fn open(gpu: &Gpu, hardware: bool, scene: &str, light_paths: u32) -> Animation {
+        let settings = Settings {
+            width: 160,
+            height: 90,
+            light_paths,
+            radius_px: 2.0,
+            history: &VALIDATED,
+            ..Settings::default()
+        };
+        let scene = load(scene);
+        let twin = Twin::open(gpu, hardware, &scene, &settings);
+        let uploads = [Upload::new(&scene), Upload::new(&scene)];
+        let camera = twin.params.camera;
+        Animation { scene, settings, twin, uploads, camera }
+    }
+
+    /// Starts again, with nothing to remember.
+    fn restart(&mut self, history: &'static History) {
+        self.settings.history = history;
+        self.twin.run(&VALIDATED.forget.iter().map(|&buffer| Step::Clear { buffer }).collect::<Vec<_>>());
+    }
+
+    /// Brings both runners to a frame; its push constants.
+    fn pose(&mut self, frame: u32) -> FrameParams {
+        self.scene.pose(f64::from(frame) / RATE).expect("a pose");
+        let [cpu, gpu] = &mut self.uploads;
+        cpu.run(&mut *self.twin.cpu, &self.scene).expect("the CPU takes the pose");
+        gpu.run(&mut *self.twin.gpu, &self.scene).expect("the GPU takes the pose");
+        let settings = self.settings.history.settings.expect("a history that lends");
+        self.twin.write("history_settings", &[HistorySettings { camera: self.camera, ..settings }]);
+        let params = self.settings.params(&self.scene, &self.scene.cameras[0], frame);
+        self.camera = params.camera;
+        params
+    }
+
+    fn steps(&self, params: FrameParams) -> Vec<Step> {
+        let history = self.settings.history;
+        basic::steps(Parts { gather: &PHOTONS_GRID, history, filter: &filter::NONE }, params)
+    }
+}
+
+/// A lamp that swings.
+#[test]
+fn runners_agree_on_light_that_moves() {
+    runners_agree("animated-light", 30_000);
+}
+
+/// A plate that carries a lamp and a ring along; one light path in a hundred meets the ring.
+#[test]
+fn runners_agree_on_light_that_is_carried_along() {
+    runners_agree("moving-receiver", 200_000);
+}
+
+fn runners_agree(scene: &str, light_paths: u32) {
+    let Some(gpu) = gpu() else { return };
+    for &hardware in gpu.tracers() {
+        let tracer = if hardware { "hardware" } else { "software" };
+        // On software Vulkan, opening takes longer than all frames.
+        let mut animation = Animation::open(&gpu, hardware, scene, light_paths);
+        for history in HISTORIES {
+            let name = history.name;
+            let title = format!("{scene}, {name}, CPU against {} ({tracer} tracer)", gpu.info.name);
+            animation.restart(history);
+            steps_agree(&mut animation, &title);
+            animation.restart(history);
+            sequences_agree(&mut animation, &title);
+            if !hardware {
+                animation.restart(history);
+                detects_the_history_of_another_seed(&mut animation);
+            }
+        }
+    }
+}
+
+fn steps_agree(animation: &mut Animation, title: &str) {
+    let mut table = Table::new(title);
+    for frame in 0..3 {
+        let params = animation.pose(frame);
+        animation.twin.cpu.run(&animation.steps(params)).expect("the CPU runs a frame");
+    }
+    let params = animation.pose(3);
+    for step in animation.steps(params) {
+        steps::one(animation, step, &mut table);
+    }
+    table.finish();
+}
+
+fn sequences_agree(animation: &mut Animation, title: &str) {
+    let error = sequence::error(&animation.settings, &animation.scene);
+    let compared = sequence::run(animation, 0, title);
+    compared.table.finish();
+    let [cpu, gpu] = compared.means;
+    let sigmas = (cpu - gpu).abs() / error;
+    eprintln!("means {cpu:.6e} and {gpu:.6e}, standard error {error:.1e}: {sigmas:.4} sigma apart");
+    assert!(cpu > 0.0 && sigmas <= 3.0);
+}
+
+fn detects_the_history_of_another_seed(animation: &mut Animation) {
+    let compared = sequence::run(animation, 1, "only the last frame has one seed");
+    assert_eq!(compared.table.failures().len(), 1, "{}", compared.table);
+    eprintln!("{}", compared.table);
+}

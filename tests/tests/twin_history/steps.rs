@@ -169,7 +169,8 @@ fn remembered(twin: &mut Twin) -> Vec<Difference> {
         points.iter().flat_map(|point| of(point).to_array()).collect()
     };
     let step = Tolerance { absolute: 0.0, ..NEAR };
-    let vectors: [(&str, fn(&HistoryPoint) -> Vec3, Tolerance); 4] = [
+    type Of = fn(&HistoryPoint) -> Vec3;
+    let vectors: [(&str, Of, Tolerance); 4] = [
         ("position", |point| point.position, NEAR),
         ("radius, samples", |point| Vec3::new(point.radius, point.samples, 0.0), step),
         ("normal", |point| octahedral::decode(point.normal), NEAR),

@@ -8,6 +8,7 @@ pub mod checkpoint;
 pub mod counters;
 pub mod energy;
 pub mod experiment;
+pub mod hash;
 pub mod image;
 pub mod kernels;
 pub mod method;

@@ -13,6 +13,8 @@ use caustics_kernels::interface::tree::{TreeNode, TriangleBlock};
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::{DVec3, Vec3};
 
+use crate::hash::fnv1a;
+
 pub use self::camera::SceneCamera;
 pub use self::error::SceneError;
 pub use self::find::{names, resolve};
@@ -85,10 +87,7 @@ impl Scene {
         let tables = crate::session::tables(self);
         let bytes = tables.iter().flat_map(|(_, bytes)| *bytes).copied();
         let channels = self.motion.iter().flat_map(|motion| motion.rig.bytes());
-        let hash = bytes.chain(channels).fold(0xcbf2_9ce4_8422_2325u64, |hash, byte| {
-            (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
-        });
-        format!("{hash:016x}")
+        fnv1a(bytes.chain(channels))
     }
 
     /// Makes the tables of geometry that is centred already. A scene may be dark or have no camera.

@@ -4,17 +4,10 @@ use std::fmt::Write;
 
 use super::cell::Cell;
 use super::plan::Plan;
+use crate::hash::fnv1a;
 use crate::kernels;
 use crate::method::settings::Settings;
 use crate::scene::{Scene, SceneError};
-
-/// FNV-1a, 64 bits, in hexadecimal digits.
-pub fn hash(text: &str) -> String {
-    let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325u64, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
-    });
-    format!("{hash:016x}")
-}
 
 /// What is seen at a time [s], whatever was seen before: a scene whose previous pose is that of the time too.
 pub fn posed(scene: &Scene, time: f64) -> Result<Scene, SceneError> {
@@ -40,7 +33,7 @@ pub fn of_cell(plan: &Plan, cell: &Cell, scene: &Scene) -> String {
         plan.settings.exposure,
         frames.start
     );
-    hash(&text)
+    fnv1a(text.bytes())
 }
 
 /// Text of a scene as it is posed, its view and the settings that decide the expected picture, and of the kernels.
@@ -57,16 +50,4 @@ pub fn view(scene: &Scene, camera: &str, settings: &Settings) -> String {
         background.unwrap_or(scene.background),
         kernels::SOURCES
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_hash_is_fnv_1a() {
-        // Known values of the algorithm's authors.
-        assert_eq!(hash(""), "cbf29ce484222325");
-        assert_eq!(hash("a"), "af63dc4c8601ec8c");
-    }
 }

@@ -10,9 +10,10 @@ use anyhow::Context;
 use bytemuck::pod_collect_to_vec;
 use glam::Vec3;
 
-use super::identity::{self, hash};
+use super::identity;
 use super::plan::Plan;
 use crate::accumulation::Accumulation;
+use crate::hash::fnv1a;
 use crate::image::Channels;
 use crate::method::progressive::PROGRESSIVE;
 use crate::method::settings::Settings;
@@ -64,7 +65,7 @@ impl<'a> References<'a> {
             ..plan.settings.clone()
         };
         let view = identity::view(scene, &plan.camera, &settings);
-        let name = hash(&format!("{view}frames {frames} fps {}", plan.fps));
+        let name = fnv1a(format!("{view}frames {frames} fps {}", plan.fps).bytes());
         References { plan, scene, settings, frames, folder: cache.join("references").join(name) }
     }
 
@@ -124,7 +125,7 @@ impl<'a> References<'a> {
             sums.add(&session.picture()?);
         }
         let attributes = BTreeMap::from([
-            ("identity".to_string(), hash(identity)),
+            ("identity".to_string(), fnv1a(identity.bytes())),
             ("what".into(), identity.trim().replace('\n', "; ")),
             ("device".into(), session.device()),
         ]);
@@ -137,7 +138,8 @@ impl<'a> References<'a> {
         let channels = Channels::read(path)?;
         let size = (channels.width, channels.height);
         let expected = (self.settings.width as usize, self.settings.height as usize);
-        let known = channels.attributes.get("identity").is_some_and(|found| *found == hash(identity));
+        let known =
+            channels.attributes.get("identity").is_some_and(|found| *found == fnv1a(identity.bytes()));
         anyhow::ensure!(size == expected && known, "{} is another's reference", path.display());
         let layer = |name: &str| -> anyhow::Result<Vec<Vec3>> {
             let lanes = channels.layer(name);

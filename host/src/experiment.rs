@@ -13,5 +13,6 @@ pub mod measure;
 pub mod memory;
 pub mod plan;
 pub mod reference;
+pub mod result;
 pub mod row;
 pub mod summary;

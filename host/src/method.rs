@@ -1,10 +1,11 @@
 //! A method is data: the buffers and the ordered list of steps that every runner executes.
 
-use caustics_kernels::gather::variant::{Over, Variant, Work};
+use caustics_kernels::gather::variant::{Side, Variant};
 use caustics_kernels::interface::frame::FrameParams;
 
 pub mod basic;
 pub mod filter;
+pub mod gather;
 pub mod history;
 pub mod path;
 pub mod progressive;
@@ -57,7 +58,7 @@ pub fn find(name: &str) -> Option<&'static Method> {
 }
 
 /// One step of a frame. Every step sees all that earlier steps wrote.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub enum Step {
     /// Runs the pass of this name once for each index below `count`.
     Dispatch {
@@ -73,20 +74,45 @@ pub enum Step {
         /// Name of the buffer.
         buffer: &'static str,
     },
-    /// Builds the acceleration structure `points_structure` over `count` boxes of the buffer `point_boxes`.
-    BuildPoints {
-        /// Boxes.
+    /// Runs a stage of building a gather's index.
+    Index {
+        /// The gather.
+        gather: &'static Variant,
+        /// The stage's name behind that of the pass.
+        stage: &'static str,
+        /// Invocations, at most: `params` say how many.
         count: u32,
+        /// Its push constants.
+        params: FrameParams,
+    },
+    /// Builds the acceleration structure `neighbour_structure` over the boxes in `index_0`.
+    Structure {
+        /// Over what: the boxes are of all pixels, or of the deposits there are.
+        side: Side,
+        /// Boxes, at most.
+        count: u32,
+    },
+    /// Brings deposits and points together.
+    Gather {
+        /// How.
+        gather: &'static Variant,
+        /// Invocations.
+        count: u32,
+        /// Its push constants.
+        params: FrameParams,
     },
 }
 
 impl Step {
-    /// The step of a piece of work of a gather variant.
-    fn of(work: Work, params: FrameParams) -> Step {
-        match work {
-            Work::Pass(pass, over) => Step::Dispatch { pass, count: extent(over, &params), params },
-            Work::Clear(buffer) => Step::Clear { buffer },
-            Work::BuildPoints => Step::BuildPoints { count: params.pixel_count() },
+    /// Its name in profiles and messages.
+    pub fn label(&self) -> String {
+        match *self {
+            Step::Dispatch { pass, .. } => pass.into(),
+            Step::Clear { buffer } => format!("clear.{buffer}"),
+            Step::Index { gather, stage, .. } => format!("{}.{stage}", gather.index_pass),
+            Step::Structure { side: Side::Points, .. } => "build.points".into(),
+            Step::Structure { side: Side::Photons, .. } => "build.photons".into(),
+            Step::Gather { gather, .. } => gather.gather_pass.into(),
         }
     }
 }
@@ -98,24 +124,4 @@ pub struct BufferSpec {
     pub name: &'static str,
     /// Size [bytes].
     pub bytes: usize,
-}
-
-/// Elements of what a pass runs over.
-fn extent(over: Over, params: &FrameParams) -> u32 {
-    match over {
-        Over::Pixels => params.pixel_count(),
-        Over::LightPaths => params.light_path_batch,
-        Over::Deposits => params.deposit_capacity,
-        Over::Cells => params.cell_mask + 1,
-        Over::One => 1,
-    }
-}
-
-/// Buffers by name, size of an element [bytes] and elements.
-fn extent_buffers(
-    rows: &'static [(&'static str, usize, Over)],
-    params: &FrameParams,
-) -> impl Iterator<Item = BufferSpec> {
-    let spec = |&(name, size, over)| BufferSpec { name, bytes: size * extent(over, params) as usize };
-    rows.iter().map(spec)
 }

@@ -5,12 +5,11 @@
 
 #[cfg(not(feature = "ray-query"))]
 pub mod filter;
+pub mod gathers;
 #[cfg(feature = "ray-query")]
 pub mod hardware;
 #[cfg(not(feature = "ray-query"))]
 pub mod history;
-#[cfg(not(feature = "ray-query"))]
-pub mod photons;
 #[cfg(not(feature = "ray-query"))]
 pub mod points;
 #[cfg(not(feature = "ray-query"))]

@@ -1,19 +1,65 @@
 //! Gathers: which deposits a collection point takes, and how they are found. Imports `interface`, `math`, `surface`.
 //!
-//! A variant indexes either the points (each deposit looks for points: `points_rt`) or the photons (each point looks
-//! for deposits: `brute`, `photons_grid`). All sum in the same integers (`accumulator`), so all agree to the bit.
+//! A variant indexes either the points (each deposit looks for points) or the photons (each point looks for deposits).
+//! All sum in the same integers (`accumulator`), so all agree to the bit. A new variant is a file and a line of
+//! `for_each_gather`.
 
 pub mod accumulator;
-pub mod brute;
 pub mod contribution;
-pub mod photons_grid;
-#[cfg(feature = "ray-query")]
-pub mod points_rt;
+pub mod hash;
+pub mod morton_sort;
 pub mod receive;
-#[cfg(not(target_arch = "spirv"))]
+pub mod tables;
 pub mod variant;
 
 use spirv_std::glam::Vec3;
+use tables::{Build, Tables};
+use variant::Variant;
+
+/// Calls a macro with every variant: its file, its type, its constant in `variant`, the names of its passes. Those of
+/// the first list are searched in software, those of the second by ray queries.
+macro_rules! for_each_gather {
+    ($then:ident) => {
+        $then! {
+            [
+                brute Brute BRUTE "index.brute" "gather.brute";
+                photons_grid PhotonsGrid PHOTONS_GRID "index.photons_grid" "gather.photons_grid";
+                points_bvh PointsBvh POINTS_BVH "index.points_bvh" "gather.points_bvh";
+                points_grid PointsGrid POINTS_GRID "index.points_grid" "gather.points_grid";
+            ]
+            [
+                photons_rt PhotonsRt PHOTONS_RT "index.photons_rt" "gather.photons_rt";
+                points_rt PointsRt POINTS_RT "index.points_rt" "gather.points_rt";
+            ]
+        }
+    };
+}
+
+/// Declares the modules of the variants.
+macro_rules! modules {
+    ($([$($file:ident $type:ident $constant:ident $index:tt $gather:tt;)*])*) => {
+        $($(pub mod $file;)*)*
+    };
+}
+
+for_each_gather!(modules);
+pub(crate) use for_each_gather;
+
+/// An index over points or deposits.
+pub trait Index {
+    /// Its name, stages and buffers.
+    const VARIANT: Variant;
+
+    /// One invocation of a stage of building.
+    fn build(stage: u32, index: u32, build: &mut Build<'_>);
+}
+
+/// An index that is searched in software.
+pub trait Gather: Index {
+    /// Visits every element near (ids of deposits, or places of points in `pixel_order`), exactly once, in any order;
+    /// perhaps others too.
+    fn for_each_near<V: Visit>(tables: &Tables<'_>, near: Near, visit: &mut V);
+}
 
 /// Where to look: a box around a position.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,12 +68,6 @@ pub struct Near {
     pub position: Vec3,
     /// Half extent of the box [m]; zero asks for the elements whose own box holds the position.
     pub half_extent: Vec3,
-}
-
-/// Finds all elements (points or photons) near a place, and perhaps others.
-pub trait Neighbours {
-    /// Visits every element near, exactly once, in any order.
-    fn for_each_near<V: Visit>(&mut self, near: Near, visit: &mut V);
 }
 
 /// What is done with an element that was found.

@@ -1,12 +1,10 @@
 //! The passes of a frame, a pass a file: each is a function of an index, generic over the seams.
 
-pub mod bound;
 pub mod collect;
 pub mod display;
 pub mod enclosing;
 pub mod filter;
-pub mod gather_photons;
-pub mod grid;
+pub mod gather;
 pub mod ledger;
 pub mod reference;
 pub mod remember;

@@ -9,6 +9,16 @@ pub trait Atomics {
     fn add(&mut self, index: u32, value: u32) -> u32;
 }
 
+/// Words that many invocations read and write; what an invocation reads was written by an earlier pass or stage.
+pub trait Words: Atomics {
+    /// A word.
+    fn get(&self, index: u32) -> u32;
+    /// Overwrites a word.
+    fn set(&mut self, index: u32, value: u32);
+    /// Raises a word to a value.
+    fn raise(&mut self, index: u32, value: u32);
+}
+
 /// Elements that many invocations write at once, each slot at most once a pass.
 pub trait Scatter<T> {
     /// Writes a slot.
@@ -25,6 +35,13 @@ impl Atomics for Uncounted {
     }
 }
 
+impl<A: Atomics + ?Sized> Atomics for &mut A {
+    #[inline(always)]
+    fn add(&mut self, index: u32, value: u32) -> u32 {
+        (**self).add(index, value)
+    }
+}
+
 #[cfg(target_arch = "spirv")]
 pub use gpu::{GpuAtomics as AtomicWords, GpuScatter as ScatterSlots};
 
@@ -33,8 +50,8 @@ pub use cpu::{CpuAtomics as AtomicWords, CpuScatter as ScatterSlots};
 
 #[cfg(target_arch = "spirv")]
 mod gpu {
-    use super::{Atomics, Scatter};
-    use spirv_std::arch::atomic_i_add;
+    use super::{Atomics, Scatter, Words};
+    use spirv_std::arch::{atomic_i_add, atomic_u_max};
     use spirv_std::memory::{Scope, Semantics};
 
     /// Device-scope atomics on a storage buffer.
@@ -45,6 +62,24 @@ mod gpu {
         fn add(&mut self, index: u32, value: u32) -> u32 {
             let word = &mut self.0[index as usize];
             unsafe { atomic_i_add::<u32, { Scope::Device as u32 }, { Semantics::NONE.bits() }>(word, value) }
+        }
+    }
+
+    impl Words for GpuAtomics<'_> {
+        #[inline(always)]
+        fn get(&self, index: u32) -> u32 {
+            self.0[index as usize]
+        }
+
+        #[inline(always)]
+        fn set(&mut self, index: u32, value: u32) {
+            self.0[index as usize] = value;
+        }
+
+        #[inline(always)]
+        fn raise(&mut self, index: u32, value: u32) {
+            let word = &mut self.0[index as usize];
+            unsafe { atomic_u_max::<u32, { Scope::Device as u32 }, { Semantics::NONE.bits() }>(word, value) };
         }
     }
 
@@ -61,7 +96,7 @@ mod gpu {
 
 #[cfg(not(target_arch = "spirv"))]
 mod cpu {
-    use super::{Atomics, Scatter};
+    use super::{Atomics, Scatter, Words};
     use std::marker::PhantomData;
     use std::sync::atomic::AtomicU32;
     use std::sync::atomic::Ordering::Relaxed;
@@ -82,6 +117,27 @@ mod cpu {
         #[inline]
         fn add(&mut self, index: u32, value: u32) -> u32 {
             self.0[index as usize].fetch_add(value, Relaxed)
+        }
+    }
+
+    impl Words for CpuAtomics<'_> {
+        #[inline]
+        fn get(&self, index: u32) -> u32 {
+            self.0[index as usize].load(Relaxed)
+        }
+
+        #[inline]
+        fn set(&mut self, index: u32, value: u32) {
+            self.0[index as usize].store(value, Relaxed);
+        }
+
+        #[inline]
+        fn raise(&mut self, index: u32, value: u32) {
+            // Most values raise nothing: look before the word is taken from the other threads.
+            let word = &self.0[index as usize];
+            if word.load(Relaxed) < value {
+                word.fetch_max(value, Relaxed);
+            }
         }
     }
 

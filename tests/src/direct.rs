@@ -4,15 +4,15 @@
 use caustics::counters::Counters;
 use caustics::method::basic::BASIC;
 use caustics::method::settings::Settings;
+use caustics::method::{Step, gather as gathers};
 use caustics::picture::Picture;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics_kernels::gather::accumulator::WORDS;
-use caustics_kernels::gather::brute::Brute;
-use caustics_kernels::gather::photons_grid::{PhotonsGrid, RADIUS_BINS};
 use caustics_kernels::gather::receive::Receive;
-use caustics_kernels::gather::{Neighbours, variant};
-use caustics_kernels::interface::counters::{COUNTER_COUNT, DEPOSIT_STATE_COUNT};
+use caustics_kernels::gather::tables::{Build, Tables};
+use caustics_kernels::gather::variant::{self, Side, Variant};
+use caustics_kernels::interface::counters::COUNTER_COUNT;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::needs::Needs;
@@ -23,9 +23,9 @@ use caustics_kernels::light::power::ByPower;
 use caustics_kernels::math::ray::Ray;
 use caustics_kernels::math::trig::sin_cos_turns;
 use caustics_kernels::pass::collect::{Collected, collect};
-use caustics_kernels::pass::gather_photons::gather_photons;
+use caustics_kernels::pass::gather::stage_count;
 use caustics_kernels::pass::resolve::resolve;
-use caustics_kernels::pass::{grid, shoot};
+use caustics_kernels::pass::shoot;
 use caustics_kernels::seam::{AtomicWords, Atomics, ScatterSlots};
 use caustics_kernels::texture::cut_out::CutOuts;
 use caustics_kernels::trace::bvh::BvhTracer;
@@ -131,7 +131,7 @@ impl Deposits {
 }
 
 impl Receive for Deposits {
-    fn receive<N: Neighbours>(&mut self, _points: &mut N, geometry: DepositGeometry, light: DepositLight) {
+    fn receive(&mut self, geometry: DepositGeometry, light: DepositLight) {
         self.push(geometry, light);
     }
 }
@@ -191,7 +191,6 @@ impl<'a> World<'a> {
                     self.tables(),
                     emit,
                     &mut tracer,
-                    &mut Brute { count: 0 },
                     &mut deposits,
                     &mut tally,
                 );
@@ -217,81 +216,85 @@ impl<'a> World<'a> {
     }
 }
 
-/// The hash grid over deposits, built by the kernels' passes.
-pub struct Grid {
-    /// Deposits sorted by cell.
-    pub sorted: Deposits,
-    starts: Vec<u32>,
-    ends: Vec<u32>,
-    cell_mask: u32,
-    cell_size: f32,
-}
-
-impl Grid {
-    /// Surveys the points, counts, reserves, fills.
-    pub fn build(points: &[PointGeometry], deposits: &Deposits, params: &FrameParams) -> Grid {
-        let mut histogram = vec![0; RADIUS_BINS as usize];
-        let mut words = AtomicWords::new(&mut histogram);
-        points.iter().for_each(|point| grid::survey(point, &mut words));
-        let size = grid::size(&histogram);
-        let mut counts = vec![0; params.cell_mask as usize + 1];
-        let mut words = AtomicWords::new(&mut counts);
-        deposits.geometry.iter().for_each(|deposit| grid::count(deposit, size, params, &mut words));
-        let mut state = [0; DEPOSIT_STATE_COUNT];
-        let mut words = AtomicWords::new(&mut state);
-        let starts: Vec<u32> = counts.iter().map(|&count| grid::reserve(count, &mut words)).collect();
-        let mut ends = starts.clone();
-        let mut sorted = deposits.clone();
-        let mut words = AtomicWords::new(&mut ends);
-        let mut to_geometry = ScatterSlots::new(&mut sorted.geometry);
-        let mut to_light = ScatterSlots::new(&mut sorted.light);
-        for (geometry, light) in deposits.geometry.iter().zip(&deposits.light) {
-            grid::fill(geometry, light, size, params, &mut words, &mut to_geometry, &mut to_light);
-        }
-        Grid { sorted, starts, ends, cell_mask: params.cell_mask, cell_size: f32::from_bits(size) }
-    }
-
-    /// The neighbours of the gather, ids being those of `sorted`.
-    pub fn neighbours(&self) -> PhotonsGrid<'_> {
-        PhotonsGrid {
-            sorted_geometry: &self.sorted.geometry,
-            cell_starts: &self.starts,
-            cell_ends: &self.ends,
-            cell_mask: self.cell_mask,
-            cell_size: self.cell_size,
-            count: self.sorted.len(),
-        }
-    }
-}
-
-/// Accumulator words of all points; `points` and `shadings` are as long as there are pixels.
-pub fn gather<N: Neighbours>(
+/// Accumulator words of all points by a variant, built and searched on this thread; `points` and `shadings` are as long as
+/// there are pixels.
+pub fn gather(
+    variant: &'static Variant,
     points: &[PointGeometry],
     shadings: &[PointShading],
     deposits: &Deposits,
-    mut neighbours: N,
     materials: &[Material],
     needs: Needs,
     params: &FrameParams,
 ) -> Vec<u32> {
-    let mut words = vec![0; WORDS as usize * points.len()];
-    let mut accumulator = AtomicWords::new(&mut words);
-    let mut tally = Tally::default();
-    for (pixel, (point, shading)) in points.iter().zip(shadings).enumerate() {
-        gather_photons(
-            pixel as u32,
-            params,
-            needs,
-            materials,
-            *point,
-            *shading,
-            &deposits.geometry,
-            &deposits.light,
-            &mut neighbours,
-            &mut accumulator,
-            &mut tally,
-        );
+    // One row of pixels, and room for these deposits alone.
+    let params = FrameParams {
+        width: points.len() as u32,
+        height: 1,
+        deposit_capacity: deposits.len().max(1),
+        ..*params
+    };
+    let order: Vec<u32> = (0..params.width).collect();
+    let specs = gathers::buffers(variant, &params);
+    let words = |name: &str| {
+        let bytes = specs.iter().find(|spec| spec.name == name).map_or(0, |spec| spec.bytes);
+        vec![0_u32; bytes / 4]
+    };
+    let mut index = ["index_0", "index_1", "index_2", "index_3"].map(words);
+    let mut sorted = deposits.clone();
+    for step in gathers::prepare(variant, params).into_iter().chain(gathers::batch(variant, params)) {
+        match step {
+            Step::Clear { buffer: "deposit_state" } | Step::Dispatch { pass: "shoot.store", .. } => {}
+            Step::Clear { buffer } => {
+                let number: usize = buffer.trim_start_matches("index_").parse().expect("words of an index");
+                index[number].fill(0);
+            }
+            Step::Index { params, .. } => {
+                let [index_0, index_1, index_2, index_3] =
+                    index.each_mut().map(|words| AtomicWords::new(words));
+                let mut build = Build {
+                    params: &params,
+                    pixel_order: &order,
+                    point_geometry: points,
+                    deposit_geometry: &deposits.geometry,
+                    deposit_light: &deposits.light,
+                    deposit_count: deposits.len(),
+                    index_0,
+                    index_1,
+                    index_2,
+                    index_3,
+                    sorted_geometry: ScatterSlots::new(&mut sorted.geometry),
+                    sorted_light: ScatterSlots::new(&mut sorted.light),
+                };
+                for invocation in 0..stage_count(&params, deposits.len()) {
+                    (variant.cpu.build)(params.part, invocation, &mut build);
+                }
+            }
+            Step::Gather { .. } => {}
+            other => panic!("{} is no step on this thread", other.label()),
+        }
     }
+    let deposits = if variant.sorts { &sorted } else { deposits };
+    let tables = Tables {
+        params: &params,
+        needs,
+        materials,
+        pixel_order: &order,
+        point_geometry: points,
+        point_shading: shadings,
+        deposit_geometry: &deposits.geometry,
+        deposit_light: &deposits.light,
+        deposit_count: deposits.len(),
+        index_0: &index[0],
+        index_1: &index[1],
+        index_2: &index[2],
+        index_3: &index[3],
+    };
+    let mut words = vec![0; WORDS as usize * points.len()];
+    let accumulator = AtomicWords::new(&mut words);
+    let one = variant.cpu.gather.expect("a gather in software");
+    let count = if variant.side == Side::Points { deposits.len() } else { params.width };
+    (0..count).for_each(|index| one(index, &tables, accumulator, &mut Tally::default()));
     words
 }
 

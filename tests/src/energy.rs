@@ -1,8 +1,6 @@
 //! Energy ledgers of light paths, frame by frame, without a runner.
 
 use caustics::energy::Energy;
-use caustics_kernels::gather::Neighbours;
-use caustics_kernels::gather::brute::Brute;
 use caustics_kernels::gather::receive::Receive;
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
@@ -16,7 +14,7 @@ use crate::statistics::Mean;
 struct Nobody;
 
 impl Receive for Nobody {
-    fn receive<N: Neighbours>(&mut self, _: &mut N, _: DepositGeometry, _: DepositLight) {}
+    fn receive(&mut self, _: DepositGeometry, _: DepositLight) {}
 }
 
 /// The ledger of one frame.
@@ -26,8 +24,7 @@ pub fn ledger<E: Emit>(world: &World<'_>, emit: &E, frame: u32) -> Energy {
     let needs = world.needs | Needs::LEDGER;
     let (mut tracer, mut tally) = (world.tracer(), Tally::default());
     for index in 0..params.light_path_count {
-        let points = &mut Brute { count: 0 };
-        shoot(index, &params, needs, world.tables(), emit, &mut tracer, points, &mut Nobody, &mut tally);
+        shoot(index, &params, needs, world.tables(), emit, &mut tracer, &mut Nobody, &mut tally);
     }
     Energy::from_words(&tally.0, params.quantum)
 }

@@ -2,9 +2,7 @@
 
 use bytemuck::Pod;
 use caustics_kernels::interface::history::{Lent, ValidationDeposit};
-use caustics_kernels::interface::point::{
-    DepositGeometry, DepositLight, PointBox, PointGeometry, PointShading,
-};
+use caustics_kernels::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
 use caustics_kernels::interface::step::{EmitStep, SampleStep, ScatterOut};
 use caustics_kernels::math::ray::Hit;
 use std::mem::offset_of;
@@ -73,7 +71,6 @@ fields!(DepositGeometry { position: 3 Floats, scatterings: 1 Words, normal: 3 Fl
 fields!(DepositLight { to_light: 3 Floats, flux: 3 Floats, });
 fields!(Lent { mean: 3 Floats, samples: 1 Floats, offset: 3 Floats, });
 fields!(ValidationDeposit { position: 3 Floats, flux: 1 Floats, instance: 1 Words, });
-fields!(PointBox { min: 3 Floats, max: 3 Floats, });
 
 #[cfg(test)]
 mod tests {
@@ -97,7 +94,6 @@ mod tests {
         check::<PointShading>();
         check::<DepositGeometry>();
         check::<DepositLight>();
-        check::<PointBox>();
         check::<Lent>();
         check::<ValidationDeposit>();
         assert_eq!(ScatterOut::FIELDS.iter().map(|field| field.words).sum::<usize>(), 20);

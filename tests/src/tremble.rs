@@ -4,9 +4,7 @@
 use std::convert::Infallible;
 
 use caustics::scene::Scene;
-use caustics_kernels::gather::brute::Brute;
 use caustics_kernels::gather::receive::Receive;
-use caustics_kernels::gather::{Near, Neighbours, Visit};
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::history::VALIDATION_PERIOD;
 use caustics_kernels::interface::needs::Needs;
@@ -84,12 +82,7 @@ impl Atomics for Ignore {
 struct Keep(Vec<Deposit>);
 
 impl Receive for Keep {
-    fn receive<N: Neighbours>(&mut self, points: &mut N, geometry: DepositGeometry, light: DepositLight) {
-        struct Nothing;
-        impl Visit for Nothing {
-            fn visit(&mut self, _id: u32) {}
-        }
-        points.for_each_near(Near { position: geometry.position, half_extent: Vec3::ZERO }, &mut Nothing);
+    fn receive(&mut self, geometry: DepositGeometry, light: DepositLight) {
         self.0.push((geometry, light));
     }
 }
@@ -143,8 +136,8 @@ impl<'a> Paths<'a> {
         let (params, needs, scene) = (self.params, self.needs, self.tables());
         let light_count = params.light_count;
         let emit = ByPower { scene, light_count, needs };
-        let (points, ignore) = (&mut Brute { count: 0 }, &mut Ignore(None));
-        follow(path, rng, params, needs, scene, &emit, &mut tracer, points, &mut keep, ignore);
+        let ignore = &mut Ignore(None);
+        follow(path, rng, params, needs, scene, &emit, &mut tracer, &mut keep, ignore);
         (keep.0, tracer.answers)
     }
 

@@ -122,12 +122,16 @@ pub fn rows<T: Pod>(runner: &mut dyn Runner, buffer: &str) -> Vec<T> {
     bytemuck::pod_collect_to_vec(&bytes)
 }
 
-/// The buffers of every gather and filter, each once.
+/// The buffers of every gather and filter, each once and as large as any asks for.
 pub fn frame_buffers(params: &FrameParams) -> Vec<BufferSpec> {
     let all = variant::ALL.iter().flat_map(|variant| basic::buffers(variant, params));
     let filters = filter::ALL.iter().flat_map(|filter| (filter.buffers)(params));
-    let unique: BTreeMap<_, _> = all.chain(filters).map(|spec| (spec.name, spec)).collect();
-    unique.into_values().collect()
+    let mut largest = BTreeMap::new();
+    for spec in all.chain(filters) {
+        let bytes = largest.entry(spec.name).or_insert(0);
+        *bytes = spec.bytes.max(*bytes);
+    }
+    largest.into_iter().map(|(name, bytes)| BufferSpec { name, bytes }).collect()
 }
 
 /// The buffers of the single steps.

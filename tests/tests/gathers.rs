@@ -2,22 +2,22 @@
 
 use bytemuck::{cast_slice, pod_collect_to_vec};
 use caustics::method::settings::Settings;
-use caustics::method::{BufferSpec, Step, basic};
-use caustics::runner::Runner;
-use caustics::runner::cpu::CpuRunner;
+use caustics::method::{BufferSpec, Step, basic, gather};
 use caustics::scene::Scene;
-use caustics::session::tables;
+use caustics::session::{self, RunnerChoice};
 use caustics_kernels::gather::accumulator::{Quanta, WORDS};
-use caustics_kernels::gather::brute::Brute;
 use caustics_kernels::gather::contribution::{contribution, takes};
-use caustics_kernels::gather::variant::{self, Over, Variant, Work};
+use caustics_kernels::gather::points_rt::bound;
+use caustics_kernels::gather::tables::{Build, Tables};
+use caustics_kernels::gather::variant::{self, BRUTE, Variant};
+use caustics_kernels::gather::{Gather, Index, Near, Visit};
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::warp::uniform_sphere;
-use caustics_kernels::pass::bound::bound;
-use caustics_tests::direct::*;
+use caustics_tests::direct::{self, Deposits, render};
+use caustics_tests::gpu::gpu;
 use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
@@ -112,65 +112,101 @@ fn random_case(seed: u32, point_count: u32, deposit_count: u32, missing: f32, sp
     Case { points, shadings, deposits }
 }
 
-/// Accumulator words of a variant over given deposits, by the CPU runner; none where the variant cannot take them.
-fn by_runner(variant: &'static Variant, scene: &Scene, case: &Case) -> Option<Vec<u32>> {
-    let work: Vec<Work> = variant.prepare.iter().chain(variant.batch).copied().collect();
-    let shoots_itself = |work: &Work| matches!(work, Work::Pass(pass, _) if pass.starts_with("shoot") && *pass != "shoot.store");
-    if variant.hardware || work.iter().any(shoots_itself) {
-        println!("{} takes no stored deposits on the CPU: left to the other tests", variant.name);
-        return None;
-    }
+/// Accumulator words of a variant over given deposits, by a runner.
+fn by_runner(choice: &RunnerChoice, variant: &'static Variant, scene: &Scene, case: &Case) -> Vec<u32> {
     let params = params(scene, case.points.len() as u32, case.deposits.len());
     let buffers: Vec<BufferSpec> = basic::buffers(variant, &params);
-    let mut runner = CpuRunner::new(2, Needs::ALL, &buffers, &tables(scene)).unwrap();
+    let mut runner = session::open(choice, scene, Needs::ALL, &buffers).unwrap();
+    let order = basic::pixel_order(params.width, params.height);
+    runner.write("pixel_order", cast_slice(&order)).unwrap();
     runner.write("point_geometry", cast_slice(&case.points)).unwrap();
     runner.write("point_shading", cast_slice(&case.shadings)).unwrap();
     runner.write("deposit_geometry", cast_slice(&case.deposits.geometry)).unwrap();
     runner.write("deposit_light", cast_slice(&case.deposits.light)).unwrap();
-    for work in work {
-        let step = match work {
-            Work::Pass("shoot.store", _) => {
-                // Stand in for the light paths.
-                runner.write("deposit_state", cast_slice(&[case.deposits.len(), 0, 0, 0])).unwrap();
-                continue;
-            }
-            Work::Pass(pass, over) => {
-                let count = match over {
-                    Over::Pixels => params.pixel_count(),
-                    Over::LightPaths => params.light_path_batch,
-                    Over::Deposits => params.deposit_capacity,
-                    Over::Cells => params.cell_mask + 1,
-                    Over::One => 1,
-                };
-                Step::Dispatch { pass, count, params }
-            }
-            Work::Clear(buffer) => Step::Clear { buffer },
-            Work::BuildPoints => Step::BuildPoints { count: params.pixel_count() },
-        };
-        runner.run(&[step]).unwrap();
-    }
-    Some(pod_collect_to_vec(&runner.read("accumulator").unwrap()))
+    let mut steps = gather::prepare(variant, params);
+    steps.extend(gather::batch(variant, params));
+    // The given deposits stand in for the light paths.
+    let shoots =
+        |step: &Step| matches!(step, Step::Dispatch { .. } | Step::Clear { buffer: "deposit_state" });
+    steps.retain(|step| !shoots(step));
+    runner.write("deposit_state", cast_slice(&[case.deposits.len(), 0, 0, 0])).unwrap();
+    runner.run(&steps).unwrap();
+    pod_collect_to_vec(&runner.read("accumulator").unwrap())
 }
 
-/// Words by the kernels' brute force, on this thread.
+/// Words by brute force, on this thread.
 fn by_brute(scene: &Scene, case: &Case) -> Vec<u32> {
     let params = params(scene, case.points.len() as u32, case.deposits.len());
-    let brute = Brute { count: case.deposits.len() };
-    gather(&case.points, &case.shadings, &case.deposits, brute, &scene.materials, Needs::ALL, &params)
+    let (points, shadings) = (&case.points, &case.shadings);
+    direct::gather(&BRUTE, points, shadings, &case.deposits, &scene.materials, Needs::ALL, &params)
 }
 
+/// Whether a variant's words are those expected.
+fn assert_equal(variant: &Variant, words: &[u32], expected: &[u32], case: &Case) {
+    for (pixel, (got, want)) in words.chunks(WORDS as usize).zip(expected.chunks(WORDS as usize)).enumerate()
+    {
+        assert_eq!(got, want, "{}: point {pixel} {:?}", variant.name, case.points[pixel]);
+    }
+}
+
+/// Runs every variant in software on the CPU, and returns the words of all.
 fn all_agree(scene: &Scene, case: &Case) -> Vec<u32> {
     let expected = by_brute(scene, case);
-    for variant in variant::ALL {
-        if let Some(words) = by_runner(variant, scene, case) {
-            for (pixel, (got, want)) in
-                words.chunks(WORDS as usize).zip(expected.chunks(WORDS as usize)).enumerate()
-            {
-                assert_eq!(got, want, "{}: point {pixel} {:?}", variant.name, case.points[pixel]);
+    for variant in variant::ALL.iter().filter(|variant| !variant.hardware) {
+        let words = by_runner(&RunnerChoice::Cpu { threads: 2 }, variant, scene, case);
+        assert_equal(variant, &words, &expected, case);
+    }
+    expected
+}
+
+/// Every variant on the GPU, by the words of brute force there: a device rounds in its own way, but in one way.
+#[test]
+fn every_gather_on_the_gpu_finds_what_brute_force_finds() {
+    let Some(gpu) = gpu() else { return };
+    let scene = lender();
+    let mut taken = 0;
+    for (seed, spread) in [(1, 0.01), (2, 0.3), (3, 1.0), (4, 30.0), (5, 1000.0)] {
+        let case = random_case(seed, 300, 500, if seed == 4 { 0.9 } else { 0.1 }, spread);
+        for &hardware in gpu.tracers() {
+            let choice = gpu.choice(hardware);
+            let expected = by_runner(&choice, &BRUTE, &scene, &case);
+            taken += takers(&expected);
+            for variant in variant::ALL.iter().filter(|variant| hardware || !variant.hardware) {
+                assert_equal(variant, &by_runner(&choice, variant, &scene, &case), &expected, &case);
             }
         }
     }
-    expected
+    println!("{taken} points take deposits");
+    assert!(taken > 500, "the test has lost its subject");
+}
+
+/// A gather that forgets one deposit in a thousand is found out.
+#[test]
+fn detects_a_gather_that_misses_a_deposit() {
+    struct Careless;
+    impl Index for Careless {
+        const VARIANT: Variant = Variant { name: "careless", ..Variant::of::<Careless>() };
+        fn build(_: u32, _: u32, _: &mut Build<'_>) {}
+    }
+    impl Gather for Careless {
+        fn for_each_near<V: Visit>(tables: &Tables<'_>, _: Near, visit: &mut V) {
+            (0..tables.deposit_count).filter(|id| id % 1000 != 500).for_each(|id| visit.visit(id));
+        }
+    }
+    static CARELESS: Variant = Careless::VARIANT;
+    let scene = lender();
+    let mut case = random_case(1, 300, 600, 0.1, 1.0);
+    // One that is taken.
+    case.deposits.geometry[500] = DepositGeometry {
+        position: case.points[0].position,
+        normal: case.points[0].normal,
+        scatterings: 1,
+        instance: 0,
+    };
+    case.points[0].depth = 1;
+    case.points[0].radius = case.points[0].radius.max(0.1);
+    let words = by_runner(&RunnerChoice::Cpu { threads: 1 }, &CARELESS, &scene, &case);
+    assert_ne!(words, by_brute(&scene, &case));
 }
 
 fn takers(words: &[u32]) -> usize {
@@ -200,7 +236,7 @@ proptest! {
         for point in &case.points {
             let b = bound(point);
             for deposit in case.deposits.geometry.iter().filter(|deposit| takes(point, deposit, 9)) {
-                let inside = deposit.position.cmpge(b.min).all() && deposit.position.cmple(b.max).all();
+                let inside = deposit.position.cmpge(b.0).all() && deposit.position.cmple(b.1).all();
                 prop_assert!(inside, "{:?} {:?} {:?}", point, b, deposit);
             }
         }
@@ -288,7 +324,7 @@ fn every_gather_takes_what_rounding_puts_into_the_disc() {
     };
     assert!(takes(&point, &geometry, 5));
     let b = bound(&point);
-    assert!(geometry.position.cmpge(b.min).all() && geometry.position.cmple(b.max).all());
+    assert!(geometry.position.cmpge(b.0).all() && geometry.position.cmple(b.1).all());
     let mut deposits = Deposits::default();
     // Enough of them that the grid is looked up by cells.
     let light = DepositLight { to_light: Vec3::Z, flux: Vec3::ONE, ..DepositLight::default() };

@@ -6,8 +6,6 @@ mod frames;
 mod passes;
 #[path = "twin/paths.rs"]
 mod paths;
-#[path = "twin/sorted.rs"]
-mod sorted;
 #[path = "twin/steps.rs"]
 mod steps;
 

@@ -1,12 +1,11 @@
 //! OurBasic: collect, shoot and gather, resolve, display. No light outlives its frame [Moreau and Doggett 2022].
 
 use caustics_kernels::gather::accumulator;
-use caustics_kernels::interface::counters::{COUNTER_COUNT, DEPOSIT_STATE_COUNT};
+use caustics_kernels::interface::counters::COUNTER_COUNT;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::point::PointShading;
 
-use super::history;
-use super::{BufferSpec, Method, Parts, Step, extent_buffers};
+use super::{BufferSpec, Method, Parts, Step, gather as gathers, history};
 
 /// See the head of the file.
 pub const BASIC: Method = Method {
@@ -33,14 +32,14 @@ pub fn steps(parts: impl Into<Parts>, params: FrameParams) -> Vec<Step> {
         steps.extend((history.before)(params));
     }
     if params.light_path_count > 0 {
-        steps.extend(gather.prepare.iter().map(|&work| Step::of(work, params)));
+        steps.extend(gathers::prepare(gather, params));
     }
     let mut offset = 0;
     while offset < params.light_path_count {
         let left = params.light_path_count - offset;
         let batch =
             FrameParams { part: offset, light_path_batch: left.min(params.light_path_batch), ..params };
-        steps.extend(gather.batch.iter().map(|&work| Step::of(work, batch)));
+        steps.extend(gathers::batch(gather, batch));
         offset += batch.light_path_batch;
     }
     steps.push(pixels(if forgets { history::NONE.resolve } else { history.resolve }));
@@ -63,11 +62,10 @@ pub fn buffers(parts: impl Into<Parts>, params: &FrameParams) -> Vec<BufferSpec>
         spec("point_shading", size_of::<PointShading>() * pixels),
         spec("accumulator", 4 * accumulator::WORDS as usize * pixels),
         spec("counters", 4 * COUNTER_COUNT),
-        spec("deposit_state", 4 * DEPOSIT_STATE_COUNT),
     ];
     // A frame that shoots nothing needs nothing to gather with.
     if params.light_path_count > 0 {
-        buffers.extend(extent_buffers(gather.buffers, params));
+        buffers.extend(gathers::buffers(gather, params));
     }
     buffers.extend((history.buffers)(params));
     buffers.extend((filter.buffers)(params));

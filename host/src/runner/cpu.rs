@@ -66,21 +66,26 @@ impl Runner for CpuRunner {
         let mut times = Vec::with_capacity(steps.len());
         for step in steps {
             let start = Instant::now();
-            let name = match *step {
-                Step::Dispatch { pass, count, params } => {
-                    let run =
-                        passes::find(pass).with_context(|| format!("the CPU runner has no pass {pass:?}"))?;
-                    let call = passes::Call { memory, count, params: &params, needs: *needs };
-                    pool.install(|| run(&call)).with_context(|| format!("pass {pass}"))?;
-                    pass.to_string()
-                }
-                Step::Clear { buffer } => {
-                    memory.clear(buffer)?;
-                    format!("clear.{buffer}")
-                }
-                Step::BuildPoints { .. } => bail!("the CPU runner has no ray queries over points"),
+            let call = |count, params| passes::Call { memory, count, params, needs: *needs };
+            let run = |pass: &(dyn Fn() -> anyhow::Result<()> + Sync)| {
+                pool.install(pass).with_context(|| format!("pass {}", step.label()))
             };
-            times.push(StepTime { pass: name, time: start.elapsed() });
+            match step {
+                Step::Dispatch { pass, count, params } => {
+                    let found =
+                        passes::find(pass).with_context(|| format!("the CPU runner has no pass {pass:?}"))?;
+                    run(&|| found(&call(*count, params)))?;
+                }
+                Step::Clear { buffer } => memory.clear(buffer)?,
+                Step::Index { gather, count, params, .. } => {
+                    run(&|| passes::gather::build(&call(*count, params), gather))?;
+                }
+                Step::Gather { gather, count, params } => {
+                    run(&|| passes::gather::gather(&call(*count, params), gather))?;
+                }
+                Step::Structure { .. } => bail!("the CPU runner has no ray queries"),
+            }
+            times.push(StepTime { pass: step.label(), time: start.elapsed() });
         }
         Ok(times)
     }

@@ -3,6 +3,8 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use caustics_kernels::gather::variant::Side;
+use caustics_kernels::interface::counters::DepositState;
 use caustics_kernels::interface::instance::Transform;
 use caustics_kernels::interface::needs::Needs;
 
@@ -21,8 +23,7 @@ use crate::vulkan::recorder::Recorder;
 use crate::vulkan::structure::{Hierarchy, Part, Placed};
 
 const SCENE_STRUCTURE: &str = "scene_structure";
-const POINTS_STRUCTURE: &str = "points_structure";
-const BUILD_POINTS: &str = "build.points";
+const NEIGHBOUR_STRUCTURE: &str = "neighbour_structure";
 
 /// How to open a device, and the kernels.
 #[derive(Clone, Debug, Default)]
@@ -45,6 +46,7 @@ pub struct GpuRunner {
     frame: Frame,
     passes: Passes,
     resources: Resources,
+    memory: Arc<Memory>,
     context: Arc<Context>,
     // Meshes that move, as the structure has them.
     placements: Vec<Placement>,
@@ -77,7 +79,7 @@ impl GpuRunner {
 
         let resources =
             Resources { buffers: allocate(&memory, buffers, tables)?, structures: HashMap::new() };
-        let mut runner = GpuRunner { frame, passes, resources, context, placements: Vec::new() };
+        let mut runner = GpuRunner { frame, passes, resources, memory, context, placements: Vec::new() };
         runner.clear_all()?;
         for (name, bytes) in tables {
             runner.upload(name, 0, bytes)?;
@@ -89,7 +91,7 @@ impl GpuRunner {
             } else {
                 Primitives::Triangles
             };
-            runner.build_structures(&memory, kind, triangle_count, placements)?;
+            runner.build_structures(kind, triangle_count, placements)?;
         }
         Ok(runner)
     }
@@ -106,12 +108,12 @@ impl GpuRunner {
 
     fn build_structures(
         &mut self,
-        memory: &Arc<Memory>,
         kind: Primitives,
         triangle_count: u32,
         placements: &[Placement],
     ) -> Result<(), VulkanError> {
         let Resources { buffers, structures } = &mut self.resources;
+        let memory = &self.memory;
         let triangles = buffers.get("triangles").ok_or_else(|| unknown("triangles"))?;
         let mut parts = vec![Part { buffer: triangles, first: 0, capacity: u64::from(triangle_count) }];
         for placement in placements {
@@ -125,14 +127,40 @@ impl GpuRunner {
         self.frame.execute(&["build.scene".into()], |recorder, _| recorder.build(&scene, triangle_count))?;
         structures.insert(SCENE_STRUCTURE, scene);
 
-        // Until the first step builds it, the other structure is empty.
-        if let Some(boxes) = buffers.get("point_boxes") {
-            let (kind, count) = (Primitives::Boxes, boxes.bytes() / Primitives::Boxes.stride());
-            let points = Hierarchy::new(memory, POINTS_STRUCTURE, kind, boxes, count)?;
-            self.frame.execute(&[BUILD_POINTS.into()], |recorder, _| recorder.build(&points, 0))?;
-            structures.insert(POINTS_STRUCTURE, points);
-        }
         Ok(())
+    }
+
+    /// Allocates the structure over the boxes in a gather's first words, empty, if it is not there yet.
+    fn make_neighbour_structure(&mut self) -> Result<(), VulkanError> {
+        let GpuRunner { frame, resources, memory, .. } = self;
+        if resources.structures.contains_key(NEIGHBOUR_STRUCTURE) {
+            return Ok(());
+        }
+        let boxes = resources.buffers.get("index_0").ok_or_else(|| unknown("index_0"))?;
+        let (kind, count) = (Primitives::Boxes, boxes.bytes() / Primitives::Boxes.stride());
+        let neighbours = Hierarchy::new(memory, NEIGHBOUR_STRUCTURE, kind, boxes, count)?;
+        frame.execute(&["build.neighbours".into()], |recorder, _| recorder.build(&neighbours, 0))?;
+        resources.structures.insert(NEIGHBOUR_STRUCTURE, neighbours);
+        Ok(())
+    }
+
+    /// Runs steps in one submission, of which only the first may have to know how many deposits there are.
+    fn submit(&mut self, steps: &[Step]) -> anyhow::Result<Vec<StepTime>> {
+        let deposits = match steps.first() {
+            Some(Step::Structure { side: Side::Photons, count }) => {
+                let state: Vec<u32> = bytemuck::pod_collect_to_vec(&self.read("deposit_state")?);
+                state[DepositState::Stored as usize].min(*count)
+            }
+            _ => 0,
+        };
+        let GpuRunner { frame, passes, resources, .. } = self;
+        let actions = steps
+            .iter()
+            .map(|step| resolve(passes, resources, step, deposits))
+            .collect::<Result<Vec<_>, _>>()?;
+        let labels: Vec<_> = steps.iter().map(Step::label).collect();
+        let times = frame.execute(&labels, |recorder, index| actions[index].record(recorder))?;
+        Ok(times.into_iter().map(|(pass, time)| StepTime { pass, time }).collect())
     }
 
     fn upload(&mut self, name: &str, offset: usize, bytes: &[u8]) -> Result<(), VulkanError> {
@@ -177,15 +205,25 @@ impl Runner for GpuRunner {
     fn run(&mut self, steps: &[Step]) -> anyhow::Result<Vec<StepTime>> {
         let names = steps.iter().filter_map(|step| match step {
             Step::Dispatch { pass, .. } => Some(*pass),
-            _ => None,
+            Step::Index { gather, .. } => Some(gather.index_pass),
+            Step::Gather { gather, .. } => Some(gather.gather_pass),
+            Step::Clear { .. } | Step::Structure { .. } => None,
         });
+        if steps.iter().any(|step| matches!(step, Step::Structure { .. })) {
+            self.make_neighbour_structure()?;
+        }
         self.passes.prepare(names, &self.resources)?;
-        let GpuRunner { frame, passes, resources, .. } = self;
-        let actions =
-            steps.iter().map(|step| resolve(passes, resources, step)).collect::<Result<Vec<_>, _>>()?;
-        let labels: Vec<_> = steps.iter().map(label).collect();
-        let times = frame.execute(&labels, |recorder, index| actions[index].record(recorder))?;
-        Ok(times.into_iter().map(|(pass, time)| StepTime { pass, time }).collect())
+        // How many boxes there are of deposits is known only when they are there: such a build starts a submission.
+        let waits = |step: &Step| matches!(step, Step::Structure { side: Side::Photons, .. });
+        let mut times = Vec::with_capacity(steps.len());
+        let mut rest = steps;
+        while !rest.is_empty() {
+            let count = rest.iter().skip(1).position(waits).map_or(rest.len(), |index| index + 1);
+            let (now, later) = rest.split_at(count);
+            times.extend(self.submit(now)?);
+            rest = later;
+        }
+        Ok(times)
     }
 }
 
@@ -220,6 +258,7 @@ fn resolve<'a>(
     passes: &'a Passes,
     resources: &'a Resources,
     step: &'a Step,
+    deposits: u32,
 ) -> Result<Action<'a>, VulkanError> {
     match step {
         Step::Dispatch { pass, count, params } => {
@@ -228,20 +267,19 @@ fn resolve<'a>(
         Step::Clear { buffer } => {
             resources.buffers.get(buffer).map(Action::Clear).ok_or_else(|| unknown(buffer))
         }
-        Step::BuildPoints { count } => {
-            let points = resources.structures.get(POINTS_STRUCTURE);
-            let points = points.ok_or(VulkanError::NotHardware { step: BUILD_POINTS })?;
-            points.check(*count)?;
-            Ok(Action::Build(points, *count))
+        Step::Index { gather, count, params, .. } => {
+            Ok(Action::Dispatch(passes.get(gather.index_pass)?, *count, bytemuck::bytes_of(params)))
         }
-    }
-}
-
-fn label(step: &Step) -> String {
-    match step {
-        Step::Dispatch { pass, .. } => (*pass).into(),
-        Step::Clear { buffer } => format!("clear.{buffer}"),
-        Step::BuildPoints { .. } => BUILD_POINTS.into(),
+        Step::Gather { gather, count, params } => {
+            Ok(Action::Dispatch(passes.get(gather.gather_pass)?, *count, bytemuck::bytes_of(params)))
+        }
+        Step::Structure { side, count } => {
+            let neighbours = resources.structures.get(NEIGHBOUR_STRUCTURE);
+            let neighbours = neighbours.ok_or_else(|| VulkanError::NotHardware { step: step.label() })?;
+            let count = if *side == Side::Photons { deposits } else { *count };
+            neighbours.check(count)?;
+            Ok(Action::Build(neighbours, count))
+        }
     }
 }
 

@@ -128,7 +128,7 @@ pub enum VulkanError {
     #[error("step `{step}` needs ray queries, but the device was opened without; use --tracer hardware")]
     NotHardware {
         /// Name of the step.
-        step: &'static str,
+        step: String,
     },
     /// The validation layer spoke.
     #[error("the validation layer reports {} message(s):\n{}", .0.len(), .0.join("\n"))]

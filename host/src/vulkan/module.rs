@@ -246,7 +246,7 @@ mod tests {
         assert!(module.capabilities.contains(&Capability::RayQueryKHR));
         assert_eq!(
             names(&module.entry_points["trace.points"]),
-            [(0, "points_structure", BindingKind::Structure), (1, "values", BindingKind::Buffer)]
+            [(0, "neighbour_structure", BindingKind::Structure), (1, "values", BindingKind::Buffer)]
         );
     }
 

@@ -220,7 +220,8 @@ impl Structure {
         count: u32,
     ) -> Result<(Structure, u64), VulkanError> {
         let context = &memory.context;
-        let device = context.structures.as_ref().ok_or(VulkanError::NotHardware { step: "build" })?;
+        let device =
+            context.structures.as_ref().ok_or_else(|| VulkanError::NotHardware { step: "build".into() })?;
         let geometries = [geometry];
         let mut sizes = vk::AccelerationStructureBuildSizesInfoKHR::default();
         // SAFETY: one geometry, one count.

@@ -51,7 +51,7 @@ pub(crate) fn base() -> Vec<u32> {
 pub(crate) fn rayquery() -> Vec<u32> {
     let mut assembler = Assembler::new(true);
     let values = assembler.buffer("values", 1);
-    for (pass, name) in [("trace.scene", "scene_structure"), ("trace.points", "points_structure")] {
+    for (pass, name) in [("trace.scene", "scene_structure"), ("trace.points", "neighbour_structure")] {
         let structure = assembler.structure(name, 0);
         assembler.trace(pass, structure, values);
     }

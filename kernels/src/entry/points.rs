@@ -1,27 +1,11 @@
-//! Entry points over pixels: boxes, resolve, display.
+//! Entry points over pixels: resolve, display.
 
 use crate::entry::index;
 use crate::interface::frame::FrameParams;
-use crate::interface::point::{PointBox, PointGeometry, PointShading};
+use crate::interface::point::{PointGeometry, PointShading};
 use crate::pass;
 use spirv_std::glam::{UVec3, Vec3};
 use spirv_std::spirv;
-
-/// Boxes around collection points, in the order of `pixel_order`.
-#[spirv(compute(threads(64), entry_point_name = "bound"))]
-pub fn bound(
-    #[spirv(global_invocation_id)] id: UVec3,
-    #[spirv(push_constant)] params: &FrameParams,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] pixel_order: &[u32],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] point_geometry: &[PointGeometry],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] point_boxes: &mut [PointBox],
-) {
-    let index = index(id);
-    if index < params.pixel_count() {
-        let pixel = pixel_order[index as usize];
-        point_boxes[index as usize] = pass::bound::bound(&point_geometry[pixel as usize]);
-    }
-}
 
 /// Radiance of the caustics.
 #[spirv(compute(threads(64), entry_point_name = "resolve"))]

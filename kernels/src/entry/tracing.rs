@@ -5,7 +5,6 @@
 macro_rules! tracing_entries {
     ([$($bound:tt)*], |$cut_outs:ident| $tracer:expr) => {
         use crate::entry::index;
-        use crate::gather::brute::Brute;
         use crate::gather::receive::Store;
         use crate::interface::counters::Counter;
         use crate::interface::frame::FrameParams;
@@ -171,7 +170,6 @@ macro_rules! tracing_entries {
                     capacity: params.deposit_capacity,
                     dropped: 0,
                 };
-                let points = &mut Brute { count: 0 };
                 pass::shoot::shoot(
                     index,
                     params,
@@ -179,7 +177,6 @@ macro_rules! tracing_entries {
                     scene,
                     &emit,
                     &mut tracer,
-                    points,
                     &mut store,
                     &mut counters,
                 );

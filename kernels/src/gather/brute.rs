@@ -1,19 +1,28 @@
 //! Brute force: every point looks at every deposit. O(points x deposits): the oracle of every gather, nothing else.
 
-use crate::gather::{Near, Neighbours, Visit};
+use crate::gather::tables::{Build, Tables};
+use crate::gather::variant::Variant;
+use crate::gather::{Gather, Index, Near, Visit};
 
-/// All ids below a count.
-#[derive(Clone, Copy)]
-pub struct Brute {
-    /// Elements.
-    pub count: u32,
+/// See the head of the file.
+pub struct Brute;
+
+impl Index for Brute {
+    const VARIANT: Variant = Variant {
+        name: "brute",
+        about: "every point looks at every deposit: the oracle, O(points x deposits)",
+        ..Variant::of::<Brute>()
+    };
+
+    #[inline(always)]
+    fn build(_stage: u32, _index: u32, _build: &mut Build<'_>) {}
 }
 
-impl Neighbours for Brute {
+impl Gather for Brute {
     #[inline(always)]
-    fn for_each_near<V: Visit>(&mut self, _near: Near, visit: &mut V) {
+    fn for_each_near<V: Visit>(tables: &Tables<'_>, _near: Near, visit: &mut V) {
         let mut id = 0;
-        while id < self.count {
+        while id < tables.deposit_count {
             visit.visit(id);
             id += 1;
         }

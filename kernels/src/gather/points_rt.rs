@@ -1,36 +1,128 @@
 //! The paper's gather: boxes around the collection points in an acceleration structure, searched by a ray query of
-//! almost no length from each deposit; every candidate is visited and none committed. GPU only.
+//! almost no length from each deposit; every candidate is visited and none committed.
 //!
-//! Source: [Moreau and Doggett 2022]. Cost: a structure over all pixels every frame, and a query a deposit.
+//! Source: [Moreau and Doggett 2022]; there the light path queries as it deposits, here the deposits are stored before.
+//! Cost: a structure over all pixels every frame, and a query a deposit.
 //! Where it is wrong: nowhere; candidates may lie outside their box, so the disc test decides.
 
-use crate::gather::{Near, Neighbours, Visit};
+use crate::gather::Index;
+use crate::gather::contribution::disc_half_extent;
+use crate::gather::tables::Build;
+use crate::gather::variant::{Over, Side, Stage, Variant, Words};
+use crate::interface::point::PointGeometry;
 use spirv_std::glam::Vec3;
-use spirv_std::ray_query;
-use spirv_std::ray_tracing::{AccelerationStructure, RayFlags, RayQuery};
 
-/// Points by their boxes.
-#[derive(Clone, Copy)]
-pub struct PointsRt<'a> {
-    /// Boxes around the points.
-    pub structure: &'a AccelerationStructure,
-}
+/// See the head of the file.
+pub struct PointsRt;
 
-impl Neighbours for PointsRt<'_> {
+impl Index for PointsRt {
+    const VARIANT: Variant = Variant {
+        name: "points-rt",
+        about: "the paper's: boxes around points, searched by ray queries from each deposit",
+        side: Side::Points,
+        hardware: true,
+        frame: &[Stage::Run(0, "bound", Over::Pixels), Stage::Structure(Side::Points)],
+        words: [Words(6, Over::Pixels), Words::NONE, Words::NONE, Words::NONE],
+        ..Variant::of_hardware::<PointsRt>()
+    };
+
     #[inline(always)]
-    fn for_each_near<V: Visit>(&mut self, near: Near, visit: &mut V) {
-        candidates(self.structure, near.position, visit);
+    fn build(_stage: u32, index: u32, build: &mut Build<'_>) {
+        let (low, high) = bound(&build.point(index));
+        write_box(&mut build.index_0, index, low, high);
     }
 }
 
+/// The box of one point: lower and upper corner [m]. Without a point: a box of no size where the camera path ended,
+/// never NaN and never far away (drivers answer both badly).
 #[inline(always)]
-fn candidates<V: Visit>(structure: &AccelerationStructure, position: Vec3, visit: &mut V) {
-    ray_query!(let mut query);
-    // SAFETY: the query is initialised before it proceeds.
-    unsafe {
-        query.initialize(structure, RayFlags::NONE, 0xff, position, 0.0, Vec3::Z, 1.0e-30);
-        while query.proceed() {
-            visit.visit(query.get_candidate_intersection_primitive_index());
+pub fn bound(point: &PointGeometry) -> (Vec3, Vec3) {
+    if point.depth == 0 {
+        return (point.position, point.position);
+    }
+    let half = disc_half_extent(point);
+    (point.position - half, point.position + half)
+}
+
+/// Writes a box as an acceleration structure reads it (VkAabbPositionsKHR).
+#[inline(always)]
+pub fn write_box<W: crate::seam::Words>(words: &mut W, index: u32, low: Vec3, high: Vec3) {
+    words.set(6 * index, low.x.to_bits());
+    words.set(6 * index + 1, low.y.to_bits());
+    words.set(6 * index + 2, low.z.to_bits());
+    words.set(6 * index + 3, high.x.to_bits());
+    words.set(6 * index + 4, high.y.to_bits());
+    words.set(6 * index + 5, high.z.to_bits());
+}
+
+#[cfg(feature = "ray-query")]
+pub use query::for_each_near;
+
+#[cfg(feature = "ray-query")]
+mod query {
+    use crate::gather::tables::Tables;
+    use crate::gather::{Near, Visit};
+    use spirv_std::glam::Vec3;
+    use spirv_std::ray_query;
+    use spirv_std::ray_tracing::{AccelerationStructure, RayFlags, RayQuery};
+
+    /// Visits the points whose boxes hold the position.
+    #[inline(always)]
+    pub fn for_each_near<V: Visit>(
+        structure: &AccelerationStructure,
+        _tables: &Tables<'_>,
+        near: Near,
+        visit: &mut V,
+    ) {
+        ray_query!(let mut query);
+        // SAFETY: the query is initialised before it proceeds.
+        unsafe {
+            query.initialize(structure, RayFlags::NONE, 0xff, near.position, 0.0, Vec3::Z, 1.0e-30);
+            while query.proceed() {
+                visit.visit(query.get_candidate_intersection_primitive_index());
+            }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gather::contribution::takes;
+    use crate::interface::point::DepositGeometry;
+    use crate::math::rng::{Rng, Stream};
+    use crate::math::warp::uniform_sphere;
+    use spirv_std::glam::Vec3;
+
+    #[test]
+    fn every_deposit_taken_lies_in_the_box() {
+        let mut taken = 0;
+        for path in 0..400_000 {
+            let mut rng = Rng::new(Stream::Camera, 1, path, 0);
+            let (a, b, c) = (rng.next4(), rng.next4(), rng.next4());
+            let normal = uniform_sphere(a.x, a.y);
+            let point = PointGeometry { position: Vec3::new(3.0, -2.0, 1.0), radius: 0.1, normal, depth: 1 };
+            // A deposit near the disc's rim whose normal leans by up to 26 degrees.
+            let tilt = (normal + uniform_sphere(b.x, b.y) * 0.44).normalize();
+            let away = (uniform_sphere(c.x, c.y) * 0.1) * (0.9 + 0.1 * c.z);
+            let deposit = DepositGeometry {
+                position: point.position + away,
+                scatterings: 1,
+                normal: tilt,
+                instance: 0,
+            };
+            if takes(&point, &deposit, 5) {
+                taken += 1;
+                let (low, high) = bound(&point);
+                assert!(deposit.position.cmpge(low).all() && deposit.position.cmple(high).all());
+            }
+        }
+        assert!(taken > 10_000, "the test has lost its subject: {taken}");
+    }
+
+    #[test]
+    fn no_point_makes_a_box_of_no_size() {
+        let nowhere = PointGeometry { position: Vec3::ONE, ..Default::default() };
+        assert_eq!(bound(&nowhere), (Vec3::ONE, Vec3::ONE));
     }
 }

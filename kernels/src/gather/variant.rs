@@ -1,104 +1,173 @@
-//! The gather variants as data: what each runs, over what. A new gather is one file and one line of `ALL`.
+//! A gather variant as data: what its index consists of, and when it is built.
 
-/// What a pass runs over, an invocation each.
+use crate::gather::{Gather, Index};
+
+/// What a stage or a pass runs over, an invocation each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Over {
     /// Pixels of the image.
     Pixels,
-    /// Light paths of the batch.
-    LightPaths,
+    /// A share of the pixels, rounded up: one in so many.
+    PixelsIn(u32),
     /// Slots of the deposit buffers.
     Deposits,
     /// Cells of the hash table.
     Cells,
-    /// One invocation.
-    One,
+    /// Words of level `k` of the counts of a sort of pixels by Morton codes; see `morton_sort`.
+    PixelSort(u32),
+    /// The same of deposits.
+    DepositSort(u32),
+    /// So many.
+    Count(u32),
 }
 
-/// One piece of work.
+/// What an index is over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Work {
-    /// Runs a pass.
-    Pass(&'static str, Over),
-    /// Fills a buffer with zeros.
-    Clear(&'static str),
-    /// Builds the acceleration structure over the points' boxes.
-    BuildPoints,
+#[repr(u32)]
+pub enum Side {
+    /// Over collection points: deposits look for points.
+    Points,
+    /// Over deposits: points look for deposits.
+    Photons,
+}
+
+/// A stage of building an index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Runs `build` of the index with this number; the name stands behind the pass's in profiles.
+    Run(u32, &'static str, Over),
+    /// Fills the words of this number with zeros.
+    Clear(u32),
+    /// Builds the acceleration structure over the boxes in the first words: of pixels, or of the deposits there are.
+    Structure(Side),
+}
+
+/// Words of an index: so many for each of so many.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Words(pub u32, pub Over);
+
+impl Words {
+    /// No words.
+    pub const NONE: Words = Words(0, Over::Count(0));
 }
 
 /// A way to bring deposits and collection points together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub struct Variant {
     /// Name on the command line.
     pub name: &'static str,
     /// What it is, in one line.
     pub about: &'static str,
+    /// What is indexed.
+    pub side: Side,
     /// Whether it needs ray queries.
     pub hardware: bool,
     /// Once a frame, after `collect`.
-    pub prepare: &'static [Work],
-    /// For each batch of light paths.
-    pub batch: &'static [Work],
-    /// Its buffers beside those of every gather: name, element size [bytes], elements.
-    pub buffers: &'static [(&'static str, usize, Over)],
+    pub frame: &'static [Stage],
+    /// For each batch of light paths, after `shoot`.
+    pub batch: &'static [Stage],
+    /// The words of its index.
+    pub words: [Words; 4],
+    /// Whether building moves the deposits into `sorted_geometry` and `sorted_light`, and ids are of those.
+    pub sorts: bool,
+    /// Pass that builds.
+    pub index_pass: &'static str,
+    /// Pass that gathers.
+    pub gather_pass: &'static str,
+    /// The passes on a CPU.
+    #[cfg(not(target_arch = "spirv"))]
+    pub cpu: cpu::OnCpu,
 }
 
-/// Every gather variant.
-pub const ALL: &[Variant] = &[BRUTE, POINTS_RT, PHOTONS_GRID];
+impl Variant {
+    /// An index of deposits that has no stages, words or name yet, with the functions of `G`.
+    pub const fn of<G: Gather>() -> Variant {
+        Variant {
+            #[cfg(not(target_arch = "spirv"))]
+            cpu: cpu::OnCpu { gather: Some(cpu::gather_one::<G>), ..cpu::OnCpu::of::<G>() },
+            ..Variant::of_hardware::<G>()
+        }
+    }
 
-/// The variant of this name.
-pub fn find(name: &str) -> Option<&'static Variant> {
-    ALL.iter().find(|variant| variant.name == name)
+    /// The same of an index that ray queries search.
+    pub const fn of_hardware<I: Index>() -> Variant {
+        Variant {
+            name: "",
+            about: "",
+            side: Side::Photons,
+            hardware: false,
+            frame: &[],
+            batch: &[],
+            words: [Words::NONE; 4],
+            sorts: false,
+            index_pass: "index",
+            gather_pass: "gather",
+            #[cfg(not(target_arch = "spirv"))]
+            cpu: cpu::OnCpu::of::<I>(),
+        }
+    }
 }
 
-/// See `brute`.
-pub const BRUTE: Variant = Variant {
-    name: "brute",
-    about: "every point looks at every deposit: the oracle, O(points x deposits)",
-    hardware: false,
-    prepare: &[],
-    batch: &[
-        Work::Clear("deposit_state"),
-        Work::Pass("shoot.store", Over::LightPaths),
-        Work::Pass("gather.brute", Over::Pixels),
-    ],
-    buffers: &[("deposit_geometry", 32, Over::Deposits), ("deposit_light", 32, Over::Deposits)],
-};
+#[cfg(not(target_arch = "spirv"))]
+pub use cpu::*;
 
-/// See `points_rt`.
-pub const POINTS_RT: Variant = Variant {
-    name: "points-rt",
-    about: "the paper's: boxes around points, searched by ray queries from each deposit",
-    hardware: true,
-    prepare: &[Work::Pass("bound", Over::Pixels), Work::BuildPoints],
-    batch: &[Work::Pass("shoot.points_rt", Over::LightPaths)],
-    buffers: &[("point_boxes", 24, Over::Pixels)],
-};
+/// The variants as a CPU runs them.
+#[cfg(not(target_arch = "spirv"))]
+mod cpu {
+    use super::Variant;
+    use crate::gather::tables::{Build, Tables};
+    use crate::gather::{Gather, Index, for_each_gather};
+    use crate::pass::gather::gather;
+    use crate::seam::{AtomicWords, Atomics};
 
-/// See `photons_grid`.
-pub const PHOTONS_GRID: Variant = Variant {
-    name: "photons-grid",
-    about: "deposits in a hash grid, gathered from each point",
-    hardware: false,
-    prepare: &[Work::Clear("radius_histogram"), Work::Pass("grid.survey", Over::Pixels)],
-    batch: &[
-        Work::Clear("deposit_state"),
-        Work::Clear("cell_counts"),
-        Work::Pass("shoot.store", Over::LightPaths),
-        Work::Pass("grid.size", Over::One),
-        Work::Pass("grid.count", Over::Deposits),
-        Work::Pass("grid.reserve", Over::Cells),
-        Work::Pass("grid.fill", Over::Deposits),
-        Work::Pass("gather.photons_grid", Over::Pixels),
-    ],
-    buffers: &[
-        ("radius_histogram", 1024, Over::One),
-        ("cell_counts", 4, Over::Cells),
-        ("cell_starts", 4, Over::Cells),
-        ("cell_ends", 4, Over::Cells),
-        ("deposit_geometry", 32, Over::Deposits),
-        ("deposit_light", 32, Over::Deposits),
-        ("sorted_geometry", 32, Over::Deposits),
-        ("sorted_light", 32, Over::Deposits),
-    ],
-};
+    /// One invocation of a stage of building.
+    pub type BuildOne = fn(u32, u32, &mut Build<'_>);
+    /// One invocation of a gather: tables, accumulator, counters.
+    pub type GatherOne = fn(u32, &Tables<'_>, AtomicWords<'_>, &mut dyn Atomics);
+
+    /// The passes of a variant as functions.
+    #[derive(Clone, Copy, Debug)]
+    pub struct OnCpu {
+        /// Builds.
+        pub build: BuildOne,
+        /// Gathers; none by ray queries.
+        pub gather: Option<GatherOne>,
+    }
+
+    impl OnCpu {
+        pub(super) const fn of<I: Index>() -> OnCpu {
+            OnCpu { build: I::build, gather: None }
+        }
+    }
+
+    pub(super) fn gather_one<G: Gather>(
+        index: u32,
+        tables: &Tables<'_>,
+        accumulator: AtomicWords<'_>,
+        mut counters: &mut dyn Atomics,
+    ) {
+        gather::<G, _, _>(index, tables, accumulator, &mut counters);
+    }
+
+    macro_rules! list {
+        ($([$($file:ident $type:ident $constant:ident $index:tt $gather:tt;)*])*) => {
+            $($(
+                #[doc = concat!("See `", stringify!($file), "`.")]
+                pub const $constant: Variant = Variant {
+                    index_pass: $index,
+                    gather_pass: $gather,
+                    ..<crate::gather::$file::$type as Index>::VARIANT
+                };
+            )*)*
+
+            /// Every gather variant.
+            pub const ALL: &[Variant] = &[$($($constant,)*)*];
+        };
+    }
+    for_each_gather!(list);
+
+    /// The variant of this name.
+    pub fn find(name: &str) -> Option<&'static Variant> {
+        ALL.iter().find(|variant| variant.name == name)
+    }
+}

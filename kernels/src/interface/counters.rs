@@ -48,16 +48,12 @@ pub const COUNTER_NAMES: [(Counter, &str); 11] = [
     (Counter::MediaOverflow, "media_overflow"),
 ];
 
-/// A slot of the buffer `deposit_state`, which the passes of a photon gather share.
+/// A slot of the buffer `deposit_state`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum DepositState {
-    /// Deposits stored in this batch.
+    /// Deposits stored in this batch, those without room included.
     Stored,
-    /// Deposits that lie in cells reserved so far.
-    Reserved,
-    /// Bits of the grid's cell size [m], an f32.
-    CellSize,
 }
 
 /// Slots of the buffer `deposit_state`.

@@ -33,9 +33,9 @@ pub struct FrameParams {
     pub frame: u32,
     /// Light paths of the whole frame.
     pub light_path_count: u32,
-    /// Where this dispatch stands in its pass: the first light path of a batch, or the level of a tree or a filter.
+    /// Where this dispatch stands in its pass: the first light path of a batch, the stage of an index, the level of a filter.
     pub part: u32,
-    /// Light paths of this batch.
+    /// Light paths of this batch; invocations of a stage of an index, or `EVERY_DEPOSIT`.
     pub light_path_batch: u32,
     /// Scattering vertices between eye and light, at most.
     pub max_bounces: u32,
@@ -76,6 +76,9 @@ impl FrameParams {
         f32::from_bits((254 << 23) - self.quantum.to_bits())
     }
 }
+
+/// `FrameParams::light_path_batch` of a stage that runs over the deposits there are.
+pub const EVERY_DEPOSIT: u32 = u32::MAX;
 
 /// Invocations of an entry point along x; further rows of them lie along y.
 pub const INVOCATIONS_PER_ROW: u32 = 1 << 21;

@@ -69,18 +69,7 @@ pub struct DepositLight {
     pub padding_2: u32,
 }
 
-/// Axis-aligned box around a collection point's disc: the layout of VkAabbPositionsKHR.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct PointBox {
-    /// Lower corner [m].
-    pub min: Vec3,
-    /// Upper corner [m].
-    pub max: Vec3,
-}
-
 const _: () = assert!(size_of::<PointGeometry>() == 32);
 const _: () = assert!(size_of::<PointShading>() == 60);
 const _: () = assert!(size_of::<DepositGeometry>() == 32);
 const _: () = assert!(size_of::<DepositLight>() == 32);
-const _: () = assert!(size_of::<PointBox>() == 24);

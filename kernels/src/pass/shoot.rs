@@ -1,6 +1,5 @@
 //! `shoot`: traces light sub-paths. Every hit after at least one specular event deposits its flux.
 
-use crate::gather::Neighbours;
 use crate::gather::receive::Receive;
 use crate::interface::counters::Counter;
 use crate::interface::frame::FrameParams;
@@ -24,25 +23,24 @@ use spirv_std::glam::Vec3;
 
 /// Traces light path `params.part + index`.
 #[inline(always)]
-pub fn shoot<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
+pub fn shoot<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     index: u32,
     params: &FrameParams,
     needs: Needs,
     scene: SceneTables<'_>,
     emit: &E,
     tracer: &mut T,
-    points: &mut N,
     receive: &mut R,
     counters: &mut C,
 ) {
     let path = params.part + index;
     let rng = Rng::new(Stream::Light, params.seed, path, params.frame);
-    follow(path, rng, params, needs, scene, emit, tracer, points, receive, counters);
+    follow(path, rng, params, needs, scene, emit, tracer, receive, counters);
 }
 
 /// Traces the light path that these random numbers make.
 #[inline(always)]
-pub fn follow<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
+pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     path: u32,
     mut rng: Rng,
     params: &FrameParams,
@@ -50,7 +48,6 @@ pub fn follow<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
     scene: SceneTables<'_>,
     emit: &E,
     tracer: &mut T,
-    points: &mut N,
     receive: &mut R,
     counters: &mut C,
 ) {
@@ -93,7 +90,6 @@ pub fn follow<E: Emit, T: Tracer, N: Neighbours, R: Receive, C: Atomics>(
         if caustic && receives && cos_arriving > 0.0 {
             deposits += 1;
             receive.receive(
-                points,
                 DepositGeometry {
                     position: here.position,
                     scatterings: hit_count - 1,

@@ -4,8 +4,6 @@
 //! A path keeps its numbers for eight frames, and paths take turns in drawing new ones; in that frame a path only
 //! remembers. All marks are made where things were in the frame before.
 
-use crate::gather::Neighbours;
-use crate::gather::brute::Brute;
 use crate::gather::receive::Receive;
 use crate::interface::frame::FrameParams;
 use crate::interface::history::{VALIDATION_DEPOSITS, VALIDATION_PERIOD, ValidationDeposit};
@@ -40,8 +38,7 @@ pub fn validate<E: Emit, T: Tracer, A: Atomics>(
     let compares = !turn.is_multiple_of(VALIDATION_PERIOD);
     let mut receive = Compare { deposits, first, count: 0, compares, instances, params: *params, cells };
     let needs = Needs(needs.0 & !Needs::LEDGER.0);
-    let points = &mut Brute { count: 0 };
-    shoot::follow(path, rng, params, needs, scene, emit, tracer, points, &mut receive, &mut Uncounted);
+    shoot::follow(path, rng, params, needs, scene, emit, tracer, &mut receive, &mut Uncounted);
     receive.close();
 }
 
@@ -59,7 +56,7 @@ struct Compare<'a, A> {
 
 impl<A: Atomics> Receive for Compare<'_, A> {
     #[inline(always)]
-    fn receive<N: Neighbours>(&mut self, _points: &mut N, geometry: DepositGeometry, light: DepositLight) {
+    fn receive(&mut self, geometry: DepositGeometry, light: DepositLight) {
         if self.count >= VALIDATION_DEPOSITS {
             return;
         }

@@ -4,7 +4,7 @@
 //! coarser cells around it, so that a place is judged by the smallest cell that knows enough. A mesh that moves has cells of
 //! its own: what lies on it may rest while all around it changes. Edges are powers of two; all cells share one hash table.
 
-use crate::gather::photons_grid::{cell, hash};
+use crate::gather::hash::{self, cell};
 use crate::interface::frame::FrameParams;
 use crate::interface::history::VALIDATION_CELLS;
 use crate::math::PI;
@@ -83,7 +83,7 @@ fn finest(position: Vec3, params: &FrameParams) -> u32 {
 fn slot(position: Vec3, carrier: Carrier, exponent: u32) -> u32 {
     let here = cell(position, f32::from_bits(exponent << 23));
     let key = exponent.wrapping_mul(0x9e37_79b1) ^ carrier.0.wrapping_mul(0xc2b2_ae35);
-    WORDS * (hash(here, u32::MAX).wrapping_add(key ^ (key >> 16)) & (VALIDATION_CELLS - 1))
+    WORDS * (hash::slot(here, u32::MAX).wrapping_add(key ^ (key >> 16)) & (VALIDATION_CELLS - 1))
 }
 
 /// Which frame a mark belongs to.

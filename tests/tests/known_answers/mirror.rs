@@ -1,8 +1,8 @@
 //! Plane mirrors: the virtual light, and the view through a mirror.
 
 use caustics::scene::Scene;
-use caustics_kernels::gather::brute::Brute;
 use caustics_kernels::gather::contribution::takes;
+use caustics_kernels::gather::variant::{self, BRUTE};
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::math::cone::RayCone;
 use caustics_kernels::math::offset;
@@ -229,12 +229,11 @@ fn view_through_a_perfect_mirror_is_the_mirrored_cameras() {
         .into_iter()
         .map(|(points, shadings, params)| {
             let materials = &scene.materials;
-            let brute = Brute { count: deposits.len() };
-            let words = gather(points, shadings, &deposits, brute, materials, world.needs, &params);
-            let grid = Grid::build(points, &deposits, &params);
-            let (sorted, neighbours) = (&grid.sorted, grid.neighbours());
-            let found = gather(points, shadings, sorted, neighbours, materials, world.needs, &params);
-            assert!(words == found, "photons-grid differs from brute");
+            let words = gather(&BRUTE, points, shadings, &deposits, materials, world.needs, &params);
+            for variant in variant::ALL.iter().filter(|variant| !variant.hardware) {
+                let found = gather(variant, points, shadings, &deposits, materials, world.needs, &params);
+                assert!(words == found, "{} differs from brute", variant.name);
+            }
             resolved(points, shadings, &words, &params)
         })
         .collect();

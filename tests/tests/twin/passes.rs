@@ -1,41 +1,60 @@
 //! Every pass on the CPU's inputs: before each step both runners hold the same, after it every buffer is compared.
 
-use caustics::method::{Step, basic};
+use caustics::method::{Step, basic, gather};
 use caustics::scene::Scene;
 use caustics_kernels::gather::accumulator::{Sum, WORDS};
 use caustics_kernels::gather::contribution::{DISC_THICKNESS, MIN_NORMAL_COS};
-use caustics_kernels::gather::variant;
+use caustics_kernels::gather::variant::{self, BRUTE, PHOTONS_GRID, Variant};
 use caustics_kernels::interface::frame::FrameParams;
-use caustics_kernels::interface::point::{DepositGeometry, PointBox, PointGeometry};
-use caustics_tests::compare::{Difference, Tolerance, floats, rows, words};
+use caustics_kernels::interface::point::{DepositGeometry, PointGeometry};
+use caustics_tests::compare::{Difference, Tolerance, floats, words};
 use caustics_tests::table::Table;
 use caustics_tests::tremble::Paths;
 use caustics_tests::twin::{self, Twin};
 use glam::Vec3;
 
-use crate::{paths, sorted};
+use crate::paths;
 
 /// Contract 8: floats of a pass over equal inputs.
 pub const NEAR: Tolerance =
     Tolerance::relative(1.0e-4, 1.0, "the rule for twins: a pass amplifies ulps, but not beyond 1e-4");
 
-/// Boxes of equal points: sums and products of coordinates.
-const BOXES: Tolerance = Tolerance::relative(1.0e-6, 2.0, "a few ulps of the largest coordinate of the room");
-
-/// A frame of `photons-grid` step by step, then the passes of the other gathers.
+/// A frame of `photons-grid` step by step, then the other gathers over the same points and deposits.
 pub fn all(twin: &mut Twin, scene: &Scene, hardware: bool, table: &mut Table) {
-    for step in basic::steps(&variant::PHOTONS_GRID, twin.params) {
-        one(twin, scene, step, table);
+    for step in basic::steps(&PHOTONS_GRID, twin.params) {
+        if matches!(step, Step::Index { .. } | Step::Structure { .. }) {
+            twin.run(&[step]);
+        } else {
+            one(twin, scene, step, table);
+        }
     }
     let params = twin.params;
-    for pass in ["bound", "gather.brute"] {
-        let clear = ["accumulator", "counters"].map(|buffer| Step::Clear { buffer });
-        twin.run(&clear);
-        one(twin, scene, Step::Dispatch { pass, count: params.pixel_count(), params }, table);
+    for variant in variant::ALL.iter().filter(|variant| !variant.hardware) {
+        gathers(twin, variant, table);
     }
     if hardware {
-        points_rt(twin, params, table);
+        by_ray_queries(twin, params, table);
     }
+}
+
+/// The steps of a gather over the points and deposits at hand.
+fn over_deposits(variant: &'static Variant, params: FrameParams) -> Vec<Step> {
+    let mut steps: Vec<Step> =
+        ["accumulator", "counters"].map(|buffer| Step::Clear { buffer }).into_iter().collect();
+    steps.extend(gather::prepare(variant, params));
+    steps.extend(gather::batch(variant, params));
+    let shoots =
+        |step: &Step| matches!(step, Step::Dispatch { .. } | Step::Clear { buffer: "deposit_state" });
+    steps.retain(|step| !shoots(step));
+    steps
+}
+
+/// Builds and gathers on both, each in its own order, and compares the sums.
+fn gathers(twin: &mut Twin, variant: &'static Variant, table: &mut Table) {
+    twin.copy_to_gpu();
+    twin.run(&over_deposits(variant, twin.params));
+    let params = twin.params;
+    table.add(variant.gather_pass, sums(twin, &params));
 }
 
 /// The buffers that a pass writes.
@@ -43,13 +62,7 @@ fn outputs(pass: &str) -> &'static [&'static str] {
     match pass {
         "collect" => &["path_radiance", "seen_radiance", "point_geometry", "point_shading", "counters"],
         "shoot.store" => &["deposit_geometry", "deposit_light", "deposit_state", "counters"],
-        "bound" => &["point_boxes"],
-        "grid.survey" => &["radius_histogram"],
-        "grid.size" => &["deposit_state"],
-        "grid.count" => &["cell_counts"],
-        "grid.reserve" => &["deposit_state", "cell_starts", "cell_ends"],
-        "grid.fill" => &["cell_ends", "sorted_geometry", "sorted_light"],
-        "gather.photons_grid" | "gather.brute" => &["accumulator", "counters"],
+        "gather.photons_grid" => &["accumulator", "counters"],
         "resolve" => &["caustic_radiance"],
         "display" => &["display_color"],
         other => panic!("what does {other} write?"),
@@ -62,6 +75,7 @@ fn one(twin: &mut Twin, scene: &Scene, step: Step, table: &mut Table) {
     twin.run(&[step]);
     let (pass, params) = match step {
         Step::Dispatch { pass, params, .. } => (pass, params),
+        Step::Gather { gather, params, .. } => (gather.gather_pass, params),
         _ => ("", twin.params),
     };
     let written = if pass.is_empty() { &[] } else { outputs(pass) };
@@ -77,26 +91,15 @@ fn one(twin: &mut Twin, scene: &Scene, step: Step, table: &mut Table) {
         "" => return,
         "collect" => paths::collect(twin, whole, table),
         "shoot.store" => paths::shoot(twin, whole, table),
-        "grid.reserve" => table.add(pass, sorted::ranges(twin)),
-        "grid.fill" => table.add(pass, sorted::cells(twin)),
-        "gather.photons_grid" | "gather.brute" => table.add(pass, sums(twin, &params)),
+        "gather.photons_grid" => table.add(pass, sums(twin, &params)),
         _ => {}
     }
     for &buffer in written {
         let difference = match buffer {
-            "point_boxes" => {
-                let (cpu, gpu) = twin.rows::<PointBox>(buffer);
-                table.add(pass, rows(&cpu, &gpu, Tolerance::EXACT, |_| BOXES));
-                continue;
-            }
             "caustic_radiance" | "display_color" => {
                 let (cpu, gpu) = twin.rows::<f32>(buffer);
                 let scale = cpu.iter().sum::<f32>() / cpu.len() as f32;
                 floats(buffer, 3, &cpu, &gpu, Tolerance { absolute: 1.0e-4 * scale, ..NEAR })
-            }
-            "radius_histogram" | "deposit_state" | "cell_counts" if !pass.starts_with("shoot") => {
-                let (cpu, gpu) = twin.rows::<u32>(buffer);
-                words(buffer, 1, &cpu, &gpu, Tolerance::EXACT)
             }
             "counters" if !pass.starts_with("gather") => {
                 let (cpu, gpu) = twin.rows::<u32>(buffer);
@@ -149,29 +152,24 @@ fn on_the_bound(twin: &mut Twin, pixels: &[usize]) -> usize {
     pixels.iter().filter(has).count()
 }
 
-/// `shoot.points_rt` against brute force over the deposits of the same paths on the same device, and against the CPU.
-fn points_rt(twin: &mut Twin, params: FrameParams, table: &mut Table) {
+/// Gathers by ray queries against brute force over the same deposits on the same device, and against the CPU's.
+fn by_ray_queries(twin: &mut Twin, params: FrameParams, table: &mut Table) {
     let (cpu, _) = twin.rows::<u32>("accumulator");
     twin.copy_to_gpu();
-    let pixels = |pass| Step::Dispatch { pass, count: params.pixel_count(), params };
-    let paths = |pass| Step::Dispatch { pass, count: params.light_path_batch, params };
-    let clear = |buffer| Step::Clear { buffer };
-    let mut run = |steps: &[Step]| {
-        twin.gpu.run(&[clear("accumulator"), clear("deposit_state"), clear("counters")]).expect("clears");
-        twin.gpu.run(steps).expect("the GPU runs the steps and the validation layer is silent");
+    let mut run = |variant| {
+        let steps = over_deposits(variant, params);
+        twin.gpu.run(&steps).expect("the GPU runs the steps and the validation layer is silent");
         twin::rows::<u32>(&mut *twin.gpu, "accumulator")
     };
-    let build = Step::BuildPoints { count: params.pixel_count() };
-    let points = run(&[pixels("bound"), build, paths("shoot.points_rt")]);
-    let brute = run(&[paths("shoot.store"), pixels("gather.brute")]);
-    table.add(
-        "shoot.points_rt = brute",
-        [words("accumulator", WORDS as usize, &brute, &points, Tolerance::EXACT)],
-    );
-
+    let brute = run(&BRUTE);
     let total = |words: &[u32]| {
         let sums = (0..params.pixel_count()).map(|pixel| Sum::read(words, pixel, params.quantum));
         sums.fold([0.0f32; 4], |t, (sum, n)| [t[0] + sum.x, t[1] + sum.y, t[2] + sum.z, t[3] + n as f32])
     };
-    table.add("shoot.points_rt", [floats("totals", 1, &total(&cpu), &total(&points), paths::COUNTS)]);
+    for variant in variant::ALL.iter().filter(|variant| variant.hardware) {
+        let found = run(variant);
+        let title = format!("{} = brute", variant.gather_pass);
+        table.add(&title, [words("accumulator", WORDS as usize, &brute, &found, Tolerance::EXACT)]);
+        table.add(variant.gather_pass, [floats("totals", 1, &total(&cpu), &total(&found), paths::COUNTS)]);
+    }
 }

@@ -65,7 +65,7 @@ impl Memory {
     }
 
     /// Fills a buffer with zeros.
-    pub fn clear(&mut self, name: &str) -> anyhow::Result<()> {
+    pub fn clear(&self, name: &str) -> anyhow::Result<()> {
         self.edit::<u8>(name)?.fill(0);
         Ok(())
     }

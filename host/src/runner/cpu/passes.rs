@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::memory::Memory;
 
 mod filter;
+pub mod gather;
 mod history;
 mod photons;
 mod points;
@@ -36,15 +37,7 @@ const PASSES: &[(&str, Pass)] = &[
     ("reference", points::reference),
     ("filter.guide", filter::guide),
     ("filter.atrous", filter::atrous),
-    ("bound", points::bound),
     ("shoot.store", photons::shoot_store),
-    ("grid.survey", photons::grid_survey),
-    ("grid.size", photons::grid_size),
-    ("grid.count", photons::grid_count),
-    ("grid.reserve", photons::grid_reserve),
-    ("grid.fill", photons::grid_fill),
-    ("gather.photons_grid", photons::gather_photons_grid),
-    ("gather.brute", photons::gather_brute),
     ("resolve", points::resolve),
     ("display", points::display),
     ("validate", history::validate),

@@ -8,14 +8,13 @@ use crate::vulkan::{devices, test_module};
 const COUNT: usize = 1000;
 const NEEDS: Needs = Needs(100);
 
-/// A runner over `values`, `doubled` and `point_boxes`; none if the test is to be skipped.
+/// A runner over `values`, `doubled` and `index_0`; none if the test is to be skipped.
 fn runner(hardware: bool, tables: &[(&'static str, &[u8])], triangles: u32) -> Option<GpuRunner> {
     open(hardware, COUNT, tables, triangles)
 }
 
 fn open(hardware: bool, count: usize, tables: &[(&'static str, &[u8])], triangles: u32) -> Option<GpuRunner> {
-    let buffers =
-        [("values", 4 * count), ("doubled", 4 * count), ("point_boxes", 24 * count), ("no_lights", 0)];
+    let buffers = [("values", 4 * count), ("doubled", 4 * count), ("index_0", 24 * count), ("no_lights", 0)];
     let buffers = buffers.map(|(name, bytes)| BufferSpec { name, bytes });
     let open = |validation| {
         let (base, rayquery) = (test_module::base(), Some(test_module::rayquery()));
@@ -40,6 +39,10 @@ fn open(hardware: bool, count: usize, tables: &[(&'static str, &[u8])], triangle
 
 fn dispatch(pass: &'static str, count: usize) -> Step {
     Step::Dispatch { pass, count: count as u32, params: FrameParams { width: 1000, ..Default::default() } }
+}
+
+fn build(count: usize) -> Step {
+    Step::Structure { side: Side::Points, count: count as u32 }
 }
 
 fn read(runner: &mut GpuRunner, buffer: &str) -> Vec<u32> {
@@ -99,7 +102,7 @@ fn errors_name_the_buffer_and_the_pass() {
     let message = |result: anyhow::Result<Vec<StepTime>>| result.unwrap_err().to_string();
     assert!(message(runner.run(&[dispatch("shoot", 1)])).contains("`shoot`; there are: fill, twice"));
     assert!(message(runner.run(&[Step::Clear { buffer: "texels" }])).contains("`texels`"));
-    assert!(message(runner.run(&[Step::BuildPoints { count: 1 }])).contains("build.points"));
+    assert!(message(runner.run(&[build(1)])).contains("build.points"));
     assert!(runner.write("no_lights", &[1]).unwrap_err().to_string().contains("`no_lights` of 0 bytes"));
 
     let options = || GpuOptions { base: test_module::base(), ..GpuOptions::default() };
@@ -130,17 +133,17 @@ fn ray_queries_find_triangles_and_boxes() {
     let expected: Vec<_> = (0..COUNT).map(|i| u32::from(i % 3 == 0)).collect();
     assert_eq!(read(&mut runner, "values"), expected);
 
-    // Before the first build there are no boxes; later builds reuse the storage.
+    // Builds reuse the storage.
     let empty = vec![0; COUNT];
-    runner.write("point_boxes", bytemuck::cast_slice(&boxes)).unwrap();
-    runner.run(&[dispatch("trace.points", COUNT)]).unwrap();
+    runner.write("index_0", bytemuck::cast_slice(&boxes)).unwrap();
+    runner.run(&[build(0), dispatch("trace.points", COUNT)]).unwrap();
     assert_eq!(read(&mut runner, "values"), empty);
     for count in [COUNT / 2, 10, 0, COUNT / 2] {
-        runner.run(&[Step::BuildPoints { count: count as u32 }, dispatch("trace.points", COUNT)]).unwrap();
+        runner.run(&[build(count), dispatch("trace.points", COUNT)]).unwrap();
         let expected: Vec<_> = (0..COUNT).map(|i| 16 * u32::from(i % 2 == 0 && i / 2 < count)).collect();
         assert_eq!(read(&mut runner, "values"), expected, "{count} boxes");
     }
-    let error = runner.run(&[Step::BuildPoints { count: COUNT as u32 + 1 }]).unwrap_err();
+    let error = runner.run(&[build(COUNT + 1)]).unwrap_err();
     assert!(error.to_string().contains("1001 primitives, but at most 1000"));
 
     // Nothing was leaked either.

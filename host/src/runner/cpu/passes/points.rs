@@ -1,6 +1,6 @@
 //! The passes over pixels.
 
-use caustics_kernels::interface::point::{PointBox, PointGeometry, PointShading};
+use caustics_kernels::interface::point::{PointGeometry, PointShading};
 use caustics_kernels::pass;
 use caustics_kernels::seam::AtomicWords;
 use glam::Vec3;
@@ -59,19 +59,6 @@ pub fn reference(call: &Call<'_>) -> anyhow::Result<()> {
                 pass::reference::reference(pixel, call.params, call.needs, scene, &mut tracer, &mut counters);
         }
     });
-    Ok(())
-}
-
-/// Boxes around points.
-pub fn bound(call: &Call<'_>) -> anyhow::Result<()> {
-    let order = call.memory.read::<u32>("pixel_order")?;
-    let geometry = call.memory.read::<PointGeometry>("point_geometry")?;
-    let (order, geometry) = (&order[..], &geometry[..]);
-    let mut boxes = call.memory.edit::<PointBox>("point_boxes")?;
-    boxes
-        .par_iter_mut()
-        .zip(order)
-        .for_each(|(out, &pixel)| *out = pass::bound::bound(&geometry[pixel as usize]));
     Ok(())
 }
 

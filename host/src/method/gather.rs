@@ -1,0 +1,80 @@
+//! The steps and buffers of a gather variant.
+
+use caustics_kernels::gather::morton_sort;
+use caustics_kernels::gather::variant::{Over, Side, Stage, Variant};
+use caustics_kernels::interface::counters::DEPOSIT_STATE_COUNT;
+use caustics_kernels::interface::frame::{EVERY_DEPOSIT, FrameParams};
+use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
+
+use super::{BufferSpec, Step};
+
+/// The words of an index.
+const INDEX: [&str; 4] = ["index_0", "index_1", "index_2", "index_3"];
+
+/// Once a frame, after `collect`.
+pub fn prepare(gather: &'static Variant, params: FrameParams) -> Vec<Step> {
+    gather.frame.iter().map(|&stage| step(gather, stage, params)).collect()
+}
+
+/// For each batch of light paths: shoots them, builds what is built over deposits, gathers.
+pub fn batch(gather: &'static Variant, params: FrameParams) -> Vec<Step> {
+    let count = match gather.side {
+        Side::Points => params.deposit_capacity,
+        Side::Photons => params.pixel_count(),
+    };
+    let mut steps = vec![
+        Step::Clear { buffer: "deposit_state" },
+        Step::Dispatch { pass: "shoot.store", count: params.light_path_batch, params },
+    ];
+    steps.extend(gather.batch.iter().map(|&stage| step(gather, stage, params)));
+    steps.push(Step::Gather { gather, count, params });
+    steps
+}
+
+fn step(gather: &'static Variant, stage: Stage, params: FrameParams) -> Step {
+    match stage {
+        Stage::Run(part, name, over) => {
+            let count = extent(over, &params);
+            let light_path_batch = if over == Over::Deposits { EVERY_DEPOSIT } else { count };
+            let params = FrameParams { part, light_path_batch, ..params };
+            Step::Index { gather, stage: name, count, params }
+        }
+        Stage::Clear(words) => Step::Clear { buffer: INDEX[words as usize] },
+        Stage::Structure(side) => {
+            let over = if side == Side::Points { Over::Pixels } else { Over::Deposits };
+            Step::Structure { side, count: extent(over, &params) }
+        }
+    }
+}
+
+/// The buffers of a gather; those that a variant does not use are empty.
+pub fn buffers(gather: &Variant, params: &FrameParams) -> Vec<BufferSpec> {
+    let deposits = params.deposit_capacity as usize;
+    let sorted = if gather.sorts { deposits } else { 0 };
+    let mut buffers = vec![
+        BufferSpec { name: "deposit_state", bytes: 4 * DEPOSIT_STATE_COUNT },
+        BufferSpec { name: "deposit_geometry", bytes: size_of::<DepositGeometry>() * deposits },
+        BufferSpec { name: "deposit_light", bytes: size_of::<DepositLight>() * deposits },
+        BufferSpec { name: "sorted_geometry", bytes: size_of::<DepositGeometry>() * sorted },
+        BufferSpec { name: "sorted_light", bytes: size_of::<DepositLight>() * sorted },
+    ];
+    let index = INDEX.iter().zip(&gather.words);
+    buffers.extend(index.map(|(name, words)| BufferSpec {
+        name,
+        bytes: 4 * words.0 as usize * extent(words.1, params) as usize,
+    }));
+    buffers
+}
+
+/// Elements of what a stage runs over.
+fn extent(over: Over, params: &FrameParams) -> u32 {
+    match over {
+        Over::Pixels => params.pixel_count(),
+        Over::PixelsIn(share) => params.pixel_count().div_ceil(share),
+        Over::Deposits => params.deposit_capacity,
+        Over::Cells => params.cell_mask + 1,
+        Over::PixelSort(level) => morton_sort::level_count(params.pixel_count(), level),
+        Over::DepositSort(level) => morton_sort::level_count(params.deposit_capacity, level),
+        Over::Count(count) => count,
+    }
+}

@@ -1,0 +1,165 @@
+//! The reverse index: boxes of one size around the deposits in an acceleration structure, searched by ray queries from
+//! each point.
+//!
+//! Source: [Evangelou, Papaioannou, Vardis and Vasilakis 2021, Rasterisation-free photon mapping, JCGT 10(1)], where one
+//! radius serves all points. Here points have radii of their own, so the boxes fit nine points in ten; for those a query
+//! of almost no length does. A larger disc is swept by parallel rays, a box's width apart, and each deposit belongs to
+//! the one ray whose column holds its centre: so it is exact for every radius.
+//! Cost: a sort of the deposits by Morton codes (some drivers build trees in the order of their input) and a structure over
+//! them in every batch, whose size the host must wait for; a query a point.
+//! Where it is slow: discs far above the common radius take many rays (at most as many as there are deposits: beyond that
+//! it looks at all of them), and where there are more deposits than points.
+
+use crate::gather::Index;
+use crate::gather::hash::{RADIUS_BINS, common_cell_size, radius_bin};
+use crate::gather::morton_sort;
+use crate::gather::points_rt::write_box;
+use crate::gather::tables::Build;
+use crate::gather::variant::{Over, Side, Stage, Variant, Words};
+use crate::math::max_abs;
+use crate::seam::{Atomics, Scatter, Words as _};
+use spirv_std::glam::Vec3;
+
+/// See the head of the file.
+pub struct PhotonsRt;
+
+/// Words of `index_2` behind the histogram of radii: bits of a box's width [m].
+const WIDTH: u32 = RADIUS_BINS;
+
+impl Index for PhotonsRt {
+    const VARIANT: Variant = Variant {
+        name: "photons-rt",
+        about: "boxes around deposits, searched by ray queries from each point",
+        hardware: true,
+        frame: &[Stage::Clear(2), Stage::Run(0, "survey", Over::Pixels), Stage::Run(1, "size", Over::Count(1))],
+        batch: &[
+            Stage::Clear(1),
+            Stage::Run(morton_sort::BOUNDS, "bounds", Over::Deposits),
+            Stage::Run(morton_sort::COUNT, "count", Over::Deposits),
+            Stage::Run(morton_sort::SUM, "sum", Over::DepositSort(1)),
+            Stage::Run(morton_sort::SUM_OF_SUMS, "sum", Over::DepositSort(2)),
+            Stage::Run(morton_sort::SCAN, "sum", Over::Count(1)),
+            Stage::Run(morton_sort::SPREAD, "sum", Over::DepositSort(2)),
+            Stage::Run(morton_sort::SPREAD_AGAIN, "sum", Over::DepositSort(1)),
+            Stage::Run(morton_sort::FILL, "bound", Over::Deposits),
+            Stage::Structure(Side::Photons),
+        ],
+        words: [
+            Words(6, Over::Deposits),
+            Words(1, Over::DepositSort(3)),
+            Words(1, Over::Count(RADIUS_BINS + 1)),
+            Words::NONE,
+        ],
+        sorts: true,
+        ..Variant::of_hardware::<PhotonsRt>()
+    };
+
+    #[inline(always)]
+    fn build(stage: u32, index: u32, build: &mut Build<'_>) {
+        let capacity = build.params.deposit_capacity;
+        if stage == 0 {
+            let point = build.point(index);
+            if point.depth != 0 {
+                build.index_2.add(radius_bin(point.radius), 1);
+            }
+        } else if stage == 1 {
+            let width = common_cell_size(&build.index_2);
+            build.index_2.set(WIDTH, width);
+        } else if stage == morton_sort::BOUNDS || stage == morton_sort::COUNT || stage == morton_sort::FILL {
+            let deposit = build.deposit_geometry[index as usize];
+            let slot = morton_sort::element(stage, deposit.position, capacity, &mut build.index_1);
+            if stage == morton_sort::FILL {
+                let half = 0.5 * f32::from_bits(build.index_2.get(WIDTH));
+                // What rounding takes, of the box and of the column.
+                let slack = (max_abs(deposit.position) + half) * (16.0 * f32::EPSILON);
+                let half = Vec3::splat(half + slack);
+                write_box(&mut build.index_0, slot, deposit.position - half, deposit.position + half);
+                build.sorted_geometry.write(slot, deposit);
+                build.sorted_light.write(slot, build.deposit_light[index as usize]);
+            }
+        } else {
+            morton_sort::counts(stage, index, capacity, &mut build.index_1);
+        }
+    }
+}
+
+#[cfg(feature = "ray-query")]
+pub use query::for_each_near;
+
+#[cfg(feature = "ray-query")]
+mod query {
+    use super::WIDTH;
+    use crate::gather::tables::Tables;
+    use crate::gather::{Near, Visit};
+    use spirv_std::glam::Vec3;
+    use spirv_std::ray_query;
+    use spirv_std::ray_tracing::{AccelerationStructure, RayFlags, RayQuery};
+
+    /// Visits the deposits in the box.
+    #[inline(always)]
+    pub fn for_each_near<V: Visit>(
+        structure: &AccelerationStructure,
+        tables: &Tables<'_>,
+        near: Near,
+        visit: &mut V,
+    ) {
+        let width = f32::from_bits(tables.index_2[WIDTH as usize]);
+        let half = near.half_extent;
+        if half.max_element() <= 0.5 * width {
+            // Every box that holds a deposit of the disc holds the disc's centre.
+            column(structure, tables, near.position, 0.0, visit, Vec3::splat(-f32::MAX), Vec3::splat(f32::MAX));
+            return;
+        }
+        let low = near.position - half;
+        let columns_x = (2.0 * half.x / width) as u32 + 1;
+        let columns_y = (2.0 * half.y / width) as u32 + 1;
+        if columns_x as f32 * columns_y as f32 > tables.deposit_count as f32 {
+            let mut id = 0;
+            while id < tables.deposit_count {
+                visit.visit(id);
+                id += 1;
+            }
+            return;
+        }
+        let mut y = 0;
+        while y < columns_y {
+            let mut x = 0;
+            while x < columns_x {
+                // Columns share their bounds to the bit.
+                let corner = low + Vec3::new(x as f32, y as f32, 0.0) * width;
+                let next = low + Vec3::new((x + 1) as f32, (y + 1) as f32, 0.0) * width;
+                let axis = corner + Vec3::new(0.5 * width, 0.5 * width, 0.0);
+                column(structure, tables, axis, 2.0 * half.z, visit, corner, next);
+                x += 1;
+            }
+            y += 1;
+        }
+    }
+
+    /// Visits the deposits whose boxes a ray along z meets and whose centres are in a column.
+    #[inline(always)]
+    fn column<V: Visit>(
+        structure: &AccelerationStructure,
+        tables: &Tables<'_>,
+        origin: Vec3,
+        length: f32,
+        visit: &mut V,
+        corner: Vec3,
+        next: Vec3,
+    ) {
+        ray_query!(let mut query);
+        // SAFETY: the query is initialised before it proceeds.
+        unsafe {
+            query.initialize(structure, RayFlags::NONE, 0xff, origin, 0.0, Vec3::Z, length.max(1.0e-30));
+            while query.proceed() {
+                let id = query.get_candidate_intersection_primitive_index();
+                let position = tables.deposit_geometry[id as usize].position;
+                let in_x = position.x >= corner.x && position.x < next.x;
+                let in_y = position.y >= corner.y && position.y < next.y;
+                if in_x && in_y {
+                    visit.visit(id);
+                }
+            }
+        }
+    }
+}

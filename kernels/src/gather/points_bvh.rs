@@ -1,0 +1,211 @@
+//! A tree of boxes around the points, in software: points in Morton order, eight to a leaf and eight boxes to a node, the
+//! whole tree implied by its size; each deposit descends into the boxes that hold it.
+//!
+//! Source: the paper's index, and linear bounding volume hierarchies [Lauterbach et al. 2009, Fast BVH construction on
+//! GPUs]. Cost: a sort of the points and a pass over the nodes of each level, once a frame; a deposit tests eight boxes a
+//! level and about eight points a leaf that it is in.
+//! Where it is slow: points of very different radii in one place: a large disc makes the boxes of its small neighbours
+//! large. It is exact for every radius.
+
+use crate::gather::contribution::disc_half_extent;
+use crate::gather::morton_sort::{self, TOTAL};
+use crate::gather::tables::{Build, Tables};
+use crate::gather::variant::{Over, Side, Stage, Variant, Words};
+use crate::gather::{Gather, Index, Near, Visit};
+use crate::seam::Words as _;
+use spirv_std::glam::Vec3;
+
+/// See the head of the file.
+pub struct PointsBvh;
+
+/// Children of a node, points of a leaf.
+const WIDTH: u32 = 8;
+
+impl Index for PointsBvh {
+    const VARIANT: Variant = Variant {
+        name: "points-bvh",
+        about: "the paper's index in software: a tree of boxes around points, searched from each deposit",
+        side: Side::Points,
+        frame: &[
+            Stage::Clear(0),
+            Stage::Run(morton_sort::BOUNDS, "bounds", Over::Pixels),
+            Stage::Run(morton_sort::COUNT, "count", Over::Pixels),
+            Stage::Run(morton_sort::SUM, "sum", Over::PixelSort(1)),
+            Stage::Run(morton_sort::SUM_OF_SUMS, "sum", Over::PixelSort(2)),
+            Stage::Run(morton_sort::SCAN, "sum", Over::Count(1)),
+            Stage::Run(morton_sort::SPREAD, "sum", Over::PixelSort(2)),
+            Stage::Run(morton_sort::SPREAD_AGAIN, "sum", Over::PixelSort(1)),
+            Stage::Run(morton_sort::FILL, "fill", Over::Pixels),
+            Stage::Run(0, "leaves", Over::PixelsIn(8)),
+            Stage::Run(1, "nodes", Over::PixelsIn(64)),
+            Stage::Run(2, "nodes", Over::PixelsIn(512)),
+            Stage::Run(3, "nodes", Over::PixelsIn(4096)),
+            Stage::Run(4, "nodes", Over::PixelsIn(1 << 15)),
+            Stage::Run(5, "nodes", Over::PixelsIn(1 << 18)),
+            Stage::Run(6, "nodes", Over::PixelsIn(1 << 21)),
+            Stage::Run(7, "nodes", Over::PixelsIn(1 << 24)),
+            Stage::Run(8, "nodes", Over::PixelsIn(1 << 27)),
+        ],
+        words: [
+            Words(1, Over::PixelSort(3)),
+            Words(1, Over::Pixels),
+            // A seventh would do, but for what is rounded up level by level.
+            Words(6, Over::PixelsIn(4)),
+            Words::NONE,
+        ],
+        ..Variant::of::<PointsBvh>()
+    };
+
+    #[inline(always)]
+    fn build(stage: u32, index: u32, build: &mut Build<'_>) {
+        let capacity = build.params.pixel_count();
+        if stage == morton_sort::BOUNDS || stage == morton_sort::COUNT || stage == morton_sort::FILL {
+            let point = build.point(index);
+            if point.depth != 0 {
+                let slot = morton_sort::element(stage, point.position, capacity, &mut build.index_0);
+                if stage == morton_sort::FILL {
+                    build.index_1.set(slot, index);
+                }
+            }
+        } else if stage > morton_sort::BOUNDS {
+            morton_sort::counts(stage, index, capacity, &mut build.index_0);
+        } else {
+            node(stage, index, build);
+        }
+    }
+}
+
+/// Nodes of a level; 0 are the leaves.
+#[inline(always)]
+fn nodes_in(level: u32, capacity: u32) -> u32 {
+    let shift = 3 * (level + 1);
+    ((capacity - 1) >> shift) + 1
+}
+
+/// First node of a level.
+#[inline(always)]
+fn first_node(level: u32, capacity: u32) -> u32 {
+    let mut first = 0;
+    let mut below = 0;
+    while below < level {
+        first += nodes_in(below, capacity);
+        below += 1;
+    }
+    first
+}
+
+/// The level of a single node.
+#[inline(always)]
+fn top_level(capacity: u32) -> u32 {
+    let mut level = 0;
+    while nodes_in(level, capacity) > 1 {
+        level += 1;
+    }
+    level
+}
+
+/// Writes the box of a node: around its points, or around the boxes of the level below.
+#[inline(always)]
+fn node(level: u32, index: u32, build: &mut Build<'_>) {
+    let capacity = build.params.pixel_count();
+    if level > top_level(capacity) || index >= nodes_in(level, capacity) {
+        return;
+    }
+    let mut low = Vec3::splat(f32::MAX);
+    let mut high = Vec3::splat(-f32::MAX);
+    let first = index * WIDTH;
+    let mut child = first;
+    if level == 0 {
+        let end = (first + WIDTH).min(build.index_0.get(TOTAL));
+        while child < end {
+            let point = build.point(build.index_1.get(child));
+            let half = disc_half_extent(&point);
+            low = low.min(point.position - half);
+            high = high.max(point.position + half);
+            child += 1;
+        }
+    } else {
+        let below = first_node(level - 1, capacity);
+        let end = (first + WIDTH).min(nodes_in(level - 1, capacity));
+        while child < end {
+            let word = 6 * (below + child);
+            low = low.min(corner(&build.index_2, word));
+            high = high.max(corner(&build.index_2, word + 3));
+            child += 1;
+        }
+    }
+    let word = 6 * (first_node(level, capacity) + index);
+    build.index_2.set(word, low.x.to_bits());
+    build.index_2.set(word + 1, low.y.to_bits());
+    build.index_2.set(word + 2, low.z.to_bits());
+    build.index_2.set(word + 3, high.x.to_bits());
+    build.index_2.set(word + 4, high.y.to_bits());
+    build.index_2.set(word + 5, high.z.to_bits());
+}
+
+#[inline(always)]
+fn corner<W: crate::seam::Words>(words: &W, word: u32) -> Vec3 {
+    let number = |word| f32::from_bits(words.get(word));
+    Vec3::new(number(word), number(word + 1), number(word + 2))
+}
+
+impl Gather for PointsBvh {
+    #[inline(always)]
+    fn for_each_near<V: Visit>(tables: &Tables<'_>, near: Near, visit: &mut V) {
+        let capacity = tables.params.pixel_count();
+        let (low, high) = (near.position - near.half_extent, near.position + near.half_extent);
+        let total = tables.index_0[TOTAL as usize];
+        let top = top_level(capacity);
+        let (mut level, mut index) = (top, 0);
+        let mut start = first_node(top, capacity);
+        loop {
+            let word = (6 * (start + index)) as usize;
+            let number = |offset: usize| f32::from_bits(tables.index_2[word + offset]);
+            let outside = number(0) > high.x
+                || number(1) > high.y
+                || number(2) > high.z
+                || number(3) < low.x
+                || number(4) < low.y
+                || number(5) < low.z;
+            if !outside && level > 0 {
+                level -= 1;
+                start -= nodes_in(level, capacity);
+                index *= WIDTH;
+                continue;
+            }
+            if !outside {
+                let mut id = index * WIDTH;
+                let end = (id + WIDTH).min(total);
+                while id < end {
+                    visit.visit(tables.index_1[id as usize]);
+                    id += 1;
+                }
+            }
+            index += 1;
+            // Behind the last child of a node comes the node's neighbour.
+            while level < top && (index % WIDTH == 0 || index >= nodes_in(level, capacity)) {
+                index = (index - 1) / WIDTH + 1;
+                start += nodes_in(level, capacity);
+                level += 1;
+            }
+            if level == top {
+                break;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_fit_their_words() {
+        for capacity in (1..5000).chain([2_073_600, 1917 * 1079, 1 << 24, (1 << 24) + 1, 1 << 27]) {
+            let top = top_level(capacity);
+            let last = PointsBvh::VARIANT.frame.last();
+            assert!(matches!(last, Some(Stage::Run(most, ..)) if top <= *most));
+            assert!(first_node(top + 1, capacity) <= capacity.div_ceil(4), "{capacity}");
+        }
+    }
+}

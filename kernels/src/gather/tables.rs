@@ -1,0 +1,74 @@
+//! What the passes of a gather read and write.
+
+use crate::interface::frame::FrameParams;
+use crate::interface::material::Material;
+use crate::interface::needs::Needs;
+use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
+use crate::seam::{AtomicWords, ScatterSlots};
+
+/// What building an index reads and writes.
+pub struct Build<'a> {
+    /// Settings.
+    pub params: &'a FrameParams,
+    /// Pixel of each place in the picture's Morton order.
+    pub pixel_order: &'a [u32],
+    /// Points by pixel.
+    pub point_geometry: &'a [PointGeometry],
+    /// Deposits of the batch.
+    pub deposit_geometry: &'a [DepositGeometry],
+    /// Their light.
+    pub deposit_light: &'a [DepositLight],
+    /// Deposits there are.
+    pub deposit_count: u32,
+    /// First words of the index.
+    pub index_0: AtomicWords<'a>,
+    /// Second words.
+    pub index_1: AtomicWords<'a>,
+    /// Third words.
+    pub index_2: AtomicWords<'a>,
+    /// Fourth words.
+    pub index_3: AtomicWords<'a>,
+    /// Deposits in an order of the index's own.
+    pub sorted_geometry: ScatterSlots<'a, DepositGeometry>,
+    /// Their light.
+    pub sorted_light: ScatterSlots<'a, DepositLight>,
+}
+
+impl Build<'_> {
+    /// The point at a place of `pixel_order`; its `depth` is 0 where there is none.
+    #[inline(always)]
+    pub fn point(&self, place: u32) -> PointGeometry {
+        self.point_geometry[self.pixel_order[place as usize] as usize]
+    }
+}
+
+/// What a gather reads.
+#[derive(Clone, Copy)]
+pub struct Tables<'a> {
+    /// Settings.
+    pub params: &'a FrameParams,
+    /// What the scene needs.
+    pub needs: Needs,
+    /// All materials.
+    pub materials: &'a [Material],
+    /// Pixel of each place in the picture's Morton order.
+    pub pixel_order: &'a [u32],
+    /// Points by pixel.
+    pub point_geometry: &'a [PointGeometry],
+    /// Their shading.
+    pub point_shading: &'a [PointShading],
+    /// Deposits of the batch; in the order of the index, if it sorts.
+    pub deposit_geometry: &'a [DepositGeometry],
+    /// Their light.
+    pub deposit_light: &'a [DepositLight],
+    /// Deposits there are.
+    pub deposit_count: u32,
+    /// First words of the index.
+    pub index_0: &'a [u32],
+    /// Second words.
+    pub index_1: &'a [u32],
+    /// Third words.
+    pub index_2: &'a [u32],
+    /// Fourth words.
+    pub index_3: &'a [u32],
+}

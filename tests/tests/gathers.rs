@@ -112,26 +112,38 @@ fn random_case(seed: u32, point_count: u32, deposit_count: u32, missing: f32, sp
     Case { points, shadings, deposits }
 }
 
-/// Accumulator words of a variant over given deposits, by a runner.
-fn by_runner(choice: &RunnerChoice, variant: &'static Variant, scene: &Scene, case: &Case) -> Vec<u32> {
-    let params = params(scene, case.points.len() as u32, case.deposits.len());
+/// Accumulator words of a variant over the deposits of each case, by one runner.
+fn by_runner(
+    choice: &RunnerChoice,
+    variant: &'static Variant,
+    scene: &Scene,
+    cases: &[Case],
+) -> Vec<Vec<u32>> {
+    let points = cases.iter().map(|case| case.points.len()).max().unwrap_or(0) as u32;
+    let deposits = cases.iter().map(|case| case.deposits.len()).max().unwrap_or(0);
+    let params = params(scene, points, deposits);
     let buffers: Vec<BufferSpec> = basic::buffers(variant, &params);
     let mut runner = session::open(choice, scene, Needs::ALL, &buffers).unwrap();
     let order = basic::pixel_order(params.width, params.height);
     runner.write("pixel_order", cast_slice(&order)).unwrap();
-    runner.write("point_geometry", cast_slice(&case.points)).unwrap();
-    runner.write("point_shading", cast_slice(&case.shadings)).unwrap();
-    runner.write("deposit_geometry", cast_slice(&case.deposits.geometry)).unwrap();
-    runner.write("deposit_light", cast_slice(&case.deposits.light)).unwrap();
-    let mut steps = gather::prepare(variant, params);
+    let mut steps = vec![Step::Clear { buffer: "accumulator" }];
+    steps.extend(gather::prepare(variant, params));
     steps.extend(gather::batch(variant, params));
     // The given deposits stand in for the light paths.
     let shoots =
         |step: &Step| matches!(step, Step::Dispatch { .. } | Step::Clear { buffer: "deposit_state" });
     steps.retain(|step| !shoots(step));
-    runner.write("deposit_state", cast_slice(&[case.deposits.len(), 0, 0, 0])).unwrap();
-    runner.run(&steps).unwrap();
-    pod_collect_to_vec(&runner.read("accumulator").unwrap())
+    let mut words = |case: &Case| {
+        assert_eq!(case.points.len(), points as usize);
+        runner.write("point_geometry", cast_slice(&case.points)).unwrap();
+        runner.write("point_shading", cast_slice(&case.shadings)).unwrap();
+        runner.write("deposit_geometry", cast_slice(&case.deposits.geometry)).unwrap();
+        runner.write("deposit_light", cast_slice(&case.deposits.light)).unwrap();
+        runner.write("deposit_state", cast_slice(&[case.deposits.len(), 0, 0, 0])).unwrap();
+        runner.run(&steps).unwrap();
+        pod_collect_to_vec(&runner.read("accumulator").unwrap())
+    };
+    cases.iter().map(&mut words).collect()
 }
 
 /// Words by brute force, on this thread.
@@ -153,7 +165,8 @@ fn assert_equal(variant: &Variant, words: &[u32], expected: &[u32], case: &Case)
 fn all_agree(scene: &Scene, case: &Case) -> Vec<u32> {
     let expected = by_brute(scene, case);
     for variant in variant::ALL.iter().filter(|variant| !variant.hardware) {
-        let words = by_runner(&RunnerChoice::Cpu { threads: 2 }, variant, scene, case);
+        let cpu = RunnerChoice::Cpu { threads: 2 };
+        let words = by_runner(&cpu, variant, scene, std::slice::from_ref(case)).remove(0);
         assert_equal(variant, &words, &expected, case);
     }
     expected
@@ -164,20 +177,21 @@ fn all_agree(scene: &Scene, case: &Case) -> Vec<u32> {
 fn every_gather_on_the_gpu_finds_what_brute_force_finds() {
     let Some(gpu) = gpu() else { return };
     let scene = lender();
-    let mut taken = 0;
-    for (seed, spread) in [(1, 0.01), (2, 0.3), (3, 1.0), (4, 30.0), (5, 1000.0)] {
-        let case = random_case(seed, 300, 500, if seed == 4 { 0.9 } else { 0.1 }, spread);
-        for &hardware in gpu.tracers() {
-            let choice = gpu.choice(hardware);
-            let expected = by_runner(&choice, &BRUTE, &scene, &case);
-            taken += takers(&expected);
-            for variant in variant::ALL.iter().filter(|variant| hardware || !variant.hardware) {
-                assert_equal(variant, &by_runner(&choice, variant, &scene, &case), &expected, &case);
+    let case = |(seed, spread)| random_case(seed, 300, 500, if seed == 4 { 0.9 } else { 0.1 }, spread);
+    let cases = [(1, 0.01), (2, 0.3), (3, 1.0), (4, 30.0), (5, 1000.0), (6, 1.0e4)].map(case);
+    for &hardware in gpu.tracers() {
+        let choice = gpu.choice(hardware);
+        let expected = by_runner(&choice, &BRUTE, &scene, &cases);
+        let taken: usize = expected.iter().map(|words| takers(words)).sum();
+        println!("{taken} points take deposits");
+        assert!(taken > 500, "the test has lost its subject");
+        for variant in variant::ALL.iter().filter(|variant| hardware || !variant.hardware) {
+            let found = by_runner(&choice, variant, &scene, &cases);
+            for ((case, words), expected) in cases.iter().zip(&found).zip(&expected) {
+                assert_equal(variant, words, expected, case);
             }
         }
     }
-    println!("{taken} points take deposits");
-    assert!(taken > 500, "the test has lost its subject");
 }
 
 /// A gather that forgets one deposit in a thousand is found out.
@@ -205,8 +219,8 @@ fn detects_a_gather_that_misses_a_deposit() {
     };
     case.points[0].depth = 1;
     case.points[0].radius = case.points[0].radius.max(0.1);
-    let words = by_runner(&RunnerChoice::Cpu { threads: 1 }, &CARELESS, &scene, &case);
-    assert_ne!(words, by_brute(&scene, &case));
+    let words = by_runner(&RunnerChoice::Cpu { threads: 1 }, &CARELESS, &scene, std::slice::from_ref(&case));
+    assert_ne!(words[0], by_brute(&scene, &case));
 }
 
 fn takers(words: &[u32]) -> usize {

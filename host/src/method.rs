@@ -7,6 +7,7 @@ pub mod basic;
 pub mod filter;
 pub mod gather;
 pub mod history;
+pub mod kim2019;
 pub mod path;
 pub mod progressive;
 pub mod settings;
@@ -21,8 +22,10 @@ pub struct Method {
     pub name: &'static str,
     /// What it is, in one line.
     pub about: &'static str,
-    /// Whether it makes collection points and gathers deposits; else all its light is in one layer.
+    /// Whether it makes collection points that deposits give light to; else all its light is in one layer.
     pub gathers: bool,
+    /// Whether it takes any gather, and not a way of its own.
+    pub chooses_gather: bool,
     /// The settings of the frame of this index, made of those of the run.
     pub frame: fn(FrameParams, u32) -> FrameParams,
     /// The steps of a frame.
@@ -50,7 +53,8 @@ impl From<&'static Variant> for Parts {
 }
 
 /// Every method.
-pub const ALL: &[&Method] = &[&basic::BASIC, &progressive::PROGRESSIVE, &path::PATH];
+pub const ALL: &[&Method] =
+    &[&basic::BASIC, &progressive::PROGRESSIVE, &path::PATH, &kim2019::KIM2019, &kim2019::KIM2019_FACING];
 
 /// The method of this name.
 pub fn find(name: &str) -> Option<&'static Method> {

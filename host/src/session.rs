@@ -124,7 +124,10 @@ impl Session {
         variant: &'static Variant,
         needs: Needs,
     ) -> anyhow::Result<Session> {
-        if method.gathers && variant.hardware && !matches!(choice, RunnerChoice::Gpu { hardware: true, .. }) {
+        if method.chooses_gather
+            && variant.hardware
+            && !matches!(choice, RunnerChoice::Gpu { hardware: true, .. })
+        {
             bail!("--gather {} needs ray queries (--runner gpu --tracer hardware)", variant.name);
         }
         let params = settings.params(scene, camera, 0);

@@ -11,5 +11,6 @@ pub mod remember;
 pub mod resolve;
 pub mod reuse;
 pub mod shoot;
+pub mod splat;
 pub mod step;
 pub mod validate;

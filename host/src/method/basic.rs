@@ -12,6 +12,7 @@ pub const BASIC: Method = Method {
     name: "basic",
     about: "OurBasic: no light outlives its frame",
     gathers: true,
+    chooses_gather: true,
     frame: |params, index| FrameParams { frame: index, ..params },
     steps: |parts, params| steps(parts, params),
     buffers: |parts, params| buffers(parts, params),
@@ -34,13 +35,8 @@ pub fn steps(parts: impl Into<Parts>, params: FrameParams) -> Vec<Step> {
     if params.light_path_count > 0 {
         steps.extend(gathers::prepare(gather, params));
     }
-    let mut offset = 0;
-    while offset < params.light_path_count {
-        let left = params.light_path_count - offset;
-        let batch =
-            FrameParams { part: offset, light_path_batch: left.min(params.light_path_batch), ..params };
+    for batch in gathers::batches(params) {
         steps.extend(gathers::batch(gather, batch));
-        offset += batch.light_path_batch;
     }
     steps.push(pixels(if forgets { history::NONE.resolve } else { history.resolve }));
     steps.push(pixels("display"));
@@ -50,9 +46,21 @@ pub fn steps(parts: impl Into<Parts>, params: FrameParams) -> Vec<Step> {
 /// The buffers of a frame, scene tables aside.
 pub fn buffers(parts: impl Into<Parts>, params: &FrameParams) -> Vec<BufferSpec> {
     let Parts { gather, history, filter } = parts.into();
+    let mut buffers = frame_buffers(params);
+    // A frame that shoots nothing needs nothing to gather with.
+    if params.light_path_count > 0 {
+        buffers.extend(gathers::buffers(gather, params));
+    }
+    buffers.extend((history.buffers)(params));
+    buffers.extend((filter.buffers)(params));
+    buffers
+}
+
+/// The buffers of every method that collects points.
+pub fn frame_buffers(params: &FrameParams) -> Vec<BufferSpec> {
     let pixels = params.pixel_count() as usize;
     let spec = |name, bytes| BufferSpec { name, bytes };
-    let mut buffers = vec![
+    vec![
         spec("pixel_order", 4 * pixels),
         spec("path_radiance", 12 * pixels),
         spec("seen_radiance", 12 * pixels),
@@ -62,14 +70,7 @@ pub fn buffers(parts: impl Into<Parts>, params: &FrameParams) -> Vec<BufferSpec>
         spec("point_shading", size_of::<PointShading>() * pixels),
         spec("accumulator", 4 * accumulator::WORDS as usize * pixels),
         spec("counters", 4 * COUNTER_COUNT),
-    ];
-    // A frame that shoots nothing needs nothing to gather with.
-    if params.light_path_count > 0 {
-        buffers.extend(gathers::buffers(gather, params));
-    }
-    buffers.extend((history.buffers)(params));
-    buffers.extend((filter.buffers)(params));
-    buffers
+    ]
 }
 
 /// Pixels in Morton order: neighbouring invocations and boxes stay close in the picture.

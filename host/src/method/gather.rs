@@ -22,13 +22,26 @@ pub fn batch(gather: &'static Variant, params: FrameParams) -> Vec<Step> {
         Side::Points => params.deposit_capacity,
         Side::Photons => params.pixel_count(),
     };
-    let mut steps = vec![
-        Step::Clear { buffer: "deposit_state" },
-        Step::Dispatch { pass: "shoot.store", count: params.light_path_batch, params },
-    ];
+    let mut steps = shoot(params);
     steps.extend(gather.batch.iter().map(|&stage| step(gather, stage, params)));
     steps.push(Step::Gather { gather, count, params });
     steps
+}
+
+/// Shoots a batch of light paths and stores their deposits.
+pub fn shoot(params: FrameParams) -> Vec<Step> {
+    let clear = Step::Clear { buffer: "deposit_state" };
+    vec![clear, Step::Dispatch { pass: "shoot.store", count: params.light_path_batch, params }]
+}
+
+/// The settings of each batch of a frame's light paths.
+pub fn batches(params: FrameParams) -> impl Iterator<Item = FrameParams> {
+    let count = params.light_path_count;
+    let offsets = (0..count).step_by(params.light_path_batch.max(1) as usize);
+    offsets.map(move |part| {
+        let light_path_batch = params.light_path_batch.min(count - part);
+        FrameParams { part, light_path_batch, ..params }
+    })
 }
 
 fn step(gather: &'static Variant, stage: Stage, params: FrameParams) -> Step {
@@ -49,21 +62,28 @@ fn step(gather: &'static Variant, stage: Stage, params: FrameParams) -> Step {
 
 /// The buffers of a gather; those that a variant does not use are empty.
 pub fn buffers(gather: &Variant, params: &FrameParams) -> Vec<BufferSpec> {
+    let mut buffers = deposit_buffers(params, gather.sorts).to_vec();
+    buffers.extend(index_buffers(&gather.words.map(|words| words.0 * extent(words.1, params))));
+    buffers
+}
+
+/// The buffers of deposits, as they are stored and as an index sorts them.
+pub fn deposit_buffers(params: &FrameParams, sorts: bool) -> [BufferSpec; 5] {
     let deposits = params.deposit_capacity as usize;
-    let sorted = if gather.sorts { deposits } else { 0 };
-    let mut buffers = vec![
+    let sorted = if sorts { deposits } else { 0 };
+    [
         BufferSpec { name: "deposit_state", bytes: 4 * DEPOSIT_STATE_COUNT },
         BufferSpec { name: "deposit_geometry", bytes: size_of::<DepositGeometry>() * deposits },
         BufferSpec { name: "deposit_light", bytes: size_of::<DepositLight>() * deposits },
         BufferSpec { name: "sorted_geometry", bytes: size_of::<DepositGeometry>() * sorted },
         BufferSpec { name: "sorted_light", bytes: size_of::<DepositLight>() * sorted },
-    ];
-    let index = INDEX.iter().zip(&gather.words);
-    buffers.extend(index.map(|(name, words)| BufferSpec {
-        name,
-        bytes: 4 * words.0 as usize * extent(words.1, params) as usize,
-    }));
-    buffers
+    ]
+}
+
+/// The buffers of an index of so many words.
+pub fn index_buffers(words: &[u32; 4]) -> Vec<BufferSpec> {
+    let named = INDEX.iter().zip(words);
+    named.map(|(name, &words)| BufferSpec { name, bytes: 4 * words as usize }).collect()
 }
 
 /// Elements of what a stage runs over.

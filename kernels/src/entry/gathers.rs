@@ -19,9 +19,10 @@ use crate::seam::ScatterSlots;
 use spirv_std::glam::UVec3;
 use spirv_std::spirv;
 
-/// An entry point that gathers; the first block of parameters is the variant's structure, if it has one.
+/// An entry point that gathers, from sorted deposits or from others; the block of parameters is the variant's structure,
+/// if it has one.
 macro_rules! gather_entry {
-    ($gather:tt, $type:ident, [$($structure:tt)*], |$index:ident, $tables:ident, $accumulator:ident, $counters:ident| $body:expr) => {
+    ($gather:tt, $sorts:expr, [$($structure:tt)*], |$index:ident, $tables:ident, $accumulator:ident, $counters:ident| $body:expr) => {
         /// Gathers, a point or a deposit an invocation.
         #[spirv(compute(threads(64), entry_point_name = $gather))]
         pub fn gather(
@@ -45,7 +46,7 @@ macro_rules! gather_entry {
             #[spirv(storage_buffer, descriptor_set = 0, binding = 14)] counters: &mut [u32],
             $($structure)*
         ) {
-            let sorts = const { <$type as Index>::VARIANT.sorts };
+            let sorts = const { $sorts };
             let $index = index(id);
             let $tables = Tables {
                 params,
@@ -84,7 +85,7 @@ macro_rules! entries {
                 use crate::pass;
 
                 index_entry!($index, $type);
-                gather_entry!($gather, $type, [], |index, tables, accumulator, counters| {
+                gather_entry!($gather, <$type as Index>::VARIANT.sorts, [], |index, tables, accumulator, counters| {
                     pass::gather::gather::<$type, _, _>(index, &tables, accumulator, &mut counters)
                 });
             }
@@ -120,7 +121,7 @@ macro_rules! entries {
 
                 gather_entry!(
                     $gather_rt,
-                    $type_rt,
+                    <$type_rt as Index>::VARIANT.sorts,
                     [#[spirv(descriptor_set = 0, binding = 15)] neighbour_structure: &AccelerationStructure],
                     |index, tables, accumulator, counters| {
                         if const { matches!(<$type_rt as Index>::VARIANT.side, Side::Points) } {
@@ -185,6 +186,17 @@ macro_rules! index_entry {
             }
         }
     };
+}
+
+/// See `pass::splat`.
+#[cfg(not(feature = "ray-query"))]
+pub mod kim2019 {
+    use super::*;
+    use crate::pass;
+
+    gather_entry!("splat.kim2019", false, [], |index, tables, accumulator, counters| {
+        pass::splat::kim2019(index, &tables, accumulator, &mut counters)
+    });
 }
 
 for_each_gather!(entries);

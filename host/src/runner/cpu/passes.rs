@@ -38,6 +38,7 @@ const PASSES: &[(&str, Pass)] = &[
     ("filter.guide", filter::guide),
     ("filter.atrous", filter::atrous),
     ("shoot.store", photons::shoot_store),
+    ("splat.kim2019", gather::splat_kim2019),
     ("resolve", points::resolve),
     ("display", points::display),
     ("validate", history::validate),

@@ -2,8 +2,9 @@
 
 use anyhow::Context;
 use caustics_kernels::gather::tables::{Build, Tables};
-use caustics_kernels::gather::variant::{Side, Variant};
+use caustics_kernels::gather::variant::{GatherOne, Side, Variant};
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
+use caustics_kernels::pass;
 use caustics_kernels::pass::gather::{deposit_count, stage_count};
 use caustics_kernels::seam::{AtomicWords, ScatterSlots};
 
@@ -50,13 +51,22 @@ pub fn build(call: &Call<'_>, gather: &Variant) -> anyhow::Result<()> {
 
 /// The gather.
 pub fn gather(call: &Call<'_>, gather: &Variant) -> anyhow::Result<()> {
-    let memory = call.memory;
     let one = gather.cpu.gather.with_context(|| format!("{} needs ray queries", gather.name))?;
-    let deposits = if gather.sorts {
-        ["sorted_geometry", "sorted_light"]
-    } else {
-        ["deposit_geometry", "deposit_light"]
-    };
+    each(call, gather.sorts, gather.side, one)
+}
+
+/// Splats deposits as Kim does.
+pub fn splat_kim2019(call: &Call<'_>) -> anyhow::Result<()> {
+    each(call, false, Side::Points, |index, tables, accumulator, mut counters| {
+        pass::splat::kim2019(index, tables, accumulator, &mut counters);
+    })
+}
+
+/// Calls a function for each deposit, or for each point.
+fn each(call: &Call<'_>, sorts: bool, side: Side, one: GatherOne) -> anyhow::Result<()> {
+    let memory = call.memory;
+    let deposits =
+        if sorts { ["sorted_geometry", "sorted_light"] } else { ["deposit_geometry", "deposit_light"] };
     let state = memory.read::<u32>("deposit_state")?;
     let deposit_count = deposit_count(&state, call.params);
     let tables = (
@@ -88,7 +98,7 @@ pub fn gather(call: &Call<'_>, gather: &Variant) -> anyhow::Result<()> {
     let mut counters = memory.edit::<u32>("counters")?;
     let accumulator = AtomicWords::new(&mut accumulator);
     let counters = AtomicWords::new(&mut counters);
-    let count = if gather.side == Side::Points { deposit_count } else { call.count };
+    let count = if side == Side::Points { deposit_count } else { call.count };
     for_chunks(count, |indices| {
         let mut counters = LocalCounters::new(counters);
         indices.for_each(|index| one(index, &tables, accumulator, &mut counters));

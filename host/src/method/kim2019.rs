@@ -1,0 +1,52 @@
+//! Screen-space photon mapping [Kim 2019, Ray Tracing Gems, ch. 30]: each deposit gives to the one pixel that sees it; see
+//! the pass `splat`. The baseline of the talk.
+//!
+//! Cost: no index, no search. Wrong: caustics are seen on primary surfaces only, never in a mirror.
+
+use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::pass::splat::{AREA_FACING, AREA_FOOTPRINT};
+
+use super::{BufferSpec, Method, Parts, Step, basic, gather};
+
+/// With the area of a pixel's footprint on the surface: conserves energy.
+pub const KIM2019: Method = Method {
+    name: "kim2019",
+    about: "Kim 2019: photons splatted to the pixels that see them directly",
+    gathers: true,
+    chooses_gather: false,
+    frame: |params, index| FrameParams { frame: index, ..params },
+    steps: |parts, params| steps(parts, params, AREA_FOOTPRINT),
+    buffers,
+};
+
+/// With Kim's own area of a pixel, which faces the eye: too bright where the surface does not, by 1 / cos.
+pub const KIM2019_FACING: Method = Method {
+    name: "kim2019-facing",
+    about: "the same with Kim's area of a pixel, which ignores the surface's slant",
+    steps: |parts, params| steps(parts, params, AREA_FACING),
+    ..KIM2019
+};
+
+fn steps(parts: Parts, params: FrameParams, area: u32) -> Vec<Step> {
+    let pixels = |pass| Step::Dispatch { pass, count: params.pixel_count(), params };
+    let mut steps =
+        vec![Step::Clear { buffer: "counters" }, Step::Clear { buffer: "accumulator" }, pixels("collect")];
+    steps.extend((parts.filter.steps)(params));
+    for batch in gather::batches(params) {
+        steps.extend(gather::shoot(batch));
+        let splat = FrameParams { part: area, ..batch };
+        steps.push(Step::Dispatch { pass: "splat.kim2019", count: params.deposit_capacity, params: splat });
+    }
+    steps.extend([pixels("resolve"), pixels("display")]);
+    steps
+}
+
+fn buffers(parts: Parts, params: &FrameParams) -> Vec<BufferSpec> {
+    let mut buffers = basic::frame_buffers(params);
+    if params.light_path_count > 0 {
+        buffers.extend(gather::deposit_buffers(params, false));
+        buffers.extend(gather::index_buffers(&[0; 4]));
+    }
+    buffers.extend((parts.filter.buffers)(params));
+    buffers
+}

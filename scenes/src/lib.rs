@@ -16,6 +16,7 @@ mod picture;
 mod ring;
 mod room;
 mod textured;
+mod walls;
 
 /// Names of the scenes.
 pub const NAMES: [&str; 12] = [

@@ -124,12 +124,12 @@ fn fill_counter(
     let served = [
         ("tumbler of whiskey", glasses.whiskey),
         ("wine glass", glasses.wine),
-        ("highball of water", glasses.water),
+        ("highball", glasses.highball),
         ("tumbler", glasses.tumbler),
         ("martini glass", glasses.martini),
         ("glass of red wine", glasses.red_wine),
         ("flute", glasses.flute),
-        ("highball", glasses.highball),
+        ("tumbler", glasses.tumbler),
     ];
     // A grid of places with gaps, each thing somewhere in its own place.
     let (columns, width) = (20_u32, (COUNTER_X[1] - COUNTER_X[0] - 0.3) / 20.0);

@@ -222,7 +222,7 @@ pub mod tests {
         let mut deep = inside.clone();
         deep[0] = line([0.0, -0.01], [0.02, 0.02]);
         let crossing = std::panic::catch_unwind(|| {
-            assert_solid("crossing", &lathe(64, &[&outside[..], &deep].concat()))
+            assert_solid("crossing", &lathe(64, &[&outside[..], &deep].concat()));
         });
         assert!(crossing.is_err());
     }

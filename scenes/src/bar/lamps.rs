@@ -14,7 +14,7 @@ const BULB: f64 = 0.03;
 /// Corners of an emitting disc.
 const CORNERS: u32 = 8;
 /// Radiance of a lamp [W m^-2 sr^-1].
-const RADIANCE: f64 = 2000.0;
+const RADIANCE: f64 = 1200.0;
 /// Radiance of a lamp that is turned at the shelves [W m^-2 sr^-1].
 const SPOT_RADIANCE: f64 = 2400.0;
 /// Height of the ceiling [m].

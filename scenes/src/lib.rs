@@ -65,7 +65,7 @@ pub fn description(name: &str) -> Option<&'static str> {
             "A plate slides below a metal ring and a lamp: the caustic is fixed in the world."
         }
         "camera-cut" => "The camera jumps after 0.5 s to the other side of a wall.",
-        "bar" => "Bottles and glasses before a mirror, under many lamps; 1 million triangles.",
+        "bar" => "Bottles and glasses before a mirror, under many lamps; 1.1 million triangles.",
         "plain-room" => "mirror-room with every surface Lambertian: no caster at all.",
         _ => return None,
     })

@@ -285,11 +285,11 @@ pub enum Scene {
     },
     /// Generate a scene's files
     Make {
-        /// A name of `scene list`, or `all`
+        /// A name of `scene list`, or `all` for those that are committed
         name: String,
-        /// Folder that gets a folder of that name
-        #[arg(short, long, default_value = "scenes")]
-        output: PathBuf,
+        /// Folder that gets a folder of that name [default: scenes, or scenes/generated for those made on demand]
+        #[arg(short, long)]
+        output: Option<PathBuf>,
         /// Overwrite existing files
         #[arg(long)]
         force: bool,

@@ -35,7 +35,7 @@ fn main() -> ExitCode {
 fn exit_code(error: &anyhow::Error) -> u8 {
     let usage = error.is::<cli::Usage>()
         || matches!(error.downcast_ref(), Some(TargetError::Exists(_)))
-        || matches!(error.downcast_ref(), Some(SceneError::Unknown { .. }))
+        || matches!(error.downcast_ref(), Some(SceneError::Unknown { .. } | SceneError::NotMade { .. }))
         || error.is::<CheckpointError>();
     if usage {
         2

@@ -13,7 +13,7 @@ use caustics_kernels::math::ray::Ray;
 use caustics_kernels::texture::cut_out::CutOuts;
 use caustics_kernels::trace::Tracer;
 use caustics_kernels::trace::bvh::BvhTracer;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 const TINY: [&str; 6] = ["--width", "32", "--height", "18", "--light-paths", "2000"];
 const BINARY: &str = env!("CARGO_BIN_EXE_caustics");
@@ -86,6 +86,36 @@ fn scenes_are_listed_described_and_made() {
     assert!(info["triangles"].as_u64().unwrap() > 1000);
     assert!(info["needs"].as_array().unwrap().contains(&"mirror".into()));
     assert!(!info["needs"].as_array().unwrap().contains(&"glass".into()));
+}
+
+#[test]
+fn the_bar_is_made_on_demand_and_found_by_its_name() {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(run(folder.path(), &["scene", "list"]).lines().any(|line| line.starts_with("bar ")));
+    // Without -o it goes where the name is looked for.
+    let made = run(folder.path(), &["scene", "make", "bar"]);
+    assert_eq!(Path::new(made.trim()), Path::new("scenes/generated/bar/scene.gltf"));
+    let info = run(folder.path(), &["scene", "info", "bar", "--json"]);
+    let info: Value = serde_json::from_str(&info).unwrap();
+    assert_eq!((&info["name"], &info["file"]), (&json!("bar"), &json!("scenes/generated/bar/scene.gltf")));
+    assert!(info["triangles"].as_u64().unwrap() >= 500_000, "{}", info["triangles"]);
+    assert_eq!((&info["dropped_triangles"], &info["warnings"]), (&json!(0), &json!([])));
+    assert_eq!(info["cameras"], json!(["main", "counter"]));
+    // Eleven lamps of six triangles each.
+    assert_eq!(info["lights"], 66);
+    let needs = info["needs"].as_array().unwrap();
+    for need in ["casters", "receivers", "area-lights", "mirror", "glass", "absorption", "coat"] {
+        assert!(needs.contains(&need.into()), "{need} is not in {needs:?}");
+    }
+    // Nobody stands inside of glass: no kernel has to look for media at the eye and the lamps.
+    assert!(!needs.contains(&"enclosed".into()), "{needs:?}");
+
+    let report = render(folder.path(), "bar", "bar.exr", &[&TINY[..], &["--json"]].concat());
+    let counters = &serde_json::from_str::<Value>(&report).unwrap()["counters"];
+    assert!(counters["deposits"].as_u64().unwrap() > 100, "{counters}");
+    for fault in ["media_overflow", "non_finite", "clamped", "deposits_dropped"] {
+        assert_eq!(counters[fault], 0, "{fault}");
+    }
 }
 
 #[test]

@@ -5,8 +5,9 @@
 
 use glam::DVec3;
 
-use crate::gltf::{Document, Interpolation, Property, emitter, glass, lambert, looking, metal};
+use crate::gltf::{Document, Interpolation, Property, emitter, glass, looking, metal};
 use crate::mesh::Mesh;
+use crate::walls;
 
 /// Time that the flight takes [s].
 const DURATION: f64 = 2.0;
@@ -76,13 +77,7 @@ fn add_walls(document: &mut Document) {
         ("front wall", [0.28, 0.27, 0.25], DVec3::NEG_Z),
         ("back wall", [0.12, 0.12, 0.13], DVec3::Z),
     ];
-    for (name, albedo, facing) in walls {
-        let right = if facing.y == 0.0 { DVec3::Y.cross(facing) } else { DVec3::X };
-        let up = facing.cross(right);
-        let material = document.material(name, lambert(albedo));
-        let wall = Mesh::default().panel(centre - facing * half, right * half, up * half);
-        document.mesh(name, material, &wall);
-    }
+    walls::add_walls(document, centre, half, walls);
 }
 
 fn add_mirrors(document: &mut Document) {

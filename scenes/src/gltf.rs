@@ -17,6 +17,10 @@ pub struct Node(usize);
 #[derive(Clone, Copy, Debug)]
 pub struct MaterialId(usize);
 
+/// A mesh by its index, to stand in several places; handed out by [`Document::shape`].
+#[derive(Clone, Copy, Debug)]
+pub struct Shape(usize);
+
 /// A texture by its index; handed out by [`Document::texture`].
 #[derive(Clone, Copy, Debug)]
 pub struct Texture(usize);
@@ -57,6 +61,20 @@ pub fn lambert(albedo: [f64; 3]) -> Value {
 /// A metal; a delta mirror below roughness 0.08.
 pub fn metal(color: [f64; 3], roughness: f64) -> Value {
     json!({ "pbrMetallicRoughness": pbr(color, 1.0, roughness) })
+}
+
+/// A smooth dielectric coat of index 1.5 and this roughness over a Lambertian.
+pub fn coated(albedo: [f64; 3], roughness: f64) -> Value {
+    json!({ "pbrMetallicRoughness": pbr(albedo, 0.0, roughness) })
+}
+
+/// A volume of this index of refraction that lets `color` pass after `distance` [m].
+pub fn tinted(ior: f64, color: [f64; 3], distance: f64) -> Value {
+    let mut material = glass(ior, 0.05);
+    let volume = &mut material["extensions"]["KHR_materials_volume"];
+    volume["attenuationColor"] = json!(color);
+    volume["attenuationDistance"] = json!(distance);
+    material
 }
 
 /// Clear glass with a volume.
@@ -116,6 +134,25 @@ impl Document {
 
     /// Adds a mesh of one material as a node of its own.
     pub fn mesh(&mut self, name: &str, material: MaterialId, mesh: &Mesh) -> Node {
+        let shape = self.shape(name, &[(material, mesh)]);
+        self.node(name, shape)
+    }
+
+    /// Adds a shape, a mesh for each material, that stands nowhere yet.
+    pub fn shape(&mut self, name: &str, parts: &[(MaterialId, &Mesh)]) -> Shape {
+        let primitives: Vec<_> =
+            parts.iter().map(|(material, mesh)| self.primitive(name, *material, mesh)).collect();
+        self.meshes.push(json!({ "name": name, "primitives": primitives }));
+        Shape(self.meshes.len() - 1)
+    }
+
+    /// Adds a node of this shape.
+    pub fn node(&mut self, name: &str, shape: Shape) -> Node {
+        self.nodes.push(json!({ "mesh": shape.0, "name": name }));
+        Node(self.nodes.len() - 1)
+    }
+
+    fn primitive(&mut self, name: &str, material: MaterialId, mesh: &Mesh) -> Value {
         let positions = self.vectors(&mesh.positions, true);
         let normals = self.vectors(&mesh.normals, false);
         let mut attributes = json!({ "NORMAL": normals, "POSITION": positions });
@@ -128,16 +165,7 @@ impl Document {
             attributes["TEXCOORD_0"] = json!(self.pairs(&mesh.uvs));
         }
         let indices = self.indices(&mesh.indices);
-        self.nodes.push(json!({ "mesh": self.meshes.len(), "name": name }));
-        self.meshes.push(json!({
-            "name": name,
-            "primitives": [{
-                "attributes": attributes,
-                "indices": indices,
-                "material": material.0,
-            }],
-        }));
-        Node(self.nodes.len() - 1)
+        json!({ "attributes": attributes, "indices": indices, "material": material.0 })
     }
 
     /// Adds a camera that looks from `eye` at `target`, with a vertical field of view [rad] and y upwards.

@@ -77,7 +77,7 @@ impl Mesh {
 
     /// Adds a profile turned about the y axis through `centre`. The profile gives (distance from the axis, height) and
     /// the normal at a row; seen from the front, rows run down and segments to the right.
-    fn revolve(
+    pub fn revolve(
         mut self,
         centre: DVec3,
         segments: u32,

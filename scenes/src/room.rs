@@ -9,6 +9,7 @@ use glam::DVec3;
 
 use crate::gltf::{Document, emitter, glass, lambert, metal};
 use crate::mesh::Mesh;
+use crate::walls;
 
 /// Which of the three rooms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,13 +71,7 @@ fn add_walls(document: &mut Document) {
         ("front wall", [0.60, 0.58, 0.52], DVec3::NEG_Z),
         ("back wall", [0.05, 0.05, 0.06], DVec3::Z),
     ];
-    for (name, albedo, facing) in walls {
-        let right = if facing.y == 0.0 { DVec3::Y.cross(facing) } else { DVec3::X };
-        let up = facing.cross(right);
-        let wall = Mesh::default().panel(centre - facing * half, right * half, up * half);
-        let material = document.material(name, lambert(albedo));
-        document.mesh(name, material, &wall);
-    }
+    walls::add_walls(document, centre, half, walls);
 }
 
 fn add_mirror(document: &mut Document, kind: Kind) {

@@ -1,5 +1,6 @@
 //! `caustics scene list|info|make`.
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use caustics::output::target::TargetError;
@@ -15,36 +16,47 @@ pub fn run(command: cli::Scene) -> anyhow::Result<ExitCode> {
     match command {
         cli::Scene::List => list()?,
         cli::Scene::Info { scene, specular_roughness, json } => info(&scene, specular_roughness, json)?,
-        cli::Scene::Make { name, output, force } => {
-            let known = caustics_scenes::NAMES;
-            if name != "all" && !known.contains(&name.as_str()) {
-                let known = known.join(", ");
-                return Err(
-                    cli::Usage(format!("no scene {name:?} can be made; known are {known}, all")).into()
-                );
-            }
-            let wanted: Vec<_> = known.iter().filter(|known| name == "all" || name == **known).collect();
-            // All or none.
-            let there = wanted.iter().map(|scene| output.join(scene).join("scene.gltf"));
-            if let Some(file) = there.into_iter().find(|file| !force && file.exists()) {
-                return Err(TargetError::Exists(file).into());
-            }
-            for scene in wanted {
-                say(caustics_scenes::make(scene, &output, force)?.display())?;
-            }
-        }
+        cli::Scene::Make { name, output, force } => make(&name, output.as_deref(), force)?,
     }
     Ok(ExitCode::SUCCESS)
 }
 
+/// Makes one scene, or all that are committed.
+fn make(name: &str, output: Option<&Path>, force: bool) -> anyhow::Result<()> {
+    let committed = &caustics_scenes::NAMES[..];
+    let known = [committed, &caustics_scenes::ON_DEMAND].concat();
+    if name != "all" && !known.contains(&name) {
+        let known = known.join(", ");
+        return Err(cli::Usage(format!("no scene {name:?} can be made; known are {known}, all")).into());
+    }
+    let wanted = if name == "all" { committed } else { &[name] };
+    let on_demand = caustics_scenes::ON_DEMAND.contains(&name);
+    let output = output.unwrap_or(Path::new(if on_demand { scene::MADE } else { "scenes" }));
+    // All or none.
+    let there = wanted.iter().map(|scene| output.join(scene).join("scene.gltf"));
+    if let Some(file) = there.into_iter().find(|file| !force && file.exists()) {
+        return Err(TargetError::Exists(file).into());
+    }
+    for scene in wanted {
+        say(caustics_scenes::make(scene, output, force)?.display())?;
+    }
+    Ok(())
+}
+
 fn list() -> std::io::Result<()> {
     let there = scene::names();
+    let is_there = |name: &str| there.iter().any(|n| n == name);
+    let about = |name: &str| caustics_scenes::description(name).unwrap_or_default();
     for name in caustics_scenes::NAMES {
-        let missing =
-            if there.iter().any(|n| n == name) { "" } else { " (not made yet: caustics scene make)" };
-        say(format_args!("{name:14} {}{missing}", caustics_scenes::description(name).unwrap_or_default()))?;
+        let missing = if is_there(name) { "" } else { " (not made yet: caustics scene make)" };
+        say(format_args!("{name:14} {}{missing}", about(name)))?;
     }
-    for name in there.iter().filter(|name| !caustics_scenes::NAMES.contains(&name.as_str())) {
+    for name in caustics_scenes::ON_DEMAND {
+        let how = if is_there(name) { String::new() } else { format!(": caustics scene make {name}") };
+        say(format_args!("{name:14} {} (made on demand{how})", about(name)))?;
+    }
+    let known = [&caustics_scenes::NAMES[..], &caustics_scenes::ON_DEMAND].concat();
+    for name in there.iter().filter(|name| !known.contains(&name.as_str())) {
         say(name)?;
     }
     Ok(())

@@ -13,6 +13,12 @@ pub enum SceneError {
         /// Scenes that can be named.
         known: String,
     },
+    /// A scene that is made on demand, and was not yet.
+    #[error("scene {name} is made on demand: run `caustics scene make {name}` first")]
+    NotMade {
+        /// The scene.
+        name: String,
+    },
     /// A file cannot be read.
     #[error("{file}: cannot be read ({source}); check the path and its permissions")]
     Unreadable {

@@ -1,6 +1,6 @@
 //! Nodes that move: groups, and channels of the one animation that a document has.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use serde_json::json;
 
 use super::{Document, Node};
@@ -31,6 +31,11 @@ impl Document {
     /// Puts a node somewhere [m].
     pub fn place(&mut self, node: Node, translation: DVec3) {
         self.nodes[node.0]["translation"] = json!(translation.to_array());
+    }
+
+    /// Turns a node.
+    pub fn turn(&mut self, node: Node, rotation: DQuat) {
+        self.nodes[node.0]["rotation"] = json!(rotation.as_quat().to_array());
     }
 
     /// Adds a node above others.

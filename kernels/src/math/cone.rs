@@ -22,6 +22,8 @@ pub struct RayCone {
 
 /// Smallest cosine that footprints are projected with.
 const MIN_COS: f32 = 0.05;
+/// How much wider than a direct view's a collection point's footprint may be.
+const MOST_REDUCED: f32 = 32.0;
 
 impl RayCone {
     /// The cone of a pixel at the eye.
@@ -85,10 +87,14 @@ impl RayCone {
     }
 
     /// Radius [m] of the disc whose area is the cone's footprint on a surface met at `cos`, times `radius_px`;
-    /// never below 4 ulp of the position's largest coordinate.
+    /// never below 4 ulp of the position's largest coordinate. Convex mirrors and lenses widen a cone as far as their first
+    /// derivative says, without end at a grazing angle: 32 times the width of a cone that came straight, `direct_width` [m],
+    /// is the most (a thousand times the area is a thousand times the deposits). What roughness adds is not bounded.
     #[inline]
-    pub fn radius(self, cos: f32, radius_px: f32, position: Vec3) -> f32 {
-        let radius = radius_px * self.total_width() * (INV_PI / cos.abs().max(MIN_COS)).sqrt();
+    pub fn radius(self, cos: f32, radius_px: f32, position: Vec3, direct_width: f32) -> f32 {
+        let width = self.width.abs().min(direct_width * MOST_REDUCED);
+        let total = (width * width + self.rough_width * self.rough_width).sqrt();
+        let radius = radius_px * total * (INV_PI / cos.abs().max(MIN_COS)).sqrt();
         // An ulp is at most 2^-23 of the coordinate; the last term keeps a point at the origin alive.
         radius.max(max_abs(position) * (4.0 / 8_388_608.0)).max(1.0e-30)
     }
@@ -109,7 +115,7 @@ mod tests {
     #[test]
     fn a_disc_seen_straight_has_the_pixels_area() {
         let cone = RayCone::at_eye(0.01).advance(2.0);
-        let radius = cone.radius(1.0, 1.0, Vec3::ZERO);
+        let radius = cone.radius(1.0, 1.0, Vec3::ZERO, 0.02);
         assert!((core::f32::consts::PI * radius * radius - 0.02 * 0.02).abs() < 1e-9);
     }
 
@@ -129,9 +135,21 @@ mod tests {
     }
 
     #[test]
+    fn a_disc_is_at_most_32_times_as_wide_as_in_a_direct_view() {
+        let at = |width| {
+            let cone = RayCone { width, spread: 0.0, rough_width: 0.0, rough_spread: 0.0 };
+            cone.radius(1.0, 1.0, Vec3::ZERO, 0.01)
+        };
+        let direct = at(0.01);
+        for (width, factor) in [(0.001, 0.1), (-0.03, 3.0), (1.0e4, 32.0)] {
+            assert!((at(width) / direct - factor).abs() < 1.0e-6, "{width}");
+        }
+    }
+
+    #[test]
     fn roughness_survives_a_focus() {
         let cone = RayCone { width: 0.1, spread: 0.0, rough_width: 0.0, rough_spread: 0.0 };
         let rough = cone.reflect(-0.5, 1.0).roughen(0.3).advance(1.0);
-        assert!(rough.radius(1.0, 1.0, Vec3::ZERO) > 0.01);
+        assert!(rough.radius(1.0, 1.0, Vec3::ZERO, 1.0e-3) > 0.01);
     }
 }

@@ -82,6 +82,7 @@ pub fn follow<T: Tracer, C: Atomics>(
     tracer: &mut T,
     counters: &mut C,
 ) -> Collected {
+    let direct = cone;
     let mut collected = Collected::default();
     collected.geometry.position = ray.origin;
     let mut throughput = Vec3::ONE;
@@ -172,7 +173,7 @@ pub fn follow<T: Tracer, C: Atomics>(
                 let cos = here.to_origin.dot(here.normal);
                 collected.geometry = PointGeometry {
                     position: here.position,
-                    radius: cone.radius(cos, params.radius_px, here.position),
+                    radius: cone.radius(cos, params.radius_px, here.position, direct.advance(distance).width),
                     normal: here.normal,
                     depth,
                 };

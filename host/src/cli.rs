@@ -43,7 +43,7 @@ pub enum Command {
     Merge(Merge),
     /// Measure how far an image is from a reference
     Compare(Compare),
-    /// Measure what each frame of an animation costs and how far off it is, method by method
+    /// Measure what frames cost, and in animations how far off they are, way by way to render them
     Bench(Box<Bench>),
     /// List Vulkan devices, what they can do and whether they are used
     Device(Device),

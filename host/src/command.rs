@@ -3,7 +3,9 @@
 pub mod animate;
 pub mod bar;
 pub mod bench;
+pub mod bench_plan;
 pub mod bench_report;
+pub mod bench_still;
 pub mod compare;
 pub mod device;
 pub mod identity;

@@ -20,4 +20,7 @@ pub mod report;
 pub mod say;
 pub mod scene;
 pub mod stop;
+pub mod sweep;
+pub mod sweep_cell;
+pub mod sweep_group;
 pub mod warn;

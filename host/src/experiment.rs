@@ -18,5 +18,6 @@ pub mod result;
 pub mod row;
 pub mod store;
 pub mod summary;
+pub mod sweep;
 pub mod table;
 pub mod timing;

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
+use caustics::experiment::matrix::RUNNERS;
 use caustics::method::history;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
@@ -125,9 +126,6 @@ pub struct Bench {
     pub force: bool,
 }
 
-/// Names of runners where several can be given.
-pub const RUNNERS: [&str; 5] = ["auto", "cpu", "gpu", "gpu-hardware", "gpu-software"];
-
 /// Runner and tracer of a name of [`RUNNERS`]; a name that says no tracer leaves the one that is asked for.
 pub fn runner_and_tracer(name: &str, tracer: Tracer) -> (RunnerName, Tracer) {
     match name {
@@ -146,9 +144,6 @@ impl Bench {
         Common {
             scene: self.scene.clone(),
             output: self.output.clone().unwrap_or_default(),
-            png: None,
-            runner,
-            tracer,
             device: self.device.clone(),
             threads: self.threads,
             width: self.width,
@@ -160,13 +155,41 @@ impl Bench {
             camera: self.camera.clone(),
             exposure: self.exposure,
             background: self.background.clone(),
-            needs: NeedsName::Scene,
             debug: self.debug,
+            json: self.json,
+            force: self.force,
+            ..Common::of(runner, tracer)
+        }
+    }
+}
+
+impl Common {
+    /// A runner and a tracer, with what all other options are where they are not given.
+    pub fn of(runner: RunnerName, tracer: Tracer) -> Common {
+        Common {
+            scene: String::new(),
+            output: PathBuf::new(),
+            png: None,
+            runner,
+            tracer,
+            device: None,
+            threads: 0,
+            width: 960,
+            height: 540,
+            max_bounces: 5,
+            specular_roughness: 0.25,
+            pixel_filter: PixelFilter::Centre,
+            seed: 0,
+            camera: None,
+            exposure: 0.0,
+            background: None,
+            needs: NeedsName::Scene,
+            debug: None,
             resume: false,
             checkpoint_every: 60.0,
-            json: self.json,
+            json: false,
             no_ledger: false,
-            force: self.force,
+            force: false,
         }
     }
 }

@@ -8,6 +8,9 @@ use crate::method::filter::Filter;
 use crate::method::history::History;
 use crate::session::RunnerChoice;
 
+/// Names of runners where several can be given.
+pub const RUNNERS: [&str; 5] = ["auto", "cpu", "gpu", "gpu-hardware", "gpu-software"];
+
 /// Lists of what can vary.
 #[derive(Clone, Debug)]
 pub struct Matrix {

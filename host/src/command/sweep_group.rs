@@ -1,0 +1,187 @@
+//! Cells of one scene and runner: they take turns while they are timed, then each is held against the reference.
+
+use anyhow::Context;
+use caustics::experiment::cell::{Cell, Paths};
+use caustics::experiment::identity::posed;
+use caustics::experiment::measure::measure;
+use caustics::experiment::memory::memory;
+use caustics::experiment::plan::Plan;
+use caustics::experiment::result::FrameResult;
+use caustics::experiment::row::Row;
+use caustics::experiment::store;
+use caustics::experiment::sweep::equal_time::{Found, TOLERANCE, is_met, search};
+use caustics::experiment::timing::{cell_time, quartiles};
+use caustics::session::tables;
+
+use super::sweep::{is_done, time_plan};
+use super::sweep_cell::{Desk, Task};
+
+/// Most cells that take turns, the first one of the group aside: what an interruption loses.
+const MOST_TURNS: usize = 8;
+/// Most memory of all that take turns [bytes].
+const MOST_MEMORY: usize = 4 << 30;
+/// Frames by which a number of light paths is tried.
+const TRIAL_FRAMES: u32 = 5;
+/// Most light paths a pixel that are tried.
+const MOST_PER_PIXEL: u64 = 4096;
+
+/// A cell with its light paths found, and what is to be said of them.
+struct Ready<'a> {
+    task: &'a Task<'a>,
+    cell: Cell,
+    note: Option<String>,
+}
+
+/// Measures whatever is missing of these tasks. False where it was stopped.
+pub fn measure_all(desk: &Desk, tasks: &[Task]) -> anyhow::Result<bool> {
+    let missing: Vec<&Task> =
+        tasks.iter().filter(|task| !is_done(desk.config, Some(desk.folder), task)).collect();
+    let is_one = |a: &&Task, b: &&Task| std::ptr::eq(a.part, b.part) && a.cell.runner == b.cell.runner;
+    for group in missing.chunk_by(is_one) {
+        if !measure_group(desk, group)? {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+fn measure_group(desk: &Desk, group: &[&Task]) -> anyhow::Result<bool> {
+    let has_time = |task: &Task| {
+        desk.config.time.is_none()
+            || store::read(desk.folder, &task.identity).is_some_and(|of| of.time.is_some())
+    };
+    let (timed, untimed): (Vec<&Task>, Vec<&Task>) = group.iter().partition(|task| has_time(task));
+    // Times that are known wait for their errors only.
+    for task in timed {
+        let Some(ready) = find_paths(desk, task)? else { return Ok(false) };
+        if !desk.measure_error(task, &ready.cell)? {
+            return Ok(false);
+        }
+    }
+    let Some(plan) = untimed.first().and_then(|task| time_plan(desk.config, task.part)) else {
+        return Ok(true);
+    };
+    let mut rest = &untimed[..];
+    while let Some(task) = rest.first() {
+        let part = task.part;
+        // The first cell of the scene on this runner has a turn too, whoever measures it: what ratios are held against.
+        let first = part.cells.iter().find(|cell| cell.runner == task.cell.runner).unwrap_or(&task.cell);
+        let first = Task { part, cell: first.clone(), identity: part.identity(desk.config, first) };
+        let Some(first) = find_paths(desk, &first)?.map(|ready| ready.cell) else { return Ok(false) };
+        let scene = posed(&part.scene, plan.time_of(plan.frames.start))?;
+        let tables: usize = tables(&scene).iter().map(|(_, bytes)| bytes.len()).sum();
+        let size = |cell: &Cell| tables + memory(&plan, cell, &scene).map_or(0, |memory| memory.total_bytes);
+        let (mut turns, mut bytes) = (Vec::new(), size(&first));
+        while let Some(task) = rest.first() {
+            let Some(ready) = find_paths(desk, task)? else { return Ok(false) };
+            bytes += size(&ready.cell);
+            if !turns.is_empty() && (turns.len() == MOST_TURNS || bytes > MOST_MEMORY) {
+                break;
+            }
+            turns.push(ready);
+            rest = &rest[1..];
+        }
+        if !take_turns(desk, &plan, &first, &turns)? {
+            return Ok(false);
+        }
+        for Ready { task, cell, .. } in &turns {
+            if !desk.measure_error(task, cell)? {
+                return Ok(false);
+            }
+        }
+    }
+    Ok(true)
+}
+
+/// Times cells and writes their files.
+fn take_turns(desk: &Desk, plan: &Plan, first: &Cell, turns: &[Ready]) -> anyhow::Result<bool> {
+    let Some(part) = turns.first().map(|ready| ready.task.part) else { return Ok(true) };
+    let mut cells = vec![first.clone()];
+    cells.extend(turns.iter().map(|ready| ready.cell.clone()).filter(|cell| cell.name != first.name));
+    eprintln!("{}: {} cells take turns for {} frames", part.scene.name, cells.len(), plan.frames.len());
+    let plan = Plan { cells, ..plan.clone() };
+    let mut rows: Vec<Row> = Vec::new();
+    let mut each = |new| {
+        rows.extend(new);
+        Ok(())
+    };
+    let devices = measure(&plan, &part.scene, &plan.cells, None, desk.stopped, &mut each)?;
+    let Some(devices) = devices else { return Ok(false) };
+    let scene = posed(&part.scene, plan.time_of(plan.frames.start))?;
+    for Ready { task, cell, note } in turns {
+        let own = rows.iter().filter(|row| row.cell == cell.name);
+        let faults: f64 = own.clone().filter_map(|row| row.get("faults")).sum();
+        if faults > 0.0 {
+            eprintln!("warning: {}: {faults} deposits, addends or media were dropped or clamped", cell.name);
+        }
+        let time = cell_time(&plan, &scene, cell, first, &rows).context("no frame was timed")?;
+        let of_frame = |row: &Row| FrameResult {
+            frame: row.frame,
+            total_ms: row.get("total_ms"),
+            ..FrameResult::default()
+        };
+        let frames = if part.scene.is_animated() { own.map(of_frame).collect() } else { Vec::new() };
+        let index = plan.cells.iter().position(|known| known.name == cell.name);
+        let device = index.and_then(|index| devices.get(index)).cloned().unwrap_or_default();
+        let median = time.total_ms.median;
+        let note = match (note, task.cell.paths) {
+            (None, Paths::Time(target)) if !is_met(median, target) => Some(format!(
+                "equal_time_ms = {target}: the light paths were found, but in turns with other cells the median is {median:.3} ms"
+            )),
+            (note, _) => note.clone(),
+        };
+        eprintln!("{} {}: {median:.2} ms", scene.name, cell.name);
+        desk.write_time(task, cell, time, frames, device, note)?;
+    }
+    Ok(true)
+}
+
+/// The cell of a task with its light paths: searched for where a time is given, but once. None where it was stopped.
+fn find_paths<'a>(desk: &Desk, task: &'a Task<'a>) -> anyhow::Result<Option<Ready<'a>>> {
+    let Paths::Time(target) = task.cell.paths else {
+        return Ok(Some(Ready { task, cell: task.cell.clone(), note: None }));
+    };
+    let with = |paths| Cell { paths, ..task.cell.clone() };
+    if let Some(known) = store::read(desk.folder, &task.identity).filter(|known| known.time.is_some()) {
+        let cell = with(Paths::PerPixel(known.cell.paths_per_pixel));
+        return Ok(Some(Ready { task, cell, note: known.note }));
+    }
+    if let Some((paths, note)) = desk.found.borrow().get(&task.identity).cloned() {
+        return Ok(Some(Ready { task, cell: with(paths), note }));
+    }
+    let plan = time_plan(desk.config, task.part).context("there is no table [time]")?;
+    let (start, count) = (plan.frames.start, plan.frames.len() as u32);
+    let frames = start..start + count.min(TRIAL_FRAMES);
+    let mut trial = |paths: u32| -> anyhow::Result<f64> {
+        let cell = with(Paths::Count(paths));
+        let plan = Plan { cells: vec![cell], frames: frames.clone(), warm_up: 1, ..plan.clone() };
+        let mut totals = Vec::new();
+        let mut each = |rows: Vec<Row>| {
+            totals.extend(rows.iter().filter_map(|row| row.get("total_ms")));
+            Ok(())
+        };
+        let scene = &task.part.scene;
+        measure(&plan, scene, &plan.cells, None, desk.stopped, &mut each)?.context("interrupted")?;
+        let median = quartiles(&totals).context("no frame was timed")?.median;
+        eprintln!("{} {}: {paths} light paths take {median:.2} ms of {target}", scene.name, task.cell.name);
+        Ok(median)
+    };
+    let pixels = u64::from(plan.settings.width) * u64::from(plan.settings.height);
+    let most = u64::from(u32::MAX / (task.cell.max_bounces + 1)).min(pixels * MOST_PER_PIXEL);
+    let found = search(target, pixels as u32, most as u32, &mut trial);
+    if (desk.stopped)() {
+        return Ok(None);
+    }
+    let found: Found = found?;
+    let paths = Paths::PerPixel(f64::from(found.paths) / pixels as f64);
+    let note = (!found.is_met(target)).then(|| {
+        let Found { paths, ms, steps } = found;
+        format!(
+            "equal_time_ms = {target}: not met within {} %; the nearest of {steps} trials is {ms:.3} ms with {paths} light \
+             paths",
+            100.0 * TOLERANCE
+        )
+    });
+    desk.found.borrow_mut().insert(task.identity.clone(), (paths, note.clone()));
+    Ok(Some(Ready { task, cell: with(paths), note }))
+}

@@ -100,6 +100,22 @@ fn a_dry_run_counts_every_cell_once_and_measures_nothing() {
 }
 
 #[test]
+fn the_experiments_of_the_project_are_read() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiment");
+    let desk = Desk::new("");
+    let mut count = 0;
+    for entry in folder.read_dir().unwrap() {
+        let file = entry.unwrap().path();
+        if file.extension().is_some_and(|extension| extension == "toml") {
+            let (stdout, _) = desk.sweep(&[file.to_str().unwrap(), "--dry-run"]);
+            assert!(stdout.lines().count() > 4, "{}: {stdout}", file.display());
+            count += 1;
+        }
+    }
+    assert!(count >= 4, "{count} files in {}", folder.display());
+}
+
+#[test]
 fn a_finished_sweep_measures_nothing_anew_and_an_unfinished_one_what_is_missing() {
     let desk = Desk::new(&matrix("method = [\"basic\"]\npaths_per_pixel = [0.5, 2]\nradius_px = [1]"));
     let (_, stderr) = desk.sweep(&["e.toml", "-o", "out"]);

@@ -44,8 +44,8 @@ pub fn check(options: &Bench) -> Result<Settings, Usage> {
     if options.reference_frames == 0 {
         return Err(Usage("--reference-frames 0: give at least 1".into()));
     }
-    for paths in options.paths_per_pixel.iter().filter(|paths| !(**paths > 0.0 && **paths <= MOST_PER_PIXEL))
-    {
+    let is_wrong = |paths: &&f64| !(**paths > 0.0 && **paths <= MOST_PER_PIXEL);
+    if let Some(paths) = options.paths_per_pixel.iter().find(is_wrong) {
         return Err(Usage(format!("--paths-per-pixel {paths}: give more than 0, at most {MOST_PER_PIXEL}")));
     }
     // Each value is checked; what cells have in common is that of the last.

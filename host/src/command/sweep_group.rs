@@ -128,7 +128,10 @@ fn take_turns(desk: &Desk, plan: &Plan, first: &Cell, turns: &[Ready]) -> anyhow
             (None, Paths::Time(target)) if !is_met(median, target) => Some(format!(
                 "equal_time_ms = {target}: the light paths were found, but in turns with other cells the median is {median:.3} ms"
             )),
-            (note, _) => note.clone(),
+            (Some(note), _) => {
+                Some(format!("{note}; in turns with other cells the median is {median:.3} ms"))
+            }
+            (None, _) => None,
         };
         eprintln!("{} {}: {median:.2} ms", scene.name, cell.name);
         desk.write_time(task, cell, time, frames, device, note)?;

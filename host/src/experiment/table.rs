@@ -4,6 +4,9 @@ use std::fmt::Write;
 
 use super::result::{CellConfig, CellResult, Quartiles};
 
+/// Buffers below this are not listed for a person [bytes].
+const SMALL: u64 = 50_000;
+
 /// A line a cell, then a line a cell and pass, then the largest buffers; cells by name.
 pub fn table(results: &[(String, CellResult)]) -> String {
     let mut text = String::new();
@@ -43,7 +46,7 @@ pub fn table(results: &[(String, CellResult)]) -> String {
     }
     for (name, result) in results {
         let Some(time) = &result.time else { continue };
-        let mut buffers: Vec<_> = time.memory_bytes.iter().filter(|(_, bytes)| **bytes > 0).collect();
+        let mut buffers: Vec<_> = time.memory_bytes.iter().filter(|(_, bytes)| **bytes >= SMALL).collect();
         buffers.sort_by_key(|(_, bytes)| std::cmp::Reverse(**bytes));
         let list: Vec<String> =
             buffers.iter().map(|(buffer, bytes)| format!("{buffer} {:.1}", **bytes as f64 / 1e6)).collect();
@@ -109,10 +112,8 @@ pub fn cells_csv(results: &[CellResult]) -> anyhow::Result<Vec<u8>> {
     ])?;
     for result in results {
         let CellConfig { scene, camera, method, gather, history, filter, runner, needs, .. } = &result.cell;
-        let mut row: Vec<String> = [scene, camera, method, gather, history, filter, runner, needs]
-            .into_iter()
-            .map(String::clone)
-            .collect();
+        let mut row: Vec<String> =
+            [scene, camera, method, gather, history, filter, runner, needs].into_iter().cloned().collect();
         row.insert(0, result.identity.clone());
         row.push(result.cell.paths_per_pixel.to_string());
         row.push(result.cell.radius_px.to_string());

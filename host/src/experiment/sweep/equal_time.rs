@@ -10,6 +10,9 @@ const MOST_STEPS: u32 = 16;
 /// A guess is at most this many times the last one, or that part of it: one measure says little of far ones.
 const LONGEST_STEP: f64 = 8.0;
 
+/// Light paths and the time that they took [ms].
+type Trial = (u32, f64);
+
 /// What was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found {
@@ -42,8 +45,7 @@ pub fn search(
     measure: &mut dyn FnMut(u32) -> anyhow::Result<f64>,
 ) -> anyhow::Result<Found> {
     let mut paths = start.clamp(1, most);
-    let (mut below, mut above): (Option<(u32, f64)>, Option<(u32, f64)>) = (None, None);
-    let mut last: Option<(u32, f64)> = None;
+    let (mut below, mut above, mut last): (Option<Trial>, Option<Trial>, Option<Trial>) = (None, None, None);
     let mut best: Option<Found> = None;
     for steps in 1..=MOST_STEPS {
         let ms = measure(paths)?;
@@ -62,7 +64,7 @@ pub fn search(
                 Some(above.map_or((paths, ms), |known| if known.0 < paths { known } else { (paths, ms) }));
         }
         let one = f64::from(paths);
-        let slope = |(a, a_ms): (u32, f64), (b, b_ms): (u32, f64)| {
+        let slope = |(a, a_ms): Trial, (b, b_ms): Trial| {
             f64::from(a) + (target_ms - a_ms) * (f64::from(b) - f64::from(a)) / (b_ms - a_ms)
         };
         let guess = match (below, above, last) {

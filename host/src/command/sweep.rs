@@ -140,12 +140,17 @@ fn tell(options: &Sweep, config: &Config, tasks: &[Task]) -> anyhow::Result<Exit
     let (mut needed, mut kept) = (Vec::new(), 0);
     if let Some(error) = &config.error {
         let cache = cache()?;
+        let mut seen = Vec::new();
         for task in tasks {
+            let key = (std::ptr::from_ref(task.part), task.cell.max_bounces);
+            if seen.contains(&key) {
+                continue;
+            }
+            seen.push(key);
             let plan = error_plan(config, task.part).context("there is no table [error]")?;
             let references =
                 References::new(&plan, &task.cell, &task.part.scene, error.reference_frames.0, &cache);
-            for frame in plan.frames.clone() {
-                let path = references.path(frame);
+            for path in plan.frames.clone().map(|frame| references.path(frame)) {
                 if !needed.contains(&path) {
                     kept += usize::from(path.exists());
                     needed.push(path);

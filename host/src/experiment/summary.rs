@@ -64,8 +64,8 @@ pub fn set_gains(rows: &mut [Row], cells: &[Cell]) {
     let variances: BTreeMap<(String, u32), f64> =
         rows.iter().filter_map(|row| Some(((row.cell.clone(), row.frame), row.get(VARIANCE)?))).collect();
     for row in rows {
-        let Some(none) = baseline.get(&row.cell) else { continue };
-        let none = variances.get(&(none.clone(), row.frame)).copied();
+        let none = baseline.get(&row.cell);
+        let none = none.and_then(|none| variances.get(&(none.clone(), row.frame)).copied());
         let value = none.zip(row.get(VARIANCE)).and_then(|(none, own)| gain(none, own));
         row.values.remove("gain");
         row.set("gain", value);

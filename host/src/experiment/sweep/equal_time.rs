@@ -72,25 +72,26 @@ pub fn search(
             (_, _, Some(last)) if last.0 != paths => slope(last, (paths, ms)),
             _ => one * target_ms / ms,
         };
-        // Away from both ends: a measure at an end says nothing new.
-        let (mut low, mut high) = (one / LONGEST_STEP, one * LONGEST_STEP);
-        if let (Some(below), Some(above)) = (below, above) {
-            let (a, b) = (f64::from(below.0), f64::from(above.0));
+        let next = match (below, above) {
             // A measure was disturbed, or there is no number between.
-            if b - a <= 1.0 {
-                break;
+            (Some(below), Some(above)) if above.0 <= below.0 + 1 => break,
+            (Some(below), Some(above)) => {
+                // Away from both ends: a measure near one says little that is new.
+                let (a, b) = (f64::from(below.0), f64::from(above.0));
+                let margin = (0.02 * (b - a)).max(1.0);
+                guess.clamp(a + margin.min(0.5 * (b - a)), b - margin.min(0.5 * (b - a)))
             }
-            (low, high) = (a + 0.02 * (b - a), b - 0.02 * (b - a));
-        } else if below.is_some() {
-            low = one;
-        } else {
-            high = one;
-        }
-        let outwards = if ms < target_ms { high } else { low };
-        let guess = if guess.is_finite() { guess.clamp(low, high) } else { outwards };
-        let next = (guess.round() as u32).clamp(1, most);
+            // What was measured says that more paths take no more time, or that they take it all.
+            (Some(_), None) if guess.is_finite() && guess > one => {
+                guess.clamp(one + 1.0, one * LONGEST_STEP + 1.0)
+            }
+            (Some(_), None) => one * LONGEST_STEP,
+            _ if guess.is_finite() && guess < one => guess.max(one / LONGEST_STEP).min(one - 1.0),
+            _ => one / LONGEST_STEP,
+        };
+        let next = (next.round() as u32).clamp(1, most);
         if next == paths {
-            // At an end of the range, or nearer than whole numbers are.
+            // At an end of the range.
             break;
         }
         last = Some((paths, ms));

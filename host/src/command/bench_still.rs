@@ -1,5 +1,6 @@
 //! `caustics bench` without `--animation`: cells at one moment take turns, and their times are a table.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -13,7 +14,7 @@ use caustics::experiment::store::{self, provenance};
 use caustics::experiment::table::{passes_csv, table};
 use caustics::experiment::timing::cell_time;
 use caustics::experiment::{identity, reference};
-use caustics::output::target::{Target, TargetError};
+use caustics::output::target::{Target, TargetError, remove};
 use caustics::scene::Scene;
 
 use super::interrupt;
@@ -28,6 +29,7 @@ pub fn run(options: &Bench, plan: &Plan, scene: &Scene, reason: &str) -> anyhow:
         if table.exists() && !options.force {
             return Err(TargetError::Exists(table).into());
         }
+        forget(folder, &table)?;
         store::create(folder)?;
     }
     let stopped = interrupt::watch()?;
@@ -60,6 +62,13 @@ pub fn run(options: &Bench, plan: &Plan, scene: &Scene, reason: &str) -> anyhow:
         say(table(&results).trim_end())?;
     }
     Ok(if done { ExitCode::SUCCESS } else { ExitCode::from(130) })
+}
+
+/// Removes the results of the run that left this table; those of others stay.
+fn forget(folder: &Path, table: &Path) -> anyhow::Result<()> {
+    let rows = std::fs::read(table).ok().and_then(|bytes| row::decode(&bytes).ok()).unwrap_or_default();
+    let identities: BTreeSet<&str> = rows.iter().map(|row| row.identity.as_str()).collect();
+    identities.into_iter().try_for_each(|identity| remove(&store::file(folder, identity)))
 }
 
 /// A result a cell, by the cell's name.

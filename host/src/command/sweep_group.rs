@@ -22,6 +22,8 @@ const MOST_TURNS: usize = 8;
 const MOST_MEMORY: usize = 4 << 30;
 /// Frames by which a number of light paths is tried.
 const TRIAL_FRAMES: u32 = 5;
+/// Rounds of turns in which light paths are corrected, at most: beside others a cell is slower than by itself.
+const MOST_CORRECTIONS: u32 = 3;
 /// Most light paths a pixel that are tried.
 const MOST_PER_PIXEL: u64 = 4096;
 
@@ -81,11 +83,13 @@ fn measure_group(desk: &Desk, group: &[&Task]) -> anyhow::Result<bool> {
             turns.push(ready);
             rest = &rest[1..];
         }
-        if !take_turns(desk, &plan, &first, &turns)? {
+        let tasks: Vec<&Task> = turns.iter().map(|ready| ready.task).collect();
+        if !take_turns(desk, &plan, &first, turns, MOST_CORRECTIONS)? {
             return Ok(false);
         }
-        for Ready { task, cell, .. } in &turns {
-            if !desk.measure_error(task, cell)? {
+        for task in tasks {
+            let Some(ready) = find_paths(desk, task)? else { return Ok(false) };
+            if !desk.measure_error(task, &ready.cell)? {
                 return Ok(false);
             }
         }
@@ -93,8 +97,14 @@ fn measure_group(desk: &Desk, group: &[&Task]) -> anyhow::Result<bool> {
     Ok(true)
 }
 
-/// Times cells and writes their files.
-fn take_turns(desk: &Desk, plan: &Plan, first: &Cell, turns: &[Ready]) -> anyhow::Result<bool> {
+/// Times cells and writes their files. Cells that miss their time by little are measured again with other light paths.
+fn take_turns(
+    desk: &Desk,
+    plan: &Plan,
+    first: &Cell,
+    turns: Vec<Ready>,
+    corrections: u32,
+) -> anyhow::Result<bool> {
     let Some(part) = turns.first().map(|ready| ready.task.part) else { return Ok(true) };
     let mut cells = vec![first.clone()];
     cells.extend(turns.iter().map(|ready| ready.cell.clone()).filter(|cell| cell.name != first.name));
@@ -108,7 +118,9 @@ fn take_turns(desk: &Desk, plan: &Plan, first: &Cell, turns: &[Ready]) -> anyhow
     let devices = measure(&plan, &part.scene, &plan.cells, None, desk.stopped, &mut each)?;
     let Some(devices) = devices else { return Ok(false) };
     let scene = posed(&part.scene, plan.time_of(plan.frames.start))?;
-    for Ready { task, cell, note } in turns {
+    let mut again = Vec::new();
+    for ready in turns {
+        let Ready { task, cell, note } = &ready;
         let own = rows.iter().filter(|row| row.cell == cell.name);
         let faults: f64 = own.clone().filter_map(|row| row.get("faults")).sum();
         if faults > 0.0 {
@@ -124,6 +136,23 @@ fn take_turns(desk: &Desk, plan: &Plan, first: &Cell, turns: &[Ready]) -> anyhow
         let index = plan.cells.iter().position(|known| known.name == cell.name);
         let device = index.and_then(|index| devices.get(index)).cloned().unwrap_or_default();
         let median = time.total_ms.median;
+        if let (Paths::Time(target), None, Some(rate)) = (task.cell.paths, note, time.light_paths_per_s)
+            && !is_met(median, target)
+            && corrections > 0
+        {
+            // What is missing of the time, at the price of a light path.
+            let paths = f64::from(time.light_paths) + (target - median) * rate / 1e3;
+            let paths = paths.round().clamp(1.0, f64::from(most_paths(&plan, cell)));
+            let pixels = f64::from(time.width) * f64::from(time.height);
+            let name = &cell.name;
+            eprintln!(
+                "{} {name}: {median:.2} ms of {target} beside others; {paths} light paths next",
+                scene.name
+            );
+            let cell = Cell { paths: Paths::PerPixel(paths / pixels), ..cell.clone() };
+            again.push(Ready { task, cell, note: None });
+            continue;
+        }
         let note = match (note, task.cell.paths) {
             (None, Paths::Time(target)) if !is_met(median, target) => Some(format!(
                 "equal_time_ms = {target}: the light paths were found, but in turns with other cells the median is {median:.3} ms"
@@ -136,7 +165,18 @@ fn take_turns(desk: &Desk, plan: &Plan, first: &Cell, turns: &[Ready]) -> anyhow
         eprintln!("{} {}: {median:.2} ms", scene.name, cell.name);
         desk.write_time(task, cell, time, frames, device, note)?;
     }
-    Ok(true)
+    if again.is_empty() {
+        return Ok(true);
+    }
+    let first =
+        again.iter().map(|ready| &ready.cell).find(|cell| cell.name == first.name).unwrap_or(first).clone();
+    take_turns(desk, &plan, &first, again, corrections - 1)
+}
+
+/// Most light paths of a frame that are tried: the kernels count rays in 32 bits.
+fn most_paths(plan: &Plan, cell: &Cell) -> u32 {
+    let pixels = u64::from(plan.settings.width) * u64::from(plan.settings.height);
+    u64::from(u32::MAX / (cell.max_bounces + 1)).min(pixels * MOST_PER_PIXEL) as u32
 }
 
 /// The cell of a task with its light paths: searched for where a time is given, but once. None where it was stopped.
@@ -170,8 +210,7 @@ fn find_paths<'a>(desk: &Desk, task: &'a Task<'a>) -> anyhow::Result<Option<Read
         Ok(median)
     };
     let pixels = u64::from(plan.settings.width) * u64::from(plan.settings.height);
-    let most = u64::from(u32::MAX / (task.cell.max_bounces + 1)).min(pixels * MOST_PER_PIXEL);
-    let found = search(target, pixels as u32, most as u32, &mut trial);
+    let found = search(target, pixels as u32, most_paths(&plan, &task.cell), &mut trial);
     if (desk.stopped)() {
         return Ok(None);
     }

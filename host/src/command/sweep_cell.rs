@@ -40,8 +40,8 @@ pub struct Desk<'a> {
     pub cache: PathBuf,
     /// Whether Ctrl-C came.
     pub stopped: &'a dyn Fn() -> bool,
-    /// Light paths that were searched for, and what is to be said of them, by the cell's identity.
-    pub found: RefCell<BTreeMap<String, (Paths, Option<String>)>>,
+    /// Light paths that were searched for, by the cell's identity.
+    pub found: RefCell<BTreeMap<String, Paths>>,
 }
 
 impl Task<'_> {

@@ -27,11 +27,10 @@ const MOST_CORRECTIONS: u32 = 3;
 /// Most light paths a pixel that are tried.
 const MOST_PER_PIXEL: u64 = 4096;
 
-/// A cell with its light paths found, and what is to be said of them.
+/// A cell with its light paths found.
 struct Ready<'a> {
     task: &'a Task<'a>,
     cell: Cell,
-    note: Option<String>,
 }
 
 /// Measures whatever is missing of these tasks. False where it was stopped.
@@ -120,7 +119,7 @@ fn take_turns(
     let scene = posed(&part.scene, plan.time_of(plan.frames.start))?;
     let mut again = Vec::new();
     for ready in turns {
-        let Ready { task, cell, note } = &ready;
+        let Ready { task, cell } = &ready;
         let own = rows.iter().filter(|row| row.cell == cell.name);
         let faults: f64 = own.clone().filter_map(|row| row.get("faults")).sum();
         if faults > 0.0 {
@@ -136,32 +135,32 @@ fn take_turns(
         let index = plan.cells.iter().position(|known| known.name == cell.name);
         let device = index.and_then(|index| devices.get(index)).cloned().unwrap_or_default();
         let median = time.total_ms.median;
-        if let (Paths::Time(target), None, Some(rate)) = (task.cell.paths, note, time.light_paths_per_s)
+        let mut note = None;
+        if let Paths::Time(target) = task.cell.paths
             && !is_met(median, target)
-            && corrections > 0
         {
             // What is missing of the time, at the price of a light path.
+            let rate = time.light_paths_per_s.unwrap_or(0.0);
             let paths = f64::from(time.light_paths) + (target - median) * rate / 1e3;
             let paths = paths.round().clamp(1.0, f64::from(most_paths(&plan, cell)));
-            let pixels = f64::from(time.width) * f64::from(time.height);
-            let name = &cell.name;
-            eprintln!(
-                "{} {name}: {median:.2} ms of {target} beside others; {paths} light paths next",
-                scene.name
-            );
-            let cell = Cell { paths: Paths::PerPixel(paths / pixels), ..cell.clone() };
-            again.push(Ready { task, cell, note: None });
-            continue;
-        }
-        let note = match (note, task.cell.paths) {
-            (None, Paths::Time(target)) if !is_met(median, target) => Some(format!(
-                "equal_time_ms = {target}: the light paths were found, but in turns with other cells the median is {median:.3} ms"
-            )),
-            (Some(note), _) => {
-                Some(format!("{note}; in turns with other cells the median is {median:.3} ms"))
+            if corrections > 0 && rate > 0.0 && paths != f64::from(time.light_paths) {
+                let name = &cell.name;
+                eprintln!(
+                    "{} {name}: {median:.2} ms of {target} beside others; {paths} light paths next",
+                    scene.name
+                );
+                let pixels = f64::from(time.width) * f64::from(time.height);
+                let cell = Cell { paths: Paths::PerPixel(paths / pixels), ..cell.clone() };
+                again.push(Ready { task, cell });
+                continue;
             }
-            (None, _) => None,
-        };
+            let percent = 100.0 * TOLERANCE;
+            let why = if paths <= 1.0 { "; all other work takes longer" } else { "" };
+            note = Some(format!(
+                "equal_time_ms = {target}: not met within {percent} %; {} light paths take {median:.3} ms{why}",
+                time.light_paths
+            ));
+        }
         eprintln!("{} {}: {median:.2} ms", scene.name, cell.name);
         desk.write_time(task, cell, time, frames, device, note)?;
     }
@@ -182,15 +181,14 @@ fn most_paths(plan: &Plan, cell: &Cell) -> u32 {
 /// The cell of a task with its light paths: searched for where a time is given, but once. None where it was stopped.
 fn find_paths<'a>(desk: &Desk, task: &'a Task<'a>) -> anyhow::Result<Option<Ready<'a>>> {
     let Paths::Time(target) = task.cell.paths else {
-        return Ok(Some(Ready { task, cell: task.cell.clone(), note: None }));
+        return Ok(Some(Ready { task, cell: task.cell.clone() }));
     };
     let with = |paths| Cell { paths, ..task.cell.clone() };
     if let Some(known) = store::read(desk.folder, &task.identity).filter(|known| known.time.is_some()) {
-        let cell = with(Paths::PerPixel(known.cell.paths_per_pixel));
-        return Ok(Some(Ready { task, cell, note: known.note }));
+        return Ok(Some(Ready { task, cell: with(Paths::PerPixel(known.cell.paths_per_pixel)) }));
     }
-    if let Some((paths, note)) = desk.found.borrow().get(&task.identity).cloned() {
-        return Ok(Some(Ready { task, cell: with(paths), note }));
+    if let Some(paths) = desk.found.borrow().get(&task.identity) {
+        return Ok(Some(Ready { task, cell: with(*paths) }));
     }
     let plan = time_plan(desk.config, task.part).context("there is no table [time]")?;
     let (start, count) = (plan.frames.start, plan.frames.len() as u32);
@@ -216,14 +214,6 @@ fn find_paths<'a>(desk: &Desk, task: &'a Task<'a>) -> anyhow::Result<Option<Read
     }
     let found: Found = found?;
     let paths = Paths::PerPixel(f64::from(found.paths) / pixels as f64);
-    let note = (!found.is_met(target)).then(|| {
-        let Found { paths, ms, steps } = found;
-        format!(
-            "equal_time_ms = {target}: not met within {} %; the nearest of {steps} trials is {ms:.3} ms with {paths} light \
-             paths",
-            100.0 * TOLERANCE
-        )
-    });
-    desk.found.borrow_mut().insert(task.identity.clone(), (paths, note.clone()));
-    Ok(Some(Ready { task, cell: with(paths), note }))
+    desk.found.borrow_mut().insert(task.identity.clone(), paths);
+    Ok(Some(Ready { task, cell: with(paths) }))
 }

@@ -8,10 +8,12 @@ use thiserror::Error;
 mod animate;
 mod bench;
 mod compare;
+mod sweep;
 
 pub use animate::Animate;
-pub use bench::Bench;
+pub use bench::{Bench, runner_and_tracer};
 pub use compare::{Compare, Limit};
+pub use sweep::Sweep;
 
 /// The command line asks for something that cannot be: exit code 2.
 #[derive(Debug, Error)]
@@ -43,8 +45,10 @@ pub enum Command {
     Merge(Merge),
     /// Measure how far an image is from a reference
     Compare(Compare),
-    /// Measure what each frame of an animation costs and how far off it is, method by method
+    /// Measure what frames cost, and in animations how far off they are, way by way to render them
     Bench(Box<Bench>),
+    /// Measure a matrix of ways to render over scenes, time and error; the same command goes on where it was interrupted
+    Sweep(Box<Sweep>),
     /// List Vulkan devices, what they can do and whether they are used
     Device(Device),
     /// List, inspect or make scenes

@@ -3,7 +3,9 @@
 pub mod animate;
 pub mod bar;
 pub mod bench;
+pub mod bench_plan;
 pub mod bench_report;
+pub mod bench_still;
 pub mod compare;
 pub mod device;
 pub mod identity;
@@ -18,4 +20,7 @@ pub mod report;
 pub mod say;
 pub mod scene;
 pub mod stop;
+pub mod sweep;
+pub mod sweep_cell;
+pub mod sweep_group;
 pub mod warn;

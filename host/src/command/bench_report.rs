@@ -7,8 +7,10 @@ use std::path::Path;
 use caustics::experiment::cell::Cell;
 use caustics::experiment::cost::{Cost, costs};
 use caustics::experiment::figure::{self, Series};
+use caustics::experiment::identity::posed;
 use caustics::experiment::memory::memory;
 use caustics::experiment::plan::Plan;
+use caustics::experiment::reference::camera;
 use caustics::experiment::row::Row;
 use caustics::experiment::summary::{CellSummary, summarise};
 use caustics::kernels;
@@ -29,33 +31,37 @@ pub fn report(plan: &Plan, scene: &Scene, rows: &[Row], folder: &Path, as_json: 
             "warning: {faults} deposits, addends or media were dropped, clamped or not finite: see frames.csv"
         );
     }
+    let posed = posed(scene, plan.time_of(plan.frames.start))?;
     let mut hits_per_s = None;
-    if plan.time {
-        let camera = caustics::experiment::reference::camera(scene, &plan.camera)?;
-        hits_per_s = Some(closest_hits_per_second(&plan.choice, scene, camera, plan.needs)?);
+    if let Some(first) = plan.cells.first().filter(|_| plan.time) {
+        let needs = first.needs(&posed, plan.settings.specular_roughness);
+        hits_per_s =
+            Some(closest_hits_per_second(&first.runner, &posed, camera(&posed, &plan.camera)?, needs)?);
     }
     let of_cell = |cell: &Cell| -> Option<BTreeMap<String, Cost>> {
-        let own: Vec<&Row> = rows.iter().filter(|row| row.cell == cell.name()).collect();
-        let without = memory(plan, &Cell { history: &history::NONE, ..*cell }, scene)?;
-        Some(costs(plan, &own, &memory(plan, cell, scene)?, &without, hits_per_s?))
+        let own: Vec<&Row> = rows.iter().filter(|row| row.cell == cell.name).collect();
+        let without = Cell { history: &history::NONE, ..cell.clone() };
+        let without = memory(plan, &without, &posed)?;
+        Some(costs(plan, &own, &memory(plan, cell, &posed)?, &without, hits_per_s?))
     };
     let costs: Vec<_> = plan.cells.iter().map(|cell| of_cell(cell).unwrap_or_default()).collect();
     let settings = &plan.settings;
     let cells: BTreeMap<_, _> = (0..plan.cells.len())
         .map(|index| {
             let (name, own) = &summary[index];
-            let memory = memory(plan, &plan.cells[index], scene);
-            (name, json!({ "measures": own, "memory": memory, "cost": costs[index] }))
+            let memory = memory(plan, &plan.cells[index], &posed);
+            (name, json!({ "measures": own, "memory": memory, "cost": costs[index], "what": plan.cells[index].key() }))
         })
         .collect();
     let error =
         plan.error.map(|error| json!({ "seeds": error.seeds, "reference_frames": error.reference_frames }));
     let out = json!({
         "scene": scene.name, "camera": plan.camera, "width": settings.width, "height": settings.height,
-        "light_paths": settings.light_paths, "max_bounces": settings.max_bounces,
+        "light_paths": plan.cells.first().map(|cell| cell.settings(settings).light_paths),
+        "max_bounces": plan.cells.first().map(|cell| cell.max_bounces),
         "first_frame": plan.frames.start, "end_frame": plan.frames.end, "fps": plan.fps,
-        "seed": settings.seed, "error": error, "warm_up": plan.warm_up, "gather": plan.gather.name,
-        "runner": format!("{:?}", plan.choice), "commit": env!("CAUSTICS_COMMIT"),
+        "seed": settings.seed, "error": error, "warm_up": plan.warm_up, "gather": plan.cells.first().map(Cell::gather_name),
+        "runner": plan.cells.first().map(|cell| format!("{:?}", cell.runner)), "commit": env!("CAUSTICS_COMMIT"),
         "kernels": kernels::SOURCES, "closest_hits_per_s": hits_per_s, "cells": cells,
     });
     let text = serde_json::to_string_pretty(&out)?;
@@ -80,7 +86,7 @@ fn figures(
     folder: &Path,
 ) -> anyhow::Result<()> {
     let of_cell = |cell: &Cell, measure: &str| {
-        let name = cell.name();
+        let name = cell.name.clone();
         let own = rows.iter().filter(|row| row.cell == name);
         let points = own.filter_map(|row| Some((f64::from(row.frame), row.get(measure)?))).collect();
         Series { name, points }

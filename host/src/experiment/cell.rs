@@ -1,59 +1,318 @@
 //! Cells: the ways to render that an experiment holds against each other.
 
-use crate::method::Method;
-use crate::method::filter::Filter;
-use crate::method::history::{self, History};
+use caustics_kernels::gather::variant::{self, Variant};
+use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::interface::needs::Needs;
 
-/// A way to render.
-#[derive(Clone, Copy, Debug)]
+use super::result::CellConfig;
+use crate::method::filter::{self, Filter};
+use crate::method::history::{self, History};
+use crate::method::settings::Settings;
+use crate::method::{Method, Parts};
+use crate::scene::Scene;
+use crate::session::RunnerChoice;
+
+/// A way to render: all that can vary in an experiment.
+#[derive(Clone, Debug)]
 pub struct Cell {
+    /// Its name in tables, as [`name_all`] gives it.
+    pub name: String,
     /// What a frame consists of.
     pub method: &'static Method,
+    /// How deposits and points meet; none where the method chooses no gather.
+    pub gather: Option<&'static Variant>,
     /// What the frame before lends.
     pub history: &'static History,
     /// What smooths the path-traced part.
     pub filter: &'static Filter,
+    /// Light paths of a frame.
+    pub paths: Paths,
+    /// Radius of collection points relative to the disc of the pixel's footprint.
+    pub radius_px: f32,
+    /// Scattering vertices between eye and light, at most.
+    pub max_bounces: u32,
+    /// Where it runs.
+    pub runner: RunnerChoice,
+    /// Which kernel code is alive.
+    pub code: Code,
+}
+
+/// Light paths of a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Paths {
+    /// The method shoots none.
+    None,
+    /// This many.
+    Count(u32),
+    /// This many a pixel.
+    PerPixel(f64),
+    /// As many as a frame of this time has [ms]; they are searched for, from one a pixel on.
+    Time(f64),
+}
+
+/// Which kernel code is alive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Code {
+    /// What the scene needs.
+    Scene,
+    /// All of it.
+    All,
+}
+
+impl Paths {
+    /// How many in a frame of this size.
+    pub fn count(&self, width: u32, height: u32) -> u32 {
+        let pixels = f64::from(width) * f64::from(height);
+        match *self {
+            Paths::None => 0,
+            Paths::Count(count) => count,
+            Paths::PerPixel(paths) => (paths * pixels).round().max(1.0) as u32,
+            Paths::Time(_) => pixels as u32,
+        }
+    }
 }
 
 impl Cell {
-    /// All combinations, methods first, then filters, then histories.
-    pub fn all(
-        methods: &[&'static Method],
-        histories: &[&'static History],
-        filters: &[&'static Filter],
-    ) -> Vec<Cell> {
-        let mut cells = Vec::new();
-        for &method in methods {
-            for &filter in filters {
-                cells.extend(histories.iter().map(|&history| Cell { method, history, filter }));
-            }
-        }
-        cells
+    /// A method by itself: no history, no filter, one light path a pixel, on all cores of the CPU.
+    pub fn of(method: &'static Method) -> Cell {
+        let runner = RunnerChoice::Cpu { threads: 0 };
+        let cell = Cell {
+            name: String::new(),
+            method,
+            gather: Some(usual_gather(&runner)),
+            history: &history::NONE,
+            filter: &filter::NONE,
+            paths: Paths::PerPixel(1.0),
+            radius_px: 1.0,
+            max_bounces: Settings::default().max_bounces,
+            runner,
+            code: Code::Scene,
+        };
+        let cell = cell.effective();
+        Cell { name: cell.short_name(), ..cell }
     }
 
-    /// Its name in tables: `basic-paper`, `basic-paper-atrous` with a filter.
-    pub fn name(&self) -> String {
+    /// The same frames with all that its method does not look at set aside: cells of one effect are one cell.
+    pub fn effective(self) -> Cell {
+        let method = self.method;
+        let sample = FrameParams {
+            width: 8,
+            height: 8,
+            light_path_count: 64,
+            light_path_batch: 64,
+            max_bounces: self.max_bounces,
+            deposit_capacity: 64 * 8,
+            cell_mask: 1023,
+            radius_px: 1.0,
+            ..Default::default()
+        };
+        let params = (method.frame)(sample, 0);
+        let base = Parts::from(software_gather());
+        let steps = |parts| (method.steps)(parts, params);
+        let usual = steps(base);
+        let chooses_gather = variant::ALL.iter().any(|gather| steps(Parts { gather, ..base }) != usual);
+        let has_history = steps(Parts { history: self.history, ..base }) != usual;
+        let has_filter = steps(Parts { filter: self.filter, ..base }) != usual;
+        Cell {
+            gather: self.gather.filter(|_| chooses_gather),
+            history: if has_history { self.history } else { &history::NONE },
+            filter: if has_filter { self.filter } else { &filter::NONE },
+            paths: if params.light_path_count > 0 { self.paths } else { Paths::None },
+            radius_px: if method.gathers { self.radius_px } else { 1.0 },
+            ..self
+        }
+    }
+
+    /// Text of all that it is but its name.
+    pub fn key(&self) -> String {
+        let Cell { paths, radius_px, max_bounces, runner, code, .. } = self;
+        format!(
+            "{} gather {} history {} filter {} paths {paths:?} radius {radius_px} bounces {max_bounces} on {runner:?} \
+             needs {code:?}",
+            self.method.name,
+            self.gather_name(),
+            self.history.name,
+            self.filter.name
+        )
+    }
+
+    /// Name of its gather; empty where the method chooses none.
+    pub fn gather_name(&self) -> &'static str {
+        self.gather.map_or("", |gather| gather.name)
+    }
+
+    /// Its parts as a session takes them.
+    pub fn parts(&self) -> Parts {
+        Parts { gather: self.variant(), history: self.history, filter: self.filter }
+    }
+
+    /// Its gather; where its method chooses none, one that every runner has.
+    pub fn variant(&self) -> &'static Variant {
+        self.gather.unwrap_or_else(software_gather)
+    }
+
+    /// Settings of all cells made its own.
+    pub fn settings(&self, common: &Settings) -> Settings {
+        Settings {
+            light_paths: self.paths.count(common.width, common.height),
+            radius_px: self.radius_px,
+            max_bounces: self.max_bounces,
+            history: self.history,
+            filter: self.filter,
+            ..common.clone()
+        }
+    }
+
+    /// Kernel code for a scene as it is posed.
+    pub fn needs(&self, scene: &Scene, specular_roughness: f32) -> Needs {
+        match self.code {
+            Code::Scene => scene.needs(specular_roughness),
+            Code::All => Needs::ALL,
+        }
+    }
+
+    /// The cell among these that differs from it in its history only, and has none.
+    pub fn baseline<'a>(&self, cells: &'a [Cell]) -> Option<&'a Cell> {
+        let key = Cell { history: &history::NONE, ..self.clone() }.key();
+        cells.iter().find(|cell| cell.key() == key)
+    }
+
+    /// Method, history, and filter if it has one: `basic-paper`, `basic-paper-atrous`.
+    fn short_name(&self) -> String {
         let name = format!("{}-{}", self.method.name, self.history.name);
         if self.filter.name == "none" { name } else { format!("{name}-{}", self.filter.name) }
     }
 
-    /// Name of the cell that differs from this one in its history only, and has none.
-    pub fn baseline(&self) -> String {
-        Cell { history: &history::NONE, ..*self }.name()
+    /// What a result says of it; paths a pixel are those of a frame of this size.
+    pub fn config(&self, scene: &Scene, camera: &str, width: u32, height: u32) -> CellConfig {
+        let paths = f64::from(self.paths.count(width, height));
+        let paths_per_pixel = match self.paths {
+            Paths::PerPixel(paths) => paths,
+            _ => paths / (f64::from(width) * f64::from(height)),
+        };
+        CellConfig {
+            scene: scene.name.clone(),
+            camera: camera.into(),
+            method: self.method.name.into(),
+            gather: self.gather_name().into(),
+            history: self.history.name.into(),
+            filter: self.filter.name.into(),
+            runner: runner_name(&self.runner).into(),
+            needs: code_name(self.code).into(),
+            paths_per_pixel,
+            radius_px: self.radius_px,
+            max_bounces: self.max_bounces,
+        }
     }
+}
+
+/// Names the cells of a run: method, history and filter, then whatever else differs between cells of the run.
+pub fn name_all(cells: &mut [Cell]) {
+    let parts: [fn(&Cell) -> String; 6] = [
+        |cell| cell.gather_name().into(),
+        |cell| match cell.paths {
+            Paths::None => String::new(),
+            Paths::Count(count) => format!("n{count}"),
+            Paths::PerPixel(paths) => format!("p{paths}"),
+            Paths::Time(ms) => format!("t{ms}ms"),
+        },
+        |cell| if cell.method.gathers { format!("r{}", cell.radius_px) } else { String::new() },
+        |cell| format!("b{}", cell.max_bounces),
+        |cell| runner_name(&cell.runner).into(),
+        |cell| code_name(cell.code).into(),
+    ];
+    let mut names: Vec<String> = cells.iter().map(Cell::short_name).collect();
+    for part in parts {
+        let texts: Vec<String> = cells.iter().map(part).collect();
+        let mut given: Vec<&String> = texts.iter().filter(|text| !text.is_empty()).collect();
+        given.sort();
+        given.dedup();
+        if given.len() > 1 {
+            for (name, text) in names.iter_mut().zip(&texts).filter(|(_, text)| !text.is_empty()) {
+                *name += &format!("-{text}");
+            }
+        }
+    }
+    for (cell, name) in cells.iter_mut().zip(names) {
+        cell.name = name;
+    }
+}
+
+/// `cpu`, `gpu-hardware` or `gpu-software`.
+pub fn runner_name(runner: &RunnerChoice) -> &'static str {
+    match runner {
+        RunnerChoice::Cpu { .. } => "cpu",
+        RunnerChoice::Gpu { hardware: true, .. } => "gpu-hardware",
+        RunnerChoice::Gpu { hardware: false, .. } => "gpu-software",
+    }
+}
+
+/// `scene` or `all`.
+pub fn code_name(code: Code) -> &'static str {
+    match code {
+        Code::Scene => "scene",
+        Code::All => "all",
+    }
+}
+
+/// Whether a runner has ray queries.
+pub fn has_ray_queries(runner: &RunnerChoice) -> bool {
+    matches!(runner, RunnerChoice::Gpu { hardware: true, .. })
+}
+
+/// The gather of a runner where nobody asks for another.
+pub fn usual_gather(runner: &RunnerChoice) -> &'static Variant {
+    let name = if has_ray_queries(runner) { "points-rt" } else { "photons-grid" };
+    variant::find(name).unwrap_or_else(software_gather)
+}
+
+/// A gather that every runner has.
+fn software_gather() -> &'static Variant {
+    variant::ALL.iter().find(|gather| !gather.hardware).unwrap_or(&variant::ALL[0])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::method::basic::BASIC;
-    use crate::method::filter;
+    use crate::method::path::PATH;
 
     #[test]
-    fn every_history_has_a_cell_and_the_same_baseline() {
-        let cells = Cell::all(&[&BASIC], history::ALL, &[&filter::NONE]);
-        assert_eq!(cells.len(), history::ALL.len());
-        assert!(cells.iter().all(|cell| cell.baseline() == "basic-none"));
-        assert_eq!(cells[0].name(), "basic-none");
+    fn a_cell_finds_the_one_without_history() {
+        let mut cells: Vec<Cell> =
+            history::ALL.iter().map(|history| Cell { history, ..Cell::of(&BASIC) }).collect();
+        name_all(&mut cells);
+        assert!(cells.iter().all(|cell| cell.baseline(&cells).unwrap().name == "basic-none"));
+        assert!(cells[1].baseline(&cells[1..]).is_none());
+    }
+
+    #[test]
+    fn what_a_method_does_not_look_at_makes_no_other_cell() {
+        let fancy = |method| Cell {
+            history: history::ALL[1],
+            filter: filter::ALL[1],
+            gather: variant::find("brute"),
+            paths: Paths::Count(7),
+            radius_px: 3.0,
+            ..Cell::of(method)
+        };
+        assert_eq!(fancy(&PATH).effective().key(), Cell::of(&PATH).key());
+        assert_eq!(fancy(&BASIC).effective().key(), fancy(&BASIC).key());
+        assert_ne!(fancy(&BASIC).key(), Cell::of(&BASIC).key());
+    }
+
+    #[test]
+    fn names_say_what_differs() {
+        let mut cells = [
+            Cell::of(&BASIC),
+            Cell { paths: Paths::PerPixel(0.5), gather: variant::find("brute"), ..Cell::of(&BASIC) },
+            Cell { filter: &filter::ATROUS, ..Cell::of(&BASIC) },
+            Cell::of(&PATH),
+        ];
+        name_all(&mut cells);
+        let names = cells.each_ref().map(|cell| cell.name.as_str());
+        let expected = ["basic-none-photons-grid-p1", "basic-none-brute-p0.5"];
+        assert_eq!(names[..2], expected);
+        assert_eq!(names[2..], ["basic-none-atrous-photons-grid-p1", "path-none"]);
     }
 }

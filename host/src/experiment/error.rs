@@ -7,6 +7,7 @@
 use glam::Vec3;
 
 use crate::image::Encoding;
+use crate::metric::error_map::ErrorMap;
 use crate::metric::flip::PIXELS_PER_DEGREE;
 use crate::metric::flip_ldr::flip_ldr;
 use crate::metric::pixels::Pixels;
@@ -74,6 +75,11 @@ impl Look {
         }
     }
 
+    /// FLIP of each pixel of the picture, if it is finite; `exposure` is that of the display [stops].
+    pub fn flip_map(&self, reference: &Look, exposure: f64) -> Option<ErrorMap> {
+        flip_map(&self.whole, &reference.whole, exposure)
+    }
+
     /// What a person sees change since the frame before: FLIP of the picture, and of the caustics.
     pub fn change(&self, before: &Look, exposure: f64) -> (Option<f64>, Option<f64>) {
         let caustics = self.caustics_in_place.as_ref().zip(before.caustics_in_place.as_ref());
@@ -85,8 +91,12 @@ impl Look {
 }
 
 fn flip(image: &Pixels, reference: &Pixels, exposure: f64) -> Option<f64> {
+    flip_map(image, reference, exposure).map(|map| map.mean())
+}
+
+fn flip_map(image: &Pixels, reference: &Pixels, exposure: f64) -> Option<ErrorMap> {
     let finite = image.non_finite_count() + reference.non_finite_count() == 0;
-    finite.then(|| flip_ldr(image, reference, Encoding::Linear, exposure, PIXELS_PER_DEGREE).mean())
+    finite.then(|| flip_ldr(image, reference, Encoding::Linear, exposure, PIXELS_PER_DEGREE))
 }
 
 fn relative(image: &Pixels, reference: &Pixels) -> Option<f64> {

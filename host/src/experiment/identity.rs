@@ -20,15 +20,13 @@ pub fn posed(scene: &Scene, time: f64) -> Result<Scene, SceneError> {
 /// Hash of all that cells of a plan share and of the cell: rows of one identity belong together. The scene is posed at
 /// the first frame. The last frame is not in it: a run may grow.
 pub fn of_cell(plan: &Plan, cell: &Cell, scene: &Scene) -> String {
-    let mut text = view(scene, &plan.camera, &plan.settings);
-    let Plan { frames, fps, warm_up, time, error, choice, needs, .. } = plan;
+    let mut text = view(scene, &plan.camera, &cell.settings(&plan.settings));
+    let Plan { frames, fps, warm_up, time, error, moment, .. } = plan;
     // Writing to a String cannot fail.
     let _ = write!(
         text,
-        "cell {} gather {} seed {} exposure {} from {} fps {fps} warm-up {warm_up} time {time} error {error:?} \
-         on {choice:?} needs {needs:?}",
-        cell.name(),
-        plan.gather.name,
+        "cell {} seed {} exposure {} from {} fps {fps} at {moment:?} warm-up {warm_up} time {time} error {error:?}",
+        cell.key(),
         plan.settings.seed,
         plan.settings.exposure,
         frames.start

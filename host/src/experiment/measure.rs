@@ -6,6 +6,7 @@
 use std::time::Instant;
 
 use caustics_kernels::interface::counters::Counter;
+use caustics_kernels::interface::point::PointGeometry;
 use glam::Vec3;
 
 use super::cell::Cell;
@@ -45,7 +46,8 @@ impl Truth {
     }
 }
 
-/// Measures every frame of some cells and hands the rows of each frame to `each`. False where it was stopped.
+/// Measures every frame of some cells and hands the rows of each frame to `each`. The devices of the cells; none where it
+/// was stopped.
 pub fn measure(
     plan: &Plan,
     scene: &Scene,
@@ -53,7 +55,7 @@ pub fn measure(
     references: Option<&References>,
     stopped: &dyn Fn() -> bool,
     each: &mut dyn FnMut(Vec<Row>) -> anyhow::Result<()>,
-) -> anyhow::Result<bool> {
+) -> anyhow::Result<Option<Vec<String>>> {
     let mut scene = identity::posed(scene, plan.time_of(plan.frames.start))?;
     let mut runs: Vec<Run> = cells.iter().map(|cell| open(plan, &scene, cell)).collect::<Result<_, _>>()?;
     for _ in 0..plan.warm_up {
@@ -66,7 +68,7 @@ pub fn measure(
     let mut truth_before = None;
     for (count, frame) in plan.frames.clone().enumerate() {
         if stopped() {
-            return Ok(false);
+            return Ok(None);
         }
         let start = Instant::now();
         scene.pose(plan.time_of(frame))?;
@@ -78,7 +80,7 @@ pub fn measure(
             rows[index] = Row {
                 frame,
                 time: plan.time_of(frame),
-                cell: run.cell.name(),
+                cell: run.cell.name.clone(),
                 identity: run.identity.clone(),
                 values: [("turn".to_string(), turn as f64)].into(),
             };
@@ -93,19 +95,20 @@ pub fn measure(
         }
         each(rows)?;
     }
-    Ok(true)
+    let device = |run: &Run| run.sessions.first().map(Session::device).unwrap_or_default();
+    Ok(Some(runs.iter().map(device).collect()))
 }
 
 fn open(plan: &Plan, scene: &Scene, cell: &Cell) -> anyhow::Result<Run> {
     let camera = camera(scene, &plan.camera)?;
+    let needs = cell.needs(scene, plan.settings.specular_roughness);
     let session = |seed| {
-        let seed = plan.settings.seed + seed;
-        let settings = Settings { seed, history: cell.history, filter: cell.filter, ..plan.settings.clone() };
-        Session::new(&plan.choice, scene, camera, &settings, cell.method, plan.gather, plan.needs)
+        let settings = Settings { seed: plan.settings.seed + seed, ..cell.settings(&plan.settings) };
+        Session::new(&cell.runner, scene, camera, &settings, cell.method, cell.variant(), needs)
     };
     let sessions: Vec<Session> = (0..plan.seeds()).map(session).collect::<Result<_, _>>()?;
     let identity = identity::of_cell(plan, cell, scene);
-    Ok(Run { cell: *cell, identity, sessions, before: Vec::new() })
+    Ok(Run { cell: cell.clone(), identity, sessions, before: Vec::new() })
 }
 
 /// Renders the frame with the first seed: times and counters.
@@ -137,6 +140,11 @@ fn render(plan: &Plan, scene: &Scene, run: &mut Run, row: &mut Row, animate_ms: 
         ("gathered", Counter::Gathered),
     ] {
         row.set(name, Some(counters.get(counter) as f64));
+    }
+    // Read once: it takes time between the turns.
+    if plan.time && row.frame + 1 == plan.frames.end && run.cell.method.gathers {
+        let points: Vec<PointGeometry> = session.read("point_geometry")?;
+        row.set("points", Some(points.iter().filter(|point| point.radius > 0.0).count() as f64));
     }
     Ok(())
 }

@@ -6,7 +6,6 @@ use serde::Serialize;
 
 use super::cell::Cell;
 use super::plan::Plan;
-use crate::method::Parts;
 use crate::scene::Scene;
 
 /// Bytes of the buffers of a cell, scene tables aside.
@@ -18,12 +17,13 @@ pub struct Memory {
     pub buffers_bytes: BTreeMap<&'static str, usize>,
 }
 
-/// The buffers that a session of the cell allocates.
+/// The buffers that a session of the cell allocates, opened at the scene's pose.
 pub fn memory(plan: &Plan, cell: &Cell, scene: &Scene) -> Option<Memory> {
     let camera = scene.cameras.iter().find(|camera| camera.name == plan.camera)?;
-    let params = (cell.method.frame)(plan.settings.params(scene, camera, 0), 0);
-    let parts = Parts { gather: plan.gather, history: cell.history, filter: cell.filter };
-    let buffers_bytes: BTreeMap<_, _> =
-        (cell.method.buffers)(parts, &params).iter().map(|buffer| (buffer.name, buffer.bytes)).collect();
+    let params = (cell.method.frame)(cell.settings(&plan.settings).largest(scene, camera), 0);
+    let buffers_bytes: BTreeMap<_, _> = (cell.method.buffers)(cell.parts(), &params)
+        .iter()
+        .map(|buffer| (buffer.name, buffer.bytes))
+        .collect();
     Some(Memory { total_bytes: buffers_bytes.values().sum(), buffers_bytes })
 }

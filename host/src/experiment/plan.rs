@@ -1,33 +1,25 @@
-//! What an experiment on an animation measures.
+//! What an experiment measures: what its cells have in common.
 
 use std::ops::Range;
 
-use caustics_kernels::gather::variant::Variant;
-use caustics_kernels::interface::needs::Needs;
-
 use super::cell::Cell;
 use crate::method::settings::Settings;
-use crate::session::RunnerChoice;
 
 /// What is measured.
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// What is rendered, in the order of tables.
     pub cells: Vec<Cell>,
-    /// Settings of all cells; history and filter are the cell's own.
+    /// Settings of all cells; what a cell has is its own.
     pub settings: Settings,
     /// Name of the camera.
     pub camera: String,
-    /// How deposits and points meet.
-    pub gather: &'static Variant,
-    /// Which kernel code is alive.
-    pub needs: Needs,
-    /// Where it runs.
-    pub choice: RunnerChoice,
     /// Indices of the frames.
     pub frames: Range<u32>,
     /// Frames a second; frame k shows the time k / fps.
     pub fps: f64,
+    /// The time that all frames show instead [s].
+    pub moment: Option<f64>,
     /// Frames rendered at the first frame's pose before it, and not recorded.
     pub warm_up: u32,
     /// Whether times are recorded.
@@ -48,7 +40,7 @@ pub struct ErrorPlan {
 impl Plan {
     /// Time that a frame shows [s].
     pub fn time_of(&self, frame: u32) -> f64 {
-        f64::from(frame) / self.fps
+        self.moment.unwrap_or(f64::from(frame) / self.fps)
     }
 
     /// Runs of each cell.

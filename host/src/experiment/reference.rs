@@ -1,7 +1,8 @@
 //! The truth of each frame: many frames of `progressive` at that frame's pose, rendered once and kept on disk.
 //!
-//! Radii start as those of the cells and shrink with the frames, so a reference has less blur than what it is held
-//! against. Its seed is its own, the same for all frames: where nothing moves, it does not change at all.
+//! Its light paths and radii are its own, whatever those of the cells, so that all cells of a view share it: radii start as
+//! the disc of a pixel's footprint and shrink with the frames, to less than half of it in 256 frames. Cells whose radius is
+//! below that are not blurred more than their reference. Its seed is its own, the same for all frames: where nothing moves, it does not change at all.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,6 +11,7 @@ use anyhow::Context;
 use bytemuck::pod_collect_to_vec;
 use glam::Vec3;
 
+use super::cell::{Cell, usual_gather};
 use super::identity;
 use super::plan::Plan;
 use crate::accumulation::Accumulation;
@@ -26,13 +28,14 @@ use crate::session::Session;
 
 /// Seed of all references; no cell may have it.
 pub const SEED: u32 = 0x7265_6665;
-/// A reference's frame shoots this many light paths a pixel, at least: its camera paths cost as much in any case.
+/// A reference's frame shoots this many light paths a pixel: its camera paths cost as much in any case.
 const LIGHT_PATHS_PER_PIXEL: u32 = 4;
 
 /// References of the frames of a plan.
 #[derive(Debug)]
 pub struct References<'a> {
     plan: &'a Plan,
+    cell: &'a Cell,
     scene: &'a Scene,
     settings: Settings,
     frames: u32,
@@ -53,11 +56,20 @@ pub enum Kept {
 }
 
 impl<'a> References<'a> {
-    /// References of a scene as loaded, in a folder of their own below `cache`.
-    pub fn new(plan: &'a Plan, scene: &'a Scene, frames: u32, cache: &Path) -> References<'a> {
+    /// References of a scene as loaded, in a folder of their own below `cache`. Of the cell they have the bounces, and its
+    /// runner renders them.
+    pub fn new(
+        plan: &'a Plan,
+        cell: &'a Cell,
+        scene: &'a Scene,
+        frames: u32,
+        cache: &Path,
+    ) -> References<'a> {
         let pixels = plan.settings.width * plan.settings.height;
         let settings = Settings {
-            light_paths: plan.settings.light_paths.max(LIGHT_PATHS_PER_PIXEL * pixels),
+            light_paths: LIGHT_PATHS_PER_PIXEL * pixels,
+            radius_px: 1.0,
+            max_bounces: cell.max_bounces,
             seed: SEED,
             history: &history::NONE,
             filter: &filter::NONE,
@@ -66,7 +78,7 @@ impl<'a> References<'a> {
         };
         let view = identity::view(scene, &plan.camera, &settings);
         let name = fnv1a(format!("{view}frames {frames} fps {}", plan.fps).bytes());
-        References { plan, scene, settings, frames, folder: cache.join("references").join(name) }
+        References { plan, cell, scene, settings, frames, folder: cache.join("references").join(name) }
     }
 
     /// Where they are kept.
@@ -113,9 +125,11 @@ impl<'a> References<'a> {
         identity: &str,
         stopped: &dyn Fn() -> bool,
     ) -> anyhow::Result<Option<Vec<u8>>> {
-        let Plan { choice, gather, needs, .. } = self.plan;
+        let Cell { runner, .. } = self.cell;
+        let needs = scene.needs(self.settings.specular_roughness);
         let camera = camera(scene, &self.plan.camera)?;
-        let mut session = Session::new(choice, scene, camera, &self.settings, &PROGRESSIVE, gather, *needs)?;
+        let mut session =
+            Session::new(runner, scene, camera, &self.settings, &PROGRESSIVE, usual_gather(runner), needs)?;
         let mut sums = Accumulation::default();
         for frame in 0..self.frames {
             if stopped() {

@@ -19,6 +19,9 @@ pub struct CellResult {
     pub frames: Vec<FrameResult>,
     /// Where it was measured.
     pub provenance: Provenance,
+    /// What a reader should know: a time that could not be met, say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
 }
 
 /// What was rendered, and how.

@@ -57,13 +57,15 @@ const ERRORS: [&str; 7] = [
 /// Sets the gain of each row: the variance of its frame's row without history over its own.
 pub fn set_gains(rows: &mut [Row], cells: &[Cell]) {
     const VARIANCE: &str = "caustics_variance_radiance2";
-    let baseline: BTreeMap<String, String> =
-        cells.iter().map(|cell| (cell.name(), cell.baseline())).collect();
+    let baseline: BTreeMap<String, String> = cells
+        .iter()
+        .filter_map(|cell| Some((cell.name.clone(), cell.baseline(cells)?.name.clone())))
+        .collect();
     let variances: BTreeMap<(String, u32), f64> =
         rows.iter().filter_map(|row| Some(((row.cell.clone(), row.frame), row.get(VARIANCE)?))).collect();
     for row in rows {
-        let Some(none) = baseline.get(&row.cell) else { continue };
-        let none = variances.get(&(none.clone(), row.frame)).copied();
+        let none = baseline.get(&row.cell);
+        let none = none.and_then(|none| variances.get(&(none.clone(), row.frame)).copied());
         let value = none.zip(row.get(VARIANCE)).and_then(|(none, own)| gain(none, own));
         row.values.remove("gain");
         row.set("gain", value);
@@ -76,14 +78,15 @@ pub fn summarise(rows: &[Row], cells: &[Cell]) -> Vec<(String, CellSummary)> {
         let rows = rows.iter().filter(|row| row.cell == cell);
         rows.filter_map(|row| Some((row.frame, row.get(name)?))).collect()
     };
-    let Some(first) = cells.first().map(|cell| series(&cell.name(), "total_ms")) else { return Vec::new() };
+    let Some(first) = cells.first().map(|cell| series(&cell.name, "total_ms")) else { return Vec::new() };
     let of_cell = |cell: &Cell| {
-        let name = cell.name();
+        let name = cell.name.clone();
         let own: Vec<&Row> = rows.iter().filter(|row| row.cell == name).collect();
         let totals = series(&name, "total_ms");
         let ratios: Vec<f64> = totals.iter().filter_map(|(k, total)| Some(total / first.get(k)?)).collect();
         let above_none = |measure: &str| {
-            let (own, none) = (series(&name, measure), series(&cell.baseline(), measure));
+            let none = cell.baseline(cells).map(|none| series(&none.name, measure)).unwrap_or_default();
+            let own = series(&name, measure);
             let above = own.iter().filter(|(frame, value)| none.get(frame).is_some_and(|none| *value > none));
             let count = above.count();
             (!own.is_empty() && !none.is_empty()).then_some(count)
@@ -139,19 +142,19 @@ fn percentiles(values: &[f64]) -> Option<Percentiles> {
 mod tests {
     use super::*;
     use crate::method::basic::BASIC;
-    use crate::method::filter;
     use crate::method::history::{self, History};
 
     const OTHER: History = History { name: "other", ..history::NONE };
 
     fn cells() -> [Cell; 2] {
-        [&history::NONE, &OTHER].map(|history| Cell { method: &BASIC, history, filter: &filter::NONE })
+        let named = |history: &'static History| format!("basic-{}", history.name);
+        [&history::NONE, &OTHER].map(|history| Cell { name: named(history), history, ..Cell::of(&BASIC) })
     }
 
     fn rows() -> Vec<Row> {
         let row = |cell: &Cell, frame: u32, total: f64, flip: f64, variance: f64| Row {
             frame,
-            cell: cell.name(),
+            cell: cell.name.clone(),
             values: [
                 ("total_ms", total),
                 ("pass.collect_ms", total / 2.0),

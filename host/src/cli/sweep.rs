@@ -1,0 +1,42 @@
+//! Options of `sweep`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+/// Options of `sweep`.
+#[derive(Args, Debug)]
+#[command(before_help = "Examples:
+  caustics sweep host/experiment/paths.toml -o paths
+  caustics sweep host/experiment/paths.toml --dry-run
+  caustics sweep host/experiment/paths.toml -o part-2 --shard 2/8
+  caustics sweep --merge part-1 part-2 -o whole")]
+pub struct Sweep {
+    /// The file that says what to measure
+    #[arg(required_unless_present = "merge", value_name = "EXPERIMENT.toml")]
+    pub experiment: Option<PathBuf>,
+    /// The folder to write: cells/*.json with pictures, and cells.csv; what it has already is not measured again
+    #[arg(short, long, required_unless_present = "dry_run")]
+    pub output: Option<PathBuf>,
+    /// Print the cells, which of them are done and how many references it takes; measure nothing
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Measure one of n parts [default: the task of a Slurm array, else all]
+    #[arg(long, value_name = "I/N")]
+    pub shard: Option<String>,
+    /// Number of parts, where the environment says which this is: PARALLEL_SEQ of GNU parallel, or a Slurm array
+    #[arg(long, value_name = "N", conflicts_with = "shard", value_parser = clap::value_parser!(u32).range(1..))]
+    pub shards: Option<u32>,
+    /// Join the results of these folders instead of measuring
+    #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["experiment", "dry_run", "shard", "shards", "force"])]
+    pub merge: Vec<PathBuf>,
+    /// Vulkan device, by index or part of its name [default: the best]
+    #[arg(long)]
+    pub device: Option<String>,
+    /// Threads of the CPU runner; 0 takes every core
+    #[arg(long, default_value_t = 0)]
+    pub threads: usize,
+    /// Measure everything anew
+    #[arg(long)]
+    pub force: bool,
+}

@@ -1,0 +1,219 @@
+//! Cells of one scene and runner: they take turns while they are timed, then each is held against the reference.
+
+use anyhow::Context;
+use caustics::experiment::cell::{Cell, Paths};
+use caustics::experiment::identity::posed;
+use caustics::experiment::measure::measure;
+use caustics::experiment::memory::memory;
+use caustics::experiment::plan::Plan;
+use caustics::experiment::result::FrameResult;
+use caustics::experiment::row::Row;
+use caustics::experiment::store;
+use caustics::experiment::sweep::equal_time::{Found, TOLERANCE, is_met, search};
+use caustics::experiment::timing::{cell_time, quartiles};
+use caustics::session::tables;
+
+use super::sweep::{is_done, time_plan};
+use super::sweep_cell::{Desk, Task};
+
+/// Most cells that take turns, the first one of the group aside: what an interruption loses.
+const MOST_TURNS: usize = 8;
+/// Most memory of all that take turns [bytes].
+const MOST_MEMORY: usize = 4 << 30;
+/// Frames by which a number of light paths is tried.
+const TRIAL_FRAMES: u32 = 5;
+/// Rounds of turns in which light paths are corrected, at most: beside others a cell is slower than by itself.
+const MOST_CORRECTIONS: u32 = 3;
+/// Most light paths a pixel that are tried.
+const MOST_PER_PIXEL: u64 = 4096;
+
+/// A cell with its light paths found.
+struct Ready<'a> {
+    task: &'a Task<'a>,
+    cell: Cell,
+}
+
+/// Measures whatever is missing of these tasks. False where it was stopped.
+pub fn measure_all(desk: &Desk, tasks: &[Task]) -> anyhow::Result<bool> {
+    let missing: Vec<&Task> =
+        tasks.iter().filter(|task| !is_done(desk.config, Some(desk.folder), task)).collect();
+    let is_one = |a: &&Task, b: &&Task| std::ptr::eq(a.part, b.part) && a.cell.runner == b.cell.runner;
+    for group in missing.chunk_by(is_one) {
+        if !measure_group(desk, group)? {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+fn measure_group(desk: &Desk, group: &[&Task]) -> anyhow::Result<bool> {
+    let has_time = |task: &Task| {
+        desk.config.time.is_none()
+            || store::read(desk.folder, &task.identity).is_some_and(|of| of.time.is_some())
+    };
+    let (timed, untimed): (Vec<&Task>, Vec<&Task>) = group.iter().partition(|task| has_time(task));
+    // Times that are known wait for their errors only.
+    for task in timed {
+        let Some(ready) = find_paths(desk, task)? else { return Ok(false) };
+        if !desk.measure_error(task, &ready.cell)? {
+            return Ok(false);
+        }
+    }
+    let Some(plan) = untimed.first().and_then(|task| time_plan(desk.config, task.part)) else {
+        return Ok(true);
+    };
+    let mut rest = &untimed[..];
+    while let Some(task) = rest.first() {
+        let part = task.part;
+        // The first cell of the scene on this runner has a turn too, whoever measures it: what ratios are held against.
+        let first = part.cells.iter().find(|cell| cell.runner == task.cell.runner).unwrap_or(&task.cell);
+        let first = Task { part, cell: first.clone(), identity: part.identity(desk.config, first) };
+        let Some(first) = find_paths(desk, &first)?.map(|ready| ready.cell) else { return Ok(false) };
+        let scene = posed(&part.scene, plan.time_of(plan.frames.start))?;
+        let tables: usize = tables(&scene).iter().map(|(_, bytes)| bytes.len()).sum();
+        let size = |cell: &Cell| tables + memory(&plan, cell, &scene).map_or(0, |memory| memory.total_bytes);
+        let (mut turns, mut bytes) = (Vec::new(), size(&first));
+        while let Some(task) = rest.first() {
+            let Some(ready) = find_paths(desk, task)? else { return Ok(false) };
+            bytes += size(&ready.cell);
+            if !turns.is_empty() && (turns.len() == MOST_TURNS || bytes > MOST_MEMORY) {
+                break;
+            }
+            turns.push(ready);
+            rest = &rest[1..];
+        }
+        let tasks: Vec<&Task> = turns.iter().map(|ready| ready.task).collect();
+        if !take_turns(desk, &plan, &first, turns, MOST_CORRECTIONS)? {
+            return Ok(false);
+        }
+        for task in tasks {
+            let Some(ready) = find_paths(desk, task)? else { return Ok(false) };
+            if !desk.measure_error(task, &ready.cell)? {
+                return Ok(false);
+            }
+        }
+    }
+    Ok(true)
+}
+
+/// Times cells and writes their files. Cells that miss their time by little are measured again with other light paths.
+fn take_turns(
+    desk: &Desk,
+    plan: &Plan,
+    first: &Cell,
+    turns: Vec<Ready>,
+    corrections: u32,
+) -> anyhow::Result<bool> {
+    let Some(part) = turns.first().map(|ready| ready.task.part) else { return Ok(true) };
+    let mut cells = vec![first.clone()];
+    cells.extend(turns.iter().map(|ready| ready.cell.clone()).filter(|cell| cell.name != first.name));
+    eprintln!("{}: {} cells take turns for {} frames", part.scene.name, cells.len(), plan.frames.len());
+    let plan = Plan { cells, ..plan.clone() };
+    let mut rows: Vec<Row> = Vec::new();
+    let mut each = |new| {
+        rows.extend(new);
+        Ok(())
+    };
+    let devices = measure(&plan, &part.scene, &plan.cells, None, desk.stopped, &mut each)?;
+    let Some(devices) = devices else { return Ok(false) };
+    let scene = posed(&part.scene, plan.time_of(plan.frames.start))?;
+    let mut again = Vec::new();
+    for ready in turns {
+        let Ready { task, cell } = &ready;
+        let own = rows.iter().filter(|row| row.cell == cell.name);
+        let faults: f64 = own.clone().filter_map(|row| row.get("faults")).sum();
+        if faults > 0.0 {
+            eprintln!("warning: {}: {faults} deposits, addends or media were dropped or clamped", cell.name);
+        }
+        let time = cell_time(&plan, &scene, cell, first, &rows).context("no frame was timed")?;
+        let of_frame = |row: &Row| FrameResult {
+            frame: row.frame,
+            total_ms: row.get("total_ms"),
+            ..FrameResult::default()
+        };
+        let frames = if part.scene.is_animated() { own.map(of_frame).collect() } else { Vec::new() };
+        let index = plan.cells.iter().position(|known| known.name == cell.name);
+        let device = index.and_then(|index| devices.get(index)).cloned().unwrap_or_default();
+        let median = time.total_ms.median;
+        let mut note = None;
+        if let Paths::Time(target) = task.cell.paths
+            && !is_met(median, target)
+        {
+            // What is missing of the time, at the price of a light path.
+            let rate = time.light_paths_per_s.unwrap_or(0.0);
+            let paths = f64::from(time.light_paths) + (target - median) * rate / 1e3;
+            let paths = paths.round().clamp(1.0, f64::from(most_paths(&plan, cell)));
+            if corrections > 0 && rate > 0.0 && paths != f64::from(time.light_paths) {
+                let name = &cell.name;
+                eprintln!(
+                    "{} {name}: {median:.2} ms of {target} beside others; {paths} light paths next",
+                    scene.name
+                );
+                let pixels = f64::from(time.width) * f64::from(time.height);
+                let cell = Cell { paths: Paths::PerPixel(paths / pixels), ..cell.clone() };
+                again.push(Ready { task, cell });
+                continue;
+            }
+            let percent = 100.0 * TOLERANCE;
+            let why = if paths <= 1.0 { "; all other work takes longer" } else { "" };
+            note = Some(format!(
+                "equal_time_ms = {target}: not met within {percent} %; {} light paths take {median:.3} ms{why}",
+                time.light_paths
+            ));
+        }
+        eprintln!("{} {}: {median:.2} ms", scene.name, cell.name);
+        desk.write_time(task, cell, time, frames, device, note)?;
+    }
+    if again.is_empty() {
+        return Ok(true);
+    }
+    let first =
+        again.iter().map(|ready| &ready.cell).find(|cell| cell.name == first.name).unwrap_or(first).clone();
+    take_turns(desk, &plan, &first, again, corrections - 1)
+}
+
+/// Most light paths of a frame that are tried: the kernels count rays in 32 bits.
+fn most_paths(plan: &Plan, cell: &Cell) -> u32 {
+    let pixels = u64::from(plan.settings.width) * u64::from(plan.settings.height);
+    u64::from(u32::MAX / (cell.max_bounces + 1)).min(pixels * MOST_PER_PIXEL) as u32
+}
+
+/// The cell of a task with its light paths: searched for where a time is given, but once. None where it was stopped.
+fn find_paths<'a>(desk: &Desk, task: &'a Task<'a>) -> anyhow::Result<Option<Ready<'a>>> {
+    let Paths::Time(target) = task.cell.paths else {
+        return Ok(Some(Ready { task, cell: task.cell.clone() }));
+    };
+    let with = |paths| Cell { paths, ..task.cell.clone() };
+    if let Some(known) = store::read(desk.folder, &task.identity).filter(|known| known.time.is_some()) {
+        return Ok(Some(Ready { task, cell: with(Paths::PerPixel(known.cell.paths_per_pixel)) }));
+    }
+    if let Some(paths) = desk.found.borrow().get(&task.identity) {
+        return Ok(Some(Ready { task, cell: with(*paths) }));
+    }
+    let plan = time_plan(desk.config, task.part).context("there is no table [time]")?;
+    let (start, count) = (plan.frames.start, plan.frames.len() as u32);
+    let frames = start..start + count.min(TRIAL_FRAMES);
+    let mut trial = |paths: u32| -> anyhow::Result<f64> {
+        let cell = with(Paths::Count(paths));
+        let plan = Plan { cells: vec![cell], frames: frames.clone(), warm_up: 1, ..plan.clone() };
+        let mut totals = Vec::new();
+        let mut each = |rows: Vec<Row>| {
+            totals.extend(rows.iter().filter_map(|row| row.get("total_ms")));
+            Ok(())
+        };
+        let scene = &task.part.scene;
+        measure(&plan, scene, &plan.cells, None, desk.stopped, &mut each)?.context("interrupted")?;
+        let median = quartiles(&totals).context("no frame was timed")?.median;
+        eprintln!("{} {}: {paths} light paths take {median:.2} ms of {target}", scene.name, task.cell.name);
+        Ok(median)
+    };
+    let pixels = u64::from(plan.settings.width) * u64::from(plan.settings.height);
+    let found = search(target, pixels as u32, most_paths(&plan, &task.cell), &mut trial);
+    if (desk.stopped)() {
+        return Ok(None);
+    }
+    let found: Found = found?;
+    let paths = Paths::PerPixel(f64::from(found.paths) / pixels as f64);
+    desk.found.borrow_mut().insert(task.identity.clone(), paths);
+    Ok(Some(Ready { task, cell: with(paths) }))
+}

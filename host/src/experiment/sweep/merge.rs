@@ -1,0 +1,126 @@
+//! Joins the results of several folders in one.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+
+use crate::experiment::result::CellResult;
+use crate::experiment::store;
+use crate::output::target::Target;
+
+/// What became of the results of a folder.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Joined {
+    /// Taken.
+    pub taken: usize,
+    /// The same as one that was there.
+    pub equal: usize,
+    /// Left out for one that knows more or is newer.
+    pub older: usize,
+}
+
+/// Copies every result of the folders, with its pictures, into `out`, which keeps what it has. Of two of one identity the
+/// one that was measured more fully wins (time and error), else the newer one. A count for each folder.
+pub fn merge(folders: &[PathBuf], out: &Path) -> anyhow::Result<Vec<Joined>> {
+    store::create(out)?;
+    let mut known: BTreeMap<String, CellResult> =
+        store::read_all(out)?.into_iter().map(|result| (result.identity.clone(), result)).collect();
+    let mut counts = Vec::new();
+    for folder in folders {
+        let mut joined = Joined::default();
+        for result in store::read_all(folder)? {
+            match known.get(&result.identity) {
+                Some(old) if *old == result => joined.equal += 1,
+                Some(old) if rank(old) >= rank(&result) => joined.older += 1,
+                _ => {
+                    joined.taken += 1;
+                    copy_pictures(folder, out, &result)?;
+                    store::write(out, &result)?;
+                    known.insert(result.identity.clone(), result);
+                }
+            }
+        }
+        counts.push(joined);
+    }
+    Ok(counts)
+}
+
+fn rank(result: &CellResult) -> (usize, u64) {
+    let parts = usize::from(result.time.is_some()) + usize::from(result.error.is_some());
+    (parts, result.provenance.unix_s)
+}
+
+fn copy_pictures(from: &Path, to: &Path, result: &CellResult) -> anyhow::Result<()> {
+    let Some(error) = &result.error else { return Ok(()) };
+    for name in [&error.picture, &error.error_map, &error.reference].into_iter().flatten() {
+        let is_name = Path::new(name).file_name().is_some_and(|file| file == name.as_str());
+        anyhow::ensure!(is_name, "{} names a picture {name} elsewhere", result.identity);
+        let (source, target) = (store::cells(from).join(name), store::cells(to).join(name));
+        let bytes = std::fs::read(&source).with_context(|| format!("cannot read {}", source.display()))?;
+        Target::claim(&target, true)?.finish(&bytes)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::result::{CellError, CellTime, Provenance};
+
+    fn result(identity: &str, unix_s: u64, is_whole: bool) -> CellResult {
+        let error = CellError { picture: Some(format!("{identity}.png")), ..CellError::default() };
+        CellResult {
+            identity: identity.into(),
+            time: is_whole.then(CellTime::default),
+            error: Some(error),
+            provenance: Provenance { unix_s, ..Provenance::default() },
+            ..CellResult::default()
+        }
+    }
+
+    fn write(folder: &Path, results: &[CellResult], picture: &str) {
+        store::create(folder).unwrap();
+        for result in results {
+            store::write(folder, result).unwrap();
+            std::fs::write(store::cells(folder).join(format!("{}.png", result.identity)), picture).unwrap();
+        }
+    }
+
+    #[test]
+    fn the_fuller_then_the_newer_result_wins_with_its_pictures() {
+        let root = tempfile::tempdir().unwrap();
+        let [a, b, out] = ["a", "b", "out"].map(|name| root.path().join(name));
+        let old = ["1", "2", "3", "4"].map(|identity| result(identity, 10, true));
+        write(&a, &old, "a");
+        let new = [
+            result("1", 10, true),
+            result("2", 11, true),
+            result("3", 9, true),
+            result("4", 11, false),
+            result("5", 1, true),
+        ];
+        write(&b, &new, "b");
+        let counts = merge(&[a.clone(), b.clone()], &out).unwrap();
+        let expected = Joined { taken: 2, equal: 1, older: 2 };
+        assert_eq!(counts, [Joined { taken: 4, ..Joined::default() }, expected]);
+        let merged = store::read_all(&out).unwrap();
+        assert_eq!(merged, [&old[0], &new[1], &old[2], &old[3], &new[4]].map(Clone::clone));
+        let pictures = ["1", "2", "3", "4", "5"]
+            .map(|name| std::fs::read_to_string(store::cells(&out).join(format!("{name}.png"))).unwrap());
+        assert_eq!(pictures, ["a", "b", "a", "a", "b"]);
+        // Again, in the other order: the same.
+        merge(&[b, a], &out).unwrap();
+        assert_eq!(store::read_all(&out).unwrap(), merged);
+    }
+
+    #[test]
+    fn pictures_outside_of_the_folder_are_refused() {
+        let root = tempfile::tempdir().unwrap();
+        let [a, out] = ["a", "out"].map(|name| root.path().join(name));
+        let error = CellError { picture: Some("../x.png".into()), ..CellError::default() };
+        store::create(&a).unwrap();
+        store::write(&a, &CellResult { error: Some(error), ..result("1", 1, true) }).unwrap();
+        assert!(merge(&[a], &out).unwrap_err().to_string().contains("elsewhere"));
+    }
+}

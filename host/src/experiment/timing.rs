@@ -1,0 +1,156 @@
+//! What the timed frames of a cell amount to: medians and quartiles, ratios to the first cell, rates.
+//!
+//! Which pass does what is read off its name: `collect`, `reference`, `filter.*`, `reuse.*`, `validate`, `resolve*` and
+//! `display` are no gather; `shoot.store` only traces. All else is the gather's, and a gather without `shoot.store` gathers
+//! while it shoots.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::cell::Cell;
+use super::memory::memory;
+use super::plan::Plan;
+use super::result::{CellTime, Quartiles};
+use super::row::Row;
+use crate::metric::percentile::percentile;
+use crate::scene::Scene;
+
+/// Passes that are the camera's.
+const CAMERA: [&str; 4] = ["collect", "reference", "filter", "display"];
+/// Passes that are not the gather's, those of the camera and of light paths aside.
+const OTHERS: [&str; 5] = ["reuse", "validate", "resolve", "clear.counters", "clear.accumulator"];
+/// Passes that trace the rays that are counted.
+const TRACERS: [&str; 3] = ["collect", "reference", "shoot"];
+
+/// Times of a cell, of the rows of all cells of a run; the scene is posed at the first frame. None without timed frames.
+pub fn cell_time(plan: &Plan, scene: &Scene, cell: &Cell, first: &Cell, rows: &[Row]) -> Option<CellTime> {
+    let of = |cell: &Cell| -> BTreeMap<u32, &Row> {
+        let own = rows.iter().filter(|row| row.cell == cell.name && row.get("total_ms").is_some());
+        own.map(|row| (row.frame, row)).collect()
+    };
+    let (own, firsts) = (of(cell), of(first));
+    let total = |row: &Row| row.get("total_ms").unwrap_or_default();
+    let totals: Vec<f64> = own.values().map(|row| total(row)).collect();
+    let ratios: Vec<f64> =
+        own.iter().filter_map(|(frame, row)| Some(total(row) / total(firsts.get(frame)?))).collect();
+
+    let names: BTreeSet<&str> = own.values().flat_map(|row| row.passes().map(|(name, _)| name)).collect();
+    // A pass that a frame does without took no time there.
+    let times = |name: &str| -> Vec<f64> {
+        own.values().map(|row| row.get(&format!("pass.{name}_ms")).unwrap_or(0.0)).collect()
+    };
+    let pass_ms = names.iter().map(|&name| Some((name.to_string(), quartiles(&times(name))?)));
+    let pass_ms = pass_ms.collect::<Option<BTreeMap<_, _>>>()?;
+
+    let mean = |name: &str| own.values().filter_map(|row| row.get(name)).sum::<f64>() / own.len() as f64;
+    // Rates are of the medians: a frame that was disturbed says nothing of them.
+    let rate = |amount: f64, chosen: &dyn Fn(&str) -> bool| {
+        let ms: f64 = pass_ms.iter().filter(|(name, _)| chosen(name)).map(|(_, of)| of.median).sum();
+        (amount > 0.0 && ms > 0.0).then(|| 1e3 * amount / ms)
+    };
+    let is = |name: &str, of: &[&str]| of.iter().any(|start| name.starts_with(start));
+    let stores = names.contains("shoot.store");
+    let gathers = |name: &str| !is(name, &CAMERA) && !is(name, &OTHERS) && (!stores || name != "shoot.store");
+    let settings = cell.settings(&plan.settings);
+    let rays = mean("camera_rays") + mean("shadow_rays") + mean("light_rays");
+    let points = own.values().find_map(|row| row.get("points")).unwrap_or(0.0);
+    Some(CellTime {
+        width: settings.width,
+        height: settings.height,
+        light_paths: mean("light_paths") as u32,
+        frames: own.len() as u32,
+        total_ms: quartiles(&totals)?,
+        ratio_to_first: quartiles(&ratios).map(|of| of.median),
+        first: first.name.clone(),
+        rays,
+        rays_per_s: rate(rays, &|name| is(name, &TRACERS)).unwrap_or(0.0),
+        points_per_s: rate(points, &gathers),
+        light_paths_per_s: rate(mean("light_paths"), &|name| !is(name, &CAMERA)),
+        memory_bytes: memory(plan, cell, scene)
+            .into_iter()
+            .flat_map(|memory| memory.buffers_bytes)
+            .map(|(name, bytes)| (name.to_string(), bytes as u64))
+            .collect(),
+        pass_ms,
+    })
+}
+
+/// Median and quartiles by nearest rank; none of no values.
+pub fn quartiles(values: &[f64]) -> Option<Quartiles> {
+    let at = |part| percentile(values, part);
+    (!values.is_empty()).then(|| Quartiles { lower: at(0.25), median: at(0.5), upper: at(0.75) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::method::basic::BASIC;
+    use crate::method::settings::Settings;
+
+    fn plan(cells: Vec<Cell>) -> Plan {
+        Plan {
+            cells,
+            settings: Settings { width: 40, height: 25, ..Settings::default() },
+            camera: String::new(),
+            frames: 0..4,
+            fps: 24.0,
+            moment: Some(0.0),
+            warm_up: 0,
+            time: true,
+            error: None,
+        }
+    }
+
+    fn row(cell: &str, frame: u32, slow: f64) -> Row {
+        let values = [
+            ("total_ms", 11.0),
+            ("pass.collect_ms", 4.0),
+            ("pass.shoot.store_ms", 2.0),
+            ("pass.grid.fill_ms", 1.0),
+            ("pass.gather.photons_grid_ms", 1.0),
+            ("pass.resolve_ms", 1.0),
+            ("pass.display_ms", 1.0),
+        ];
+        let times = values.map(|(name, ms)| (name.to_string(), ms * slow));
+        let counts = [
+            ("camera_rays", 2000.0),
+            ("shadow_rays", 1000.0),
+            ("light_rays", 3000.0),
+            ("light_paths", 1000.0),
+        ];
+        let counts = counts.into_iter().chain((frame == 3).then_some(("points", 800.0)));
+        let values = times.into_iter().chain(counts.map(|(name, count)| (name.to_string(), count))).collect();
+        Row { frame, cell: cell.into(), values, ..Row::default() }
+    }
+
+    #[test]
+    fn rates_are_those_of_the_passes_that_do_the_work() {
+        let [first, other] = ["first", "other"].map(|name| Cell { name: name.into(), ..Cell::of(&BASIC) });
+        let plan = plan(vec![first.clone(), other.clone()]);
+        // The machine slows down by half in the last frame.
+        let slow = [1.0, 1.0, 1.0, 1.5];
+        let rows: Vec<Row> = (0..4)
+            .zip(slow)
+            .flat_map(|(frame, slow)| [row("first", frame, 2.0 * slow), row("other", frame, slow)])
+            .collect();
+        let time = cell_time(&plan, &Scene::default(), &other, &first, &rows).unwrap();
+        assert_eq!(time.total_ms, Quartiles { lower: 11.0, median: 11.0, upper: 11.0 });
+        assert_eq!(time.ratio_to_first, Some(0.5));
+        assert_eq!((time.rays, time.rays_per_s), (6000.0, 1e6), "6000 in collect and shoot");
+        assert_eq!(time.points_per_s, Some(4e5), "800 in grid and gather");
+        assert_eq!(time.light_paths_per_s, Some(2e5), "1000 in shoot, grid, gather and resolve");
+        assert_eq!((time.light_paths, time.frames), (1000, 4));
+
+        // Without a store, the points are gathered by the pass that shoots.
+        let rows: Vec<Row> = rows
+            .into_iter()
+            .map(|mut row| {
+                let ms = row.values.remove("pass.shoot.store_ms").unwrap();
+                row.set("pass.shoot.points_ms", Some(ms));
+                row
+            })
+            .collect();
+        let time = cell_time(&plan, &Scene::default(), &other, &first, &rows).unwrap();
+        assert_eq!(time.points_per_s, Some(2e5));
+        assert!(cell_time(&plan, &Scene::default(), &other, &first, &[]).is_none());
+    }
+}

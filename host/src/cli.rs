@@ -8,10 +8,12 @@ use thiserror::Error;
 mod animate;
 mod bench;
 mod compare;
+mod report;
 
 pub use animate::Animate;
 pub use bench::Bench;
 pub use compare::{Compare, Limit};
+pub use report::Report;
 
 /// The command line asks for something that cannot be: exit code 2.
 #[derive(Debug, Error)]
@@ -45,6 +47,8 @@ pub enum Command {
     Compare(Compare),
     /// Measure what each frame of an animation costs and how far off it is, method by method
     Bench(Box<Bench>),
+    /// Make a page of results: charts of speed against accuracy, pictures, tables
+    Report(Report),
     /// List Vulkan devices, what they can do and whether they are used
     Device(Device),
     /// List, inspect or make scenes

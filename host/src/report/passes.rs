@@ -52,9 +52,7 @@ pub fn passes(scene: &Scene, names: &Names) -> Option<Figure> {
     let timed = scene.cells.iter().filter(|cell| !groups_of(cell).is_empty()).count();
     let notes = match timed - bars.len() {
         0 => vec![],
-        left => vec![format!(
-            "{left} more timed cells are in the table below: here is one of each kind, and what is on the Pareto front."
-        )],
+        left => vec![format!("{left} more timed cells are in the table below: here is one of each kind.")],
     };
     Some(Figure {
         name: format!("{}-passes", scene.slug),

@@ -2,7 +2,6 @@
 
 use super::load::Measured;
 use super::name::Names;
-use super::pareto::pareto;
 
 /// A scene of the report.
 #[derive(Debug)]
@@ -42,45 +41,29 @@ fn slug(name: &str) -> String {
 }
 
 impl<'a> Scene<'a> {
-    /// At most `count` cells that `has` something: one of each series, all at the number of paths that most series
-    /// have; then, as there is room, what is on the Pareto front of time and FLIP.
+    /// At most `count` cells that `has` something: one of each series, all at the number of paths that most series have.
     pub fn chosen(&self, names: &Names, count: usize, has: impl Fn(&Measured) -> bool) -> Vec<&'a Measured> {
         let able: Vec<&'a Measured> = self.cells.iter().copied().filter(|cell| has(cell)).collect();
         let common = common_paths(&able, names);
+        let rank = |cell: &Measured| {
+            let config = &cell.result.cell;
+            (config.needs == "all", (config.paths_per_pixel.max(1e-9) / common).ln().abs())
+        };
         let mut chosen: Vec<&'a Measured> = Vec::new();
-        for cell in &able {
+        for cell in able {
             let series = names.series(&cell.result.cell);
-            let rank = |cell: &Measured| {
-                let config = &cell.result.cell;
-                let distance = (config.paths_per_pixel.max(1e-9) / common).ln().abs();
-                (config.needs == "all", distance)
-            };
             match chosen.iter_mut().find(|other| names.series(&other.result.cell) == series) {
                 Some(other) if rank(cell) < rank(other) => *other = cell,
                 Some(_) => {}
                 None => chosen.push(cell),
             }
         }
-        let points: Vec<(f64, f64)> = able.iter().map(|cell| coordinates(cell)).collect();
-        for index in pareto(&points) {
-            let cell = able[index];
-            if cell.result.cell.needs != "all" && !chosen.iter().any(|other| std::ptr::eq(*other, cell)) {
-                chosen.push(cell);
-            }
-        }
         chosen.truncate(count);
-        // In the order of all cells.
-        able.into_iter().filter(|cell| chosen.iter().any(|other| std::ptr::eq(*other, *cell))).collect()
+        chosen
     }
 }
 
-/// Time and FLIP; not a number where one is missing.
-fn coordinates(cell: &Measured) -> (f64, f64) {
-    let time = cell.result.time.as_ref().map_or(f64::NAN, |time| time.total_ms.median);
-    (time, cell.result.error.as_ref().and_then(|error| error.flip).unwrap_or(f64::NAN))
-}
-
-/// The paths a pixel that most series have; the most of them where several are equally common.
+/// The paths a pixel that most series have; those nearest to one where several are equally common.
 fn common_paths(cells: &[&Measured], names: &Names) -> f64 {
     let mut counts: Vec<(f64, Vec<usize>)> = Vec::new();
     for config in cells.iter().map(|cell| &cell.result.cell).filter(|config| config.paths_per_pixel > 0.0) {
@@ -91,7 +74,8 @@ fn common_paths(cells: &[&Measured], names: &Names) -> f64 {
             None => counts.push((config.paths_per_pixel, vec![series])),
         }
     }
-    counts.sort_by(|a, b| a.1.len().cmp(&b.1.len()).then(a.0.total_cmp(&b.0)));
+    let from_one = |paths: f64| paths.ln().abs();
+    counts.sort_by(|a, b| a.1.len().cmp(&b.1.len()).then(from_one(b.0).total_cmp(&from_one(a.0))));
     counts.last().map_or(1.0, |(paths, _)| *paths)
 }
 

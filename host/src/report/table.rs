@@ -31,7 +31,7 @@ impl Value {
 
     fn cell(&self) -> Markup {
         match self {
-            Value::Text(text) => html! { td { (text) } },
+            Value::Text(text) => html! { td .long[text.len() > 60] { (text) } },
             Value::Number(value, text) => html! { td .number data-value=(value) { (text) } },
             Value::None => html! { td .number.none { "–" } },
         }

@@ -156,7 +156,7 @@ pub fn save(folder: &Path, cell: &mut CellResult) {
             (room(x, y, turn) * (1.0 + 2.0 * grain(x, y))).clamp(Vec3::ZERO, Vec3::ONE)
         });
         error.error_map = write(format!("{id}-flip.png"), &|x, y| {
-            let t = (2.0 * grain(x, y).abs()).min(1.0);
+            let t = (5.0 * grain(x, y).abs()).min(1.0);
             Vec3::new(t, t * t * 0.8, 0.3 * t)
         });
     }

@@ -74,7 +74,10 @@
       const mark = event.target.closest('[data-tip]');
       if (mark && mark.matches(':focus-visible')) beside(mark);
     });
-    chart.addEventListener('focusout', hide);
+    // A tap moves the focus after it has shown another mark: that one stays.
+    chart.addEventListener('focusout', (event) => {
+      if (event.target.closest('[data-tip]') === marked) hide();
+    });
 
     // One stop of the tab key a chart; arrows go on to its neighbours, from the left to the right.
     const points = all('.point', chart).sort((a, b) => a.dataset.x - b.dataset.x);

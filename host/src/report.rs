@@ -97,9 +97,8 @@ pub fn report(request: &Request) -> anyhow::Result<Report> {
         sections.push(Section { id: format!("scene-{}", scene.slug), title: scene.title.clone(), content });
     }
     if let Some(table) = needs::needs(&scenes, &names) {
-        let note = "The same frame with the code that the scene needs alone, and with all code alive.";
         report.add_rows(&table.name, &table.rows())?;
-        let content = html! { p .note { (note) } (table.inline()) };
+        let content = needs::inline(&table);
         sections.push(Section { id: "needs".into(), title: "Code that is not needed".into(), content });
     }
     let stability = stability::stability()?;

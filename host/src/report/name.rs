@@ -115,7 +115,8 @@ impl Names {
     pub fn label(&self, cell: &CellConfig) -> String {
         let mut parts = vec![Series::of(cell).name()];
         if cell.paths_per_pixel > 0.0 {
-            parts.push(format!("{} paths/px", short(cell.paths_per_pixel)));
+            let unit = if cell.paths_per_pixel == 1.0 { "path/px" } else { "paths/px" };
+            parts.push(format!("{} {unit}", short(cell.paths_per_pixel)));
         }
         if self.varies["radius"] {
             parts.push(format!("radius {} px", short(f64::from(cell.radius_px))));

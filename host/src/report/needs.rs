@@ -1,6 +1,7 @@
 //! What a scene does not need, and what leaving it out gains: pairs of cells that differ in `needs` only.
 
 use caustics_kernels::interface::needs::Needs;
+use maud::{Markup, html};
 
 use super::load::Measured;
 use super::name::Names;
@@ -15,7 +16,7 @@ const SPECULAR_ROUGHNESS: f32 = 0.25;
 /// A cell as the scene needs it, and the same with all code alive.
 type Pair<'a> = (&'a Measured, &'a Measured);
 
-/// The table over all scenes; none without a pair.
+/// The table over all scenes; none without a pair. Its last column repeats what each scene does without.
 pub fn needs(scenes: &[Scene], names: &Names) -> Option<Table> {
     let mut rows: Vec<(String, String, Pair)> = Vec::new();
     for scene in scenes {
@@ -50,6 +51,26 @@ pub fn needs(scenes: &[Scene], names: &Names) -> Option<Table> {
     ];
     let title = "What a scene does not need, and what leaving it out gains".into();
     Some(Table { name: "needs".into(), title, columns }.without_empty())
+}
+
+/// The table for the page: what a scene does without is said once, not in each of its rows.
+pub fn inline(table: &Table) -> Markup {
+    let column = |key: &str| table.columns.iter().position(|column| column.key == key);
+    let rows = table.rows();
+    let mut said: Vec<(&String, &String)> = match (column("scene"), column("not_needed")) {
+        (Some(scene), Some(names)) => rows[1..].iter().map(|row| (&row[scene], &row[names])).collect(),
+        _ => vec![],
+    };
+    // Every row has a scene, but not every scene is at hand.
+    said.retain(|(_, names)| !names.is_empty());
+    said.dedup();
+    let mut short = table.clone();
+    short.columns.retain(|column| column.key != "not_needed");
+    html! {
+        p .note { "The same frame with the code that the scene needs alone, and with all code alive." }
+        (short.inline())
+        @for (scene, names) in said { p .note { b { (scene) } " does without " (names) "." } }
+    }
 }
 
 fn pairs<'a>(cells: &[&'a Measured]) -> Vec<Pair<'a>> {
@@ -107,7 +128,7 @@ mod tests {
         let names = Names::new(&cells);
         let rows = needs(&scenes(&cells), &names).unwrap().rows();
         assert_eq!(rows[0], ["scene", "cell", "scene_ms", "all_ms", "saved_percent"]);
-        assert_eq!(rows[1][..4], ["nowhere", "basic · 1 paths/px", "8", "10"]);
+        assert_eq!(rows[1][..4], ["nowhere", "basic · 1 path/px", "8", "10"]);
         assert!((rows[1][4].parse::<f64>().unwrap() - 20.0).abs() < 1e-9 && rows.len() == 2);
         cells[0].result.provenance.device = "another".into();
         assert!(needs(&scenes(&cells), &names).is_none());

@@ -33,6 +33,9 @@ pub const MEASURES: [Measure; 4] = [
     Measure { slug: "relmse-caustics", name: "relMSE of caustics", of: |error| error.relmse_caustics },
 ];
 
+/// How the fronts of several runners are drawn: in words, and as lengths of dashes and gaps.
+const DASHES: [(&str, &str); 3] = [("solid", "none"), ("dashed", "7 4"), ("dotted", "2 3")];
+
 /// A cell of the chart.
 struct Mark<'a> {
     cell: &'a Measured,
@@ -85,6 +88,17 @@ pub fn chart(scene: &Scene, names: &Names, measure: Measure) -> Option<Chart> {
     }
     if zero > 0 {
         notes.push(format!("{} not shown: 0 has no place on a logarithmic axis.", are(zero)));
+    }
+    if fronts.len() > 1 {
+        let of = |(index, front): (usize, &Vec<usize>)| {
+            let runner = front.first().map_or("", |&first| &marks[first].cell.result.cell.runner);
+            format!("{runner} {}", DASHES[index % DASHES.len()].0)
+        };
+        let all: Vec<String> = fronts.iter().enumerate().map(of).collect();
+        notes.push(format!("Each runner has a front of its own: {}.", all.join(", ")));
+    }
+    if marks.iter().any(|mark| mark.cell.result.cell.needs == "all") {
+        notes.push("Hollow marks have all code alive, what the scene does not need too.".into());
     }
     let mut series: Vec<usize> = marks.iter().map(|mark| mark.series).collect();
     series.sort_unstable();
@@ -197,7 +211,7 @@ fn stairs(front: &[usize], index: usize, marks: &[Mark], area: &Area, x: &Axis, 
         };
     }
     path += &format!(" H{}", area.right);
-    let dash = ["none", "7 4", "2 3"][index % 3];
+    let dash = DASHES[index % DASHES.len()].1;
     html! { path class="front" stroke-dasharray=(dash) d=(path) {} }
 }
 
@@ -273,7 +287,10 @@ mod tests {
         front.sort_by(f64::total_cmp);
         // The GPU's cell would beat all others: it has a front of its own.
         assert_eq!(front, [1.0, 10.0, 20.0]);
-        assert!(chart.figure.notes.is_empty(), "{:?}", chart.figure.notes);
+        assert_eq!(
+            chart.figure.notes,
+            ["Each runner has a front of its own: cpu solid, gpu-hardware dashed."]
+        );
         assert_eq!(chart.figure.rows.len(), 5);
     }
 

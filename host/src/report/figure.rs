@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::name::Names;
+use super::name::{COLORS, Names};
 
 /// Where a figure is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -132,19 +132,19 @@ impl Figure {
 
     /// The wide drawing as a file, with title, legend and style.
     pub fn file(&self) -> String {
-        let (head, line) = (34.0, 24.0);
+        let (side, head, line) = (12.0, 36.0, 24.0);
         let columns = 2;
         let rows = self.legend.len().div_ceil(columns);
-        let (width, drawing) = (self.wide.width, self.wide.height.round());
-        let height = head + drawing + 12.0 + line * rows as f64;
+        let (width, drawing) = (self.wide.width + 2.0 * side, self.wide.height.round());
+        let height = head + drawing + 24.0 + line * rows as f64;
         let content = html! {
-            style { (maud::PreEscaped(STYLE)) }
+            style { (maud::PreEscaped(STYLE)) (maud::PreEscaped(colors())) }
             rect class="paper" width=(width) height=(height) {}
             text class="title" x="16" y="24" { (self.title) }
-            g transform={ "translate(0 " (head) ")" } { (self.wide.content) }
+            g transform={ "translate(" (side) " " (head) ")" } { (self.wide.content) }
             @for (index, entry) in self.legend.iter().enumerate() {
                 @let x = 16.0 + (index / rows) as f64 * (width / columns as f64);
-                @let y = head + drawing + line * (index % rows) as f64;
+                @let y = head + drawing + 10.0 + line * (index % rows) as f64;
                 g transform={ "translate(" (x) " " (y) ")" } {
                     (entry.sample())
                     text x="24" y="13" { (entry.name) }
@@ -161,3 +161,35 @@ impl Figure {
 
 /// The style of a file, which has no page around it.
 const STYLE: &str = include_str!("figure.css");
+/// Colours on white of the classes `c0` to `c9`: those of `report.css` in a light window.
+const ON_WHITE: [&str; COLORS] = [
+    "#4a515c", "#0072b2", "#d55e00", "#009e73", "#aa4499", "#b07d00", "#3aa5dd", "#7a3b10", "#d6456b",
+    "#5b53c4",
+];
+
+/// Rules of the colours, without variables, which few programs but browsers know.
+fn colors() -> String {
+    let rules = ON_WHITE.iter().enumerate().map(|(index, color)| {
+        let class = format!("c{index}");
+        format!(
+            ".{class}.mark, rect.{class} {{ fill: {color}; }} .{class}.hollow {{ fill: #ffffff; stroke: {color}; stroke-width: 2; }}\n\
+             .{class}.line {{ stroke: {color}; stroke-width: 2; }} .{class}.family {{ stroke: {color}; stroke-opacity: 0.35; }}\n"
+        )
+    });
+    rules.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_of_files_are_those_of_the_page_in_light() {
+        let page = include_str!("report.css");
+        let light = page.split("@media (prefers-color-scheme: dark)").next().unwrap();
+        for (index, color) in ON_WHITE.iter().enumerate() {
+            assert!(light.contains(&format!("--{index}: {color};")), "{index}");
+        }
+        assert!(!colors().contains("var(") && !STYLE.contains("var("));
+    }
+}

@@ -141,7 +141,7 @@ fn draw_bar(bar: &Bar, kinds: &[String], x: &Axis, top: f64) -> Markup {
     html! {
         g class="bar" tabindex="0" role="img" data-tip=(tip) {
             title { (tip) }
-            rect class="hit" x="0" y=(at(top)) width=(at(x.place(sum))) height=(ROW.0) {}
+            rect class="hit" fill="transparent" x="0" y=(at(top)) width=(at(x.place(sum))) height=(ROW.0) {}
             text x="2" y=(at(top + 14.0)) { (bar.name) }
             @for (rank, (kind, (from, to))) in kinds.iter().zip(&spans).enumerate() {
                 @if to > from {

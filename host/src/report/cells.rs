@@ -10,9 +10,10 @@ use super::table::{Column, Table, Value};
 use crate::experiment::result::{CellConfig, CellError, CellResult, CellTime};
 
 type Of<T> = fn(&T) -> Option<f64>;
+type Word = fn(&CellConfig) -> &String;
 
 /// Settings that are words.
-const WORDS: [(&str, &str, fn(&CellConfig) -> &String); 6] = [
+const WORDS: [(&str, &str, Word); 6] = [
     ("method", "method", |cell| &cell.method),
     ("gather", "gather", |cell| &cell.gather),
     ("history", "history", |cell| &cell.history),

@@ -127,7 +127,7 @@ pub fn all(cells: &[Measured], names: &Names) -> Vec<Vec<String>> {
     };
     let mut wide = vec![
         text("", "identity", &|cell| cell.result.identity.clone()),
-        text("", "cell", &|cell| names.label(&cell.result.cell)),
+        text("", "cell", &|cell| names.label(cell)),
         text("", "scene", &|cell| cell.result.cell.scene.clone()),
         text("", "camera", &|cell| cell.result.cell.camera.clone()),
     ];

@@ -68,7 +68,7 @@ fn figure(scene: &Scene, names: &Names, measure: &Measure) -> Option<Figure> {
         let series = names.series(&cell.result.cell);
         let color = names.color(series);
         let dash = DASHES[lines.iter().filter(|line| line.color == color).count() % DASHES.len()];
-        lines.push(Line { name: names.label(&cell.result.cell), color, dash, series, points: points(cell) });
+        lines.push(Line { name: names.label(cell), color, dash, series, points: points(cell) });
     }
     let count = scene.cells.iter().filter(|cell| !points(cell).is_empty()).count();
     let notes = match count - lines.len() {

@@ -20,6 +20,13 @@ const SHAPES: [&str; 8] = [
     "M-6.4-3.3-3.3-6.4 0-3.1 3.3-6.4 6.4-3.3 3.1 0 6.4 3.3 3.3 6.4 0 3.1-3.3 6.4-6.4 3.3-3.1 0Z",
 ];
 
+/// Size of the picture that was timed, else of that whose error is known [px].
+pub fn size(cell: &Measured) -> String {
+    let time = cell.result.time.as_ref().map(|time| (time.width, time.height));
+    let error = || cell.result.error.as_ref().map(|error| (error.width, error.height));
+    time.or_else(error).map_or(String::new(), |(width, height)| format!("{width}×{height}"))
+}
+
 /// What is told apart by colour and shape: all that decides how a frame is rendered, but for numbers and places.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Series {
@@ -80,6 +87,7 @@ impl Names {
             |is: &dyn Fn(&CellConfig) -> String| (1..cells.len()).any(|index| is(cell(index)) != is(cell(0)));
         let varies = BTreeMap::from([
             ("runner", differs(&|cell| cell.runner.clone())),
+            ("size", (1..cells.len()).any(|index| size(&cells[index]) != size(&cells[0]))),
             ("radius", differs(&|cell| cell.radius_px.to_string())),
             ("bounces", differs(&|cell| cell.max_bounces.to_string())),
         ]);
@@ -112,7 +120,9 @@ impl Names {
     }
 
     /// The cell's name among all cells of its scene.
-    pub fn label(&self, cell: &CellConfig) -> String {
+    pub fn label(&self, cell: &Measured) -> String {
+        let size = size(cell);
+        let cell = &cell.result.cell;
         let mut parts = vec![Series::of(cell).name()];
         if cell.paths_per_pixel > 0.0 {
             let unit = if cell.paths_per_pixel == 1.0 { "path/px" } else { "paths/px" };
@@ -127,6 +137,9 @@ impl Names {
         if self.varies["runner"] && !cell.runner.is_empty() {
             parts.push(cell.runner.clone());
         }
+        if self.varies["size"] && !size.is_empty() {
+            parts.push(size);
+        }
         if cell.needs == "all" {
             parts.push("needs all".into());
         }
@@ -137,7 +150,7 @@ impl Names {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::result::CellResult;
+    use crate::experiment::result::{CellError, CellResult};
     use std::collections::BTreeSet;
 
     fn cell(method: &str, gather: &str, history: &str) -> Measured {
@@ -177,10 +190,11 @@ mod tests {
         cells[1].result.cell.runner = "gpu-software".into();
         cells[1].result.cell.paths_per_pixel = 0.5;
         cells[1].result.cell.needs = "all".into();
+        cells[1].result.error = Some(CellError { width: 64, height: 36, ..CellError::default() });
         let names = Names::new(&cells);
-        assert_eq!(names.label(&cells[0].result.cell), "basic + paper · brute");
-        let label = "basic + paper · brute · 0.5 paths/px · gpu-software · needs all";
-        assert_eq!(names.label(&cells[1].result.cell), label);
+        assert_eq!(names.label(&cells[0]), "basic + paper · brute");
+        let label = "basic + paper · brute · 0.5 paths/px · gpu-software · 64×36 · needs all";
+        assert_eq!(names.label(&cells[1]), label);
         assert_eq!(names.of(0).name(), "basic + paper · brute");
     }
 }

@@ -35,11 +35,7 @@ pub fn needs(scenes: &[Scene], names: &Names) -> Option<Table> {
     let column = |head, key: &str, values| Column { head, key: key.into(), values };
     let columns = vec![
         column("scene", "scene", rows.iter().map(|(scene, ..)| Value::Text(scene.clone())).collect()),
-        column(
-            "cell",
-            "cell",
-            rows.iter().map(|(.., (cell, _))| Value::Text(names.label(&cell.result.cell))).collect(),
-        ),
+        column("cell", "cell", rows.iter().map(|(.., (cell, _))| Value::Text(names.label(cell))).collect()),
         column(
             "as needed [ms]",
             "scene_ms",

@@ -39,7 +39,7 @@ pub fn passes(scene: &Scene, names: &Names) -> Option<Figure> {
         .iter()
         .zip(&all)
         .map(|(cell, groups)| Bar {
-            name: names.label(&cell.result.cell),
+            name: names.label(cell),
             total: cell.result.time.as_ref().map_or(0.0, |time| time.total_ms.median),
             pieces: pieces(groups, &large),
         })

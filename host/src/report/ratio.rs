@@ -31,12 +31,10 @@ pub fn ratios(scene: &Scene, names: &Names) -> Option<Table> {
         cells.iter().map(|cell| Value::number(part(cell))).collect()
     };
     let text = |of: &dyn Fn(&Measured) -> String| cells.iter().map(|cell| Value::Text(of(cell))).collect();
-    let of_first = |cell: &Measured| {
-        first(cell).map_or_else(|| first_name(cell), |first| names.label(&first.result.cell))
-    };
+    let of_first = |cell: &Measured| first(cell).map_or_else(|| first_name(cell), |first| names.label(first));
     let column = |head, key: &str, values| Column { head, key: key.into(), values };
     let columns = vec![
-        column("cell", "cell", text(&|cell| names.label(&cell.result.cell))),
+        column("cell", "cell", text(&|cell| names.label(cell))),
         column("held against", "first", text(&of_first)),
         column("time", "time_ratio", cells.iter().map(|cell| Value::number(ratio(cell))).collect()),
         column("FLIP", "flip_ratio", error(|error| error.flip)),

@@ -6,7 +6,7 @@ use maud::{Markup, html};
 use super::axis::{Axis, Scale};
 use super::figure::{Drawing, Entry, Figure, Size};
 use super::load::Measured;
-use super::name::Names;
+use super::name::{Names, size};
 use super::number::{at, number};
 use super::pareto::pareto;
 use super::plot::Area;
@@ -51,7 +51,7 @@ pub struct Chart {
     pub measure: Measure,
     /// The chart.
     pub figure: Figure,
-    /// From the fastest: name, time [ms] and error, runner by runner.
+    /// From the fastest: name, time [ms] and error, front by front.
     pub front: Vec<(String, f64, f64)>,
 }
 
@@ -91,11 +91,11 @@ pub fn chart(scene: &Scene, names: &Names, measure: Measure) -> Option<Chart> {
     }
     if fronts.len() > 1 {
         let of = |(index, front): (usize, &Vec<usize>)| {
-            let runner = front.first().map_or("", |&first| &marks[first].cell.result.cell.runner);
-            format!("{runner} {}", DASHES[index % DASHES.len()].0)
+            let league = front.first().map_or(String::new(), |&first| league(&marks[first]));
+            format!("{league} {}", DASHES[index % DASHES.len()].0)
         };
         let all: Vec<String> = fronts.iter().enumerate().map(of).collect();
-        notes.push(format!("Each runner has a front of its own: {}.", all.join(", ")));
+        notes.push(format!("Each runner and size has a front of its own: {}.", all.join(", ")));
     }
     if marks.iter().any(|mark| mark.cell.result.cell.needs == "all") {
         notes.push("Hollow marks have all code alive, what the scene does not need too.".into());
@@ -114,24 +114,28 @@ pub fn chart(scene: &Scene, names: &Names, measure: Measure) -> Option<Chart> {
     };
     let front = fronts.iter().flatten().map(|&index| {
         let mark = &marks[index];
-        (names.label(&mark.cell.result.cell), mark.ms, mark.error)
+        (names.label(mark.cell), mark.ms, mark.error)
     });
     Some(Chart { measure, figure, front: front.collect() })
 }
 
-/// Indices of the marks of each runner's front: times of different machines do not compete.
+/// What competes with each other: times of other machines and of other sizes do not.
+fn league(mark: &Mark) -> String {
+    format!("{} {}", mark.cell.result.cell.runner, size(mark.cell)).trim().into()
+}
+
+/// Indices of the marks of each league's front.
 fn fronts(marks: &[Mark]) -> Vec<Vec<usize>> {
-    let mut runners: Vec<&str> = marks.iter().map(|mark| mark.cell.result.cell.runner.as_str()).collect();
-    runners.sort_unstable();
-    runners.dedup();
-    let front = |runner: &str| {
-        let own: Vec<usize> =
-            (0..marks.len()).filter(|&index| marks[index].cell.result.cell.runner == runner).collect();
+    let mut leagues: Vec<String> = marks.iter().map(league).collect();
+    leagues.sort_unstable();
+    leagues.dedup();
+    let front = |of: String| {
+        let own: Vec<usize> = (0..marks.len()).filter(|&index| league(&marks[index]) == of).collect();
         let points: Vec<(f64, f64)> =
             own.iter().map(|&index| (marks[index].ms, marks[index].error)).collect();
         pareto(&points).into_iter().map(|index| own[index]).collect()
     };
-    runners.into_iter().map(front).collect()
+    leagues.into_iter().map(front).collect()
 }
 
 fn draw(marks: &[Mark], fronts: &[Vec<usize>], names: &Names, measure: Measure, size: Size) -> Drawing {
@@ -172,7 +176,7 @@ fn families(marks: &[Mark]) -> Vec<Vec<usize>> {
     let key = |index: usize| {
         let mut config = marks[index].cell.result.cell.clone();
         config.paths_per_pixel = 0.0;
-        config
+        (config, league(&marks[index]))
     };
     let mut families: Vec<Vec<usize>> = Vec::new();
     for index in 0..marks.len() {
@@ -223,7 +227,7 @@ fn rows(marks: &[Mark], names: &Names, measure: Measure) -> Vec<Vec<String>> {
         let identity = mark.cell.result.identity.clone();
         let (ms, error) = (mark.ms.to_string(), mark.error.to_string());
         let on_front = mark.is_on_front.to_string();
-        rows.push(vec![names.label(config), identity, config.runner.clone(), ms, error, on_front]);
+        rows.push(vec![names.label(mark.cell), identity, config.runner.clone(), ms, error, on_front]);
     }
     rows
 }
@@ -256,7 +260,7 @@ mod tests {
             ..CellConfig::default()
         };
         let total_ms = Quartiles { lower: ms, median: ms, upper: ms };
-        let time = Some(CellTime { total_ms, ..CellTime::default() });
+        let time = Some(CellTime { total_ms, width: 8, height: 4, ..CellTime::default() });
         let error = Some(CellError { flip, ..CellError::default() });
         let identity = format!("{method}-{ms}");
         Measured {
@@ -271,27 +275,31 @@ mod tests {
 
     #[test]
     fn every_cell_is_a_mark_and_the_front_is_named() {
-        let cells = [
+        let mut cells = [
             cell("basic", "cpu", 10.0, Some(0.2)),
             cell("basic", "cpu", 20.0, Some(0.1)),
             cell("kim2019", "cpu", 30.0, Some(0.15)),
             cell("path", "gpu-hardware", 1.0, Some(0.01)),
+            cell("basic", "cpu", 2.0, Some(0.01)),
         ];
+        cells[4].result.time.as_mut().unwrap().width = 2;
         let chart = flip(&cells).unwrap();
         let text = chart.figure.file();
         let document = roxmltree::Document::parse(&text).unwrap();
         let marks: Vec<_> = document.descendants().filter(|node| node.has_attribute("data-cell")).collect();
-        assert_eq!(marks.len(), 4);
+        assert_eq!(marks.len(), 5);
         assert!(marks[2].attribute("data-tip").unwrap().starts_with("kim2019"));
         let mut front: Vec<f64> = chart.front.iter().map(|(_, ms, _)| *ms).collect();
         front.sort_by(f64::total_cmp);
-        // The GPU's cell would beat all others: it has a front of its own.
-        assert_eq!(front, [1.0, 10.0, 20.0]);
+        // The GPU's cell and the small picture's would beat all others: they have fronts of their own.
+        assert_eq!(front, [1.0, 2.0, 10.0, 20.0]);
         assert_eq!(
             chart.figure.notes,
-            ["Each runner has a front of its own: cpu solid, gpu-hardware dashed."]
+            [
+                "Each runner and size has a front of its own: cpu 2×4 solid, cpu 8×4 dashed, gpu-hardware 8×4 dotted."
+            ]
         );
-        assert_eq!(chart.figure.rows.len(), 5);
+        assert_eq!(chart.figure.rows.len(), 6);
     }
 
     #[test]

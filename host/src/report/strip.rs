@@ -72,7 +72,7 @@ fn load(cell: &Measured, names: &Names, pictures: &mut Pictures) -> anyhow::Resu
     let flip = error.flip.map(|value| format!("FLIP {}", number(value)));
     let ms = cell.result.time.as_ref().map(|time| format!("{} ms", number(time.total_ms.median)));
     Ok(Some(Shown {
-        name: names.label(&cell.result.cell),
+        name: names.label(cell),
         numbers: flip.into_iter().chain(ms).collect::<Vec<_>>().join(" · "),
         picture,
         error_map: get(&error.error_map)?,

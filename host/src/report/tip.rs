@@ -7,7 +7,7 @@ use super::number::{number, short};
 /// The name, then a line a number; numbers that are missing have none.
 pub fn tip(cell: &Measured, names: &Names) -> String {
     let config = &cell.result.cell;
-    let mut lines = vec![names.label(config)];
+    let mut lines = vec![names.label(cell)];
     if let Some(time) = &cell.result.time {
         let of = time.total_ms;
         lines.push(format!("time {} ms ({} to {})", number(of.median), number(of.lower), number(of.upper)));

@@ -8,11 +8,13 @@ use thiserror::Error;
 mod animate;
 mod bench;
 mod compare;
+mod report;
 mod sweep;
 
 pub use animate::Animate;
 pub use bench::{Bench, runner_and_tracer};
 pub use compare::{Compare, Limit};
+pub use report::Report;
 pub use sweep::Sweep;
 
 /// The command line asks for something that cannot be: exit code 2.
@@ -49,6 +51,8 @@ pub enum Command {
     Bench(Box<Bench>),
     /// Measure a matrix of ways to render over scenes, time and error; the same command goes on where it was interrupted
     Sweep(Box<Sweep>),
+    /// Make a page of results: charts of speed against accuracy, pictures, tables
+    Report(Report),
     /// List Vulkan devices, what they can do and whether they are used
     Device(Device),
     /// List, inspect or make scenes

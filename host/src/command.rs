@@ -17,6 +17,7 @@ pub mod pick;
 pub mod reference;
 pub mod render;
 pub mod report;
+pub mod report_page;
 pub mod say;
 pub mod scene;
 pub mod stop;

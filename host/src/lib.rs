@@ -15,6 +15,7 @@ pub mod method;
 pub mod metric;
 pub mod output;
 pub mod picture;
+pub mod report;
 pub mod runner;
 pub mod scene;
 pub mod session;

@@ -62,7 +62,7 @@ pub fn find(name: &str) -> Option<&'static Method> {
 }
 
 /// One step of a frame. Every step sees all that earlier steps wrote.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Step {
     /// Runs the pass of this name once for each index below `count`.
     Dispatch {

@@ -2,6 +2,9 @@
 #![cfg_attr(target_arch = "spirv", no_std)]
 #![cfg_attr(feature = "ray-query", feature(asm_experimental_arch))]
 
+// A gather's file is the same inside and outside of this crate.
+extern crate self as caustics_kernels;
+
 #[cfg(target_arch = "spirv")]
 pub mod entry;
 pub mod gather;

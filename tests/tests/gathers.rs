@@ -1,10 +1,11 @@
 //! O11: every gather is brute force, bit for bit, over whatever points and deposits there are.
 
 use bytemuck::{cast_slice, pod_collect_to_vec};
+use caustics::method::basic::BASIC;
 use caustics::method::settings::Settings;
 use caustics::method::{BufferSpec, Step, basic, gather};
 use caustics::scene::Scene;
-use caustics::session::{self, RunnerChoice};
+use caustics::session::{self, RunnerChoice, Session};
 use caustics_kernels::gather::accumulator::{Quanta, WORDS};
 use caustics_kernels::gather::contribution::{contribution, takes};
 use caustics_kernels::gather::points_rt::bound;
@@ -187,11 +188,40 @@ fn every_gather_on_the_gpu_finds_what_brute_force_finds() {
         assert!(taken > 500, "the test has lost its subject");
         for variant in variant::ALL.iter().filter(|variant| hardware || !variant.hardware) {
             let found = by_runner(&choice, variant, &scene, &cases);
+            println!("{} (hardware {hardware})", variant.name);
             for ((case, words), expected) in cases.iter().zip(&found).zip(&expected) {
                 assert_equal(variant, words, expected, case);
             }
         }
     }
+}
+
+/// A variant from outside of the kernels: `CONTRIBUTING.md` shows it, `.ci/new-gather` puts its file into the kernels.
+#[path = "../gathers/stripes.rs"]
+mod stripes;
+
+#[test]
+fn a_variant_from_outside_runs_on_the_cpu() {
+    static STRIPES: Variant = stripes::Stripes::VARIANT;
+    let scene = lender();
+    for (seed, spread) in [(1, 0.3), (2, 10.0), (3, 1000.0)] {
+        let case = random_case(seed, 300, 500, 0.1, spread);
+        let cpu = RunnerChoice::Cpu { threads: 2 };
+        let words = by_runner(&cpu, &STRIPES, &scene, std::slice::from_ref(&case)).remove(0);
+        assert_equal(&STRIPES, &words, &by_brute(&scene, &case), &case);
+    }
+    // And in a frame, as any other.
+    let scene = committed("mirror-room");
+    let settings = Settings { width: 80, height: 45, light_paths: 30_000, ..Settings::default() };
+    let choice = RunnerChoice::Cpu { threads: 0 };
+    let picture = |variant| {
+        let (camera, needs) = (&scene.cameras[0], scene.needs(settings.specular_roughness));
+        let mut session = Session::new(&choice, &scene, camera, &settings, &BASIC, variant, needs).unwrap();
+        let times = session.frame(0).unwrap();
+        assert!(times.iter().any(|time| time.pass.starts_with("gather")));
+        session.picture().unwrap()
+    };
+    assert!(picture(&STRIPES) == picture(&BRUTE));
 }
 
 /// A gather that forgets one deposit in a thousand is found out.

@@ -110,11 +110,10 @@ impl Cell {
         let base = Parts::from(software_gather());
         let steps = |parts| (method.steps)(parts, params);
         let usual = steps(base);
-        let chooses_gather = variant::ALL.iter().any(|gather| steps(Parts { gather, ..base }) != usual);
         let has_history = steps(Parts { history: self.history, ..base }) != usual;
         let has_filter = steps(Parts { filter: self.filter, ..base }) != usual;
         Cell {
-            gather: self.gather.filter(|_| chooses_gather),
+            gather: self.gather.filter(|_| method.chooses_gather),
             history: if has_history { self.history } else { &history::NONE },
             filter: if has_filter { self.filter } else { &filter::NONE },
             paths: if params.light_path_count > 0 { self.paths } else { Paths::None },

@@ -109,6 +109,14 @@ impl Variant {
 }
 
 #[cfg(not(target_arch = "spirv"))]
+impl PartialEq for Variant {
+    /// A name names one variant.
+    fn eq(&self, other: &Variant) -> bool {
+        self.name == other.name
+    }
+}
+
+#[cfg(not(target_arch = "spirv"))]
 pub use cpu::*;
 
 /// The variants as a CPU runs them.

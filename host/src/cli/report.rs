@@ -1,0 +1,28 @@
+//! Options of `report`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+/// Options of `report`.
+#[derive(Args, Debug)]
+#[command(before_help = "Examples:
+  caustics report results -o report.html
+  caustics report results/rooms results/animations -o report.html --title 'Histories' --pictures 4 --force")]
+pub struct Report {
+    /// Folders of results, as `sweep` and `bench` write them (cells/*.json in each)
+    #[arg(required = true, value_name = "DIR")]
+    pub folders: Vec<PathBuf>,
+    /// The HTML file to write; SVG and CSV files of its figures go into a folder beside it (report_files)
+    #[arg(short, long)]
+    pub output: PathBuf,
+    /// Title of the page
+    #[arg(long, default_value = "Speed against accuracy")]
+    pub title: String,
+    /// Pictures of each scene, at most: one of each method, gather, history and filter
+    #[arg(long, default_value_t = 12)]
+    pub pictures: usize,
+    /// Overwrite existing files
+    #[arg(long)]
+    pub force: bool,
+}

@@ -1,0 +1,54 @@
+//! `caustics report`: a page made of folders of results.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::Context;
+use caustics::output::target::Target;
+use caustics::report::{Request, report};
+
+use crate::cli::{Report, Usage};
+
+/// Reads, draws and writes.
+pub fn run(options: &Report) -> anyhow::Result<ExitCode> {
+    let files = folder(&options.output)?;
+    // Claimed first: nobody waits for pictures to be read only to hear that a file exists.
+    let page = Target::claim(&options.output, options.force)?;
+    let request = Request {
+        folders: options.folders.clone(),
+        title: options.title.clone(),
+        pictures: options.pictures,
+        output: options.output.display().to_string(),
+    };
+    let report = report(&request)?;
+    for warning in &report.warnings {
+        eprintln!("warning: {warning}");
+    }
+    let claim = |name: &String| Target::claim(&files.join(name), options.force);
+    std::fs::create_dir_all(&files).with_context(|| format!("cannot create {}", files.display()))?;
+    let targets: Vec<Target> = report.files.iter().map(|(name, _)| claim(name)).collect::<Result<_, _>>()?;
+    for (target, (_, bytes)) in targets.into_iter().zip(&report.files) {
+        target.finish(bytes)?;
+    }
+    page.finish(report.html.as_bytes())?;
+    let (page, count) = (options.output.display(), report.files.len());
+    eprintln!(
+        "{page}: {} cells, {:.1} MB; {count} files in {}",
+        report.cells,
+        report.html.len() as f64 / 1e6,
+        files.display()
+    );
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The folder beside the page: `report_files` of `report.html`.
+fn folder(output: &Path) -> Result<PathBuf, Usage> {
+    match output.file_stem() {
+        Some(stem) if !output.is_dir() => {
+            let mut name = stem.to_os_string();
+            name.push("_files");
+            Ok(output.with_file_name(name))
+        }
+        _ => Err(Usage(format!("-o {}: name a file, report.html for instance", output.display()))),
+    }
+}

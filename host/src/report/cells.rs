@@ -1,0 +1,151 @@
+//! All cells of a scene as a table, and everything that is known of all cells as CSV.
+
+use std::collections::BTreeSet;
+
+use super::load::Measured;
+use super::name::Names;
+use super::number::short;
+use super::scene::Scene;
+use super::table::{Column, Table, Value};
+use crate::experiment::result::{CellConfig, CellError, CellResult, CellTime};
+
+type Of<T> = fn(&T) -> Option<f64>;
+type Word = fn(&CellConfig) -> &String;
+
+/// Settings that are words.
+const WORDS: [(&str, &str, Word); 6] = [
+    ("method", "method", |cell| &cell.method),
+    ("gather", "gather", |cell| &cell.gather),
+    ("history", "history", |cell| &cell.history),
+    ("filter", "filter", |cell| &cell.filter),
+    ("runner", "runner", |cell| &cell.runner),
+    ("needs", "needs", |cell| &cell.needs),
+];
+/// Settings that are numbers.
+const SETTINGS: [(&str, &str, Of<CellConfig>); 3] = [
+    ("paths/px", "paths_per_pixel", |cell| Some(cell.paths_per_pixel)),
+    ("radius [px]", "radius_px", |cell| Some(f64::from(cell.radius_px))),
+    ("bounces", "max_bounces", |cell| Some(f64::from(cell.max_bounces))),
+];
+/// What was timed.
+const TIMES: [(&str, &str, Of<CellTime>); 11] = [
+    ("time [ms]", "median_ms", |time| Some(time.total_ms.median)),
+    ("first quartile [ms]", "lower_quartile_ms", |time| Some(time.total_ms.lower)),
+    ("third quartile [ms]", "upper_quartile_ms", |time| Some(time.total_ms.upper)),
+    ("frames", "frames", |time| Some(f64::from(time.frames))),
+    ("light paths", "light_paths", |time| Some(f64::from(time.light_paths))),
+    ("M rays", "rays_m", |time| Some(time.rays * 1e-6).filter(|rays| *rays > 0.0)),
+    ("M rays/s", "rays_m_per_s", |time| Some(time.rays_per_s * 1e-6).filter(|rate| *rate > 0.0)),
+    ("M light paths/s", "light_paths_m_per_s", |time| Some(time.light_paths_per_s? * 1e-6)),
+    ("M points/s", "points_m_per_s", |time| Some(time.points_per_s? * 1e-6)),
+    ("memory [MiB]", "memory_mib", |time| (!time.memory_bytes.is_empty()).then(|| mebibytes(time))),
+    ("time/first", "ratio_to_first", |time| time.ratio_to_first),
+];
+/// Errors.
+const ERRORS: [(&str, &str, Of<CellError>); 5] = [
+    ("FLIP", "flip", |error| error.flip),
+    ("FLIP caustics", "flip_caustics", |error| error.flip_caustics),
+    ("relMSE", "relmse", |error| error.relmse),
+    ("relMSE caustics", "relmse_caustics", |error| error.relmse_caustics),
+    ("seeds", "seeds", |error| Some(f64::from(error.seeds))),
+];
+
+fn mebibytes(time: &CellTime) -> f64 {
+    time.memory_bytes.values().map(|bytes| *bytes as f64).sum::<f64>() / (1024.0 * 1024.0)
+}
+
+fn setting(value: Option<f64>) -> Value {
+    value.map_or(Value::None, |value| Value::Number(value, short(value)))
+}
+
+/// Columns of cells.
+fn columns(cells: &[&Measured]) -> Vec<Column> {
+    let column = |head: &'static str, key: &str, of: &dyn Fn(&CellResult) -> Value| Column {
+        head,
+        key: key.into(),
+        values: cells.iter().map(|cell| of(&cell.result)).collect(),
+    };
+    let mut columns = Vec::new();
+    for (head, key, of) in WORDS {
+        columns.push(column(head, key, &|result| match of(&result.cell).as_str() {
+            "" => Value::None,
+            word => Value::Text(word.into()),
+        }));
+    }
+    for (head, key, of) in SETTINGS {
+        columns.push(column(head, key, &|result| setting(of(&result.cell))));
+    }
+    for (head, key, of) in TIMES {
+        let whole = ["frames", "light_paths"].contains(&key);
+        columns.push(column(head, key, &|result| {
+            let value = result.time.as_ref().and_then(of);
+            if whole {
+                value.map_or(Value::None, |value| Value::Number(value, value.to_string()))
+            } else {
+                Value::number(value)
+            }
+        }));
+    }
+    for (head, key, of) in ERRORS {
+        let value = |result: &CellResult| result.error.as_ref().and_then(of);
+        columns.push(column(head, key, &|result| {
+            if key == "seeds" { setting(value(result)) } else { Value::number(value(result)) }
+        }));
+    }
+    columns
+}
+
+/// The table of a scene, and what all its cells have in common.
+pub fn table(scene: &Scene) -> (Table, Vec<(&'static str, String)>) {
+    let mut common = Vec::new();
+    let columns = columns(&scene.cells).into_iter().filter(|column| {
+        let is_setting = WORDS.iter().any(|of| of.1 == column.key)
+            || SETTINGS.iter().any(|of| of.1 == column.key)
+            || ["frames", "seeds"].contains(&column.key.as_str());
+        let is_constant = column.values.len() > 1 && column.values.windows(2).all(|pair| pair[0] == pair[1]);
+        if is_setting && is_constant {
+            match &column.values[0] {
+                Value::Text(text) | Value::Number(_, text) => common.push((column.head, text.clone())),
+                Value::None => {}
+            }
+        }
+        !(is_setting && is_constant)
+    });
+    let columns = columns.collect();
+    let name = format!("{}-cells", scene.slug);
+    let table = Table { name, title: format!("{}: all cells", scene.title), columns }.without_empty();
+    (table, common)
+}
+
+/// Everything of all cells: a row a cell, with every pass and every buffer.
+pub fn all(cells: &[Measured], names: &Names) -> Vec<Vec<String>> {
+    let all: Vec<&Measured> = cells.iter().collect();
+    let text = |head, key: &str, of: &dyn Fn(&Measured) -> String| Column {
+        head,
+        key: key.into(),
+        values: cells.iter().map(|cell| Value::Text(of(cell))).collect(),
+    };
+    let mut wide = vec![
+        text("", "identity", &|cell| cell.result.identity.clone()),
+        text("", "cell", &|cell| names.label(cell)),
+        text("", "scene", &|cell| cell.result.cell.scene.clone()),
+        text("", "camera", &|cell| cell.result.cell.camera.clone()),
+    ];
+    wide.extend(columns(&all));
+    let times = || cells.iter().filter_map(|cell| cell.result.time.as_ref());
+    let passes: BTreeSet<&String> = times().flat_map(|time| time.pass_ms.keys()).collect();
+    for pass in passes {
+        let of = |cell: &Measured| Some(cell.result.time.as_ref()?.pass_ms.get(pass)?.median);
+        let values = cells.iter().map(|cell| Value::number(of(cell))).collect();
+        wide.push(Column { head: "", key: format!("pass.{pass}_ms"), values });
+    }
+    let buffers: BTreeSet<&String> = times().flat_map(|time| time.memory_bytes.keys()).collect();
+    for buffer in buffers {
+        let of = |cell: &Measured| Some(*cell.result.time.as_ref()?.memory_bytes.get(buffer)? as f64);
+        let values = cells.iter().map(|cell| Value::number(of(cell))).collect();
+        wide.push(Column { head: "", key: format!("memory.{buffer}_bytes"), values });
+    }
+    wide.push(text("", "device", &|cell| cell.result.provenance.device.clone()));
+    wide.push(text("", "commit", &|cell| cell.result.provenance.commit.clone()));
+    Table { name: "cells".into(), title: String::new(), columns: wide }.rows()
+}

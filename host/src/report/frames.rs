@@ -1,0 +1,154 @@
+//! A measure over the frames of an animation: a line a cell.
+
+use maud::{Markup, html};
+
+use super::axis::{Axis, Scale};
+use super::figure::{Drawing, Entry, Figure, Size};
+use super::load::Measured;
+use super::name::Names;
+use super::number::{at, number};
+use super::plot::Area;
+use super::scene::Scene;
+use crate::experiment::result::FrameResult;
+
+/// Lines of a figure, at most.
+const LINES: usize = 10;
+/// Lengths of dashes and gaps, so that lines differ without their colour.
+const DASHES: [&str; 4] = ["none", "9 4", "3 3", "12 3 3 3"];
+
+/// What is drawn over frames.
+struct Measure {
+    slug: &'static str,
+    title: &'static str,
+    axis: &'static str,
+    of: fn(&FrameResult) -> Option<f64>,
+}
+
+const MEASURES: [Measure; 3] = [
+    Measure {
+        slug: "frame-time",
+        title: "time over the animation",
+        axis: "time of a frame [ms]",
+        of: |frame| frame.total_ms,
+    },
+    Measure { slug: "frame-flip", title: "FLIP over the animation", axis: "FLIP", of: |frame| frame.flip },
+    Measure {
+        slug: "frame-flip-caustics",
+        title: "FLIP of caustics over the animation",
+        axis: "FLIP of caustics",
+        of: |frame| frame.flip_caustics,
+    },
+];
+
+/// A cell's line.
+struct Line {
+    name: String,
+    color: String,
+    dash: &'static str,
+    series: usize,
+    points: Vec<(f64, f64)>,
+}
+
+/// The figures of a scene that moves.
+pub fn frames(scene: &Scene, names: &Names) -> Vec<Figure> {
+    MEASURES.iter().filter_map(|measure| figure(scene, names, measure)).collect()
+}
+
+fn figure(scene: &Scene, names: &Names, measure: &Measure) -> Option<Figure> {
+    let points = |cell: &Measured| -> Vec<(f64, f64)> {
+        let frames = cell.result.frames.iter();
+        let mut points: Vec<(f64, f64)> =
+            frames.filter_map(|frame| Some((f64::from(frame.frame), (measure.of)(frame)?))).collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        points
+    };
+    let cells = scene.chosen(names, LINES, |cell| !points(cell).is_empty());
+    let mut lines: Vec<Line> = Vec::new();
+    for cell in &cells {
+        let series = names.series(&cell.result.cell);
+        let color = names.color(series);
+        let dash = DASHES[lines.iter().filter(|line| line.color == color).count() % DASHES.len()];
+        lines.push(Line { name: names.label(cell), color, dash, series, points: points(cell) });
+    }
+    let count = scene.cells.iter().filter(|cell| !points(cell).is_empty()).count();
+    let notes = match count - lines.len() {
+        0 => vec![],
+        left => vec![format!("{left} more cells have frames: here is one of each kind.")],
+    };
+    let legend = lines.iter().map(|line| Entry {
+        color: line.color.clone(),
+        shape: Some(names.shape(line.series)),
+        name: line.name.clone(),
+        series: None,
+    });
+    Some(Figure {
+        name: format!("{}-{}", scene.slug, measure.slug),
+        title: format!("{}: {}", scene.title, measure.title),
+        wide: draw(&lines, names, measure, Size::Wide)?,
+        narrow: draw(&lines, names, measure, Size::Narrow)?,
+        legend: legend.collect(),
+        notes,
+        rows: rows(&lines, measure),
+    })
+}
+
+fn draw(lines: &[Line], names: &Names, measure: &Measure, size: Size) -> Option<Drawing> {
+    let area = Area::of(size);
+    let points = || lines.iter().flat_map(|line| &line.points);
+    let y = area.upwards(Scale::Linear, points().map(|point| point.1))?;
+    let first = points().map(|point| point.0).fold(f64::INFINITY, f64::min);
+    let last = points().map(|point| point.0).fold(f64::NEG_INFINITY, f64::max);
+    let x = Axis::between(first, last, area.left, area.right);
+    let content = html! {
+        (area.draw(&x, "frame →", &y, &format!("↑ {}", measure.axis)))
+        @for line in lines { (draw_line(line, names, measure, &x, &y)) }
+    };
+    Some(Drawing { width: size.width(), height: size.height(), content })
+}
+
+fn draw_line(line: &Line, names: &Names, measure: &Measure, x: &Axis, y: &Axis) -> Markup {
+    let place = |point: &(f64, f64)| (at(x.place(point.0)), at(y.place(point.1)));
+    let path: Vec<String> = line.points.iter().map(place).map(|(x, y)| format!("{x},{y}")).collect();
+    let values = || line.points.iter().map(|point| point.1);
+    let mean = values().sum::<f64>() / line.points.len() as f64;
+    let (low, high) =
+        values().fold((f64::INFINITY, 0.0f64), |(low, high), value| (low.min(value), high.max(value)));
+    let whole = format!(
+        "{}\n{}: mean {}, {} to {}\n{} frames",
+        line.name,
+        measure.axis,
+        number(mean),
+        number(low),
+        number(high),
+        line.points.len()
+    );
+    // A mark every eighth of the chart: shapes tell lines apart, and too many of them hide them.
+    let every = line.points.len().div_ceil(8);
+    html! {
+        g class="run" tabindex="0" role="img" data-tip=(whole) {
+            title { (whole) }
+            polyline class={ "line " (line.color) } stroke-dasharray=(line.dash) points=(path.join(" ")) {}
+            @for (index, point) in line.points.iter().enumerate() {
+                @let (left, top) = place(point);
+                @let tip = format!("{}\nframe {}: {} {}", line.name, point.0, measure.axis, number(point.1));
+                g data-x=(left) data-y=(top) data-tip=(tip) transform={ "translate(" (left) " " (top) ")" } {
+                    @if index % every == 0 {
+                        path class={ "mark " (line.color) } d=(names.shape(line.series)) transform="scale(0.75)" {}
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn rows(lines: &[Line], measure: &Measure) -> Vec<Vec<String>> {
+    let mut rows = vec![["cell", "frame", measure.slug].map(String::from).to_vec()];
+    for line in lines {
+        rows.extend(
+            line.points
+                .iter()
+                .map(|(frame, value)| vec![line.name.clone(), frame.to_string(), value.to_string()]),
+        );
+    }
+    rows
+}

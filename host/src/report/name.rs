@@ -1,0 +1,200 @@
+//! Names of cells, and the colours and shapes that tell them apart in every figure of a report.
+
+use std::collections::BTreeMap;
+
+use super::load::Measured;
+use super::number::short;
+use crate::experiment::result::CellConfig;
+
+/// Number of colours in `report.css`.
+pub const COLORS: usize = 10;
+/// Outlines of marks, within 6 px of their middle; the first is that of methods without a gather.
+const SHAPES: [&str; 8] = [
+    "M0-7 7 0 0 7-7 0Z",
+    "M-5.5 0a5.5 5.5 0 1 0 11 0a5.5 5.5 0 1 0-11 0Z",
+    "M-5-5H5V5H-5Z",
+    "M0-6.5 6.3 4.8H-6.3Z",
+    "M0 6.5 6.3-4.8H-6.3Z",
+    "M-2.2-6.4H2.2V-2.2H6.4V2.2H2.2V6.4H-2.2V2.2H-6.4V-2.2H-2.2Z",
+    "M0-6.6 5.7-3.3V3.3L0 6.6-5.7 3.3V-3.3Z",
+    "M-6.4-3.3-3.3-6.4 0-3.1 3.3-6.4 6.4-3.3 3.1 0 6.4 3.3 3.3 6.4 0 3.1-3.3 6.4-6.4 3.3-3.1 0Z",
+];
+
+/// Size of the picture that was timed, else of that whose error is known [px].
+pub fn size(cell: &Measured) -> String {
+    let time = cell.result.time.as_ref().map(|time| (time.width, time.height));
+    let error = || cell.result.error.as_ref().map(|error| (error.width, error.height));
+    time.or_else(error).map_or(String::new(), |(width, height)| format!("{width}×{height}"))
+}
+
+/// What is told apart by colour and shape: all that decides how a frame is rendered, but for numbers and places.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Series {
+    /// Method, history and filter: the colour.
+    pub kind: String,
+    /// How deposits and points meet: the shape; empty where there is none.
+    pub gather: String,
+}
+
+impl Series {
+    /// The series of a cell.
+    pub fn of(cell: &CellConfig) -> Series {
+        let mut kind = vec![cell.method.as_str()];
+        kind.extend([&cell.history, &cell.filter].map(String::as_str).into_iter().filter(|name| says(name)));
+        Series { kind: kind.join(" + "), gather: cell.gather.clone() }
+    }
+
+    /// In a legend.
+    pub fn name(&self) -> String {
+        [&self.kind, &self.gather]
+            .map(String::as_str)
+            .into_iter()
+            .filter(|name| says(name))
+            .collect::<Vec<_>>()
+            .join(" · ")
+    }
+}
+
+/// Whether a name tells more than that there is nothing.
+fn says(name: &str) -> bool {
+    !name.is_empty() && name != "none"
+}
+
+/// Names, colours and shapes of all cells of a report.
+#[derive(Debug)]
+pub struct Names {
+    kinds: Vec<String>,
+    gathers: Vec<String>,
+    series: Vec<Series>,
+    varies: BTreeMap<&'static str, bool>,
+}
+
+impl Names {
+    /// Finds what there is to tell apart.
+    pub fn new(cells: &[Measured]) -> Names {
+        let mut series: Vec<Series> = cells.iter().map(|cell| Series::of(&cell.result.cell)).collect();
+        series.sort();
+        series.dedup();
+        let mut kinds: Vec<String> = series.iter().map(|series| series.kind.clone()).collect();
+        kinds.sort_by_key(|kind| (kind != "path", kind.clone()));
+        kinds.dedup();
+        let mut gathers: Vec<String> = series.iter().map(|series| series.gather.clone()).collect();
+        gathers.push(String::new());
+        gathers.sort();
+        gathers.dedup();
+        let cell = |index: usize| &cells[index].result.cell;
+        let differs =
+            |is: &dyn Fn(&CellConfig) -> String| (1..cells.len()).any(|index| is(cell(index)) != is(cell(0)));
+        let varies = BTreeMap::from([
+            ("runner", differs(&|cell| cell.runner.clone())),
+            ("size", (1..cells.len()).any(|index| size(&cells[index]) != size(&cells[0]))),
+            ("radius", differs(&|cell| cell.radius_px.to_string())),
+            ("bounces", differs(&|cell| cell.max_bounces.to_string())),
+        ]);
+        Names { kinds, gathers, series, varies }
+    }
+
+    /// Index of the cell's series.
+    pub fn series(&self, cell: &CellConfig) -> usize {
+        let own = Series::of(cell);
+        self.series.iter().position(|series| *series == own).unwrap_or(0)
+    }
+
+    /// The series of this index.
+    pub fn of(&self, series: usize) -> &Series {
+        &self.series[series]
+    }
+
+    /// The class of the cell's colour: `c0` is that of `path`.
+    pub fn color(&self, series: usize) -> String {
+        let kind = self.kinds.iter().position(|kind| *kind == self.series[series].kind).unwrap_or(0);
+        let rank = if self.kinds.first().is_some_and(|kind| kind == "path") { kind } else { kind + 1 };
+        let color = if rank == 0 { 0 } else { 1 + (rank - 1) % (COLORS - 1) };
+        format!("c{color}")
+    }
+
+    /// The outline of its marks, around 0.
+    pub fn shape(&self, series: usize) -> &'static str {
+        let gather = self.gathers.iter().position(|gather| *gather == self.series[series].gather);
+        SHAPES[gather.unwrap_or(0) % SHAPES.len()]
+    }
+
+    /// The cell's name among all cells of its scene.
+    pub fn label(&self, cell: &Measured) -> String {
+        let size = size(cell);
+        let cell = &cell.result.cell;
+        let mut parts = vec![Series::of(cell).name()];
+        if cell.paths_per_pixel > 0.0 {
+            let unit = if cell.paths_per_pixel == 1.0 { "path/px" } else { "paths/px" };
+            parts.push(format!("{} {unit}", short(cell.paths_per_pixel)));
+        }
+        if self.varies["radius"] {
+            parts.push(format!("radius {} px", short(f64::from(cell.radius_px))));
+        }
+        if self.varies["bounces"] {
+            parts.push(format!("{} bounces", cell.max_bounces));
+        }
+        if self.varies["runner"] && !cell.runner.is_empty() {
+            parts.push(cell.runner.clone());
+        }
+        if self.varies["size"] && !size.is_empty() {
+            parts.push(size);
+        }
+        if cell.needs == "all" {
+            parts.push("needs all".into());
+        }
+        parts.join(" · ")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::result::{CellError, CellResult};
+    use std::collections::BTreeSet;
+
+    fn cell(method: &str, gather: &str, history: &str) -> Measured {
+        let cell = CellConfig {
+            method: method.into(),
+            gather: gather.into(),
+            history: history.into(),
+            filter: "none".into(),
+            ..CellConfig::default()
+        };
+        Measured { result: CellResult { cell, ..CellResult::default() }, folder: "".into() }
+    }
+
+    #[test]
+    fn series_differ_in_colour_or_shape_and_path_has_its_own() {
+        let mut cells = vec![cell("path", "", "none")];
+        for gather in ["brute", "points-rt", "points-bvh", "points-grid", "photons-grid", "photons-rt"] {
+            for (method, history) in
+                [("basic", "none"), ("basic", "paper"), ("basic", "validated"), ("kim2019", "none")]
+            {
+                cells.push(cell(method, gather, history));
+            }
+        }
+        let names = Names::new(&cells);
+        let looks = cells.iter().map(|cell| names.series(&cell.result.cell));
+        let looks: BTreeSet<_> = looks.map(|series| (names.color(series), names.shape(series))).collect();
+        assert_eq!(looks.len(), cells.len());
+        let of_path: Vec<_> = looks.iter().filter(|(color, _)| color == "c0").collect();
+        assert_eq!(of_path.len(), 1);
+        let without = Names::new(&cells[1..]);
+        assert!((0..24).all(|series| without.color(series) != "c0"));
+    }
+
+    #[test]
+    fn names_say_what_differs() {
+        let mut cells = [cell("basic", "brute", "paper"), cell("basic", "brute", "paper")];
+        cells[1].result.cell.runner = "gpu-software".into();
+        cells[1].result.cell.paths_per_pixel = 0.5;
+        cells[1].result.cell.needs = "all".into();
+        cells[1].result.error = Some(CellError { width: 64, height: 36, ..CellError::default() });
+        let names = Names::new(&cells);
+        assert_eq!(names.label(&cells[0]), "basic + paper · brute");
+        let label = "basic + paper · brute · 0.5 paths/px · gpu-software · 64×36 · needs all";
+        assert_eq!(names.label(&cells[1]), label);
+        assert_eq!(names.of(0).name(), "basic + paper · brute");
+    }
+}

@@ -1,0 +1,140 @@
+//! What a scene does not need, and what leaving it out gains: pairs of cells that differ in `needs` only.
+
+use caustics_kernels::interface::needs::Needs;
+use maud::{Markup, html};
+
+use super::load::Measured;
+use super::name::Names;
+use super::scene::Scene;
+use super::table::{Column, Table, Value};
+use crate::experiment::result::CellConfig;
+use crate::scene;
+
+/// The default of `--specular-roughness`, which decides what is a caster.
+const SPECULAR_ROUGHNESS: f32 = 0.25;
+
+/// A cell as the scene needs it, and the same with all code alive.
+type Pair<'a> = (&'a Measured, &'a Measured);
+
+/// The table over all scenes; none without a pair. Its last column repeats what each scene does without.
+pub fn needs(scenes: &[Scene], names: &Names) -> Option<Table> {
+    let mut rows: Vec<(String, String, Pair)> = Vec::new();
+    for scene in scenes {
+        let pairs = pairs(&scene.cells);
+        let unneeded = if pairs.is_empty() { String::new() } else { unneeded(&pairs[0].0.result.cell.scene) };
+        rows.extend(pairs.into_iter().map(|pair| (scene.title.clone(), unneeded.clone(), pair)));
+    }
+    if rows.is_empty() {
+        return None;
+    }
+    let word = |text: &String| if text.is_empty() { Value::None } else { Value::Text(text.clone()) };
+    let ms = |cell: &Measured| cell.result.time.as_ref().map(|time| time.total_ms.median);
+    let gain = |(scene, all): &Pair| Some(100.0 * (1.0 - ms(scene)? / ms(all)?));
+    let percent =
+        |value: Option<f64>| value.map_or(Value::None, |value| Value::Number(value, format!("{value:.1} %")));
+    let column = |head, key: &str, values| Column { head, key: key.into(), values };
+    let columns = vec![
+        column("scene", "scene", rows.iter().map(|(scene, ..)| Value::Text(scene.clone())).collect()),
+        column("cell", "cell", rows.iter().map(|(.., (cell, _))| Value::Text(names.label(cell))).collect()),
+        column(
+            "as needed [ms]",
+            "scene_ms",
+            rows.iter().map(|(.., pair)| Value::number(ms(pair.0))).collect(),
+        ),
+        column("all [ms]", "all_ms", rows.iter().map(|(.., pair)| Value::number(ms(pair.1))).collect()),
+        column("time saved", "saved_percent", rows.iter().map(|(.., pair)| percent(gain(pair))).collect()),
+        column("not needed", "not_needed", rows.iter().map(|(_, names, _)| word(names)).collect()),
+    ];
+    let title = "What a scene does not need, and what leaving it out gains".into();
+    Some(Table { name: "needs".into(), title, columns }.without_empty())
+}
+
+/// The table for the page: what a scene does without is said once, not in each of its rows.
+pub fn inline(table: &Table) -> Markup {
+    let column = |key: &str| table.columns.iter().position(|column| column.key == key);
+    let rows = table.rows();
+    let mut said: Vec<(&String, &String)> = match (column("scene"), column("not_needed")) {
+        (Some(scene), Some(names)) => rows[1..].iter().map(|row| (&row[scene], &row[names])).collect(),
+        _ => vec![],
+    };
+    // Every row has a scene, but not every scene is at hand.
+    said.retain(|(_, names)| !names.is_empty());
+    said.dedup();
+    let mut short = table.clone();
+    short.columns.retain(|column| column.key != "not_needed");
+    html! {
+        p .note { "The same frame with the code that the scene needs alone, and with all code alive." }
+        (short.inline())
+        @for (scene, names) in said { p .note { b { (scene) } " does without " (names) "." } }
+    }
+}
+
+fn pairs<'a>(cells: &[&'a Measured]) -> Vec<Pair<'a>> {
+    let timed: Vec<&Measured> = cells.iter().copied().filter(|cell| cell.result.time.is_some()).collect();
+    let device = |cell: &Measured| cell.result.provenance.device.clone();
+    let size =
+        |cell: &Measured| cell.result.time.as_ref().map(|time| (time.width, time.height, time.light_paths));
+    let mut pairs = Vec::new();
+    for cell in timed.iter().filter(|cell| cell.result.cell.needs == "scene") {
+        let wanted = CellConfig { needs: "all".into(), ..cell.result.cell.clone() };
+        let other = timed.iter().find(|other| {
+            other.result.cell == wanted && device(other) == device(cell) && size(other) == size(cell)
+        });
+        pairs.extend(other.map(|other| (*cell, *other)));
+    }
+    pairs
+}
+
+/// Names of the code that the scene does without; nothing where the scene is not at hand.
+fn unneeded(name: &str) -> String {
+    let load = || scene::Scene::load(&scene::resolve(name).ok()?).ok();
+    let Some(scene) = load() else { return String::new() };
+    let needs = scene.needs(SPECULAR_ROUGHNESS);
+    let names = Needs::NAMES.iter().filter(|(bit, _)| !needs.has(*bit)).map(|(_, name)| *name);
+    names.collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::result::{CellResult, CellTime, Quartiles};
+    use crate::report::scene::scenes;
+
+    fn cell(needs: &str, paths: f64, ms: f64) -> Measured {
+        let cell = CellConfig {
+            scene: "nowhere".into(),
+            method: "basic".into(),
+            needs: needs.into(),
+            paths_per_pixel: paths,
+            ..CellConfig::default()
+        };
+        let total_ms = Quartiles { median: ms, ..Quartiles::default() };
+        let time = Some(CellTime { total_ms, ..CellTime::default() });
+        Measured { result: CellResult { cell, time, ..CellResult::default() }, folder: "".into() }
+    }
+
+    #[test]
+    fn only_cells_that_differ_in_needs_alone_are_pairs() {
+        let mut cells = vec![
+            cell("all", 1.0, 10.0),
+            cell("scene", 1.0, 8.0),
+            cell("scene", 2.0, 20.0),
+            cell("all", 4.0, 40.0),
+        ];
+        let names = Names::new(&cells);
+        let rows = needs(&scenes(&cells), &names).unwrap().rows();
+        assert_eq!(rows[0], ["scene", "cell", "scene_ms", "all_ms", "saved_percent"]);
+        assert_eq!(rows[1][..4], ["nowhere", "basic · 1 path/px", "8", "10"]);
+        assert!((rows[1][4].parse::<f64>().unwrap() - 20.0).abs() < 1e-9 && rows.len() == 2);
+        cells[0].result.provenance.device = "another".into();
+        assert!(needs(&scenes(&cells), &names).is_none());
+    }
+
+    #[test]
+    fn a_room_of_plain_walls_does_without_glass() {
+        let scenes = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/");
+        let plain = unneeded(&format!("{scenes}plain-room"));
+        assert!(plain.contains("glass"), "{plain}");
+        assert!(!unneeded(&format!("{scenes}mirror-room")).split(", ").any(|name| name == "glass"));
+    }
+}

@@ -1,0 +1,139 @@
+//! Where the measures come from: programs, devices, seeds and times of all cells, and the commands that repeat them.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::time::{Duration, SystemTime};
+
+use maud::{Markup, html};
+
+use super::load::Measured;
+use crate::experiment::result::Provenance;
+
+/// Every value that occurs and the number of cells with it, by what it is of.
+pub fn distinct(cells: &[Measured]) -> Vec<(&'static str, BTreeMap<String, usize>)> {
+    let count = |of: fn(&Provenance) -> String| {
+        let mut counts = BTreeMap::new();
+        for value in cells.iter().map(|cell| of(&cell.result.provenance)).filter(|value| !value.is_empty()) {
+            *counts.entry(value).or_insert(0) += 1;
+        }
+        counts
+    };
+    let all = [
+        ("commit", count(|of| of.commit.clone())),
+        ("kernels", count(|of| of.kernels.clone())),
+        ("device and driver", count(|of| of.device.clone())),
+        ("first seed", count(|of| of.seed.to_string())),
+    ];
+    all.into_iter().filter(|(_, values)| !values.is_empty()).collect()
+}
+
+/// How long all cells took, and when; the times of the first and the last measure.
+fn times(cells: &[Measured]) -> (String, Option<String>) {
+    let wall: f64 =
+        cells.iter().map(|cell| cell.result.provenance.wall_s).filter(|wall| wall.is_finite()).sum();
+    let wall = humantime::format_duration(Duration::from_secs(wall.max(0.0).round() as u64)).to_string();
+    let known = || cells.iter().map(|cell| cell.result.provenance.unix_s).filter(|at| *at > 0);
+    let day = |seconds: u64| {
+        let time = SystemTime::UNIX_EPOCH.checked_add(Duration::from_secs(seconds))?;
+        // What cannot be written as a date, humantime refuses.
+        (seconds < 253_402_300_800).then(|| {
+            humantime::format_rfc3339_seconds(time).to_string().replace(['T', 'Z'], " ").trim().to_string()
+        })
+    };
+    let span = known().min().zip(known().max()).and_then(|(first, last)| {
+        let (first, last) = (day(first)?, day(last)?);
+        Some(if first == last { first } else { format!("{first} to {last}") })
+    });
+    (wall, span)
+}
+
+/// Commands that make the folders' measures and this report again.
+pub fn commands(cells: &[Measured], folders: &[PathBuf], output: &str) -> Vec<String> {
+    let mut commits: Vec<&String> = cells.iter().map(|cell| &cell.result.provenance.commit).collect();
+    commits.sort();
+    commits.dedup();
+    let mut commands = Vec::new();
+    if let [commit] = commits[..]
+        && !commit.is_empty()
+    {
+        commands.push(format!("git checkout {}", commit.trim_end_matches("-dirty")));
+    }
+    for folder in folders {
+        let experiment = folder.join("experiment.toml");
+        if experiment.exists() {
+            commands.push(format!(
+                "caustics sweep {} -o {}",
+                quoted(&experiment.display().to_string()),
+                quoted(&folder.display().to_string())
+            ));
+        }
+    }
+    let folders: Vec<String> = folders.iter().map(|folder| quoted(&folder.display().to_string())).collect();
+    commands.push(format!("caustics report {} -o {}", folders.join(" "), quoted(output)));
+    commands
+}
+
+/// A word of a shell.
+fn quoted(word: &str) -> String {
+    let is_plain = |letter: char| letter.is_alphanumeric() || "-_./:=+,@#".contains(letter);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word.into()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
+}
+
+/// The block for the page.
+pub fn inline(cells: &[Measured], commands: &[String]) -> Markup {
+    let (wall, span) = times(cells);
+    html! {
+        dl .provenance {
+            dt { "cells" } dd { (cells.len()) }
+            @for (name, values) in distinct(cells) {
+                dt { (name) }
+                dd {
+                    @for (value, count) in &values {
+                        div { code { (value) } @if values.len() > 1 { " " span .dim { (count) @if *count == 1 { " cell" } @else { " cells" } } } }
+                    }
+                }
+            }
+            dt { "measuring took" } dd { (wall) }
+            @if let Some(span) = span { dt { "measured (UTC)" } dd { (span) } }
+            dt { "report made by" } dd { code { "caustics " (env!("CARGO_PKG_VERSION")) ", " (env!("CAUSTICS_COMMIT")) } }
+        }
+        h3 { "To make it again" }
+        pre tabindex="0" { code { (commands.join("\n")) } }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::result::CellResult;
+
+    fn cell(commit: &str, wall_s: f64, unix_s: u64) -> Measured {
+        let provenance = Provenance { commit: commit.into(), wall_s, unix_s, ..Provenance::default() };
+        Measured { result: CellResult { provenance, ..CellResult::default() }, folder: "".into() }
+    }
+
+    #[test]
+    fn every_value_is_counted_and_times_add_up() {
+        let cells = [cell("a", 60.0, 1_700_000_000), cell("b", 30.4, 1_700_003_600), cell("a", 0.0, 0)];
+        let values = distinct(&cells);
+        assert_eq!(values[0], ("commit", BTreeMap::from([("a".into(), 2), ("b".into(), 1)])));
+        assert_eq!(values.iter().map(|(name, _)| *name).collect::<Vec<_>>(), ["commit", "first seed"]);
+        let (wall, span) = times(&cells);
+        assert_eq!(
+            (wall.as_str(), span.unwrap().as_str()),
+            ("1m 30s", "2023-11-14 22:13:20 to 2023-11-14 23:13:20")
+        );
+        assert_eq!(times(&[cell("a", f64::INFINITY, u64::MAX)]).1, None);
+    }
+
+    #[test]
+    fn commands_can_be_pasted_into_a_shell() {
+        let commands =
+            commands(&[cell("abc-dirty", 0.0, 0)], &["my results".into(), "it's".into()], "r.html");
+        assert_eq!(commands, ["git checkout abc", r"caustics report 'my results' 'it'\''s' -o r.html"]);
+    }
+}

@@ -1,0 +1,120 @@
+//! Pictures of a scene side by side with their errors below, and one of them wiped over its reference.
+
+use maud::{Markup, html};
+
+use super::load::Measured;
+use super::name::Names;
+use super::number::number;
+use super::picture::{Picture, Pictures};
+use super::scene::Scene;
+
+/// A cell's pictures.
+struct Shown {
+    name: String,
+    numbers: String,
+    picture: Picture,
+    error_map: Option<Picture>,
+    reference: Option<Picture>,
+}
+
+/// Strip and wipe of a scene with at most `count` cells; none where no cell has a picture.
+pub fn strip(
+    scene: &Scene,
+    names: &Names,
+    pictures: &mut Pictures,
+    count: usize,
+) -> anyhow::Result<Option<Markup>> {
+    let has_picture =
+        |cell: &Measured| cell.result.error.as_ref().is_some_and(|error| error.picture.is_some());
+    let mut shown = Vec::new();
+    for cell in scene.chosen(names, count, has_picture) {
+        shown.extend(load(cell, names, pictures)?);
+    }
+    if shown.is_empty() {
+        return Ok(None);
+    }
+    let mut references: Vec<Picture> = Vec::new();
+    for reference in shown.iter().filter_map(|cell| cell.reference) {
+        if !references.contains(&reference) {
+            references.push(reference);
+        }
+    }
+    Ok(Some(html! {
+        div .strip tabindex="0" role="group" aria-label={ "Pictures of " (scene.title) } {
+            @for reference in &references {
+                figure .tile {
+                    (reference.show(&format!("Reference of {}", scene.title)))
+                    figcaption { b { "Reference" } }
+                }
+            }
+            @for cell in &shown {
+                figure .tile {
+                    (cell.picture.show(&format!("{} by {}", scene.title, cell.name)))
+                    @if let Some(map) = &cell.error_map { (map.show(&format!("FLIP of {}", cell.name))) }
+                    figcaption { b { (cell.name) } span .dim { (cell.numbers) } }
+                }
+            }
+        }
+        @if shown.iter().any(|cell| cell.error_map.is_some()) {
+            p .note { "Below each picture its FLIP: black is equal, light yellow is as different as can be." }
+        }
+        (wipe(scene, &shown))
+    }))
+}
+
+fn load(cell: &Measured, names: &Names, pictures: &mut Pictures) -> anyhow::Result<Option<Shown>> {
+    let Some(error) = &cell.result.error else { return Ok(None) };
+    let mut get = |name: &Option<String>| match cell.beside(name) {
+        Some(path) => pictures.get(&path),
+        None => Ok(None),
+    };
+    let Some(picture) = get(&error.picture)? else { return Ok(None) };
+    let flip = error.flip.map(|value| format!("FLIP {}", number(value)));
+    let ms = cell.result.time.as_ref().map(|time| format!("{} ms", number(time.total_ms.median)));
+    Ok(Some(Shown {
+        name: names.label(cell),
+        numbers: flip.into_iter().chain(ms).collect::<Vec<_>>().join(" · "),
+        picture,
+        error_map: get(&error.error_map)?,
+        reference: get(&error.reference)?,
+    }))
+}
+
+/// The wipe: the cell is left of the handle, its reference right of it.
+fn wipe(scene: &Scene, shown: &[Shown]) -> Markup {
+    let able: Vec<(&Shown, Picture)> =
+        shown.iter().filter_map(|cell| Some((cell, cell.reference?))).collect();
+    // The picture that is furthest from path tracing's noise is not known: the first with light paths is a fair start.
+    let Some((first, reference)) =
+        able.iter().find(|(cell, _)| !cell.name.starts_with("path")).or(able.first())
+    else {
+        return Markup::default();
+    };
+    let view = format!("0 0 {} {}", first.picture.width, first.picture.height);
+    html! {
+        div .wipe-box {
+            label .wipe-choice {
+                span { "Compare with the reference" }
+                select data-wipe-choice {
+                    @for (cell, reference) in &able {
+                        option value=(cell.picture.reference()) data-reference=(reference.reference())
+                            data-view=(format!("0 0 {} {}", cell.picture.width, cell.picture.height))
+                            selected[std::ptr::eq(*cell, *first)] { (cell.name) }
+                    }
+                }
+            }
+            div .wipe data-wipe {
+                svg .picture viewBox=(view) role="img" aria-label={ "Reference of " (scene.title) } {
+                    use data-part="reference" href=(reference.reference()) {}
+                }
+                svg .picture.over viewBox=(view) role="img" aria-label={ "The chosen picture of " (scene.title) } {
+                    use data-part="cell" href=(first.picture.reference()) {}
+                }
+                span .tag.left { (first.name) }
+                span .tag.right { "reference" }
+                div .handle role="slider" tabindex="0" aria-label="Part of the width that shows the chosen picture"
+                    aria-valuemin="0" aria-valuemax="100" aria-valuenow="50" aria-valuetext="50 %" { span .knob {} }
+            }
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! A table that the page can sort by any column, and its data as CSV.
+
+use maud::{Markup, html};
+
+use super::number::number;
+
+/// What stands in a table.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// Words.
+    Text(String),
+    /// A number, and how it is written.
+    Number(f64, String),
+    /// Nothing.
+    None,
+}
+
+impl Value {
+    /// Three significant digits.
+    pub fn number(value: Option<f64>) -> Value {
+        value.map_or(Value::None, |value| Value::Number(value, number(value)))
+    }
+
+    fn raw(&self) -> String {
+        match self {
+            Value::Text(text) => text.clone(),
+            Value::Number(value, _) => value.to_string(),
+            Value::None => String::new(),
+        }
+    }
+
+    fn cell(&self) -> Markup {
+        match self {
+            Value::Text(text) => html! { td .long[text.len() > 60] { (text) } },
+            Value::Number(value, text) => html! { td .number data-value=(value) { (text) } },
+            Value::None => html! { td .number.none { "–" } },
+        }
+    }
+}
+
+/// A column: its head on the page and in the file, and its values.
+#[derive(Clone, Debug)]
+pub struct Column {
+    /// On the page.
+    pub head: &'static str,
+    /// In the file.
+    pub key: String,
+    /// One a row.
+    pub values: Vec<Value>,
+}
+
+/// A table.
+#[derive(Clone, Debug)]
+pub struct Table {
+    /// Stem of its file.
+    pub name: String,
+    /// What it shows.
+    pub title: String,
+    /// Its columns, of equal length.
+    pub columns: Vec<Column>,
+}
+
+impl Table {
+    fn len(&self) -> usize {
+        self.columns.first().map_or(0, |column| column.values.len())
+    }
+
+    /// Without columns in which nothing stands.
+    pub fn without_empty(mut self) -> Table {
+        self.columns.retain(|column| column.values.iter().any(|value| *value != Value::None));
+        self
+    }
+
+    /// The table for the page. It scrolls within its box.
+    pub fn inline(&self) -> Markup {
+        let is_number =
+            |column: &Column| column.values.iter().any(|value| matches!(value, Value::Number(..)));
+        html! {
+            div .table tabindex="0" role="region" aria-label=(self.title) {
+                table data-sortable[self.len() > 1] {
+                    thead {
+                        tr {
+                            @for column in &self.columns {
+                                th scope="col" class=[is_number(column).then_some("number")] {
+                                    @if self.len() > 1 { button type="button" { (column.head) } } @else { (column.head) }
+                                }
+                            }
+                        }
+                    }
+                    tbody {
+                        @for row in 0..self.len() { tr { @for column in &self.columns { (column.values[row].cell()) } } }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Its data: heads first.
+    pub fn rows(&self) -> Vec<Vec<String>> {
+        let heads = self.columns.iter().map(|column| column.key.clone()).collect();
+        let row = |index: usize| self.columns.iter().map(|column| column.values[index].raw()).collect();
+        [heads].into_iter().chain((0..self.len()).map(row)).collect()
+    }
+}
+
+/// Rows as CSV.
+pub fn csv(rows: &[Vec<String>]) -> anyhow::Result<Vec<u8>> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for row in rows {
+        writer.write_record(row)?;
+    }
+    Ok(writer.into_inner()?)
+}

@@ -124,7 +124,10 @@ impl Session {
         variant: &'static Variant,
         needs: Needs,
     ) -> anyhow::Result<Session> {
-        if method.gathers && variant.hardware && !matches!(choice, RunnerChoice::Gpu { hardware: true, .. }) {
+        if method.chooses_gather
+            && variant.hardware
+            && !matches!(choice, RunnerChoice::Gpu { hardware: true, .. })
+        {
             bail!("--gather {} needs ray queries (--runner gpu --tracer hardware)", variant.name);
         }
         let params = settings.params(scene, camera, 0);
@@ -134,6 +137,7 @@ impl Session {
         // Every frame writes its settings anew.
         let mut kept = if method.gathers { (settings.history.buffers)(&largest) } else { Vec::new() };
         kept.retain(|spec| spec.name != "history_settings");
+        kept.extend(buffers.iter().filter(|spec| method.keeps.contains(&spec.name)));
         let mut runner = open(choice, scene, needs, &buffers)?;
         runner.write("pixel_order", cast_slice(&basic::pixel_order(params.width, params.height)))?;
         let previous_camera = params.camera;

@@ -47,10 +47,11 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     warn(&scene, plan.method, &plan.settings);
     let view = camera(&scene, common.camera.as_deref())?;
     let name = view.name.clone();
-    let (choice, variant, reason) = pick(common, options.gather.as_deref().filter(|_| plan.method.gathers))?;
+    let (choice, variant, reason) =
+        pick(common, options.gather.as_deref().filter(|_| plan.method.chooses_gather))?;
     let needs = needs(common, &scene, &plan.settings);
     let session = Session::new(&choice, &scene, view, &plan.settings, plan.method, variant, needs)?;
-    let gather = if plan.method.gathers { variant.name } else { "none" };
+    let gather = if plan.method.chooses_gather { variant.name } else { "none" };
     let (method, history) = (plan.method.name, plan.settings.history.name);
     eprintln!(
         "{}: {} ({reason}), method {method}, gather {gather}, history {history}",

@@ -70,14 +70,14 @@ impl Job {
         let mut scene = Scene::load(&file)?;
         scene.pose(time)?;
         let camera = camera(&scene, options.camera.as_deref())?;
-        let (choice, variant, reason) = pick(&options, gather.as_deref().filter(|_| method.gathers))?;
+        let (choice, variant, reason) = pick(&options, gather.as_deref().filter(|_| method.chooses_gather))?;
         warn(&scene, method, &settings);
         let needs = needs(&options, &scene, &settings);
         // Only who asks for figures pays for the energy ledger.
         let has_ledger = options.json && !options.no_ledger;
         let needs = if has_ledger { needs | Needs::LEDGER } else { needs };
         let mut session = Session::new(&choice, &scene, camera, &settings, method, variant, needs)?;
-        let gather = if method.gathers { variant.name } else { "none" };
+        let gather = if method.chooses_gather { variant.name } else { "none" };
         eprintln!("{}: {} ({reason}), method {}, gather {gather}", scene.name, session.device(), method.name);
         let identity = identity(&scene, &camera.name, &settings, method, gather, &choice, &session);
         let (mut sums, before) = match options.resume {

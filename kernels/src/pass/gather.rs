@@ -162,7 +162,7 @@ impl Visit for Take<'_> {
 impl Sum {
     /// Adds its counts to the counters of the frame.
     #[inline(always)]
-    fn tally<C: Atomics>(self, counters: &mut C) {
+    pub fn tally<C: Atomics>(self, counters: &mut C) {
         if self.count != 0 {
             counters.add(Counter::Gathered as u32, self.count);
         }

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::memory::Memory;
 
+mod density;
 mod filter;
 pub mod gather;
 mod history;
@@ -38,6 +39,9 @@ const PASSES: &[(&str, Pass)] = &[
     ("filter.guide", filter::guide),
     ("filter.atrous", filter::atrous),
     ("shoot.store", photons::shoot_store),
+    ("density.update", density::update),
+    ("density.sum", density::sum),
+    ("shoot.yang2021", density::shoot_yang2021),
     ("resolve", points::resolve),
     ("display", points::display),
     ("validate", history::validate),

@@ -2,9 +2,6 @@
 //! descended by turning uniform numbers into shares of the sums [McCool and Harwood 1997, Probability trees]. It allots
 //! rays as the quadtree of counts of [Yang and Ouyang 2021] does, but to random numbers instead of ray indices.
 
-#[cfg(target_arch = "spirv")]
-use spirv_std::num_traits::Float;
-
 use spirv_std::glam::Vec2;
 
 /// Texels of a side, as a power of two.

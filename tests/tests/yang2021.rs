@@ -19,6 +19,7 @@ use caustics_kernels::surface::turn::normal_change;
 use caustics_kernels::surface::vertex::vertex;
 use caustics_kernels::trace::Tracer;
 use caustics_tests::direct::World;
+use caustics_tests::gpu::gpu;
 use caustics_tests::scenes::*;
 use caustics_tests::statistics::Mean;
 use glam::{DVec3, Vec3};
@@ -28,10 +29,13 @@ fn settings(width: u32, height: u32, light_paths: u32, seed: u32) -> Settings {
 }
 
 fn open(scene: &Scene, settings: &Settings, method: &'static Method, threads: usize) -> Session {
-    let choice = RunnerChoice::Cpu { threads };
+    open_on(&RunnerChoice::Cpu { threads }, scene, settings, method)
+}
+
+fn open_on(choice: &RunnerChoice, scene: &Scene, settings: &Settings, method: &'static Method) -> Session {
     let needs = scene.needs(settings.specular_roughness);
-    Session::new(&choice, scene, &scene.cameras[0], settings, method, &PHOTONS_GRID, needs)
-        .expect("a session on the CPU opens")
+    Session::new(choice, scene, &scene.cameras[0], settings, method, &PHOTONS_GRID, needs)
+        .expect("a session opens")
 }
 
 fn render(
@@ -94,9 +98,9 @@ fn conserves_energy(scene: &Scene, width: u32, height: u32, paths: u32, truth_pa
         first.push(sums[0] / reference.value);
         let mean = Mean::of(&sums[4..]).value / reference.value;
         println!("seed {seed}: first frame {:.4}, frames 4 to 7 {mean:.4}", sums[0] / reference.value);
-        assert!((mean - 1.0).abs() < 0.02, "seed {seed}: {mean} of the truth");
         later.push(mean);
     }
+    assert!(later.iter().all(|mean: &f64| (mean - 1.0).abs() < 0.02), "{later:?} of the truth");
     let (first, later) = (Mean::of(&first), Mean::of(&later));
     println!("truth {reference:?}, first {first:?}, later {later:?}");
     assert!((first.value - 1.0).abs() < 0.02 + 3.0 * first.error, "{first:?}");
@@ -110,6 +114,12 @@ fn energy_behind_a_lens_is_the_truths() {
 #[test]
 fn energy_in_the_ring_is_the_truths() {
     conserves_energy(&committed("ring"), 480, 270, 131_072, 1 << 20, 12);
+}
+
+/// Several lamps, each with a map of its own: a spot and a directional light.
+#[test]
+fn energy_of_several_lamps_is_the_truths() {
+    conserves_energy(&open_air().build(), 320, 180, 262_144, 262_144, 24);
 }
 
 /// FLIP of the caustics, in place, frame by frame against the truth.
@@ -175,6 +185,38 @@ fn threads_change_no_bit() {
     assert!(one.0.iter().any(|word| *word != 0));
     assert_eq!(one.1.len(), 3, "the map outlives its frame");
     assert!(one == two, "sums or maps differ");
+}
+
+/// Three frames on a GPU, by every tracer it has, are the CPU's, map and all; a frame of another seed is not.
+#[test]
+fn a_gpu_spreads_as_the_cpu_does() {
+    let Some(gpu) = gpu() else { return };
+    let scene = committed("ring");
+    let frames = |choice: &RunnerChoice, seed| {
+        let mut session = open_on(choice, &scene, &settings(96, 54, 16_384, seed), &YANG2021);
+        (0..3).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
+        let caustics: Vec<f32> = session.read("caustic_radiance").unwrap();
+        let densities: Vec<f32> = session.read("density_tree").unwrap();
+        (caustics, densities)
+    };
+    let difference = |a: &[f32], b: &[f32]| {
+        let sum: f64 = a.iter().zip(b).map(|(a, b)| f64::from((a - b).abs())).sum();
+        sum / a.iter().map(|&value| f64::from(value)).sum::<f64>()
+    };
+    let cpu = RunnerChoice::Cpu { threads: 0 };
+    let want = frames(&cpu, 4);
+    let other = frames(&cpu, 5);
+    assert!(
+        difference(&want.0, &other.0) > 0.1 && difference(&want.1, &other.1) > 0.02,
+        "no difference is seen"
+    );
+    for &hardware in gpu.tracers() {
+        let got = frames(&gpu.choice(hardware), 4);
+        let differences = (difference(&want.0, &got.0), difference(&want.1, &got.1));
+        println!("ray queries {hardware}: caustics and maps differ by {differences:?}");
+        // 0.2 % of the paths may part, on curved mirrors by an ulp, and a pixel at an ellipse's rim.
+        assert!(differences.0 < 0.01 && differences.1 < 0.002, "{differences:?}");
+    }
 }
 
 /// A session that takes over the map goes on as the one that left it.

@@ -11,6 +11,7 @@ use crate::interface::frame::FrameParams;
 use crate::math::PI;
 use crate::math::differential::Differential;
 use crate::math::frame::ShadingFrame;
+use crate::math::is_finite;
 use spirv_std::glam::Vec3;
 
 /// Half axes over the differential's: an ellipse overlaps with about SCALE^2 / 0.61 others, as its kernel weighs them.
@@ -120,7 +121,11 @@ impl Footprint {
 
         // The photon's own part.
         let own = |v: Vec3| Symmetric::square(v.dot(frame.x), v.dot(frame.y));
-        let own = own(differential.position_u).plus(own(differential.position_v)).times(SCALE * SCALE);
+        let mut own = own(differential.position_u).plus(own(differential.position_v)).times(SCALE * SCALE);
+        if !is_finite((own.xx + own.yy) * (own.xx + own.yy)) {
+            // Grazing light: wider than numbers hold, and than is shown.
+            own = Symmetric { xx: 1.0e15, xy: 0.0, yy: 1.0e15 };
+        }
         let own = own.rounded(MOST_ANISOTROPY);
         let rough = differential.rough_width * differential.rough_width;
         let whole = own.plus(Symmetric { xx: rough, xy: 0.0, yy: rough });
@@ -229,6 +234,19 @@ mod tests {
             // The sum's own error at an ellipse of a sixteenth of the square is 1e-4.
             assert!((sum - 1.0).abs() < 1e-3, "{sum} {footprint:?}");
             assert!(footprint.last_column - footprint.first_column <= 36, "{footprint:?}");
+        }
+    }
+
+    #[test]
+    fn what_no_number_holds_has_the_largest_footprint() {
+        let params = params();
+        for (u, v) in [(f32::INFINITY, 0.0), (f32::NAN, 1.0), (1.0e15, 1.0e-3), (1.0e6, 1.0e6)] {
+            let position_u = Vec3::new(u, 0.0, 0.0);
+            let position_v = Vec3::new(0.0, 0.0, v);
+            let differential = Differential { position_u, position_v, ..Differential::default() };
+            let footprint = Footprint::new(Vec3::ZERO, Vec3::Y, &differential, &params);
+            assert!(footprint.weight(Vec3::ZERO) > 0.0 && footprint.area_px < 1000.0, "{u} {footprint:?}");
+            assert!(footprint.last_column - footprint.first_column >= 30, "{u} {footprint:?}");
         }
     }
 

@@ -11,6 +11,7 @@ pub mod kim2019;
 pub mod path;
 pub mod progressive;
 pub mod settings;
+pub mod yang2021;
 
 use filter::Filter;
 use history::History;
@@ -22,10 +23,12 @@ pub struct Method {
     pub name: &'static str,
     /// What it is, in one line.
     pub about: &'static str,
-    /// Whether it makes collection points that deposits give light to; else all its light is in one layer.
+    /// Whether it makes collection points that deposits are brought to; else all its light is in one layer.
     pub gathers: bool,
-    /// Whether it takes any gather, and not a way of its own.
+    /// Whether a gather variant is chosen for it; else it brings deposits and points together in its own way.
     pub chooses_gather: bool,
+    /// Buffers of its own in which something outlives its frame, those of histories aside.
+    pub keeps: &'static [&'static str],
     /// The settings of the frame of this index, made of those of the run.
     pub frame: fn(FrameParams, u32) -> FrameParams,
     /// The steps of a frame.
@@ -53,8 +56,14 @@ impl From<&'static Variant> for Parts {
 }
 
 /// Every method.
-pub const ALL: &[&Method] =
-    &[&basic::BASIC, &progressive::PROGRESSIVE, &path::PATH, &kim2019::KIM2019, &kim2019::KIM2019_FACING];
+pub const ALL: &[&Method] = &[
+    &basic::BASIC,
+    &progressive::PROGRESSIVE,
+    &path::PATH,
+    &kim2019::KIM2019,
+    &kim2019::KIM2019_FACING,
+    &yang2021::YANG2021,
+];
 
 /// The method of this name.
 pub fn find(name: &str) -> Option<&'static Method> {

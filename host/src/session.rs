@@ -137,6 +137,7 @@ impl Session {
         // Every frame writes its settings anew.
         let mut kept = if method.gathers { (settings.history.buffers)(&largest) } else { Vec::new() };
         kept.retain(|spec| spec.name != "history_settings");
+        kept.extend(buffers.iter().filter(|spec| method.keeps.contains(&spec.name)));
         let mut runner = open(choice, scene, needs, &buffers)?;
         runner.write("pixel_order", cast_slice(&basic::pixel_order(params.width, params.height)))?;
         let previous_camera = params.camera;

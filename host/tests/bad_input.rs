@@ -463,3 +463,17 @@ fn folders_that_cannot_be_written_are_named() {
     refuses(folder.path(), &arguments.concat(), 1, &["missing/out.png", "create the folder"]);
     refuses(folder.path(), &["scene", "make", "ring", "-o", "file"], 1, &["file/ring"]);
 }
+
+/// What a method learns from frame to frame is in no checkpoint: going on from one would not give the same bits.
+#[test]
+fn a_method_that_learns_is_not_resumed() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/ring");
+    let scene = scene.to_str().unwrap();
+    render_refuses(folder.path(), scene, &["--method", "yang2021", "--resume"], 2, &["--resume", "yang2021"]);
+    let run = caustics(
+        folder.path(),
+        &[&["render", scene, "-o", "out.exr", "--method", "yang2021"], &TINY[..]].concat(),
+    );
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+}

@@ -4,6 +4,8 @@
 //! versions of one name (`tracing`): `software` in `base.spv`, `hardware` (ray queries) in `rayquery.spv`.
 
 #[cfg(not(feature = "ray-query"))]
+pub mod density;
+#[cfg(not(feature = "ray-query"))]
 pub mod filter;
 pub mod gathers;
 #[cfg(feature = "ray-query")]

@@ -6,6 +6,7 @@
 
 pub mod accumulator;
 pub mod contribution;
+pub mod footprint;
 pub mod hash;
 pub mod morton_sort;
 pub mod receive;

@@ -1,6 +1,7 @@
 //! What host and kernels share: `repr(C)` plain-old-data with a unit on every field. Imports nothing of the crate.
 
 pub mod counters;
+pub mod density;
 pub mod filter;
 pub mod frame;
 pub mod history;

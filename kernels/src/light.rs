@@ -1,7 +1,9 @@
 //! Lights: choosing one, connecting to it, leaving it. Imports `interface`, `math` and
 //! `texture`.
 
+pub mod by_density;
 pub mod connect;
+pub mod density_map;
 pub mod directional;
 pub mod emit;
 pub mod power;

@@ -1,6 +1,7 @@
 //! Mathematics of light paths: random numbers, warps, frames, offsets, ray cones. Imports `interface` only.
 
 pub mod cone;
+pub mod differential;
 pub mod frame;
 pub mod octahedral;
 pub mod offset;

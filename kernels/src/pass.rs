@@ -1,6 +1,7 @@
 //! The passes of a frame, a pass a file: each is a function of an index, generic over the seams.
 
 pub mod collect;
+pub mod density;
 pub mod display;
 pub mod enclosing;
 pub mod filter;
@@ -10,6 +11,7 @@ pub mod reference;
 pub mod remember;
 pub mod resolve;
 pub mod reuse;
+pub mod scatter_photons;
 pub mod shoot;
 pub mod splat;
 pub mod step;

@@ -17,6 +17,7 @@ pub mod normal_map;
 pub mod rough_glass;
 pub mod scatter;
 pub mod textured;
+pub mod turn;
 pub mod vertex;
 
 use crate::interface::material::Material;

@@ -74,6 +74,9 @@ impl Emit for Beam {
         Leaving {
             ray: Ray::endless(origin, self.direction),
             flux: Vec3::splat(self.irradiance * self.area() as f32),
+            solid_angle: 0.0,
+            area: self.area() as f32,
+            texel: 0,
         }
     }
 }

@@ -52,6 +52,16 @@ impl Job {
             return Err(Usage(format!("--time {time}: give a number of seconds")).into());
         }
         check_outputs(&options)?;
+        // What such a method keeps from frame to frame is in no checkpoint.
+        let resumes = method.keeps.is_empty();
+        if options.resume && !resumes {
+            let name = method.name;
+            return Err(Usage(format!(
+                "--resume: a checkpoint does not hold what --method {name} learns from frame to frame; use --force to \
+                 start anew"
+            ))
+            .into());
+        }
         let every = duration("--checkpoint-every", options.checkpoint_every)?;
         let file = scene::resolve(&options.scene)?;
         if same_file(&options.output, &file) || options.png.as_ref().is_some_and(|png| same_file(png, &file))
@@ -120,7 +130,8 @@ impl Job {
             checkpoint::save(&checkpoint, &identity, &sums, before + report.wall)?;
         }
         if !done {
-            eprintln!("interrupted after {} frames; --resume goes on", sums.frames());
+            let hint = if resumes { "; --resume goes on" } else { "" };
+            eprintln!("interrupted after {} frames{hint}", sums.frames());
         }
 
         let picture = sums.mean();

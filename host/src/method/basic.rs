@@ -13,6 +13,7 @@ pub const BASIC: Method = Method {
     about: "OurBasic: no light outlives its frame",
     gathers: true,
     chooses_gather: true,
+    keeps: &[],
     frame: |params, index| FrameParams { frame: index, ..params },
     steps: |parts, params| steps(parts, params),
     buffers: |parts, params| buffers(parts, params),
@@ -20,7 +21,20 @@ pub const BASIC: Method = Method {
 
 /// The steps of a frame. Light paths come in batches that the deposit buffers hold.
 pub fn steps(parts: impl Into<Parts>, params: FrameParams) -> Vec<Step> {
-    let Parts { gather, history, filter } = parts.into();
+    let parts = parts.into();
+    let prepare = |params| gathers::prepare(parts.gather, params);
+    frame_steps(parts, params, prepare, |batch| gathers::batch(parts.gather, batch))
+}
+
+/// The steps of a frame of any method that brings deposits to collection points: `prepare` comes once before the light
+/// paths, `shoot` for each batch of them.
+pub fn frame_steps(
+    parts: Parts,
+    params: FrameParams,
+    prepare: impl Fn(FrameParams) -> Vec<Step>,
+    shoot: impl Fn(FrameParams) -> Vec<Step>,
+) -> Vec<Step> {
+    let Parts { history, filter, .. } = parts;
     let pixels = |pass| Step::Dispatch { pass, count: params.pixel_count(), params };
     let mut steps =
         vec![Step::Clear { buffer: "counters" }, Step::Clear { buffer: "accumulator" }, pixels("collect")];
@@ -33,10 +47,10 @@ pub fn steps(parts: impl Into<Parts>, params: FrameParams) -> Vec<Step> {
         steps.extend((history.before)(params));
     }
     if params.light_path_count > 0 {
-        steps.extend(gathers::prepare(gather, params));
+        steps.extend(prepare(params));
     }
     for batch in gathers::batches(params) {
-        steps.extend(gathers::batch(gather, batch));
+        steps.extend(shoot(batch));
     }
     steps.push(pixels(if forgets { history::NONE.resolve } else { history.resolve }));
     steps.push(pixels("display"));
@@ -45,22 +59,21 @@ pub fn steps(parts: impl Into<Parts>, params: FrameParams) -> Vec<Step> {
 
 /// The buffers of a frame, scene tables aside.
 pub fn buffers(parts: impl Into<Parts>, params: &FrameParams) -> Vec<BufferSpec> {
-    let Parts { gather, history, filter } = parts.into();
-    let mut buffers = frame_buffers(params);
+    let parts = parts.into();
+    let mut buffers = frame_buffers(parts, params);
     // A frame that shoots nothing needs nothing to gather with.
     if params.light_path_count > 0 {
-        buffers.extend(gathers::buffers(gather, params));
+        buffers.extend(gathers::buffers(parts.gather, params));
     }
-    buffers.extend((history.buffers)(params));
-    buffers.extend((filter.buffers)(params));
     buffers
 }
 
-/// The buffers of every method that collects points.
-pub fn frame_buffers(params: &FrameParams) -> Vec<BufferSpec> {
+/// The buffers of a frame of any method that brings deposits to collection points.
+pub fn frame_buffers(parts: Parts, params: &FrameParams) -> Vec<BufferSpec> {
+    let Parts { history, filter, .. } = parts;
     let pixels = params.pixel_count() as usize;
     let spec = |name, bytes| BufferSpec { name, bytes };
-    vec![
+    let mut buffers = vec![
         spec("pixel_order", 4 * pixels),
         spec("path_radiance", 12 * pixels),
         spec("seen_radiance", 12 * pixels),
@@ -70,7 +83,10 @@ pub fn frame_buffers(params: &FrameParams) -> Vec<BufferSpec> {
         spec("point_shading", size_of::<PointShading>() * pixels),
         spec("accumulator", 4 * accumulator::WORDS as usize * pixels),
         spec("counters", 4 * COUNTER_COUNT),
-    ]
+    ];
+    buffers.extend((history.buffers)(params));
+    buffers.extend((filter.buffers)(params));
+    buffers
 }
 
 /// Pixels in Morton order: neighbouring invocations and boxes stay close in the picture.

@@ -14,6 +14,7 @@ pub const KIM2019: Method = Method {
     about: "Kim 2019: photons splatted to the pixels that see them directly",
     gathers: true,
     chooses_gather: false,
+    keeps: &[],
     frame: |params, index| FrameParams { frame: index, ..params },
     steps: |parts, params| steps(parts, params, AREA_FOOTPRINT),
     buffers,
@@ -28,25 +29,20 @@ pub const KIM2019_FACING: Method = Method {
 };
 
 fn steps(parts: Parts, params: FrameParams, area: u32) -> Vec<Step> {
-    let pixels = |pass| Step::Dispatch { pass, count: params.pixel_count(), params };
-    let mut steps =
-        vec![Step::Clear { buffer: "counters" }, Step::Clear { buffer: "accumulator" }, pixels("collect")];
-    steps.extend((parts.filter.steps)(params));
-    for batch in gather::batches(params) {
-        steps.extend(gather::shoot(batch));
+    let nothing = |_| Vec::new();
+    basic::frame_steps(parts, params, nothing, |batch| {
+        let mut steps = gather::shoot(batch);
         let splat = FrameParams { part: area, ..batch };
         steps.push(Step::Dispatch { pass: "splat.kim2019", count: params.deposit_capacity, params: splat });
-    }
-    steps.extend([pixels("resolve"), pixels("display")]);
-    steps
+        steps
+    })
 }
 
 fn buffers(parts: Parts, params: &FrameParams) -> Vec<BufferSpec> {
-    let mut buffers = basic::frame_buffers(params);
+    let mut buffers = basic::frame_buffers(parts, params);
     if params.light_path_count > 0 {
         buffers.extend(gather::deposit_buffers(params, false));
         buffers.extend(gather::index_buffers(&[0; 4]));
     }
-    buffers.extend((parts.filter.buffers)(params));
     buffers
 }

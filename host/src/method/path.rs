@@ -14,6 +14,7 @@ pub const PATH: Method = Method {
     about: "path tracing of everything, one path a pixel: the reference's estimator",
     gathers: false,
     chooses_gather: false,
+    keeps: &[],
     frame: |params, index| FrameParams { frame: index, light_path_count: 0, ..params },
     steps,
     buffers,

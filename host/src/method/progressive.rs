@@ -17,6 +17,7 @@ pub const PROGRESSIVE: Method = Method {
     about: "progressive photon mapping: OurBasic with radii that shrink over --frames",
     gathers: true,
     chooses_gather: true,
+    keeps: &[],
     frame: |params, index| FrameParams {
         frame: index,
         radius_px: params.radius_px * shrinkage(index),

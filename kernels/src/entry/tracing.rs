@@ -1,6 +1,6 @@
 //! The entry points that trace, once for every tracer.
 
-/// Stamps `collect`, `reference`, `shoot.store` and `step.hit` for the tracer that an expression makes of the scene's holes
+/// Stamps `collect`, `reference`, `shoot.store`, `shoot.yang2021`, `validate` and `step.hit` for the tracer that an expression makes of the scene's holes
 /// and of its own bindings; bindings 16 and above are the tracer's.
 macro_rules! tracing_entries {
     ([$($bound:tt)*], |$cut_outs:ident| $tracer:expr) => {
@@ -19,6 +19,7 @@ macro_rules! tracing_entries {
         use crate::interface::scene::{SceneTables, TextureTables};
         use crate::interface::texture::{MaterialTextures, Texture, TextureCoordinates};
         use crate::interface::triangle::{Triangle, TriangleSurface};
+        use crate::light::by_density::ByDensity;
         use crate::light::power::ByPower;
         use crate::math::ray::{Hit, Ray};
         use crate::pass;
@@ -183,6 +184,72 @@ macro_rules! tracing_entries {
                 if store.dropped != 0 {
                     counters.add(Counter::DepositsDropped as u32, store.dropped);
                 }
+            }
+        }
+
+        /// Light paths, one an invocation; deposits are spread over the picture.
+        #[spirv(compute(threads(64), entry_point_name = "shoot.yang2021"))]
+        pub fn shoot_yang2021(
+            #[spirv(global_invocation_id)] id: UVec3,
+            #[spirv(spec_constant(id = 0, default = 524287))] needs: u32,
+            #[spirv(push_constant)] params: &FrameParams,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] triangles: &[Triangle],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] surfaces: &[TriangleSurface],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] materials: &[Material],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] lights: &[Light],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] textures: &[Texture],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] material_textures: &[MaterialTextures],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] texture_coordinates: &[TextureCoordinates],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 12)] texels_0: &[u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 13)] texels_1: &[u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 14)] texels_2: &[u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 15)] texels_3: &[u32],
+            $($bound)*
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] point_geometry: &[PointGeometry],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] point_shading: &[PointShading],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] density_tree: &[f32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] accumulator: &mut [u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] counters: &mut [u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 24)] density_feedback: &mut [u32],
+        ) {
+            let index = index(id);
+            if index < params.light_path_batch {
+                let textures = TextureTables {
+                    textures,
+                    material_textures,
+                    texture_coordinates,
+                    texels_0,
+                    texels_1,
+                    texels_2,
+                    texels_3,
+                };
+                let needs = Needs(needs);
+                let scene = SceneTables { triangles, surfaces, materials, lights, textures };
+                let power = ByPower { scene, light_count: params.light_count, needs };
+                let emit = ByDensity { power, tree: density_tree };
+                let $cut_outs = CutOuts::of(scene, needs);
+                let mut tracer = $tracer;
+                let mut counters = AtomicWords(counters);
+                let mut spread = pass::scatter_photons::Spread::new(
+                    params,
+                    needs,
+                    scene,
+                    point_geometry,
+                    point_shading,
+                    AtomicWords(accumulator),
+                    AtomicWords(density_feedback),
+                );
+                pass::shoot::shoot(
+                    index,
+                    params,
+                    needs,
+                    scene,
+                    &emit,
+                    &mut tracer,
+                    &mut spread,
+                    &mut counters,
+                );
+                spread.close(&mut counters);
             }
         }
 

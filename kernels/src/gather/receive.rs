@@ -1,11 +1,24 @@
-//! The seam of `shoot`: what becomes of a deposit.
+//! The seam of `shoot`: what becomes of a deposit, and what is followed on the way to it.
 
 use crate::interface::counters::DepositState;
 use crate::interface::point::{DepositGeometry, DepositLight};
+use crate::light::emit::Leaving;
+use crate::math::ray::{Hit, Ray};
 use crate::seam::{Atomics, Scatter};
+use crate::surface::scatter::Departure;
+use crate::surface::vertex::Vertex;
 
-/// Receives the deposits of a light path.
+/// Receives the deposits of a light path. What else it may ask to see of the way costs nothing where it does not.
 pub trait Receive {
+    /// A path starts.
+    #[inline(always)]
+    fn start(&mut self, _leaving: &Leaving) {}
+    /// The path meets a surface, before it deposits there.
+    #[inline(always)]
+    fn arrive(&mut self, _ray: &Ray, _hit: &Hit, _here: &Vertex) {}
+    /// The path leaves a surface.
+    #[inline(always)]
+    fn scatter(&mut self, _departure: &Departure) {}
     /// Takes one deposit.
     fn receive(&mut self, geometry: DepositGeometry, light: DepositLight);
 }

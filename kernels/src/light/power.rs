@@ -33,6 +33,9 @@ impl Emit for ByPower<'_> {
             return Leaving {
                 ray: Ray::endless(origin, light.direction),
                 flux: light.emission * (area / light.pdf_light_choice),
+                solid_angle: 0.0,
+                area: area / light.pdf_light_choice,
+                texel: 0,
             };
         }
         if self.needs.has(Needs::SPOT_LIGHTS) && light.kind == LIGHT_SPOT {
@@ -40,6 +43,9 @@ impl Emit for ByPower<'_> {
             return Leaving {
                 ray: Ray::endless(light.position, to),
                 flux: light.emission * (solid_angle / light.pdf_light_choice),
+                solid_angle: 2.0 * PI * light.cone / light.pdf_light_choice,
+                area: 0.0,
+                texel: 0,
             };
         }
         if self.needs.has(Needs::POINT_LIGHTS) && light.triangle == NONE {
@@ -47,6 +53,9 @@ impl Emit for ByPower<'_> {
             return Leaving {
                 ray: Ray::endless(light.position, to),
                 flux: light.emission * (4.0 * PI / light.pdf_light_choice),
+                solid_angle: 4.0 * PI / light.pdf_light_choice,
+                area: 0.0,
+                texel: 0,
             };
         }
         let triangle = self.scene.triangles[light.triangle as usize];
@@ -57,12 +66,17 @@ impl Emit for ByPower<'_> {
         if light.sides == 2 && direction.z < 0.5 {
             normal = -normal;
         }
-        let to = ShadingFrame::new(normal).to_world(warp::cosine_hemisphere(direction.x, direction.y));
+        let local = warp::cosine_hemisphere(direction.x, direction.y);
+        let to = ShadingFrame::new(normal).to_world(local);
         let share = emission_at(self.scene, self.needs, light.triangle, b.x, b.y);
         let clearance = offset::clearance(offset::magnitude(triangle.a, triangle.b, triangle.c));
         Leaving {
             ray: Ray::endless(offset::leave(point, normal, normal, clearance), to),
             flux: light.emission * share * (PI * light.area * light.sides as f32 / light.pdf_light_choice),
+            // Triangles are pieces of lamps: all of them light the places around, so that no choice counts.
+            solid_angle: PI / local.z.max(1.0e-3),
+            area: 0.0,
+            texel: 0,
         }
     }
 }

@@ -102,7 +102,7 @@ impl RayCone {
 
 /// Variance of a mirrored direction [rad^2] at this perceptual roughness.
 #[inline]
-fn lobe_variance(roughness: f32) -> f32 {
+pub fn lobe_variance(roughness: f32) -> f32 {
     let square = roughness * roughness;
     let s = (square * square).min(0.99);
     0.5 * s / (1.0 - s)

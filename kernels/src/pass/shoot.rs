@@ -53,6 +53,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
 ) {
     let place = rng.next4();
     let leaving = emit.leave(place, rng.next4());
+    receive.start(&leaving);
     let mut flux = leaving.flux / params.light_path_count as f32;
     let mut ray = leaving.ray;
     let mut media = MediaStack::VACUUM;
@@ -74,6 +75,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
             break;
         }
         let here = vertex(scene, needs, &ray, &hit, 0.0);
+        receive.arrive(&ray, &hit, &here);
         let material = material_at(scene, &here, needs);
         if needs.has(Needs::ABSORPTION) {
             let before = flux;
@@ -142,6 +144,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
             break;
         }
         overflows += u32::from(departure.media_overflow);
+        receive.scatter(&departure);
         media = departure.media;
         ray = departure.ray;
         hit_count += 1;

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::memory::Memory;
 
+mod density;
 mod filter;
 pub mod gather;
 mod history;
@@ -39,6 +40,9 @@ const PASSES: &[(&str, Pass)] = &[
     ("filter.atrous", filter::atrous),
     ("shoot.store", photons::shoot_store),
     ("splat.kim2019", gather::splat_kim2019),
+    ("density.update", density::update),
+    ("density.sum", density::sum),
+    ("shoot.yang2021", density::shoot_yang2021),
     ("resolve", points::resolve),
     ("display", points::display),
     ("validate", history::validate),

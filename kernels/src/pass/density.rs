@@ -1,0 +1,85 @@
+//! `density.update`, `density.sum`: from the feedback of the last frame's photons to the density map of this one [Yang and
+//! Ouyang 2021], and the pyramid of sums that paths are drawn from.
+//!
+//! Densities are relative: 1 is the mean of a map. So the clamp below bounds the flux of a path, at an eighth of the mean
+//! eight times that of a uniform start, and an eighth of the paths go on looking where no photon was seen.
+
+use crate::gather::accumulator::Quanta;
+use crate::interface::density::DensityTexel;
+use crate::light::density_map::{FEEDBACK_WORDS, NODES, SIDE, SIDE_LOG2, TEXELS, first};
+use crate::pass::scatter_photons::FEEDBACK_INVERSE_QUANTUM;
+
+/// Screen area that a photon should have [px]; the least that a footprint has is 2.5.
+const TARGET: f32 = 4.0;
+/// Weight of the variance of areas, which is relative to the target's square.
+const GAIN_VARIANCE: f32 = 1.0;
+/// Weight of the last change, which it works against: it damps.
+const GAIN_DERIVATIVE: f32 = 0.1;
+/// Share of the new density; the rest is the old one, smoothed.
+const BLEND: f32 = 0.5;
+/// Least density.
+const LEAST: f32 = 0.125;
+/// Most density.
+const MOST: f32 = 4096.0;
+/// Most growth in a frame.
+const MOST_GROWTH: f32 = 8.0;
+
+/// The new density of a texel, counted over all maps, from its old row and the pyramids of the last frame.
+#[inline(always)]
+pub fn update(texel: u32, before: &DensityTexel, tree: &[f32], feedback: &[u32]) -> DensityTexel {
+    let (map, place) = (texel / TEXELS, texel % TEXELS);
+    let base = map * NODES;
+    let total = tree[(base + first(SIDE_LOG2)) as usize];
+    if total <= 0.0 {
+        return DensityTexel { density: 1.0, change: 0.0 };
+    }
+    let scale = TEXELS as f32 / total;
+    let (x, y) = (place % SIDE, place / SIDE);
+    let at = |x: u32, y: u32| tree[(base + y * SIDE + x) as usize] * scale;
+    let old = at(x, y);
+    let (left, right) = (if x > 0 { x - 1 } else { x }, if x + 1 < SIDE { x + 1 } else { x });
+    let (below, above) = (if y > 0 { y - 1 } else { y }, if y + 1 < SIDE { y + 1 } else { y });
+    let smooth = (old + at(left, y) + at(right, y) + at(x, below) + at(x, above)) * 0.2;
+
+    let row = (texel * FEEDBACK_WORDS) as usize;
+    let (photons, paths) = (feedback[row + 4], feedback[row + 5]);
+    let mut new = old;
+    if photons > 0 {
+        let sum = |word: usize| {
+            let quanta = Quanta { low: feedback[row + word], high: feedback[row + word + 1] };
+            quanta.to_f32(1.0 / FEEDBACK_INVERSE_QUANTUM)
+        };
+        let (mean, square) = (sum(0) / photons as f32, sum(2) / photons as f32);
+        let variance = (mean * mean - square).abs() / (TARGET * TARGET);
+        let wanted = old * mean / TARGET + 0.01 * GAIN_VARIANCE * variance - GAIN_DERIVATIVE * before.change;
+        new = wanted.min(old * MOST_GROWTH);
+    } else if paths > 0 {
+        // Nobody saw any of them.
+        new = LEAST;
+    }
+    let density = (smooth + (new - smooth) * BLEND).clamp(LEAST, MOST);
+    DensityTexel { density, change: density - old }
+}
+
+/// A node of level `level`, counted over all maps: (its place in the pyramids, its sum).
+#[inline(always)]
+pub fn sum(index: u32, level: u32, densities: &[DensityTexel], tree: &[f32]) -> (u32, f32) {
+    let nodes = TEXELS >> (2 * level);
+    let (map, node) = (index / nodes, index % nodes);
+    let base = map * NODES;
+    let place = base + first(level) + node;
+    if level == 0 {
+        return (place, densities[index as usize].density);
+    }
+    let side = SIDE >> level;
+    let (x, y) = (node % side, node / side);
+    let corner = (base + first(level - 1) + 4 * y * side + 2 * x) as usize;
+    let row = 2 * side as usize;
+    (place, tree[corner] + tree[corner + 1] + tree[corner + row] + tree[corner + row + 1])
+}
+
+/// Nodes of a level over so many maps.
+#[inline]
+pub fn node_count(level: u32, maps: u32) -> u32 {
+    maps * (TEXELS >> (2 * level))
+}

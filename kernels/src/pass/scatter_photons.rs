@@ -1,0 +1,211 @@
+//! `shoot.yang2021`: traces light sub-paths with their differentials and spreads each deposit over the pixels around it
+//! [Yang and Ouyang 2021]. Receivers are primary surfaces: points at camera vertex 1.
+//!
+//! What a deposit gives is added to the sums of collection points as gathers do, times pi R^2 of the point, which `resolve`
+//! divides by.
+
+#[cfg(target_arch = "spirv")]
+use spirv_std::num_traits::Float;
+
+use crate::gather::accumulator::{Quanta, Sum};
+use crate::gather::contribution::{DISC_THICKNESS, MIN_NORMAL_COS, contribution};
+use crate::gather::footprint::Footprint;
+use crate::gather::receive::Receive;
+use crate::interface::frame::FrameParams;
+use crate::interface::needs::Needs;
+use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
+use crate::interface::scene::SceneTables;
+use crate::light::density_map::FEEDBACK_WORDS;
+use crate::light::emit::Leaving;
+use crate::math::PI;
+use crate::math::cone::lobe_variance;
+use crate::math::differential::{Differential, Normals};
+use crate::math::ray::{Hit, Ray};
+use crate::seam::Atomics;
+use crate::surface::class::Classes;
+use crate::surface::scatter::Departure;
+use crate::surface::textured::material_of;
+use crate::surface::turn::normal_change;
+use crate::surface::vertex::Vertex;
+use spirv_std::glam::Vec3;
+
+/// Spread of a footprint behind a diffuse bounce [rad]: neighbours there go anywhere.
+const DIFFUSE_SPREAD: f32 = 0.1;
+/// Share of a glossy lobe's spread that is a footprint's: the spread itself would blur twice.
+const LOBE_SHARE: f32 = 0.3;
+/// 1 / quantum of a texel's feedback [1/px].
+pub const FEEDBACK_INVERSE_QUANTUM: f32 = 256.0;
+
+/// A light path that spreads its deposits. A GPU's compiler loses references to what is no buffer in a structure that
+/// changes in a loop: settings and cells are held by value.
+pub struct Spread<'a, A, F> {
+    scene: SceneTables<'a>,
+    point_geometry: &'a [PointGeometry],
+    point_shading: &'a [PointShading],
+    accumulator: A,
+    feedback: F,
+    params: FrameParams,
+    needs: Needs,
+    differential: Differential,
+    arriving: Vec3,
+    hit: Hit,
+    front: bool,
+    texel: u32,
+    total: Sum,
+}
+
+impl<'a, A: Atomics, F: Atomics> Spread<'a, A, F> {
+    /// A path that has not started.
+    #[inline(always)]
+    pub fn new(
+        params: &FrameParams,
+        needs: Needs,
+        scene: SceneTables<'a>,
+        point_geometry: &'a [PointGeometry],
+        point_shading: &'a [PointShading],
+        accumulator: A,
+        feedback: F,
+    ) -> Self {
+        Spread {
+            scene,
+            point_geometry,
+            point_shading,
+            accumulator,
+            feedback,
+            params: *params,
+            needs,
+            differential: Differential::default(),
+            arriving: Vec3::Z,
+            hit: Hit::default(),
+            front: true,
+            texel: 0,
+            total: Sum::default(),
+        }
+    }
+
+    /// Counts what was given.
+    #[inline(always)]
+    pub fn close<C: Atomics>(self, counters: &mut C) {
+        self.total.tally(counters);
+    }
+
+    /// The unit `normal` with its changes where the path arrived.
+    #[inline(always)]
+    fn normals(&self, normal: Vec3) -> Normals {
+        let (u, v) = (self.differential.position_u, self.differential.position_v);
+        Normals {
+            normal,
+            by_u: normal_change(self.scene, self.needs, &self.hit, self.front, u),
+            by_v: normal_change(self.scene, self.needs, &self.hit, self.front, v),
+        }
+    }
+
+    /// Gives to one pixel; whether it took.
+    #[inline(always)]
+    fn give(
+        &mut self,
+        pixel: u32,
+        geometry: &DepositGeometry,
+        light: &DepositLight,
+        footprint: &Footprint,
+    ) -> bool {
+        let point = self.point_geometry[pixel as usize];
+        if !takes(&point, geometry, footprint, self.params.max_bounces) {
+            return false;
+        }
+        let weight = footprint.weight(point.position - geometry.position);
+        if weight <= 0.0 {
+            return false;
+        }
+        let shading = self.point_shading[pixel as usize];
+        let material = material_of(&shading, self.scene.materials, self.needs);
+        let value = contribution(&shading, material, light, self.params.specular_roughness, self.needs);
+        let disc = PI * point.radius * point.radius;
+        let sum = Sum::of(value * (disc * weight), self.params.inverse_quantum());
+        sum.add_to(&mut self.accumulator, pixel);
+        self.total = self.total.plus(sum);
+        true
+    }
+}
+
+/// Whether a primary point may take a deposit: on the same side of the same surface, and short enough a path.
+#[inline(always)]
+fn takes(point: &PointGeometry, deposit: &DepositGeometry, footprint: &Footprint, max_bounces: u32) -> bool {
+    let normals = point.normal + deposit.normal;
+    let height = (deposit.position - point.position).dot(normals);
+    let limit = DISC_THICKNESS * (point.radius + footprint.reach);
+    point.depth == 1
+        && point.normal.dot(deposit.normal) > MIN_NORMAL_COS
+        && height * height <= limit * limit * normals.length_squared()
+        && point.depth + deposit.scatterings <= max_bounces
+}
+
+impl<A: Atomics, F: Atomics> Receive for Spread<'_, A, F> {
+    #[inline(always)]
+    fn start(&mut self, leaving: &Leaving) {
+        let share = 1.0 / self.params.light_path_count as f32;
+        self.differential =
+            Differential::leaving(leaving.ray.direction, leaving.solid_angle * share, leaving.area * share);
+        self.texel = leaving.texel;
+        self.feedback.add(self.texel * FEEDBACK_WORDS + 5, 1);
+    }
+
+    #[inline(always)]
+    fn arrive(&mut self, ray: &Ray, hit: &Hit, here: &Vertex) {
+        self.differential = self.differential.transfer(ray.direction, hit.distance, here.face_normal);
+        self.arriving = ray.direction;
+        self.hit = *hit;
+        self.front = here.front;
+    }
+
+    #[inline(always)]
+    fn receive(&mut self, geometry: DepositGeometry, light: DepositLight) {
+        let footprint = Footprint::new(geometry.position, geometry.normal, &self.differential, &self.params);
+        if footprint.area_px == 0.0 {
+            return;
+        }
+        let mut taken = false;
+        let mut row = footprint.first_row;
+        while row <= footprint.last_row {
+            let mut column = footprint.first_column;
+            while column <= footprint.last_column {
+                let pixel = row * self.params.width + column;
+                taken |= self.give(pixel, &geometry, &light, &footprint);
+                column += 1;
+            }
+            row += 1;
+        }
+        if taken {
+            let first = self.texel * FEEDBACK_WORDS;
+            let area = footprint.area_px;
+            Quanta::from_f32(area, FEEDBACK_INVERSE_QUANTUM).add_to(&mut self.feedback, first);
+            Quanta::from_f32(area * area, FEEDBACK_INVERSE_QUANTUM).add_to(&mut self.feedback, first + 2);
+            self.feedback.add(first + 4, 1);
+        }
+    }
+
+    #[inline(always)]
+    fn scatter(&mut self, departure: &Departure) {
+        let sampled = &departure.sampled;
+        let direction = departure.ray.direction;
+        if sampled.class == Classes::NON_SPECULAR {
+            self.differential = self.differential.roughen(DIFFUSE_SPREAD, true);
+            return;
+        }
+        // The facet that turned the path: of a rough surface, the one that it met.
+        let unbent = sampled.straight || (sampled.transmitted && sampled.eta == 1.0);
+        if !sampled.transmitted {
+            let normals = self.normals((direction - self.arriving).normalize());
+            self.differential = self.differential.reflect(self.arriving, normals);
+        } else if !unbent {
+            let facet = (self.arriving * sampled.eta - direction).normalize();
+            let side = if facet.dot(self.arriving) > 0.0 { -1.0 } else { 1.0 };
+            let normals = self.normals(facet * side);
+            self.differential = self.differential.refract(self.arriving, direction, normals, sampled.eta);
+        }
+        if sampled.roughness > 0.0 {
+            let spread = LOBE_SHARE * lobe_variance(sampled.roughness).sqrt();
+            self.differential = self.differential.roughen(spread, false);
+        }
+    }
+}

@@ -86,7 +86,7 @@ macro_rules! entries {
 
                 index_entry!($index, $type);
                 gather_entry!($gather, <$type as Index>::VARIANT.sorts, [], |index, tables, accumulator, counters| {
-                    pass::gather::gather::<$type, _, _>(index, &tables, accumulator, &mut counters)
+                    pass::gather::gather::<$type, _, _>(index, &tables, accumulator, &mut counters);
                 });
             }
         )*
@@ -195,7 +195,7 @@ pub mod kim2019 {
     use crate::pass;
 
     gather_entry!("splat.kim2019", false, [], |index, tables, accumulator, counters| {
-        pass::splat::kim2019(index, &tables, accumulator, &mut counters)
+        pass::splat::kim2019(index, &tables, accumulator, &mut counters);
     });
 }
 

@@ -26,7 +26,11 @@ impl Index for PhotonsGrid {
     const VARIANT: Variant = Variant {
         name: "photons-grid",
         about: "deposits in a hash grid, gathered from each point",
-        frame: &[Stage::Clear(0), Stage::Run(0, "survey", Over::Pixels), Stage::Run(1, "size", Over::Count(1))],
+        frame: &[
+            Stage::Clear(0),
+            Stage::Run(0, "survey", Over::Pixels),
+            Stage::Run(1, "size", Over::Count(1)),
+        ],
         batch: &[
             Stage::Clear(1),
             Stage::Run(2, "count", Over::Deposits),

@@ -31,7 +31,11 @@ impl Index for PhotonsRt {
         name: "photons-rt",
         about: "boxes around deposits, searched by ray queries from each point",
         hardware: true,
-        frame: &[Stage::Clear(2), Stage::Run(0, "survey", Over::Pixels), Stage::Run(1, "size", Over::Count(1))],
+        frame: &[
+            Stage::Clear(2),
+            Stage::Run(0, "survey", Over::Pixels),
+            Stage::Run(1, "size", Over::Count(1)),
+        ],
         batch: &[
             Stage::Clear(1),
             Stage::Run(morton_sort::BOUNDS, "bounds", Over::Deposits),
@@ -107,7 +111,15 @@ mod query {
         let half = near.half_extent;
         if half.max_element() <= 0.5 * width {
             // Every box that holds a deposit of the disc holds the disc's centre.
-            column(structure, tables, near.position, 0.0, visit, Vec3::splat(-f32::MAX), Vec3::splat(f32::MAX));
+            column(
+                structure,
+                tables,
+                near.position,
+                0.0,
+                visit,
+                Vec3::splat(-f32::MAX),
+                Vec3::splat(f32::MAX),
+            );
             return;
         }
         let low = near.position - half;

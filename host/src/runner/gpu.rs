@@ -131,8 +131,11 @@ impl GpuRunner {
     }
 
     /// Allocates the structure over the boxes in a gather's first words, empty, if it is not there yet.
-    fn make_neighbour_structure(&mut self) -> Result<(), VulkanError> {
-        let GpuRunner { frame, resources, memory, .. } = self;
+    fn make_neighbour_structure(&mut self, step: &Step) -> Result<(), VulkanError> {
+        let GpuRunner { frame, resources, memory, context, .. } = self;
+        if !context.is_hardware() {
+            return Err(VulkanError::NotHardware { step: step.label() });
+        }
         if resources.structures.contains_key(NEIGHBOUR_STRUCTURE) {
             return Ok(());
         }
@@ -209,8 +212,8 @@ impl Runner for GpuRunner {
             Step::Gather { gather, .. } => Some(gather.gather_pass),
             Step::Clear { .. } | Step::Structure { .. } => None,
         });
-        if steps.iter().any(|step| matches!(step, Step::Structure { .. })) {
-            self.make_neighbour_structure()?;
+        if let Some(step) = steps.iter().find(|step| matches!(step, Step::Structure { .. })) {
+            self.make_neighbour_structure(step)?;
         }
         self.passes.prepare(names, &self.resources)?;
         // How many boxes there are of deposits is known only when they are there: such a build starts a submission.

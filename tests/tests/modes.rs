@@ -1,0 +1,158 @@
+//! Ways to fail that no other test holds: flicker and fireflies, rays that meet the face they leave, light paths that
+//! reach no caster. `tests/stability.toml` lists all modes.
+
+use caustics::method::Method;
+use caustics::method::basic::BASIC;
+use caustics::method::history::{History, NONE, PAPER, VALIDATED};
+use caustics::method::kim2019::KIM2019;
+use caustics::method::settings::Settings;
+use caustics::scene::Scene;
+use caustics::session::{RunnerChoice, Session};
+use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::math::offset;
+use caustics_kernels::math::ray::Ray;
+use caustics_kernels::math::rng::{Rng, Stream};
+use caustics_kernels::math::warp::uniform_sphere;
+use caustics_kernels::trace::Tracer;
+use caustics_tests::direct::tracer;
+use caustics_tests::frames::sums;
+use caustics_tests::scenes::{Builder, committed, emitter, lambert, metal};
+use caustics_tests::statistics::Mean;
+use glam::{DVec3, Vec3};
+
+/// Caustics of consecutive frames of a still view, by pixel.
+fn frames(
+    scene: &Scene,
+    settings: &Settings,
+    method: &'static Method,
+    history: &'static History,
+    frames: std::ops::Range<u32>,
+) -> Vec<Vec<f64>> {
+    let settings = Settings { history, ..settings.clone() };
+    let needs = scene.needs(settings.specular_roughness);
+    let choice = RunnerChoice::Cpu { threads: 0 };
+    let camera = &scene.cameras[0];
+    let mut session = Session::new(&choice, scene, camera, &settings, method, &PHOTONS_GRID, needs).unwrap();
+    let mut frame = |index| {
+        session.frame(index).unwrap();
+        sums(&session.read::<Vec3>("caustic_radiance").unwrap())
+    };
+    (0..frames.end).map(&mut frame).skip(frames.start as usize).collect()
+}
+
+/// The value that one pixel in a thousand is above.
+fn brightest(frame: &[f64]) -> f64 {
+    let mut sorted = frame.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted[sorted.len() * 999 / 1000]
+}
+
+/// Flicker: mean change of a pixel from frame to frame over the mean; fireflies: the 99.9th percentile of a frame over that
+/// of the truth. Histories must lower both; Kim's method has none.
+#[test]
+fn histories_lower_flicker_and_fireflies() {
+    let scene = committed("mirror-room");
+    let settings = Settings { width: 160, height: 90, light_paths: 7200, seed: 3, ..Settings::default() };
+    let many = Settings { light_paths: 400_000, seed: 77, ..settings.clone() };
+    let runs = frames(&scene, &many, &BASIC, &NONE, 0..12);
+    let truth: Vec<f64> =
+        (0..160 * 90).map(|pixel| runs.iter().map(|run| run[pixel]).sum::<f64>() / 12.0).collect();
+    let mean = truth.iter().sum::<f64>() / truth.len() as f64;
+    let measured = |method, history| {
+        let frames = frames(&scene, &settings, method, history, 16..24);
+        let change = |pair: &[Vec<f64>]| {
+            pair[0].iter().zip(&pair[1]).map(|(a, b)| (a - b).abs()).sum::<f64>() / truth.len() as f64
+        };
+        let flicker = frames.windows(2).map(change).sum::<f64>() / (frames.len() - 1) as f64 / mean;
+        let fireflies = frames.iter().map(|frame| brightest(frame)).sum::<f64>() / frames.len() as f64;
+        (flicker, fireflies / brightest(&truth))
+    };
+    let none = measured(&BASIC, &NONE);
+    let paper = measured(&BASIC, &PAPER);
+    let validated = measured(&BASIC, &VALIDATED);
+    let kim = measured(&KIM2019, &NONE);
+    for (name, (flicker, fireflies)) in
+        [("none", none), ("paper", paper), ("validated", validated), ("kim2019", kim)]
+    {
+        println!("{name}: flicker {flicker:.3}, 99.9th percentile {fireflies:.2} of the truth's");
+    }
+    assert!(none.0 > 0.5 && none.1 > 2.0, "the test has lost its subject");
+    // The paper keeps 0.8 of the light: a frame's change is a fifth. An average over n frames changes by 1 / n.
+    assert!(paper.0 < 0.35 * none.0 && validated.0 < 0.35 * none.0);
+    assert!(paper.1 < 0.7 * none.1 && validated.1 < 0.7 * none.1);
+}
+
+/// Rays that leave a ball of facets from a shared edge or corner, outwards from all facets there, meet nothing; inwards they
+/// meet the other side. In any size and place.
+#[test]
+fn rays_from_shared_edges_neither_meet_their_faces_nor_leak() {
+    let (mut left, mut entered) = (0, 0);
+    for (size, at) in [(1.0, 0.0), (1.0e-3, 0.0), (1.0e4, 0.0), (1.0, 1.0e3), (1.0e-2, 3.0)] {
+        let centre = DVec3::new(at, -0.7 * at, 0.3 * at);
+        let mut b = Builder::default();
+        let ball = b.material(lambert(0.5));
+        b.sphere(ball, centre, size, 48, 24);
+        b.light(centre + 5.0 * size * DVec3::Y, 1.0);
+        b.camera(centre + 5.0 * size * DVec3::Z, centre, 0.5);
+        let scene = b.build();
+        let mut tracer = tracer(&scene, Needs::ALL);
+        for path in 0..20_000 {
+            let mut rng = Rng::new(Stream::Light, 5, path, 0);
+            let (u, v) = (rng.next4(), rng.next4());
+            let triangle = scene.triangles[(u.x * scene.triangles.len() as f32) as usize];
+            // On an edge, one time in four on a corner.
+            let along = if u.y < 0.25 { 0.0 } else { u.z };
+            let corners = [triangle.a, triangle.b, triangle.c];
+            let first = (u.w * 2.999) as usize;
+            let place = corners[first] + (corners[(first + 1) % 3] - corners[first]) * along;
+            let normal = (triangle.b - triangle.a).cross(triangle.c - triangle.a).normalize();
+            let direction = uniform_sphere(v.x, v.y);
+            let clearance = offset::clearance(offset::magnitude(triangle.a, triangle.b, triangle.c));
+            let ray = Ray::endless(offset::leave(place, normal, direction, clearance), direction);
+            let is_miss = tracer.closest(&ray).is_miss();
+            // Facets that meet lean by up to 7.5 degrees: a sine of 0.13.
+            let outwards = direction.dot((place.as_dvec3() - centre).normalize().as_vec3());
+            if outwards > 0.2 {
+                assert!(is_miss, "size {size} at {at}: a ray met what it left");
+                left += 1;
+            } else if outwards < -0.2 {
+                assert!(!is_miss, "size {size} at {at}: a ray into the ball met no other side");
+                entered += 1;
+            }
+        }
+    }
+    println!("{left} rays left, {entered} entered");
+    assert!(left > 30_000 && entered > 30_000, "the test has lost its subject");
+}
+
+/// A strong lamp behind a wall takes most light paths; what the weak one casts is noisier, and as bright.
+#[test]
+fn a_lamp_that_reaches_no_caster_costs_noise_and_nothing_else() {
+    let scene = |hidden: f32| {
+        let mut b = Builder::default();
+        let floor = b.material(lambert(0.6));
+        let ring = b.material(metal(0.9, 0.0));
+        let weak = b.material(emitter(20.0));
+        let strong = b.material(emitter(hidden));
+        b.panel(floor, DVec3::ZERO, 2.0 * DVec3::Z, 2.0 * DVec3::X);
+        b.wall(ring, 0.001 * DVec3::Y, 0.4, 0.25, 0.0, std::f64::consts::TAU, 96);
+        b.panel(weak, DVec3::new(0.9, 0.9, 0.0), 0.05 * DVec3::X, 0.05 * DVec3::Z);
+        // Below the floor, looking down.
+        b.panel(strong, DVec3::new(0.0, -1.0, 0.0), 0.05 * DVec3::X, 0.05 * DVec3::Z);
+        b.camera(DVec3::new(0.0, 2.0, 0.9), DVec3::ZERO, 0.6);
+        b.build()
+    };
+    let settings = Settings { width: 64, height: 36, light_paths: 100_000, ..Settings::default() };
+    let totals = |hidden| {
+        let frames = frames(&scene(hidden), &settings, &BASIC, &NONE, 0..24);
+        Mean::of(&frames.iter().map(|frame| frame.iter().sum::<f64>()).collect::<Vec<_>>())
+    };
+    // Three quarters of the flux are the hidden lamp's.
+    let (alone, with) = (totals(1.0e-6), totals(60.0));
+    let variance = (with.error / alone.error).powi(2);
+    println!("caustics {:?} alone, {:?} with it: variance {variance:.2} (expected 4)", alone, with);
+    assert!(alone.value > 0.0 && alone.agrees(&with, 3.0), "{:.2} sigma", alone.sigmas(&with));
+    // The variance of 24 frames is known to 30 %, a ratio of two to 42 %: three sigma of it.
+    assert!(variance > 4.0 * 0.3 && variance < 4.0 * 3.0, "{variance}");
+}

@@ -78,8 +78,13 @@ mod gpu {
 
         #[inline(always)]
         fn raise(&mut self, index: u32, value: u32) {
-            let word = &mut self.0[index as usize];
-            unsafe { atomic_u_max::<u32, { Scope::Device as u32 }, { Semantics::NONE.bits() }>(word, value) };
+            // Most values raise nothing: look before all invocations queue for the word. What is read may be old, never too high.
+            if self.0[index as usize] < value {
+                let word = &mut self.0[index as usize];
+                unsafe {
+                    atomic_u_max::<u32, { Scope::Device as u32 }, { Semantics::NONE.bits() }>(word, value)
+                };
+            }
         }
     }
 

@@ -1,5 +1,6 @@
 //! Picks runner, tracer and gather from the options and what the machine has, and says why.
 
+use caustics::experiment::cell::{has_ray_queries, usual_gather};
 use caustics::kernels;
 use caustics::session::RunnerChoice;
 use caustics::vulkan::{DeviceInfo, devices};
@@ -23,13 +24,11 @@ pub fn pick(
         }
         RunnerName::Auto => auto(options)?,
     };
-    let hardware = matches!(choice, RunnerChoice::Gpu { hardware: true, .. });
     let variant = match gather {
         Some(name) => variant::find(name).ok_or_else(|| Usage(format!("no gather is called {name}")))?,
-        None if hardware => &variant::POINTS_RT,
-        None => &variant::PHOTONS_GRID,
+        None => usual_gather(&choice),
     };
-    if variant.hardware && !hardware {
+    if variant.hardware && !has_ray_queries(&choice) {
         let usable: Vec<_> = variant::ALL.iter().filter(|v| !v.hardware).map(|v| v.name).collect();
         let name = variant.name;
         return Err(Usage(format!(

@@ -107,7 +107,7 @@ impl Cell {
             ..Default::default()
         };
         let params = (method.frame)(sample, 0);
-        let base = Parts::from(software_gather());
+        let base = Parts::from(&variant::PHOTONS_GRID);
         let steps = |parts| (method.steps)(parts, params);
         let usual = steps(base);
         let has_history = steps(Parts { history: self.history, ..base }) != usual;
@@ -147,7 +147,7 @@ impl Cell {
 
     /// Its gather; where its method chooses none, one that every runner has.
     pub fn variant(&self) -> &'static Variant {
-        self.gather.unwrap_or_else(software_gather)
+        self.gather.unwrap_or(&variant::PHOTONS_GRID)
     }
 
     /// Settings of all cells made its own.
@@ -261,13 +261,7 @@ pub fn has_ray_queries(runner: &RunnerChoice) -> bool {
 
 /// The gather of a runner where nobody asks for another.
 pub fn usual_gather(runner: &RunnerChoice) -> &'static Variant {
-    let name = if has_ray_queries(runner) { "points-rt" } else { "photons-grid" };
-    variant::find(name).unwrap_or_else(software_gather)
-}
-
-/// A gather that every runner has.
-fn software_gather() -> &'static Variant {
-    variant::ALL.iter().find(|gather| !gather.hardware).unwrap_or(&variant::ALL[0])
+    if has_ray_queries(runner) { &variant::POINTS_RT } else { &variant::PHOTONS_GRID }
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ mod axis;
 mod cells;
 mod figure;
 mod frames;
+mod growth;
 mod load;
 mod name;
 mod needs;
@@ -95,6 +96,16 @@ pub fn report(request: &Request) -> anyhow::Result<Report> {
     for scene in &scenes {
         let content = of_scene(scene, &names, &mut pictures, request.pictures, &mut report)?;
         sections.push(Section { id: format!("scene-{}", scene.slug), title: scene.title.clone(), content });
+    }
+    if let Some((figures, table)) = growth::growth(&cells) {
+        let mut parts = Vec::new();
+        for figure in &figures {
+            parts.push(report.figure(figure, &figure.title, "")?);
+        }
+        let note = "Least squares of logarithms over cells that differ in one quantity; n log n over the same values.";
+        parts.push(report.table(&table, "Exponents", note)?);
+        let content = html! { @for part in &parts { (part) } };
+        sections.push(Section { id: "growth".into(), title: "Cost against work".into(), content });
     }
     if let Some(table) = needs::needs(&scenes, &names) {
         report.add_rows(&table.name, &table.rows())?;

@@ -10,6 +10,7 @@ use anyhow::{Context, bail};
 mod animated_camera;
 mod animated_light;
 mod bar;
+mod cornell;
 mod gltf;
 mod lathe;
 mod mesh;
@@ -20,8 +21,10 @@ mod room;
 mod textured;
 mod walls;
 
+use cornell::Detail;
+
 /// Names of the scenes.
-pub const NAMES: [&str; 12] = [
+pub const NAMES: [&str; 13] = [
     "mirror-room",
     "glossy-room",
     "ring",
@@ -34,10 +37,14 @@ pub const NAMES: [&str; 12] = [
     "moving-receiver",
     "sliding-receiver",
     "camera-cut",
+    "cornell-box",
 ];
 
 /// Names of the scenes that are too large to be committed: they are made where they are wanted.
-pub const ON_DEMAND: [&str; 1] = ["bar"];
+pub const ON_DEMAND: [&str; 5] = ["bar", "cornell-1k", "cornell-10k", "cornell-100k", "cornell-1m"];
+
+/// The note of `cornell-box` in other numbers of triangles.
+const CORNELL_CUT: &str = include_str!("notes/cornell-cut.md");
 
 /// What a scene shows, in one line.
 pub fn description(name: &str) -> Option<&'static str> {
@@ -66,6 +73,11 @@ pub fn description(name: &str) -> Option<&'static str> {
         }
         "camera-cut" => "The camera jumps after 0.5 s to the other side of a wall.",
         "bar" => "Bottles and glasses before a mirror, under many lamps; 1.1 million triangles.",
+        "cornell-box" => "A Cornell-like box with a mirror ball and a glass ball.",
+        "cornell-1k" => "cornell-box in a thousand triangles.",
+        "cornell-10k" => "cornell-box in ten thousand triangles.",
+        "cornell-100k" => "cornell-box in a hundred thousand triangles.",
+        "cornell-1m" => "cornell-box in a million triangles.",
         "plain-room" => "mirror-room with every surface Lambertian: no caster at all.",
         _ => return None,
     })
@@ -87,6 +99,11 @@ fn files(name: &str) -> Option<Vec<(&'static str, Vec<u8>)>> {
         "moving-receiver" => (moving::moving_receiver(), include_str!("notes/moving-receiver.md")),
         "sliding-receiver" => (moving::sliding_receiver(), include_str!("notes/sliding-receiver.md")),
         "camera-cut" => (moving::camera_cut(), include_str!("notes/camera-cut.md")),
+        "cornell-box" => (cornell::build(Detail::USUAL), include_str!("notes/cornell-box.md")),
+        "cornell-1k" => (cornell::build(Detail::of(1_000)), CORNELL_CUT),
+        "cornell-10k" => (cornell::build(Detail::of(10_000)), CORNELL_CUT),
+        "cornell-100k" => (cornell::build(Detail::of(100_000)), CORNELL_CUT),
+        "cornell-1m" => (cornell::build(Detail::of(1_000_000)), CORNELL_CUT),
         "textured-room" => {
             let (document, pictures) = textured::build();
             images = pictures;

@@ -37,6 +37,16 @@ impl Mesh {
         self.quad([centre - right - up, centre + right - up, centre + right + up, centre - right + up])
     }
 
+    /// Adds a panel cut into `count` x `count` squares.
+    pub fn grid(self, centre: DVec3, right: DVec3, up: DVec3, count: u32) -> Self {
+        let at = |index: u32| (2.0 * f64::from(index) + 1.0) / f64::from(count) - 1.0;
+        let scale = 1.0 / f64::from(count);
+        (0..count.pow(2)).fold(self, |mesh, index| {
+            let middle = centre + at(index % count) * right + at(index / count) * up;
+            mesh.panel(middle, scale * right, scale * up)
+        })
+    }
+
     /// Adds a panel on which a texture stands upright, this many times in each direction.
     pub fn mapped_panel(mut self, centre: DVec3, right: DVec3, up: DVec3, repeats: f32) -> Self {
         self.uvs.extend([Vec2::Y, Vec2::ONE, Vec2::X, Vec2::ZERO].map(|uv| uv * repeats));

@@ -63,6 +63,8 @@ pub fn run(options: &Sweep) -> anyhow::Result<ExitCode> {
             remove(&store::file(folder, &task.identity))?;
         }
     }
+    // What a report names as the source of the folder's cells.
+    Target::claim(&folder.join("experiment.toml"), true)?.finish(text.as_bytes())?;
     let stopped = interrupt::watch()?;
     let missing = mine.iter().filter(|task| !is_done(&config, Some(folder), task)).count();
     let of = if shard.count > 1 {
@@ -102,10 +104,7 @@ fn expand(options: &Sweep, config: &Config) -> anyhow::Result<Expanded> {
 
 /// What no value by itself shows.
 fn check(config: &Config, task: &Task) -> Result<(), String> {
-    let sizes = [
-        config.time.as_ref().map(|time| (time.width.0, time.height.0)),
-        config.error.as_ref().map(|error| (error.width.0, error.height.0)),
-    ];
+    let sizes = [task.part.timed_size, config.error.as_ref().map(|error| (error.width.0, error.height.0))];
     for (width, height) in sizes.into_iter().flatten() {
         let paths = task.cell.paths.count(width, height).max(width * height);
         let rays = u64::from(paths) * u64::from(task.cell.max_bounces + 1);
@@ -178,7 +177,8 @@ pub fn time_plan(config: &Config, part: &Part) -> Option<Plan> {
     let time = config.time.as_ref()?;
     let plan = part.plan(config);
     let first = if part.scene.is_animated() { config.first_frame } else { 0 };
-    let settings = Settings { width: time.width.0, height: time.height.0, ..plan.settings.clone() };
+    let (width, height) = part.timed_size?;
+    let settings = Settings { width, height, ..plan.settings.clone() };
     Some(Plan { settings, frames: first..first + time.frames.0, warm_up: time.warm_up, time: true, ..plan })
 }
 

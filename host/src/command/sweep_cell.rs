@@ -56,9 +56,8 @@ impl Desk<'_> {
     /// The result that a task has; an empty one where it has none. `cell` is the task's with the light paths that were found.
     pub fn result(&self, task: &Task, cell: &Cell) -> CellResult {
         store::read(self.folder, &task.identity).unwrap_or_else(|| {
-            let of_time = self.config.time.as_ref().map(|time| (time.width.0, time.height.0));
             let of_error = self.config.error.as_ref().map(|error| (error.width.0, error.height.0));
-            let (width, height) = of_time.or(of_error).unwrap_or((1, 1));
+            let (width, height) = task.part.timed_size.or(of_error).unwrap_or((1, 1));
             CellResult {
                 identity: task.identity.clone(),
                 cell: cell.config(&task.part.scene, &task.part.camera, width, height),

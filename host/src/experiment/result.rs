@@ -60,6 +60,9 @@ pub struct CellTime {
     pub height: u32,
     /// Light paths a frame.
     pub light_paths: u32,
+    /// Triangles of the scene.
+    #[serde(default)]
+    pub triangles: u64,
     /// Frames measured.
     pub frames: u32,
     /// Time of a frame [ms].

@@ -57,6 +57,7 @@ pub fn cell_time(plan: &Plan, scene: &Scene, cell: &Cell, first: &Cell, rows: &[
         width: settings.width,
         height: settings.height,
         light_paths: mean("light_paths") as u32,
+        triangles: scene.triangles.len() as u64,
         frames: own.len() as u32,
         total_ms: quartiles(&totals)?,
         ratio_to_first: quartiles(&ratios).map(|of| of.median),

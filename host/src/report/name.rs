@@ -9,7 +9,7 @@ use crate::experiment::result::CellConfig;
 /// Number of colours in `report.css`.
 pub const COLORS: usize = 10;
 /// Outlines of marks, within 6 px of their middle; the first is that of methods without a gather.
-const SHAPES: [&str; 8] = [
+pub const SHAPES: [&str; 8] = [
     "M0-7 7 0 0 7-7 0Z",
     "M-5.5 0a5.5 5.5 0 1 0 11 0a5.5 5.5 0 1 0-11 0Z",
     "M-5-5H5V5H-5Z",

@@ -88,6 +88,7 @@ fn cell(scene: &str, names: [&str; 4], paths: f64, ms: f64, error: f64, is_movin
             width: 1920,
             height: 1080,
             light_paths: (paths * 1920.0 * 1080.0) as u32,
+            triangles: 12_345,
             frames: 9,
             total_ms: quartiles(total),
             ratio_to_first: (paths == 1.0).then(|| if method == "kim2019" { 1.0 } else { total / 54.0 }),

@@ -1,8 +1,11 @@
 //! Cells of hash grids, and the radii that decide their size.
 
-use crate::seam::Words;
+use crate::gather::tables::Build;
+use crate::seam::{Atomics, Words};
 use spirv_std::glam::{IVec3, Vec3};
 
+/// Slots that are reserved at once; a power of two.
+const BLOCK: u32 = 16;
 /// Bins of a histogram of radii: their base-two exponents.
 pub const RADIUS_BINS: u32 = 256;
 
@@ -19,13 +22,110 @@ pub fn cell(position: Vec3, cell_size: f32) -> IVec3 {
     IVec3::new(index(position.x), index(position.y), index(position.z))
 }
 
-/// Slot of a cell in a hash table; neighbours on x are neighbours in the table.
+/// Slot of a cell in a hash table; neighbours on x are neighbours in the table. `salt` tells tables in one from each other.
 #[inline(always)]
-pub fn slot(cell: IVec3, cell_mask: u32) -> u32 {
+pub fn slot(cell: IVec3, salt: u32, cell_mask: u32) -> u32 {
     let x = cell.x as u32;
     let y = (cell.y as u32).wrapping_mul(0x9e37_79b1);
     let z = (cell.z as u32).wrapping_mul(0x85eb_ca77);
-    x.wrapping_add(y ^ (y >> 15)).wrapping_add(z ^ (z >> 13)) & cell_mask
+    x.wrapping_add(y ^ (y >> 15)).wrapping_add(z ^ (z >> 13)).wrapping_add(salt) & cell_mask
+}
+
+/// Reserves places for what a block of slots holds, if `slot` is its first: neighbours in a block lie next to each other.
+/// `index_1` has the counts of all slots and, behind them, the places reserved so far; `index_2` gets the start of each
+/// slot's range and, beside it, its end, which starts as its start.
+#[inline(always)]
+pub fn reserve(slot: u32, build: &mut Build<'_>) {
+    let slots = build.params.cell_mask + 1;
+    if slot & (BLOCK - 1) != 0 {
+        return;
+    }
+    let end = (slot + BLOCK).min(slots);
+    let mut count = 0;
+    let mut one = slot;
+    while one < end {
+        count += build.index_1.get(one);
+        one += 1;
+    }
+    let mut start = if count == 0 { 0 } else { build.index_1.add(slots, count) };
+    one = slot;
+    while one < end {
+        build.index_2.set(2 * one, start);
+        build.index_2.set(2 * one + 1, start);
+        start += build.index_1.get(one);
+        one += 1;
+    }
+}
+
+/// The runs of slots that a box of cells meets: cells in a row on x, as far as their block reaches.
+pub struct Runs {
+    low: IVec3,
+    high: IVec3,
+    next: IVec3,
+    salt: u32,
+    cell_mask: u32,
+}
+
+/// Cells in a row, and the range of what their slots hold.
+#[derive(Clone, Copy, Debug)]
+pub struct Run {
+    first: IVec3,
+    last_x: i32,
+    /// First place.
+    pub start: u32,
+    /// One behind the last place.
+    pub end: u32,
+}
+
+impl Runs {
+    /// Those of the cells from `low` to `high`; `salt` tells tables in one from each other.
+    #[inline(always)]
+    pub fn new(low: IVec3, high: IVec3, salt: u32, cell_mask: u32) -> Runs {
+        Runs { low, high, next: low, salt, cell_mask }
+    }
+
+    /// Cells in all; a float, since they can be many.
+    #[inline(always)]
+    pub fn cell_count(&self) -> f32 {
+        let span = (self.high - self.low).as_vec3() + Vec3::ONE;
+        span.x * span.y * span.z
+    }
+
+    /// Whether there is another run.
+    #[inline(always)]
+    pub fn is_left(&self) -> bool {
+        self.next.z <= self.high.z
+    }
+
+    /// The next run, by the ranges that [`reserve`] made.
+    #[inline(always)]
+    pub fn next(&mut self, ranges: &[u32]) -> Run {
+        let first = self.next;
+        let slot = slot(first, self.salt, self.cell_mask);
+        let room = ((BLOCK - 1 - (slot & (BLOCK - 1))) as i32).min((self.cell_mask - slot) as i32);
+        let last_x = self.high.x.min(first.x + room);
+        let last = slot + (last_x - first.x) as u32;
+        self.next.x = last_x + 1;
+        if last_x == self.high.x {
+            self.next.x = self.low.x;
+            self.next.y += 1;
+            if self.next.y > self.high.y {
+                self.next.y = self.low.y;
+                self.next.z += 1;
+            }
+        }
+        Run { first, last_x, start: ranges[2 * slot as usize], end: ranges[2 * last as usize + 1] }
+    }
+}
+
+impl Run {
+    /// Whether a position is in one of its cells: other cells share their slots, and have a visit of their own.
+    #[inline(always)]
+    pub fn holds(&self, position: Vec3, cell_size: f32) -> bool {
+        let cell = cell(position, cell_size);
+        let Run { first, last_x, .. } = *self;
+        cell.y == first.y && cell.z == first.z && cell.x >= first.x && cell.x <= last_x
+    }
 }
 
 /// Bin of a radius: its biased exponent.

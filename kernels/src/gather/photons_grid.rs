@@ -5,22 +5,17 @@
 //! Where it is slow: a point whose radius is far above the median visits many cells (at most as many as there are
 //! deposits: beyond that it looks at all of them). It is exact for every radius.
 
-use crate::gather::hash::{RADIUS_BINS, cell, common_cell_size, radius_bin, slot};
+use crate::gather::hash::{RADIUS_BINS, Runs, cell, common_cell_size, radius_bin, reserve, slot};
 use crate::gather::tables::{Build, Tables};
 use crate::gather::variant::{Over, Stage, Variant, Words};
 use crate::gather::{Gather, Index, Near, Visit};
 use crate::seam::{Atomics, Scatter, Words as _};
-use spirv_std::glam::{IVec3, Vec3};
 
 /// See the head of the file.
 pub struct PhotonsGrid;
 
 /// Words of `index_0` behind the histogram of radii: bits of the cell size [m].
 const CELL_SIZE: u32 = RADIUS_BINS;
-/// The last word of `index_1`, behind the counts of the cells: deposits in cells reserved so far.
-const fn reserved(cell_mask: u32) -> u32 {
-    cell_mask + 1
-}
 
 impl Index for PhotonsGrid {
     const VARIANT: Variant = Variant {
@@ -40,8 +35,8 @@ impl Index for PhotonsGrid {
         words: [
             Words(1, Over::Count(RADIUS_BINS + 1)),
             Words(2, Over::Cells),
-            Words(1, Over::Cells),
-            Words(1, Over::Cells),
+            Words(2, Over::Cells),
+            Words::NONE,
         ],
         sorts: true,
         ..Variant::of::<PhotonsGrid>()
@@ -59,19 +54,16 @@ impl Index for PhotonsGrid {
             let size = common_cell_size(&build.index_0);
             build.index_0.set(CELL_SIZE, size);
         } else if stage == 3 {
-            let count = build.index_1.get(index);
-            let start = if count == 0 { 0 } else { build.index_1.add(reserved(mask), count) };
-            build.index_2.set(index, start);
-            build.index_3.set(index, start);
+            reserve(index, build);
         } else {
             let deposit = build.deposit_geometry[index as usize];
             let size = f32::from_bits(build.index_0.get(CELL_SIZE));
-            let slot = slot(cell(deposit.position, size), mask);
+            let slot = slot(cell(deposit.position, size), 0, mask);
             if stage == 2 {
                 build.index_1.add(slot, 1);
             } else {
                 // The end of a range starts as its start. The order in a cell is free, because sums are integers.
-                let to = build.index_3.add(slot, 1);
+                let to = build.index_2.add(2 * slot + 1, 1);
                 build.sorted_geometry.write(to, deposit);
                 build.sorted_light.write(to, build.deposit_light[index as usize]);
             }
@@ -85,8 +77,8 @@ impl Gather for PhotonsGrid {
         let cell_size = f32::from_bits(tables.index_0[CELL_SIZE as usize]);
         let low = cell(near.position - near.half_extent, cell_size);
         let high = cell(near.position + near.half_extent, cell_size);
-        let span = (high - low).as_vec3() + Vec3::ONE;
-        if span.x * span.y * span.z > tables.deposit_count as f32 {
+        let mut runs = Runs::new(low, high, 0, tables.params.cell_mask);
+        if runs.cell_count() > tables.deposit_count as f32 {
             let mut id = 0;
             while id < tables.deposit_count {
                 visit.visit(id);
@@ -94,28 +86,19 @@ impl Gather for PhotonsGrid {
             }
             return;
         }
-        let mut z = low.z;
-        while z <= high.z {
-            let mut y = low.y;
-            while y <= high.y {
-                let mut x = low.x;
-                while x <= high.x {
-                    let here = IVec3::new(x, y, z);
-                    let slot = slot(here, tables.params.cell_mask) as usize;
-                    let mut id = tables.index_2[slot];
-                    let end = tables.index_3[slot];
-                    while id < end {
-                        // Another cell may share the slot: it has its own visit.
-                        if cell(tables.deposit_geometry[id as usize].position, cell_size) == here {
-                            visit.visit(id);
-                        }
-                        id += 1;
-                    }
-                    x += 1;
+        while runs.is_left() {
+            let run = runs.next(tables.index_2);
+            let mut id = run.start;
+            while id < run.end {
+                let position = tables.deposit_geometry[id as usize].position;
+                let along = (position - near.position).abs();
+                let half = near.half_extent;
+                let is_near = (along.x <= half.x) & (along.y <= half.y) & (along.z <= half.z);
+                if is_near && run.holds(position, cell_size) {
+                    visit.visit(id);
                 }
-                y += 1;
+                id += 1;
             }
-            z += 1;
         }
     }
 }

@@ -7,24 +7,20 @@
 //! Where it is slow: many levels, and points that crowd a cell: those of one surface that is seen from afar at a grazing
 //! angle. It is exact for every radius.
 
-use crate::gather::hash::{RADIUS_BINS, cell, cell_size_of, radius_bin, slot};
+use crate::gather::hash::{RADIUS_BINS, Runs, cell, cell_size_of, radius_bin, reserve, slot};
 use crate::gather::tables::{Build, Tables};
 use crate::gather::variant::{Over, Side, Stage, Variant, Words};
 use crate::gather::{Gather, Index, Near, Visit};
 use crate::interface::point::PointGeometry;
 use crate::math::max_abs;
 use crate::seam::{Atomics, Words as _};
-use spirv_std::glam::{IVec3, Vec3};
+use spirv_std::glam::Vec3;
 
 /// See the head of the file.
 pub struct PointsGrid;
 
 /// Words of `index_0` behind the histogram of radii: levels that have points, then their bins.
 const LEVEL_COUNT: u32 = RADIUS_BINS;
-/// The last word of `index_1`, behind the counts of the cells: points in cells reserved so far.
-const fn reserved(cell_mask: u32) -> u32 {
-    cell_mask + 1
-}
 
 impl Index for PointsGrid {
     const VARIANT: Variant = Variant {
@@ -63,15 +59,12 @@ impl Index for PointsGrid {
             }
             build.index_0.set(LEVEL_COUNT, levels);
         } else if stage == 2 {
-            let count = build.index_1.get(index);
-            let start = if count == 0 { 0 } else { build.index_1.add(reserved(mask), count) };
-            build.index_2.set(2 * index, start);
-            build.index_2.set(2 * index + 1, start);
+            reserve(index, build);
         } else {
             let point = build.point(index);
             if point.depth != 0 {
                 let bin = radius_bin(point.radius);
-                let slot = level_slot(cell(point.position, cell_size_of(bin)), bin, mask);
+                let slot = slot(cell(point.position, cell_size_of(bin)), salt(bin), mask);
                 if stage == 0 {
                     build.index_0.add(bin, 1);
                     build.index_1.add(slot, 1);
@@ -84,10 +77,10 @@ impl Index for PointsGrid {
     }
 }
 
-/// Slot of a cell of a level.
+/// What tells the cells of a level from those of the others.
 #[inline(always)]
-fn level_slot(cell: IVec3, bin: u32, cell_mask: u32) -> u32 {
-    slot(cell, cell_mask).wrapping_add(bin.wrapping_mul(0x27d4_eb2f)) & cell_mask
+fn salt(bin: u32) -> u32 {
+    bin.wrapping_mul(0x27d4_eb2f)
 }
 
 /// The point at a place of `pixel_order`.
@@ -118,9 +111,8 @@ fn visit_level<V: Visit>(tables: &Tables<'_>, bin: u32, near: Near, visit: &mut 
     let half_extent = near.half_extent + Vec3::splat(reach);
     let low = cell(near.position - half_extent, size);
     let high = cell(near.position + half_extent, size);
-    let span = (high - low).as_vec3() + Vec3::ONE;
-    let everything = span.x * span.y * span.z > tables.params.pixel_count() as f32;
-    if everything {
+    let mut runs = Runs::new(low, high, salt(bin), tables.params.cell_mask);
+    if runs.cell_count() > tables.params.pixel_count() as f32 {
         let mut place = 0;
         while place < tables.params.pixel_count() {
             let point = point(tables, place);
@@ -131,29 +123,17 @@ fn visit_level<V: Visit>(tables: &Tables<'_>, bin: u32, near: Near, visit: &mut 
         }
         return;
     }
-    let mut z = low.z;
-    while z <= high.z {
-        let mut y = low.y;
-        while y <= high.y {
-            let mut x = low.x;
-            while x <= high.x {
-                let here = IVec3::new(x, y, z);
-                let slot = level_slot(here, bin, tables.params.cell_mask) as usize;
-                let mut entry = tables.index_2[2 * slot];
-                let end = tables.index_2[2 * slot + 1];
-                while entry < end {
-                    let place = tables.index_3[entry as usize];
-                    let point = point(tables, place);
-                    // Another cell, or one of another level, may share the slot: it has its own visit.
-                    if radius_bin(point.radius) == bin && cell(point.position, size) == here {
-                        visit.visit(place);
-                    }
-                    entry += 1;
-                }
-                x += 1;
+    while runs.is_left() {
+        let run = runs.next(tables.index_2);
+        let mut entry = run.start;
+        while entry < run.end {
+            let place = tables.index_3[entry as usize];
+            let point = point(tables, place);
+            // Slots are shared with other levels too.
+            if radius_bin(point.radius) == bin && run.holds(point.position, size) {
+                visit.visit(place);
             }
-            y += 1;
+            entry += 1;
         }
-        z += 1;
     }
 }

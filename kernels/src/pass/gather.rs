@@ -8,8 +8,7 @@ use crate::gather::variant::Side;
 use crate::gather::{Gather, Near, Visit};
 use crate::interface::counters::{Counter, DepositState};
 use crate::interface::frame::{EVERY_DEPOSIT, FrameParams};
-use crate::interface::material::Material;
-use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
+use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry};
 use crate::seam::Atomics;
 use crate::surface::textured::material_of;
 use spirv_std::glam::Vec3;
@@ -103,8 +102,6 @@ pub struct Take<'a> {
     tables: Tables<'a>,
     pixel: u32,
     point: PointGeometry,
-    shading: PointShading,
-    material: Material,
     sum: Sum,
 }
 
@@ -113,15 +110,7 @@ impl<'a> Take<'a> {
     #[inline(always)]
     pub fn new(index: u32, tables: &Tables<'a>) -> Take<'a> {
         let pixel = tables.pixel_order[index as usize];
-        let shading = tables.point_shading[pixel as usize];
-        Take {
-            tables: *tables,
-            pixel,
-            point: tables.point_geometry[pixel as usize],
-            shading,
-            material: material_of(&shading, tables.materials, tables.needs),
-            sum: Sum::default(),
-        }
+        Take { tables: *tables, pixel, point: tables.point_geometry[pixel as usize], sum: Sum::default() }
     }
 
     /// Whether there is a point.
@@ -151,9 +140,11 @@ impl Visit for Take<'_> {
     fn visit(&mut self, id: u32) {
         let tables = &self.tables;
         if takes(&self.point, &tables.deposit_geometry[id as usize], tables.params.max_bounces) {
+            let shading = tables.point_shading[self.pixel as usize];
+            let material = material_of(&shading, tables.materials, tables.needs);
             let light = tables.deposit_light[id as usize];
             let roughness = tables.params.specular_roughness;
-            let value = contribution(&self.shading, self.material, &light, roughness, tables.needs);
+            let value = contribution(&shading, material, &light, roughness, tables.needs);
             self.sum = self.sum.plus(Sum::of(value, tables.params.inverse_quantum()));
         }
     }

@@ -83,7 +83,7 @@ fn finest(position: Vec3, params: &FrameParams) -> u32 {
 fn slot(position: Vec3, carrier: Carrier, exponent: u32) -> u32 {
     let here = cell(position, f32::from_bits(exponent << 23));
     let key = exponent.wrapping_mul(0x9e37_79b1) ^ carrier.0.wrapping_mul(0xc2b2_ae35);
-    WORDS * (hash::slot(here, u32::MAX).wrapping_add(key ^ (key >> 16)) & (VALIDATION_CELLS - 1))
+    WORDS * (hash::slot(here, 0, u32::MAX).wrapping_add(key ^ (key >> 16)) & (VALIDATION_CELLS - 1))
 }
 
 /// Which frame a mark belongs to.

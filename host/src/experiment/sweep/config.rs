@@ -89,12 +89,15 @@ pub struct MatrixTable {
     /// Filters.
     #[serde(default = "none")]
     pub filter: Filled<Named<&'static Filter>>,
-    /// Light paths of a frame of the first of `[time]` and `[error]` that is there.
+    /// Light paths of a frame as it is timed, else as its error is measured.
     pub light_paths: Option<Filled<Count>>,
     /// Light paths a pixel instead.
     pub paths_per_pixel: Option<Filled<PathsPerPixel>>,
     /// As many light paths as a frame of this time has instead [ms].
     pub equal_time_ms: Option<Positive>,
+    /// Widths and heights of the pictures that are timed; none: that of `[time]`.
+    #[serde(default)]
+    pub size: Vec<(Side, Side)>,
     /// Radii of collection points relative to the disc of a pixel's footprint.
     #[serde(default = "one")]
     pub radius_px: Filled<Positive>,
@@ -142,6 +145,9 @@ impl Config {
             if given.iter().filter(|given| **given).count() != 1 {
                 let keys = "light_paths, paths_per_pixel and equal_time_ms";
                 return Err(format!("line {line}, [[matrix]]: give one of {keys}"));
+            }
+            if !matrix.size.is_empty() && self.time.is_none() {
+                return Err(format!("line {line}, [[matrix]]: size needs a table [time]"));
             }
             if matrix.equal_time_ms.is_some() && self.time.is_none() {
                 return Err(format!("line {line}, [[matrix]]: equal_time_ms needs a table [time]"));
@@ -221,6 +227,8 @@ mod tests {
             ("[1]", "[1]\nlight_paths = [9]", "line 5", "light_paths"),
             ("[1]", "[1]\nmax_bounces = [65]", "line 9", "max_bounces"),
             ("[1]", "[1]\nrunner = [\"abacus\"]", "line 9", "gpu-software"),
+            ("[1]", "[1]\nsize = [[0, 36]]", "line 9", "size"),
+            ("[1]", "[1]\nsize = [[64]]", "line 9", "size"),
             ("[1]", "[1]\ngather = [\"sieve\"]", "line 9", "photons-grid"),
         ] {
             assert!(GOOD.contains(from));

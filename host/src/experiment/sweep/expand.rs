@@ -12,7 +12,7 @@ use crate::method::settings::Settings;
 use crate::scene::{self, Scene};
 use crate::session::RunnerChoice;
 
-/// A scene and its cells.
+/// A scene, a size, and their cells.
 #[derive(Clone, Debug)]
 pub struct Part {
     /// As loaded.
@@ -23,6 +23,8 @@ pub struct Part {
     argument: String,
     /// Camera as it was given.
     asked: Option<String>,
+    /// Width and height of the picture that is timed, if it is [px].
+    pub timed_size: Option<(u32, u32)>,
     /// Hash of all that cells of the part share.
     view: String,
     /// What is measured.
@@ -32,7 +34,7 @@ pub struct Part {
 /// Everything that a sweep measures.
 #[derive(Clone, Debug, Default)]
 pub struct Expanded {
-    /// A part a scene and camera.
+    /// A part a scene, camera and size.
     pub parts: Vec<Part>,
     /// What cannot be, a line each.
     pub skipped: Vec<String>,
@@ -49,17 +51,25 @@ impl Expanded {
             let matrix = matrix.get_ref();
             let names = matrix.runner.0.iter().map(|name| name.0.0);
             let runners = names.map(&mut *runner).collect::<anyhow::Result<Vec<_>>>()?;
-            let Cells { cells, skipped } = lists(config, matrix, runners).cells();
-            for line in skipped {
-                if !all.skipped.contains(&line) {
-                    all.skipped.push(line);
+            for timed_size in timed_sizes(config, matrix) {
+                let Cells { cells, skipped } = lists(config, matrix, timed_size, runners.clone()).cells();
+                for line in skipped {
+                    if !all.skipped.contains(&line) {
+                        all.skipped.push(line);
+                    }
                 }
-            }
-            for argument in &matrix.scene.0 {
-                let known = |part: &&mut Part| part.argument == *argument && part.asked == matrix.camera;
-                match all.parts.iter_mut().find(known) {
-                    Some(part) => part.cells.extend(cells.iter().cloned()),
-                    None => all.parts.push(Part::new(config, argument, matrix, cells.clone())?),
+                for argument in &matrix.scene.0 {
+                    let known = |part: &&mut Part| {
+                        part.argument == *argument
+                            && part.asked == matrix.camera
+                            && part.timed_size == timed_size
+                    };
+                    match all.parts.iter_mut().find(known) {
+                        Some(part) => part.cells.extend(cells.iter().cloned()),
+                        None => {
+                            all.parts.push(Part::new(config, argument, matrix, timed_size, cells.clone())?);
+                        }
+                    }
                 }
             }
         }
@@ -72,7 +82,13 @@ impl Expanded {
 }
 
 impl Part {
-    fn new(config: &Config, argument: &str, matrix: &MatrixTable, cells: Vec<Cell>) -> anyhow::Result<Part> {
+    fn new(
+        config: &Config,
+        argument: &str,
+        matrix: &MatrixTable,
+        timed_size: Option<(u32, u32)>,
+        cells: Vec<Cell>,
+    ) -> anyhow::Result<Part> {
         let scene = Scene::load(&scene::resolve(argument)?)?;
         let name = matrix.camera.as_deref();
         let camera = scene.cameras.iter().find(|camera| name.is_none_or(|name| camera.name == name));
@@ -83,6 +99,7 @@ impl Part {
             camera,
             argument: argument.into(),
             asked: matrix.camera.clone(),
+            timed_size,
             view: String::new(),
             scene,
             cells,
@@ -113,17 +130,30 @@ impl Part {
     pub fn identity(&self, config: &Config, cell: &Cell) -> String {
         let Config { fps, first_frame, seed, exposure, time, error, .. } = config;
         let moves = self.scene.is_animated().then_some((fps.0, first_frame));
-        let view = &self.view;
-        let text = format!("{view} {moves:?} seed {seed} {exposure} {time:?} {error:?} {}", cell.key());
+        let (view, size) = (&self.view, self.timed_size);
+        let text =
+            format!("{view} {moves:?} seed {seed} {exposure} {time:?} {size:?} {error:?} {}", cell.key());
         fnv1a(text.bytes())
     }
 }
 
-fn lists(config: &Config, matrix: &MatrixTable, runners: Vec<RunnerChoice>) -> Matrix {
+/// Sizes of the pictures that are timed; one that is none where no times are measured.
+fn timed_sizes(config: &Config, matrix: &MatrixTable) -> Vec<Option<(u32, u32)>> {
+    if matrix.size.is_empty() {
+        return vec![config.time.as_ref().map(|time| (time.width.0, time.height.0))];
+    }
+    matrix.size.iter().map(|(width, height)| Some((width.0, height.0))).collect()
+}
+
+fn lists(
+    config: &Config,
+    matrix: &MatrixTable,
+    timed_size: Option<(u32, u32)>,
+    runners: Vec<RunnerChoice>,
+) -> Matrix {
     // The same paths a pixel in both sizes.
-    let size = config.time.as_ref().map(|time| (time.width, time.height));
-    let size = size.or(config.error.as_ref().map(|error| (error.width, error.height)));
-    let pixels = size.map_or(1.0, |(width, height)| f64::from(width.0) * f64::from(height.0));
+    let size = timed_size.or(config.error.as_ref().map(|error| (error.width.0, error.height.0)));
+    let pixels = size.map_or(1.0, |(width, height)| f64::from(width) * f64::from(height));
     let mut paths = Vec::new();
     if let Some(counts) = &matrix.light_paths {
         paths.extend(counts.0.iter().map(|count| Paths::PerPixel(f64::from(count.0) / pixels)));

@@ -1,0 +1,110 @@
+//! How the baselines `kim2019` and `yang2021` fare in known ways to fail (`tests/stability.toml`), beside OurBasic.
+
+use caustics::method::Method;
+use caustics::method::basic::BASIC;
+use caustics::method::kim2019::KIM2019;
+use caustics::method::settings::Settings;
+use caustics::method::yang2021::YANG2021;
+use caustics::picture::Picture;
+use caustics::scene::Scene;
+use caustics::session::{RunnerChoice, Session};
+use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_tests::scenes::{Builder, committed, lambert, metal};
+use glam::{DVec3, Vec3};
+
+/// The methods whose receivers are primary surfaces.
+const BASELINES: [&Method; 2] = [&KIM2019, &YANG2021];
+
+fn settings(width: u32, height: u32) -> Settings {
+    Settings { width, height, light_paths: 100_000, seed: 4, ..Settings::default() }
+}
+
+fn picture(scene: &Scene, settings: &Settings, method: &'static Method) -> Picture {
+    let (choice, needs) = (RunnerChoice::Cpu { threads: 0 }, scene.needs(settings.specular_roughness));
+    let mut session =
+        Session::new(&choice, scene, &scene.cameras[0], settings, method, &PHOTONS_GRID, needs).unwrap();
+    session.frame(0).unwrap();
+    session.picture().unwrap()
+}
+
+fn sum(layer: &[Vec3]) -> f64 {
+    layer.iter().map(|value| f64::from(value.element_sum())).sum()
+}
+
+/// A block whose back face a small mirror lights, while its top, which the camera looks at from the front, stays dark: the
+/// virtual light, the mirror's upper edge and the block's edge are on one line. Without the block the light lies on the
+/// ground.
+fn lit_from_behind(block: bool) -> Scene {
+    let mut b = Builder::default();
+    let grey = b.material(lambert(0.6));
+    let mirror = b.material(metal(1.0, 0.0));
+    if block {
+        b.block(grey, DVec3::new(-0.4, 0.0, -0.2), DVec3::new(0.4, 0.5, 0.2), false);
+    } else {
+        b.panel(grey, DVec3::ZERO, 2.0 * DVec3::Z, 2.0 * DVec3::X);
+    }
+    // Seen from the virtual light at z = -1.2, y = 1.3 at the mirror is y = 0.5 at the block's edge.
+    let (low, high) = (1.2, 1.299);
+    let centre = DVec3::new(0.0, 0.5 * (low + high), -1.0);
+    b.panel(mirror, centre, 0.06 * DVec3::X, 0.5 * (high - low) * DVec3::Y);
+    b.light(DVec3::new(0.0, 1.5, -0.8), 1.0);
+    b.camera(DVec3::new(0.0, 2.5, 1.5), DVec3::new(0.0, 0.5, -0.1), 0.35);
+    b.build()
+}
+
+/// Photons in screen space lie where their distance says, whatever face they are on: those just behind an edge are taken
+/// for photons before it. A disc knows its face.
+#[test]
+fn kim_leaks_round_a_corner_and_discs_do_not() {
+    let (block, ground, settings) = (lit_from_behind(true), lit_from_behind(false), settings(128, 128));
+    let caustics = |scene, method| sum(&picture(scene, &settings, method).caustics);
+    let lit = caustics(&ground, &BASIC);
+    let (basic, [kim, yang]) = (caustics(&block, &BASIC), BASELINES.map(|method| caustics(&block, method)));
+    println!("leaks: basic {basic}, kim2019 {kim:.3}, yang2021 {yang:.3}; without the block {lit:.3}");
+    assert!(lit > 1.0, "the test has lost its subject");
+    assert_eq!((basic, yang), (0.0, 0.0));
+    assert!(kim > 1.0e-2, "the baseline has become better than its source");
+}
+
+/// A wall of 0.8 % of its distance, which is within the tolerance of photons in screen space, parts a room with a mirror
+/// and a lamp from the viewer's half. What lies on its far side faces away from the viewer, and gives nothing.
+#[test]
+fn no_baseline_lets_a_caustic_through_a_thin_wall() {
+    let half_room = |wall: bool| {
+        let mut b = Builder::default();
+        let grey = b.material(lambert(0.6));
+        let mirror = b.material(metal(1.0, 0.0));
+        b.block(grey, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+        b.panel(mirror, DVec3::new(0.0, 0.0, -0.99), 0.9 * DVec3::X, 0.9 * DVec3::Y);
+        if wall {
+            b.block(grey, DVec3::new(-1.1, -1.1, -0.004), DVec3::new(1.1, 1.1, 0.004), false);
+        }
+        b.light(DVec3::new(0.2, 0.3, -0.5), 1.0);
+        b.camera(DVec3::new(0.0, 0.0, 0.95), DVec3::ZERO, 0.9);
+        b.build()
+    };
+    let (dark, lit) = (half_room(true), half_room(false));
+    for method in BASELINES {
+        let of = |scene| picture(scene, &settings(32, 32), method);
+        assert!(sum(&of(&lit).caustics) > 1.0, "the test has lost its subject");
+        let name = method.name;
+        assert!(of(&dark).caustics.iter().all(|value| *value == Vec3::ZERO), "{name} leaks through the wall");
+    }
+}
+
+#[test]
+fn baselines_render_odd_sizes_and_nothing_where_nothing_is() {
+    for method in BASELINES {
+        for (width, height) in [(1, 1), (1, 37), (19, 1), (33, 17)] {
+            let of = picture(&committed("ring"), &settings(width, height), method);
+            let name = method.name;
+            assert_eq!(of.caustics.len(), (width * height) as usize, "{name}");
+            assert!(of.caustics.iter().all(|value| value.is_finite()), "{name} at {width}x{height}");
+            assert!(sum(&of.caustics) > 0.0 || width * height < 100, "{name} at {width}x{height}");
+        }
+        let plain = picture(&committed("plain-room"), &settings(64, 36), method);
+        assert_eq!(sum(&plain.caustics), 0.0, "{}: there is no caster", method.name);
+        let none = Settings { light_paths: 0, ..settings(64, 36) };
+        assert_eq!(sum(&picture(&committed("ring"), &none, method).caustics), 0.0, "{}", method.name);
+    }
+}

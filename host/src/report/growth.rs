@@ -35,11 +35,12 @@ const QUANTITIES: [Quantity; 4] = [
     Quantity { slug: "bounces", name: "bounces", of: |cell, _| f64::from(cell.max_bounces) },
 ];
 
-/// A slope in logarithmic axes.
+/// A slope in logarithmic axes, and that between the last two values, where fixed costs weigh least.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Fit {
     exponent: f64,
     standard_error: f64,
+    last: f64,
 }
 
 /// Times of a part of a frame [ms] at each value of the quantity.
@@ -92,8 +93,9 @@ fn series(cells: &[Measured], quantity: &'static Quantity) -> Vec<Growth> {
         }
         let values: Vec<f64> = points.iter().map(|(value, _)| *value).collect();
         let steps: Vec<f64> = values.iter().map(|value| value * value.ln()).collect();
-        let letters = |letter: char| if letter.is_alphanumeric() { letter } else { '-' };
-        let slug = format!("growth-{}-{}-{}", quantity.slug, all.len(), cell).chars().map(letters).collect();
+        let words =
+            cell.split(|letter: char| !letter.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+        let slug = ["growth", quantity.slug].into_iter().chain(words).collect::<Vec<_>>().join("-");
         let limit = fit(&values, &steps).exponent;
         all.push(Growth { quantity, cell, slug, parts: parts(&values, &points), values, limit });
     }
@@ -149,7 +151,8 @@ fn fit(values: &[f64], times: &[f64]) -> Fit {
     let exponent = both / spread;
     let left = x.iter().zip(&y).map(|(x, y)| (y - mean_y - exponent * (x - mean_x)).powi(2)).sum::<f64>();
     let freedom = x.len().saturating_sub(2).max(1) as f64;
-    Fit { exponent, standard_error: (left / freedom / spread).sqrt() }
+    let step = |of: &[f64]| of[of.len() - 1] - of[of.len() - 2];
+    Fit { exponent, standard_error: (left / freedom / spread).sqrt(), last: step(&y) / step(&x) }
 }
 
 fn table(all: &[Growth]) -> Table {
@@ -172,6 +175,7 @@ fn table(all: &[Growth]) -> Table {
         column("at the end [ms]", "last_ms", &|_, part| Value::number(end(&part.ms))),
         column("exponent", "exponent", &|_, part| two(part.fit.exponent)),
         column("standard error", "standard_error", &|_, part| two(part.fit.standard_error)),
+        column("of the last step", "last_exponent", &|_, part| two(part.fit.last)),
         column("that of n log n", "n_log_n", &|growth, _| two(growth.limit)),
         column("at most n log n", "within", &|growth, part| {
             text(if growth.is_faster(part) { "no" } else { "yes" })
@@ -225,7 +229,7 @@ fn draw_part(growth: &Growth, part: &Part, rank: usize, x: &Axis, y: &Axis) -> M
     let line: Vec<String> =
         points.iter().map(|point| place(*point)).map(|(x, y)| format!("{x},{y}")).collect();
     let class = color(rank);
-    let Fit { exponent, standard_error } = part.fit;
+    let Fit { exponent, standard_error, .. } = part.fit;
     html! {
         polyline class={ "line " (class) } points=(line.join(" ")) {}
         @for point in &points {
@@ -270,9 +274,9 @@ mod tests {
         let rows = table.rows();
         let of = |part: &str| rows.iter().find(|row| row[4] == part).unwrap();
         let exponent = |part| of(part)[6].parse::<f64>().unwrap();
-        assert!((exponent("gather") - 2.0).abs() < 1e-9 && of("gather")[9] == "no");
-        assert!((exponent("shoot") - of("shoot")[8].parse::<f64>().unwrap()).abs() < 1e-9);
-        assert_eq!(of("shoot")[9], "yes");
+        assert!((exponent("gather") - 2.0).abs() < 1e-9 && of("gather")[10] == "no");
+        assert!((exponent("shoot") - of("shoot")[9].parse::<f64>().unwrap()).abs() < 1e-9);
+        assert_eq!(of("shoot")[10], "yes");
         assert_eq!((figures.len(), rows.len()), (1, 4));
     }
 

@@ -50,10 +50,25 @@ struct Part {
     fit: Fit,
 }
 
+/// What cells of a series share.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Name {
+    /// Scene, method and gather.
+    head: String,
+    /// Settings.
+    rest: String,
+}
+
+impl Name {
+    fn whole(&self) -> String {
+        format!("{} · {}", self.head, self.rest)
+    }
+}
+
 /// Cells that differ in one quantity only.
 struct Growth {
     quantity: &'static Quantity,
-    cell: String,
+    cell: Name,
     slug: String,
     values: Vec<f64>,
     parts: Vec<Part>,
@@ -76,7 +91,7 @@ pub fn growth(cells: &[Measured]) -> Option<(Vec<Figure>, Table)> {
 }
 
 fn series(cells: &[Measured], quantity: &'static Quantity) -> Vec<Growth> {
-    let mut series: BTreeMap<(String, String), Vec<(f64, &CellTime)>> = BTreeMap::new();
+    let mut series: BTreeMap<(Name, String), Vec<(f64, &CellTime)>> = BTreeMap::new();
     for cell in cells {
         let Some(time) = &cell.result.time else { continue };
         let Some(name) = name(&cell.result.cell, time, quantity) else { continue };
@@ -93,8 +108,9 @@ fn series(cells: &[Measured], quantity: &'static Quantity) -> Vec<Growth> {
         }
         let values: Vec<f64> = points.iter().map(|(value, _)| *value).collect();
         let steps: Vec<f64> = values.iter().map(|value| value * value.ln()).collect();
+        let whole = cell.whole();
         let words =
-            cell.split(|letter: char| !letter.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+            whole.split(|letter: char| !letter.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
         let slug = ["growth", quantity.slug].into_iter().chain(words).collect::<Vec<_>>().join("-");
         let limit = fit(&values, &steps).exponent;
         all.push(Growth { quantity, cell, slug, parts: parts(&values, &points), values, limit });
@@ -103,17 +119,17 @@ fn series(cells: &[Measured], quantity: &'static Quantity) -> Vec<Growth> {
 }
 
 /// All that cells of a series share: in words, what decides a frame but the quantity. None where it does not vary.
-fn name(cell: &CellConfig, time: &CellTime, quantity: &Quantity) -> Option<String> {
+fn name(cell: &CellConfig, time: &CellTime, quantity: &Quantity) -> Option<Name> {
     let is = |slug| quantity.slug == slug;
     let scene = if is("triangles") { family(&cell.scene)? } else { &cell.scene };
-    let mut words = vec![scene.to_string(), Series::of(cell).name()];
+    let mut words = Vec::new();
     words.extend((!is("pixels")).then(|| format!("{}×{}", time.width, time.height)));
     words.extend((!is("light-paths")).then(|| format!("{} light paths", time.light_paths)));
     words.extend((!is("bounces")).then(|| format!("{} bounces", cell.max_bounces)));
     words.extend((cell.radius_px != 1.0).then(|| format!("radius {} px", short(f64::from(cell.radius_px)))));
     words.extend([cell.runner.clone()]);
     words.extend((cell.needs == "all").then(|| "needs all".into()));
-    Some(words.join(" · "))
+    Some(Name { head: format!("{scene} · {}", Series::of(cell).name()), rest: words.join(" · ") })
 }
 
 /// The name of a scene that is made in several numbers of triangles: `cornell` of `cornell-10k`.
@@ -170,7 +186,7 @@ fn table(all: &[Growth]) -> Table {
         column("grows with", "quantity", &|growth, _| text(growth.quantity.name)),
         column("from", "from", &|growth, _| Value::number(growth.values.first().copied())),
         column("to", "to", &|growth, _| Value::number(end(&growth.values))),
-        column("cell", "cell", &|growth, _| text(&growth.cell)),
+        column("cell", "cell", &|growth, _| text(&growth.cell.whole())),
         column("part", "part", &|_, part| text(&part.name)),
         column("at the end [ms]", "last_ms", &|_, part| Value::number(end(&part.ms))),
         column("exponent", "exponent", &|_, part| two(part.fit.exponent)),
@@ -199,11 +215,11 @@ fn figure(growth: &Growth) -> Option<Figure> {
     }
     Some(Figure {
         name: growth.slug.clone(),
-        title: format!("Time against {}: {cell}", quantity.name),
+        title: format!("Time against {}: {}", quantity.name, cell.head),
         wide: draw(growth, Size::Wide)?,
         narrow: draw(growth, Size::Narrow)?,
         legend: parts.iter().enumerate().map(entry).collect(),
-        notes: vec![],
+        notes: vec![format!("{}.", cell.rest)],
         rows,
     })
 }

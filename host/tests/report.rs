@@ -138,7 +138,11 @@ fn figures_are_files_of_their_own_with_their_data() {
     let files: Vec<PathBuf> =
         desk.path("report_files").read_dir().unwrap().map(|entry| entry.unwrap().path()).collect();
     let figures: Vec<&PathBuf> = files.iter().filter(|path| path.extension().unwrap() == "svg").collect();
-    assert_eq!(figures.len(), 2 * 4 + 2, "three charts and the passes of two scenes, frames of one");
+    assert_eq!(
+        figures.len(),
+        2 * 4 + 2 + 2,
+        "three charts and the passes of two scenes, frames of one, growth"
+    );
     for path in figures {
         let text = std::fs::read_to_string(path).unwrap();
         let document = roxmltree::Document::parse(&text).unwrap();

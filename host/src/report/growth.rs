@@ -16,6 +16,8 @@ use crate::experiment::result::{CellConfig, CellTime};
 
 /// Fewest values of a quantity that an exponent is fitted to.
 const FEWEST: usize = 4;
+/// Charts of a quantity, at most.
+const CHARTS: usize = 2;
 /// Part of the frame's time that a pass has somewhere, if it is shown.
 const SMALLEST: f64 = 0.02;
 /// What the whole frame is called among its passes.
@@ -83,10 +85,16 @@ impl Growth {
     }
 }
 
-/// Charts of all series, and the table of their exponents; none without a series.
+/// The table of the exponents of all series, and charts of those of each quantity with the most values; none without a
+/// series.
 pub fn growth(cells: &[Measured]) -> Option<(Vec<Figure>, Table)> {
-    let all: Vec<Growth> = QUANTITIES.iter().flat_map(|quantity| series(cells, quantity)).collect();
-    let figures = all.iter().filter_map(figure).collect();
+    let (mut all, mut figures) = (Vec::new(), Vec::new());
+    for quantity in &QUANTITIES {
+        let mut series = series(cells, quantity);
+        series.sort_by_key(|growth| std::cmp::Reverse(growth.values.len()));
+        figures.extend(series.iter().take(CHARTS).filter_map(figure));
+        all.append(&mut series);
+    }
     (!all.is_empty()).then(|| (figures, table(&all)))
 }
 

@@ -93,6 +93,7 @@ impl Gather for PhotonsGrid {
                 let position = tables.deposit_geometry[id as usize].position;
                 let along = (position - near.position).abs();
                 let half = near.half_extent;
+                // What is outside the box needs no cell.
                 let is_near = (along.x <= half.x) & (along.y <= half.y) & (along.z <= half.z);
                 if is_near && run.holds(position, cell_size) {
                     visit.visit(id);

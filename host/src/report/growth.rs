@@ -1,6 +1,7 @@
 //! How the time of a frame grows with its work: cells that differ in one quantity only, and the exponents that fit them.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use maud::{Markup, html};
 
@@ -99,15 +100,16 @@ pub fn growth(cells: &[Measured]) -> Option<(Vec<Figure>, Table)> {
 }
 
 fn series(cells: &[Measured], quantity: &'static Quantity) -> Vec<Growth> {
-    let mut series: BTreeMap<(Name, String), Vec<(f64, &CellTime)>> = BTreeMap::new();
+    let mut series: BTreeMap<(Name, &Path, &str), Vec<(f64, &CellTime)>> = BTreeMap::new();
     for cell in cells {
         let Some(time) = &cell.result.time else { continue };
         let Some(name) = name(&cell.result.cell, time, quantity) else { continue };
-        let place = (name, cell.result.provenance.device.clone());
+        // One run, on one device.
+        let place = (name, cell.folder.as_path(), cell.result.provenance.device.as_str());
         series.entry(place).or_default().push(((quantity.of)(&cell.result.cell, time), time));
     }
     let mut all = Vec::new();
-    for ((cell, _), mut points) in series {
+    for ((cell, ..), mut points) in series {
         points.retain(|(value, _)| *value > 1.0);
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         points.dedup_by(|a, b| a.0 == b.0);
@@ -309,6 +311,10 @@ mod tests {
         let mut cells = [1e3, 1e4, 1e5, 1e6].map(|n: f64| cell(n as u32, n, n));
         assert!(growth(&cells[1..]).is_none());
         cells[3].result.cell.radius_px = 2.0;
+        assert!(growth(&cells).is_none());
+        cells[3].result.cell.radius_px = cells[2].result.cell.radius_px;
+        assert!(growth(&cells).is_some());
+        cells[3].folder = "another run".into();
         assert!(growth(&cells).is_none());
     }
 

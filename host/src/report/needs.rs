@@ -78,7 +78,11 @@ fn pairs<'a>(cells: &[&'a Measured]) -> Vec<Pair<'a>> {
     for cell in timed.iter().filter(|cell| cell.result.cell.needs == "scene") {
         let wanted = CellConfig { needs: "all".into(), ..cell.result.cell.clone() };
         let other = timed.iter().find(|other| {
-            other.result.cell == wanted && device(other) == device(cell) && size(other) == size(cell)
+            // Times of other runs were not taken in turns with these.
+            other.result.cell == wanted
+                && other.folder == cell.folder
+                && device(other) == device(cell)
+                && size(other) == size(cell)
         });
         pairs.extend(other.map(|other| (*cell, *other)));
     }

@@ -270,6 +270,22 @@ pub fn committed(name: &str) -> Scene {
     Scene::load(&folder.join("scene.gltf")).expect("committed scenes load")
 }
 
+/// A grey room that is seen from one end, with a mirror and a lamp in the other half; a wall of this half thickness [m]
+/// may part them.
+pub fn half_room(wall: Option<f64>) -> Scene {
+    let mut b = Builder::default();
+    let grey = b.material(lambert(0.6));
+    let mirror = b.material(metal(1.0, 0.0));
+    b.block(grey, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+    b.panel(mirror, DVec3::new(0.0, 0.0, -0.99), 0.9 * DVec3::X, 0.9 * DVec3::Y);
+    if let Some(half) = wall {
+        b.block(grey, DVec3::new(-1.1, -1.1, -half), DVec3::new(1.1, 1.1, half), false);
+    }
+    b.light(DVec3::new(0.2, 0.3, -0.5), 1.0);
+    b.camera(DVec3::new(0.0, 0.0, 0.95), DVec3::ZERO, 0.9);
+    b.build()
+}
+
 /// A closed room of 2 x 2 x 2 m around the origin with every kind of thing in it: a glass ball (absorbing), a mirror
 /// ring, a coated block, a glossy plate, an area light and a point light.
 pub fn mixed_room() -> Builder {

@@ -9,7 +9,7 @@ use caustics::picture::Picture;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
-use caustics_tests::scenes::{Builder, committed, lambert, metal};
+use caustics_tests::scenes::{Builder, committed, half_room, lambert, metal};
 use glam::{DVec3, Vec3};
 
 /// The methods whose receivers are primary surfaces.
@@ -70,20 +70,7 @@ fn kim_leaks_round_a_corner_and_discs_do_not() {
 /// and a lamp from the viewer's half. What lies on its far side faces away from the viewer, and gives nothing.
 #[test]
 fn no_baseline_lets_a_caustic_through_a_thin_wall() {
-    let half_room = |wall: bool| {
-        let mut b = Builder::default();
-        let grey = b.material(lambert(0.6));
-        let mirror = b.material(metal(1.0, 0.0));
-        b.block(grey, DVec3::splat(-1.0), DVec3::splat(1.0), true);
-        b.panel(mirror, DVec3::new(0.0, 0.0, -0.99), 0.9 * DVec3::X, 0.9 * DVec3::Y);
-        if wall {
-            b.block(grey, DVec3::new(-1.1, -1.1, -0.004), DVec3::new(1.1, 1.1, 0.004), false);
-        }
-        b.light(DVec3::new(0.2, 0.3, -0.5), 1.0);
-        b.camera(DVec3::new(0.0, 0.0, 0.95), DVec3::ZERO, 0.9);
-        b.build()
-    };
-    let (dark, lit) = (half_room(true), half_room(false));
+    let (dark, lit) = (half_room(Some(0.004)), half_room(None));
     for method in BASELINES {
         let of = |scene| picture(scene, &settings(32, 32), method);
         assert!(sum(&of(&lit).caustics) > 1.0, "the test has lost its subject");

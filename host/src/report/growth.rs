@@ -99,12 +99,14 @@ pub fn growth(cells: &[Measured]) -> Option<(Vec<Figure>, Table)> {
     (!all.is_empty()).then(|| (figures, table(&all)))
 }
 
+/// What a series is of: its name, and one run on one device.
+type Place<'a> = (Name, &'a Path, &'a str);
+
 fn series(cells: &[Measured], quantity: &'static Quantity) -> Vec<Growth> {
-    let mut series: BTreeMap<(Name, &Path, &str), Vec<(f64, &CellTime)>> = BTreeMap::new();
+    let mut series: BTreeMap<Place, Vec<(f64, &CellTime)>> = BTreeMap::new();
     for cell in cells {
         let Some(time) = &cell.result.time else { continue };
         let Some(name) = name(&cell.result.cell, time, quantity) else { continue };
-        // One run, on one device.
         let place = (name, cell.folder.as_path(), cell.result.provenance.device.as_str());
         series.entry(place).or_default().push(((quantity.of)(&cell.result.cell, time), time));
     }

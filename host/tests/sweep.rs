@@ -8,6 +8,7 @@ use assert_cmd::Command;
 use caustics::experiment::result::CellResult;
 use caustics::experiment::store;
 use caustics::method::history;
+use caustics::scene;
 use caustics_kernels::gather::variant;
 use tempfile::TempDir;
 
@@ -103,6 +104,10 @@ fn a_dry_run_counts_every_cell_once_and_measures_nothing() {
 fn the_experiments_of_the_project_are_read() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiment");
     let desk = Desk::new("");
+    // A dry run reads its scenes too.
+    for name in caustics_scenes::ON_DEMAND {
+        caustics_scenes::make(name, &desk.path(scene::MADE), false).unwrap();
+    }
     let mut count = 0;
     for entry in folder.read_dir().unwrap() {
         let file = entry.unwrap().path();

@@ -19,7 +19,7 @@ use super::sweep_cell::{Desk, Task};
 /// Most cells that take turns, the first one of the group aside: what an interruption loses.
 const MOST_TURNS: usize = 8;
 /// Most memory of all that take turns [bytes].
-const MOST_MEMORY: usize = 4 << 30;
+const MOST_MEMORY: usize = 6 << 30;
 /// Frames by which a number of light paths is tried.
 const TRIAL_FRAMES: u32 = 5;
 /// Rounds of turns in which light paths are corrected, at most: beside others a cell is slower than by itself.

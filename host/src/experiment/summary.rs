@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::cell::Cell;
 use super::gain::gain;
 use super::row::Row;
-use crate::metric::percentile::percentile;
+use crate::metric::percentile::quantile;
 
 /// A cell over all frames; measures that were not taken are null.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -134,7 +134,7 @@ fn median(values: &[f64]) -> Option<f64> {
 }
 
 fn percentiles(values: &[f64]) -> Option<Percentiles> {
-    let at = |part| percentile(values, part);
+    let at = |part| quantile(values, part);
     (!values.is_empty()).then(|| Percentiles { p5: at(0.05), median: at(0.5), p95: at(0.95) })
 }
 

@@ -1,8 +1,7 @@
 //! What the timed frames of a cell amount to: medians and quartiles, ratios to the first cell, rates.
 //!
-//! Which pass does what is read off its name: `collect`, `reference`, `filter.*`, `reuse.*`, `validate`, `resolve*` and
-//! `display` are no gather; `shoot.store` only traces. All else is the gather's, and a gather without `shoot.store` gathers
-//! while it shoots.
+//! Which pass does what is read off its name: `index.*` and `gather.*` are the gather's, `collect`, `reference`, `filter.*`
+//! and `display` the camera's.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,13 +10,13 @@ use super::memory::memory;
 use super::plan::Plan;
 use super::result::{CellTime, Quartiles};
 use super::row::Row;
-use crate::metric::percentile::percentile;
+use crate::metric::percentile::quantile;
 use crate::scene::Scene;
 
 /// Passes that are the camera's.
 const CAMERA: [&str; 4] = ["collect", "reference", "filter", "display"];
-/// Passes that are not the gather's, those of the camera and of light paths aside.
-const OTHERS: [&str; 5] = ["reuse", "validate", "resolve", "clear.counters", "clear.accumulator"];
+/// Passes of the gather.
+const GATHER: [&str; 3] = ["clear.index", "index", "gather"];
 /// Passes that trace the rays that are counted.
 const TRACERS: [&str; 3] = ["collect", "reference", "shoot"];
 
@@ -48,8 +47,6 @@ pub fn cell_time(plan: &Plan, scene: &Scene, cell: &Cell, first: &Cell, rows: &[
         (amount > 0.0 && ms > 0.0).then(|| 1e3 * amount / ms)
     };
     let is = |name: &str, of: &[&str]| of.iter().any(|start| name.starts_with(start));
-    let stores = names.contains("shoot.store");
-    let gathers = |name: &str| !is(name, &CAMERA) && !is(name, &OTHERS) && (!stores || name != "shoot.store");
     let settings = cell.settings(&plan.settings);
     let rays = mean("camera_rays") + mean("shadow_rays") + mean("light_rays");
     let points = own.values().find_map(|row| row.get("points")).unwrap_or(0.0);
@@ -64,7 +61,7 @@ pub fn cell_time(plan: &Plan, scene: &Scene, cell: &Cell, first: &Cell, rows: &[
         first: first.name.clone(),
         rays,
         rays_per_s: rate(rays, &|name| is(name, &TRACERS)).unwrap_or(0.0),
-        points_per_s: rate(points, &gathers),
+        points_per_s: rate(points, &|name| is(name, &GATHER)),
         light_paths_per_s: rate(mean("light_paths"), &|name| !is(name, &CAMERA)),
         memory_bytes: memory(plan, cell, scene)
             .into_iter()
@@ -75,9 +72,9 @@ pub fn cell_time(plan: &Plan, scene: &Scene, cell: &Cell, first: &Cell, rows: &[
     })
 }
 
-/// Median and quartiles by nearest rank; none of no values.
+/// Median and quartiles; none of no values.
 pub fn quartiles(values: &[f64]) -> Option<Quartiles> {
-    let at = |part| percentile(values, part);
+    let at = |part| quantile(values, part);
     (!values.is_empty()).then(|| Quartiles { lower: at(0.25), median: at(0.5), upper: at(0.75) })
 }
 
@@ -106,7 +103,7 @@ mod tests {
             ("total_ms", 11.0),
             ("pass.collect_ms", 4.0),
             ("pass.shoot.store_ms", 2.0),
-            ("pass.grid.fill_ms", 1.0),
+            ("pass.index.photons_grid.fill_ms", 1.0),
             ("pass.gather.photons_grid_ms", 1.0),
             ("pass.resolve_ms", 1.0),
             ("pass.display_ms", 1.0),
@@ -134,24 +131,24 @@ mod tests {
             .flat_map(|(frame, slow)| [row("first", frame, 2.0 * slow), row("other", frame, slow)])
             .collect();
         let time = cell_time(&plan, &Scene::default(), &other, &first, &rows).unwrap();
-        assert_eq!(time.total_ms, Quartiles { lower: 11.0, median: 11.0, upper: 11.0 });
+        assert_eq!(time.total_ms, Quartiles { lower: 11.0, median: 11.0, upper: 12.375 });
         assert_eq!(time.ratio_to_first, Some(0.5));
         assert_eq!((time.rays, time.rays_per_s), (6000.0, 1e6), "6000 in collect and shoot");
-        assert_eq!(time.points_per_s, Some(4e5), "800 in grid and gather");
-        assert_eq!(time.light_paths_per_s, Some(2e5), "1000 in shoot, grid, gather and resolve");
+        assert_eq!(time.points_per_s, Some(4e5), "800 in index and gather");
+        assert_eq!(time.light_paths_per_s, Some(2e5), "1000 in shoot, index, gather and resolve");
         assert_eq!((time.light_paths, time.frames), (1000, 4));
 
-        // Without a store, the points are gathered by the pass that shoots.
+        // Kim's method gathers at no point.
         let rows: Vec<Row> = rows
             .into_iter()
             .map(|mut row| {
-                let ms = row.values.remove("pass.shoot.store_ms").unwrap();
-                row.set("pass.shoot.points_ms", Some(ms));
+                row.values.retain(|name, _| !name.contains("gather") && !name.contains("index"));
+                row.set("pass.splat.kim2019_ms", Some(1.0));
                 row
             })
             .collect();
         let time = cell_time(&plan, &Scene::default(), &other, &first, &rows).unwrap();
-        assert_eq!(time.points_per_s, Some(2e5));
+        assert_eq!(time.points_per_s, None);
         assert!(cell_time(&plan, &Scene::default(), &other, &first, &[]).is_none());
     }
 }

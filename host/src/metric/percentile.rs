@@ -1,4 +1,4 @@
-//! The value that a given part of all values does not exceed.
+//! The value that a given part of all values does not exceed: one of them, or between two.
 
 /// The smallest of the values that at least `part` of all do not exceed (nearest rank); no number if any is none.
 pub fn percentile(values: &[f64], part: f64) -> f64 {
@@ -8,4 +8,16 @@ pub fn percentile(values: &[f64], part: f64) -> f64 {
     let mut sorted = values.to_vec();
     let rank = ((part * values.len() as f64 - 1e-9).ceil() as usize).clamp(1, values.len());
     *sorted.select_nth_unstable_by(rank - 1, f64::total_cmp).1
+}
+
+/// The quantile between order statistics, linearly: a median of two values is their mean. No number if any is none.
+pub fn quantile(values: &[f64], part: f64) -> f64 {
+    if values.is_empty() || values.iter().any(|value| value.is_nan()) {
+        return f64::NAN;
+    }
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let place = part.clamp(0.0, 1.0) * (sorted.len() - 1) as f64;
+    let below = sorted[place.floor() as usize];
+    below + (sorted[place.ceil() as usize] - below) * place.fract()
 }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::energy::energy;
 use super::mse::mse;
-use super::percentile::percentile;
+use super::percentile::{percentile, quantile};
 use super::pixels::{Estimate, Pixels};
 use super::relmse;
 use super::report::{METRICS, Viewing, report};
@@ -125,6 +125,16 @@ fn percentiles_are_values_of_nearest_rank() {
     assert_eq!(percentile(&values(2), 0.5), 1.0);
     assert_eq!(percentile(&[4.0], 0.999), 4.0);
     assert!(percentile(&[1.0, f64::NAN], 0.5).is_nan());
+}
+
+#[test]
+fn quantiles_lie_between_values() {
+    assert_eq!(quantile(&[1.25, 0.75], 0.5), 1.0);
+    assert_eq!(quantile(&[4.0, 1.0, 3.0, 2.0, 5.0], 0.25), 2.0);
+    assert_eq!(quantile(&[4.0, 1.0, 3.0, 2.0], 0.25), 1.75);
+    assert_eq!([0.0, 1.0].map(|part| quantile(&[3.0, 2.0], part)), [2.0, 3.0]);
+    assert_eq!(quantile(&[4.0], 0.95), 4.0);
+    assert!(quantile(&[], 0.5).is_nan() && quantile(&[1.0, f64::NAN], 0.0).is_nan());
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! How the time of a frame grows with its work: cells that differ in one quantity only, and the exponents that fit them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use maud::{Markup, html};
@@ -10,17 +10,16 @@ use super::figure::{Drawing, Entry, Figure, Size};
 use super::load::Measured;
 use super::name::{COLORS, SHAPES, Series};
 use super::number::{at, number, short};
-use super::passes::groups;
 use super::plot::Area;
 use super::table::{Column, Table, Value};
-use crate::experiment::result::{CellConfig, CellTime};
+use crate::experiment::result::{CellConfig, CellTime, Quartiles};
 
 /// Fewest values of a quantity that an exponent is fitted to.
 const FEWEST: usize = 4;
 /// Charts of a quantity, at most.
 const CHARTS: usize = 2;
 /// Part of the frame's time that a pass has somewhere, if it is shown.
-const SMALLEST: f64 = 0.02;
+const SMALLEST: f64 = 0.01;
 /// What the whole frame is called among its passes.
 const FRAME: &str = "frame";
 
@@ -38,19 +37,28 @@ const QUANTITIES: [Quantity; 4] = [
     Quantity { slug: "bounces", name: "bounces", of: |cell, _| f64::from(cell.max_bounces) },
 ];
 
-/// A slope in logarithmic axes, and that between the last two values, where fixed costs weigh least.
+/// A slope in logarithmic axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Fit {
+struct Slope {
     exponent: f64,
     standard_error: f64,
-    last: f64,
+}
+
+impl Slope {
+    /// Whether it is above a limit beyond twice its standard error.
+    fn is_above(self, limit: f64) -> bool {
+        self.exponent - 2.0 * self.standard_error > limit
+    }
 }
 
 /// Times of a part of a frame [ms] at each value of the quantity.
 struct Part {
     name: String,
     ms: Vec<f64>,
-    fit: Fit,
+    /// Over all values.
+    whole: Slope,
+    /// Between the last two values: a fixed cost hides what grows, and weighs least there.
+    last: Slope,
 }
 
 /// What cells of a series share.
@@ -75,14 +83,16 @@ struct Growth {
     slug: String,
     values: Vec<f64>,
     parts: Vec<Part>,
-    /// What n log n has over the same values.
+    /// The exponent of n log n over the same values.
     limit: f64,
+    /// That over the last two.
+    last_limit: f64,
 }
 
 impl Growth {
-    /// Whether a part grows faster than n log n, beyond twice the standard error.
+    /// Whether a part grows faster than n log n, over all values or in the last step.
     fn is_faster(&self, part: &Part) -> bool {
-        part.fit.exponent - 2.0 * part.fit.standard_error > self.limit
+        part.whole.is_above(self.limit) || part.last.is_above(self.last_limit)
     }
 }
 
@@ -125,7 +135,8 @@ fn series(cells: &[Measured], quantity: &'static Quantity) -> Vec<Growth> {
             whole.split(|letter: char| !letter.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
         let slug = ["growth", quantity.slug].into_iter().chain(words).collect::<Vec<_>>().join("-");
         let limit = fit(&values, &steps).exponent;
-        all.push(Growth { quantity, cell, slug, parts: parts(&values, &points), values, limit });
+        let last_limit = last_step(&values, &steps, &[0.0; 2]).exponent;
+        all.push(Growth { quantity, cell, slug, parts: parts(&values, &points), values, limit, last_limit });
     }
     all
 }
@@ -139,7 +150,7 @@ fn name(cell: &CellConfig, time: &CellTime, quantity: &Quantity) -> Option<Name>
     words.extend((!is("light-paths")).then(|| format!("{} light paths", time.light_paths)));
     words.extend((!is("bounces")).then(|| format!("{} bounces", cell.max_bounces)));
     words.extend((cell.radius_px != 1.0).then(|| format!("radius {} px", short(f64::from(cell.radius_px)))));
-    words.extend([cell.runner.clone()]);
+    words.extend([format!("camera {}", cell.camera), cell.runner.clone()]);
     words.extend((cell.needs == "all").then(|| "needs all".into()));
     Some(Name { head: format!("{scene} · {}", Series::of(cell).name()), rest: words.join(" · ") })
 }
@@ -153,23 +164,43 @@ fn family(scene: &str) -> Option<&str> {
 
 /// The frame, and the passes that take a part of it that shows somewhere.
 fn parts(values: &[f64], points: &[(f64, &CellTime)]) -> Vec<Part> {
-    let groups: Vec<BTreeMap<String, f64>> = points.iter().map(|(_, time)| groups(&time.pass_ms)).collect();
-    let totals: Vec<f64> = points.iter().map(|(_, time)| time.total_ms.median).collect();
-    let part = |name: &str, ms: Vec<f64>| Part { name: name.into(), fit: fit(values, &ms), ms };
-    let mut parts = vec![part(FRAME, totals.clone())];
-    let names: std::collections::BTreeSet<&String> = groups.iter().flat_map(BTreeMap::keys).collect();
+    let times = |of: &dyn Fn(&CellTime) -> Option<Quartiles>| -> Vec<Quartiles> {
+        points.iter().map(|(_, time)| of(time).unwrap_or_default()).collect()
+    };
+    let part = |name: &str, times: &[Quartiles]| {
+        let ms: Vec<f64> = times.iter().map(|of| of.median).collect();
+        let errors: Vec<f64> =
+            times.iter().zip(points).map(|(of, (_, time))| relative_error(of, time.frames)).collect();
+        Part { name: name.into(), whole: fit(values, &ms), last: last_step(values, &ms, &errors), ms }
+    };
+    let totals = times(&|time| Some(time.total_ms));
+    let mut parts = vec![part(FRAME, &totals)];
+    let names: BTreeSet<&String> = points.iter().flat_map(|(_, time)| time.pass_ms.keys()).collect();
     for name in names {
-        let ms: Vec<f64> = groups.iter().map(|group| group.get(name).copied().unwrap_or(0.0)).collect();
-        let shows = ms.iter().zip(&totals).any(|(ms, total)| *ms > SMALLEST * total);
-        if shows && ms.iter().all(|ms| *ms > 0.0) {
-            parts.push(part(name, ms));
+        let own = times(&|time| time.pass_ms.get(name).copied());
+        let shows = own.iter().zip(&totals).any(|(own, total)| own.median > SMALLEST * total.median);
+        if shows && own.iter().all(|own| own.median > 0.0) {
+            parts.push(part(name, &own));
         }
     }
     parts
 }
 
+/// Standard error of a median over the median, by its quartiles, as of normal noise.
+fn relative_error(of: &Quartiles, frames: u32) -> f64 {
+    let deviation = (of.upper - of.lower) / 1.349;
+    1.2533 * deviation / f64::from(frames.max(1)).sqrt() / of.median
+}
+
+/// The slope between the last two values, whose times have these relative errors.
+fn last_step(values: &[f64], times: &[f64], errors: &[f64]) -> Slope {
+    let step = |of: &[f64]| (of[of.len() - 1] / of[of.len() - 2]).ln();
+    let error = errors[errors.len() - 1].hypot(errors[errors.len() - 2]);
+    Slope { exponent: step(times) / step(values), standard_error: error / step(values) }
+}
+
 /// Least squares of logarithms.
-fn fit(values: &[f64], times: &[f64]) -> Fit {
+fn fit(values: &[f64], times: &[f64]) -> Slope {
     let logs = |of: &[f64]| -> Vec<f64> { of.iter().map(|value| value.ln()).collect() };
     let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
     let (x, y) = (logs(values), logs(times));
@@ -179,8 +210,7 @@ fn fit(values: &[f64], times: &[f64]) -> Fit {
     let exponent = both / spread;
     let left = x.iter().zip(&y).map(|(x, y)| (y - mean_y - exponent * (x - mean_x)).powi(2)).sum::<f64>();
     let freedom = x.len().saturating_sub(2).max(1) as f64;
-    let step = |of: &[f64]| of[of.len() - 1] - of[of.len() - 2];
-    Fit { exponent, standard_error: (left / freedom / spread).sqrt(), last: step(&y) / step(&x) }
+    Slope { exponent, standard_error: (left / freedom / spread).sqrt() }
 }
 
 fn table(all: &[Growth]) -> Table {
@@ -201,10 +231,12 @@ fn table(all: &[Growth]) -> Table {
         column("cell", "cell", &|growth, _| text(&growth.cell.whole())),
         column("part", "part", &|_, part| text(&part.name)),
         column("at the end [ms]", "last_ms", &|_, part| Value::number(end(&part.ms))),
-        column("exponent", "exponent", &|_, part| two(part.fit.exponent)),
-        column("standard error", "standard_error", &|_, part| two(part.fit.standard_error)),
-        column("of the last step", "last_exponent", &|_, part| two(part.fit.last)),
+        column("exponent", "exponent", &|_, part| two(part.whole.exponent)),
+        column("standard error", "standard_error", &|_, part| two(part.whole.standard_error)),
         column("that of n log n", "n_log_n", &|growth, _| two(growth.limit)),
+        column("of the last step", "last_exponent", &|_, part| two(part.last.exponent)),
+        column("standard error", "last_standard_error", &|_, part| two(part.last.standard_error)),
+        column("that of n log n", "last_n_log_n", &|growth, _| two(growth.last_limit)),
         column("at most n log n", "within", &|growth, part| {
             text(if growth.is_faster(part) { "no" } else { "yes" })
         }),
@@ -217,7 +249,7 @@ fn figure(growth: &Growth) -> Option<Figure> {
     let entry = |(rank, part): (usize, &Part)| Entry {
         color: color(rank),
         shape: Some(SHAPES[rank % SHAPES.len()]),
-        name: format!("{}: exponent {:.2}", part.name, part.fit.exponent),
+        name: format!("{}: exponent {:.2}", part.name, part.whole.exponent),
         series: None,
     };
     let mut rows = vec![[quantity.slug, "part", "ms"].map(String::from).to_vec()];
@@ -257,7 +289,7 @@ fn draw_part(growth: &Growth, part: &Part, rank: usize, x: &Axis, y: &Axis) -> M
     let line: Vec<String> =
         points.iter().map(|point| place(*point)).map(|(x, y)| format!("{x},{y}")).collect();
     let class = color(rank);
-    let Fit { exponent, standard_error, .. } = part.fit;
+    let Slope { exponent, standard_error } = part.whole;
     html! {
         polyline class={ "line " (class) } points=(line.join(" ")) {}
         @for point in &points {
@@ -301,11 +333,33 @@ mod tests {
         let (figures, table) = growth(&cells).unwrap();
         let rows = table.rows();
         let of = |part: &str| rows.iter().find(|row| row[4] == part).unwrap();
-        let exponent = |part| of(part)[6].parse::<f64>().unwrap();
-        assert!((exponent("gather") - 2.0).abs() < 1e-9 && of("gather")[10] == "no");
-        assert!((exponent("shoot") - of("shoot")[9].parse::<f64>().unwrap()).abs() < 1e-9);
-        assert_eq!(of("shoot")[10], "yes");
+        let number = |part, column: usize| of(part)[column].parse::<f64>().unwrap();
+        assert!((number("gather.x", 6) - 2.0).abs() < 1e-9 && of("gather.x")[12] == "no");
+        for (exponent, limit) in [(6, 8), (9, 11)] {
+            assert!((number("shoot.store", exponent) - number("shoot.store", limit)).abs() < 1e-9);
+        }
+        assert_eq!(of("shoot.store")[12], "yes");
         assert_eq!((figures.len(), rows.len()), (1, 4));
+    }
+
+    #[test]
+    fn a_fixed_cost_hides_no_square() {
+        let of_gather = |spread: f64| {
+            let mut cells = [1e3, 1e4, 1e5, 1e6].map(|n: f64| cell(n as u32, 1e-6 * n, 1.0 + 1e-10 * n * n));
+            for cell in &mut cells {
+                let time = cell.result.time.as_mut().unwrap();
+                let gather = time.pass_ms.get_mut("gather.x").unwrap();
+                let median = gather.median;
+                (gather.lower, gather.upper, time.frames) = (median / spread, median * spread, 8);
+            }
+            growth(&cells).unwrap().1.rows().into_iter().find(|row| row[4] == "gather.x").unwrap()
+        };
+        // 1, 1.01, 2 and 101 ms: the slope over all is small, that of the last step is not.
+        let row = of_gather(1.05);
+        assert!(row[6].parse::<f64>().unwrap() < 0.7 && row[9].parse::<f64>().unwrap() > 1.6, "{row:?}");
+        assert_eq!(row[12], "no");
+        // Times that no one knows well show nothing.
+        assert_eq!(of_gather(3.0)[12], "yes");
     }
 
     #[test]

@@ -6,10 +6,10 @@ use caustics::experiment::identity::posed;
 use caustics::experiment::measure::measure;
 use caustics::experiment::memory::memory;
 use caustics::experiment::plan::Plan;
-use caustics::experiment::result::FrameResult;
+use caustics::experiment::result::{CellTime, FrameResult};
 use caustics::experiment::row::Row;
 use caustics::experiment::store;
-use caustics::experiment::sweep::equal_time::{Found, TOLERANCE, is_met, search};
+use caustics::experiment::sweep::equal_time::{Found, TOLERANCE, held, is_met, search};
 use caustics::experiment::timing::{cell_time, quartiles};
 use caustics::session::tables;
 
@@ -68,11 +68,11 @@ fn measure_group(desk: &Desk, group: &[&Task]) -> anyhow::Result<bool> {
         // The first cell of the scene on this runner has a turn too, whoever measures it: what ratios are held against.
         let first = part.cells.iter().find(|cell| cell.runner == task.cell.runner).unwrap_or(&task.cell);
         let first = Task { part, cell: first.clone(), identity: part.identity(desk.config, first) };
-        let Some(first) = find_paths(desk, &first)?.map(|ready| ready.cell) else { return Ok(false) };
+        let Some(first) = find_paths(desk, &first)? else { return Ok(false) };
         let scene = posed(&part.scene, plan.time_of(plan.frames.start))?;
         let tables: usize = tables(&scene).iter().map(|(_, bytes)| bytes.len()).sum();
         let size = |cell: &Cell| tables + memory(&plan, cell, &scene).map_or(0, |memory| memory.total_bytes);
-        let (mut turns, mut bytes) = (Vec::new(), size(&first));
+        let (mut turns, mut bytes) = (Vec::new(), size(&first.cell));
         while let Some(task) = rest.first() {
             let Some(ready) = find_paths(desk, task)? else { return Ok(false) };
             bytes += size(&ready.cell);
@@ -96,17 +96,26 @@ fn measure_group(desk: &Desk, group: &[&Task]) -> anyhow::Result<bool> {
     Ok(true)
 }
 
-/// Times cells and writes their files. Cells that miss their time by little are measured again with other light paths.
-fn take_turns(
+/// A cell that took its turns.
+struct Timed<'a> {
+    ready: Ready<'a>,
+    time: CellTime,
+    frames: Vec<FrameResult>,
+    device: String,
+}
+
+/// Times cells and writes their files. Cells that share a time to meet take their turns again, with corrected light paths,
+/// as long as one of them misses it.
+fn take_turns<'a>(
     desk: &Desk,
     plan: &Plan,
-    first: &Cell,
-    turns: Vec<Ready>,
+    first: &Ready,
+    turns: Vec<Ready<'a>>,
     corrections: u32,
 ) -> anyhow::Result<bool> {
     let Some(part) = turns.first().map(|ready| ready.task.part) else { return Ok(true) };
-    let mut cells = vec![first.clone()];
-    cells.extend(turns.iter().map(|ready| ready.cell.clone()).filter(|cell| cell.name != first.name));
+    let mut cells = vec![first.cell.clone()];
+    cells.extend(turns.iter().map(|ready| ready.cell.clone()).filter(|cell| cell.name != first.cell.name));
     eprintln!("{}: {} cells take turns for {} frames", part.scene.name, cells.len(), plan.frames.len());
     let plan = Plan { cells, ..plan.clone() };
     let mut rows: Vec<Row> = Vec::new();
@@ -117,59 +126,91 @@ fn take_turns(
     let devices = measure(&plan, &part.scene, &plan.cells, None, desk.stopped, &mut each)?;
     let Some(devices) = devices else { return Ok(false) };
     let scene = posed(&part.scene, plan.time_of(plan.frames.start))?;
-    let mut again = Vec::new();
-    for ready in turns {
-        let Ready { task, cell } = &ready;
-        let own = rows.iter().filter(|row| row.cell == cell.name);
-        let faults: f64 = own.clone().filter_map(|row| row.get("faults")).sum();
+    let time = |cell: &Cell| cell_time(&plan, &scene, cell, &first.cell, &rows).context("no frame was timed");
+    let first_ms = time(&first.cell)?.total_ms.median;
+    let timed = |ready: Ready<'a>| -> anyhow::Result<Timed<'a>> {
+        let cell = &ready.cell;
+        let own: Vec<&Row> = rows.iter().filter(|row| row.cell == cell.name).collect();
+        let faults: f64 = own.iter().filter_map(|row| row.get("faults")).sum();
         if faults > 0.0 {
             eprintln!("warning: {}: {faults} deposits, addends or media were dropped or clamped", cell.name);
         }
-        let time = cell_time(&plan, &scene, cell, first, &rows).context("no frame was timed")?;
-        let of_frame = |row: &Row| FrameResult {
+        let of_frame = |row: &&Row| FrameResult {
             frame: row.frame,
             total_ms: row.get("total_ms"),
             ..FrameResult::default()
         };
-        let frames = if part.scene.is_animated() { own.map(of_frame).collect() } else { Vec::new() };
+        let frames = if part.scene.is_animated() { own.iter().map(of_frame).collect() } else { Vec::new() };
         let index = plan.cells.iter().position(|known| known.name == cell.name);
         let device = index.and_then(|index| devices.get(index)).cloned().unwrap_or_default();
-        let median = time.total_ms.median;
-        let mut note = None;
-        if let Paths::Time(target) = task.cell.paths
-            && !is_met(median, target)
-        {
-            // What is missing of the time, at the price of a light path.
-            let rate = time.light_paths_per_s.unwrap_or(0.0);
-            let paths = f64::from(time.light_paths) + (target - median) * rate / 1e3;
-            let paths = paths.round().clamp(1.0, f64::from(most_paths(&plan, cell)));
-            if corrections > 0 && rate > 0.0 && paths != f64::from(time.light_paths) {
-                let name = &cell.name;
-                eprintln!(
-                    "{} {name}: {median:.2} ms of {target} beside others; {paths} light paths next",
-                    scene.name
-                );
-                let pixels = f64::from(time.width) * f64::from(time.height);
-                let cell = Cell { paths: Paths::PerPixel(paths / pixels), ..cell.clone() };
-                again.push(Ready { task, cell });
-                continue;
-            }
-            let percent = 100.0 * TOLERANCE;
-            let why = if paths <= 1.0 { "; all other work takes longer" } else { "" };
-            note = Some(format!(
-                "equal_time_ms = {target}: not met within {percent} %; {} light paths take {median:.3} ms{why}",
-                time.light_paths
-            ));
-        }
-        eprintln!("{} {}: {median:.2} ms", scene.name, cell.name);
-        desk.write_time(task, cell, time, frames, device, note)?;
+        Ok(Timed { time: time(cell)?, frames, device, ready })
+    };
+    let timed: Vec<Timed> = turns.into_iter().map(timed).collect::<anyhow::Result<_>>()?;
+
+    let (shared, fixed): (Vec<Timed>, Vec<Timed>) =
+        timed.into_iter().partition(|timed| matches!(timed.ready.task.cell.paths, Paths::Time(_)));
+    for timed in fixed {
+        write(desk, timed, None)?;
     }
-    if again.is_empty() {
+    let misses: Vec<Option<Miss>> = shared.iter().map(|timed| miss(&plan, timed, first, first_ms)).collect();
+    let can_correct = misses.iter().flatten().any(|miss| miss.next.is_some());
+    if corrections == 0 || !can_correct {
+        for (timed, miss) in shared.into_iter().zip(misses) {
+            write(desk, timed, miss.map(|miss| miss.note))?;
+        }
         return Ok(true);
     }
-    let first =
-        again.iter().map(|ready| &ready.cell).find(|cell| cell.name == first.name).unwrap_or(first).clone();
-    take_turns(desk, &plan, &first, again, corrections - 1)
+    let mut again = Vec::new();
+    for (Timed { ready, time, .. }, miss) in shared.into_iter().zip(misses) {
+        let mut cell = ready.cell;
+        if let Some(next) = miss.and_then(|miss| miss.next) {
+            let ms = time.total_ms.median;
+            eprintln!("{} {}: {ms:.2} ms beside others; {next} light paths next", scene.name, cell.name);
+            let pixels = f64::from(time.width) * f64::from(time.height);
+            cell.paths = Paths::PerPixel(f64::from(next) / pixels);
+        }
+        again.push(Ready { task: ready.task, cell });
+    }
+    let is_first = |ready: &&Ready| ready.cell.name == first.cell.name;
+    let cell = again.iter().find(is_first).unwrap_or(first).cell.clone();
+    take_turns(desk, &plan, &Ready { task: first.task, cell }, again, corrections - 1)
+}
+
+fn write(desk: &Desk, timed: Timed, note: Option<String>) -> anyhow::Result<()> {
+    let Timed { ready: Ready { task, cell }, time, frames, device } = timed;
+    eprintln!("{} {}: {:.2} ms", task.part.scene.name, cell.name, time.total_ms.median);
+    desk.write_time(task, &cell, time, frames, device, note)
+}
+
+/// A time that was not met.
+struct Miss {
+    /// Light paths that may meet it.
+    next: Option<u32>,
+    /// What to say if it stays so.
+    note: String,
+}
+
+/// None where a cell meets its time.
+fn miss(plan: &Plan, timed: &Timed, first: &Ready, first_ms: f64) -> Option<Miss> {
+    let Timed { ready: Ready { task, cell }, time, .. } = timed;
+    let Paths::Time(target) = task.cell.paths else { return None };
+    let shared = time.ratio_to_first.filter(|_| first.task.cell.paths == task.cell.paths);
+    let (own, goal) = held(time.total_ms.median, shared.map(|ratio| (ratio, first_ms)), target);
+    if is_met(own, goal) {
+        return None;
+    }
+    // What is missing of the time, at the price of a light path.
+    let rate = time.light_paths_per_s.unwrap_or(0.0);
+    let paths = f64::from(time.light_paths) + (goal - own) * rate / 1e3;
+    let paths = paths.round().clamp(1.0, f64::from(most_paths(plan, cell)));
+    let why = if paths <= 1.0 { "; all other work takes longer" } else { "" };
+    let note = format!(
+        "equal_time_ms = {target}: not met within {} %; {} light paths take {own:.3} ms{why}",
+        100.0 * TOLERANCE,
+        time.light_paths
+    );
+    let is_new = rate > 0.0 && paths != f64::from(time.light_paths);
+    Some(Miss { next: is_new.then_some(paths as u32), note })
 }
 
 /// Most light paths of a frame that are tried: the kernels count rays in 32 bits.

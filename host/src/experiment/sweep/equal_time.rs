@@ -1,7 +1,8 @@
 //! Light paths by which a frame takes a given time: the root of a function that is measured, noisy and grows.
 //!
 //! A frame takes a time that does not depend on its light paths, and one in proportion to them; so the secant of two measures
-//! is a good guess. Guesses stay between the last known too little and too much.
+//! is a good guess. Guesses stay between the last known too little and too much; where these meet before the time is met, a
+//! measure was disturbed, and the older one is forgotten.
 
 /// Off from the time asked for, at most, relative to it.
 pub const TOLERANCE: f64 = 0.02;
@@ -36,6 +37,17 @@ pub fn is_met(ms: f64, target_ms: f64) -> bool {
     (ms / target_ms - 1.0).abs() <= TOLERANCE
 }
 
+/// The time of a cell and the one that it is held against [ms]: the clock's, or, where the first cell of its turns is to meet
+/// the same time, that of the first cell. `first` is the median of each frame's ratio to it, and its own time: a machine
+/// that slows down or speeds up does so for both.
+pub fn held(own_ms: f64, first: Option<(f64, f64)>, target_ms: f64) -> (f64, f64) {
+    match first {
+        None => (own_ms, target_ms),
+        Some((ratio, first_ms)) if is_met(first_ms, target_ms) => (ratio * first_ms, first_ms),
+        Some((ratio, first_ms)) => (ratio * first_ms, target_ms),
+    }
+}
+
 /// The number of light paths from 1 to `most` whose measured time [ms] is nearest to the target; the search ends with the
 /// first that meets it.
 pub fn search(
@@ -63,18 +75,28 @@ pub fn search(
             above =
                 Some(above.map_or((paths, ms), |known| if known.0 < paths { known } else { (paths, ms) }));
         }
+        let is_narrow = |(below, above): (Trial, Trial)| {
+            f64::from(above.0) - f64::from(below.0) < TOLERANCE * f64::from(above.0)
+        };
+        if below.zip(above).is_some_and(is_narrow) {
+            (below, above) = if ms < target_ms { (below, None) } else { (None, above) };
+            last = None;
+        }
         let one = f64::from(paths);
         let slope = |(a, a_ms): Trial, (b, b_ms): Trial| {
             f64::from(a) + (target_ms - a_ms) * (f64::from(b) - f64::from(a)) / (b_ms - a_ms)
         };
         let guess = match (below, above, last) {
-            (Some(below), Some(above), _) => slope(below, above),
+            // Two on one side say more of the way to the time than the old one on the other.
+            (Some(below), Some(above), last)
+                if last.is_none_or(|last| (last.1 < target_ms) != (ms < target_ms)) =>
+            {
+                slope(below, above)
+            }
             (_, _, Some(last)) if last.0 != paths => slope(last, (paths, ms)),
             _ => one * target_ms / ms,
         };
         let next = match (below, above) {
-            // A measure was disturbed, or there is no number between.
-            (Some(below), Some(above)) if above.0 <= below.0 + 1 => break,
             (Some(below), Some(above)) => {
                 // Away from both ends: a measure near one says little that is new.
                 let (a, b) = (f64::from(below.0), f64::from(above.0));
@@ -124,6 +146,17 @@ mod tests {
     }
 
     #[test]
+    fn cells_of_one_time_are_equal_in_their_turns() {
+        let met = |held: (f64, f64)| is_met(held.0, held.1);
+        assert!(met(held(101.0, None, 100.0)) && !met(held(105.0, None, 100.0)));
+        // The machine was slow where this cell had its turns, but so it was for the first one.
+        assert!(met(held(105.0, Some((1.01, 99.0)), 100.0)));
+        assert!(!met(held(100.0, Some((1.05, 99.0)), 100.0)));
+        // Equal to a first one that misses the time: both go on.
+        assert!(!met(held(110.0, Some((1.0, 110.0)), 100.0)));
+    }
+
+    #[test]
     fn curved_and_noisy_times_are_met() {
         let curved = |paths: f64, _| 3.0 + 1e-4 * paths * (paths + 2.0).log2();
         assert!(find(100.0, 64, 1 << 30, curved).is_met(100.0));
@@ -135,6 +168,18 @@ mod tests {
             (10.0 + 1e-3 * paths) * (1.0 + 0.01 * f64::from(step * 7 % 5) / 2.0 - 0.01)
         };
         assert!(find(100.0, 64, 1 << 30, noisy).is_met(100.0));
+    }
+
+    #[test]
+    fn a_measure_that_was_disturbed_is_forgotten() {
+        for disturbed in 1..5 {
+            for factor in [0.5, 0.7, 1.4, 2.0] {
+                let time =
+                    |paths: f64, step| (50.0 + 1e-3 * paths) * if step == disturbed { factor } else { 1.0 };
+                let found = find(100.0, 5000, 1 << 30, time);
+                assert!(found.is_met(100.0), "{disturbed} {factor}: {found:?}");
+            }
+        }
     }
 
     #[test]

@@ -102,7 +102,9 @@ pub fn report(request: &Request) -> anyhow::Result<Report> {
         for figure in &figures {
             parts.push(report.figure(figure, &figure.title, "")?);
         }
-        let note = "Least squares of logarithms over cells that differ in one quantity; n log n over the same values.";
+        let note = "Least squares of logarithms over cells that differ in one quantity, and the slope of the last step, where \
+                    fixed costs hide least; n log n over the same values. What is above it by twice its standard error, \
+                    over all values or in the last step, is not within.";
         parts.push(report.table(&table, "Exponents", note)?);
         let content = html! { @for part in &parts { (part) } };
         sections.push(Section { id: "growth".into(), title: "Cost against work".into(), content });

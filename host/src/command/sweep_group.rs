@@ -23,7 +23,7 @@ const MOST_MEMORY: usize = 6 << 30;
 /// Frames by which a number of light paths is tried.
 const TRIAL_FRAMES: u32 = 5;
 /// Rounds of turns in which light paths are corrected, at most: beside others a cell is slower than by itself.
-const MOST_CORRECTIONS: u32 = 3;
+const MOST_CORRECTIONS: u32 = 6;
 /// Most light paths a pixel that are tried.
 const MOST_PER_PIXEL: u64 = 4096;
 

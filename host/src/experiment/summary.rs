@@ -32,7 +32,7 @@ pub struct CellSummary {
     pub frames_flip_caustics_above_none: Option<usize>,
 }
 
-/// Nearest ranks.
+/// Between values, as [`quantile`] has them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Percentiles {
     /// One in twenty is below.

@@ -74,7 +74,7 @@ fn color(rank: usize, kind: &str) -> String {
 }
 
 /// Times by the first part of the passes' names [ms].
-pub fn groups(passes: &BTreeMap<String, crate::experiment::result::Quartiles>) -> BTreeMap<String, f64> {
+fn groups(passes: &BTreeMap<String, crate::experiment::result::Quartiles>) -> BTreeMap<String, f64> {
     let mut groups = BTreeMap::new();
     for (pass, time) in passes {
         let group = pass.split('.').next().unwrap_or(pass);

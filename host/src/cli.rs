@@ -53,7 +53,7 @@ pub enum Command {
     Sweep(Box<Sweep>),
     /// Make a page of results: charts of speed against accuracy, pictures, tables
     Report(Report),
-    /// List Vulkan devices, what they can do and whether they are used
+    /// List Vulkan devices, what they can do and whether they are used; or compile all kernels for one
     Device(Device),
     /// List, inspect or make scenes
     #[command(subcommand)]
@@ -273,6 +273,21 @@ pub struct Device {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
+    /// Compile every entry point for a device, in a process each, and print what its driver made of them
+    #[arg(long)]
+    pub compile: bool,
+    /// Device to compile for, by index or part of its name [default: the best]
+    #[arg(long, requires = "compile")]
+    pub device: Option<String>,
+    /// Code that is alive: all, none, or what a scene needs; several by commas
+    #[arg(long, requires = "compile", value_delimiter = ',', default_value = "all")]
+    pub needs: Vec<String>,
+    /// Only these entry points, by commas [default: every one]
+    #[arg(long, requires = "compile", value_delimiter = ',')]
+    pub pass: Vec<String>,
+    /// Compile one entry point here: MODULE/ENTRY/BITS
+    #[arg(long, requires = "compile", hide = true)]
+    pub one: Option<String>,
 }
 
 /// Commands on scenes.

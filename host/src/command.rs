@@ -7,6 +7,7 @@ pub mod bench_plan;
 pub mod bench_report;
 pub mod bench_still;
 pub mod compare;
+pub mod compile;
 pub mod device;
 pub mod identity;
 pub mod interrupt;

@@ -2,7 +2,8 @@
 //!
 //! A [`context::Context`] is a device opened for compute; everything else keeps it alive. [`memory`] allocates
 //! each [`buffer`], [`module`] reads what the entry points bind, [`passes`] compiles them, [`pipeline`] binds buffers to them by name, [`structure`]
-//! builds acceleration structures, and [`frame`] records steps into one command buffer, runs and times it.
+//! builds acceleration structures, and [`frame`] records steps into one command buffer, runs and times it. [`executable`] compiles
+//! an entry point to see what it becomes, and runs nothing.
 
 pub mod buffer;
 mod cache;
@@ -10,6 +11,7 @@ pub mod context;
 pub mod debug;
 pub mod device;
 pub mod error;
+pub mod executable;
 pub mod frame;
 mod instance;
 pub mod memory;
@@ -22,5 +24,5 @@ pub mod structure;
 #[cfg(test)]
 pub(crate) mod test_module;
 
-pub use device::{DeviceInfo, DeviceKind, devices};
+pub use device::{DeviceInfo, DeviceKind, best, devices};
 pub use error::VulkanError;

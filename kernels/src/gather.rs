@@ -59,7 +59,7 @@ pub trait Index {
 pub trait Gather: Index {
     /// Visits every element near (ids of deposits, or places of points in `pixel_order`), exactly once, in any order;
     /// perhaps others too.
-    fn for_each_near<V: Visit>(tables: &Tables<'_>, near: Near, visit: &mut V);
+    fn for_each_near<V: Visit>(tables: &mut Tables<'_>, near: Near, visit: &mut V);
 }
 
 /// Where to look: a box around a position.
@@ -71,8 +71,9 @@ pub struct Near {
     pub half_extent: Vec3,
 }
 
-/// What is done with an element that was found.
+/// What is done with an element that was found. A visitor changes while a search loops, so it holds values and sums;
+/// buffers stand beside it in `tables`, since a GPU's compiler may die of buffers that a loop carries.
 pub trait Visit {
     /// Takes an element by its id.
-    fn visit(&mut self, id: u32);
+    fn visit(&mut self, tables: &mut Tables<'_>, id: u32);
 }

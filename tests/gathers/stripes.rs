@@ -60,7 +60,7 @@ impl Index for Stripes {
 }
 
 impl Gather for Stripes {
-    fn for_each_near<V: Visit>(tables: &Tables<'_>, near: Near, visit: &mut V) {
+    fn for_each_near<V: Visit>(tables: &mut Tables<'_>, near: Near, visit: &mut V) {
         let low = stripe(near.position.x - near.half_extent.x);
         let high = stripe(near.position.x + near.half_extent.x);
         let mut here = low;
@@ -68,7 +68,7 @@ impl Gather for Stripes {
             let word = (here as u32 & (COUNT - 1)) as usize;
             let mut id = tables.index_0[word];
             while id < tables.index_0[word + 1] {
-                visit.visit(id);
+                visit.visit(tables, id);
                 id += 1;
             }
             here += 1;

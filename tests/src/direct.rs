@@ -134,7 +134,9 @@ impl Deposits {
 }
 
 impl Receive for Deposits {
-    fn receive(&mut self, geometry: DepositGeometry, light: DepositLight) {
+    type Way = ();
+
+    fn receive(&mut self, (): &mut (), geometry: DepositGeometry, light: DepositLight) {
         self.push(geometry, light);
     }
 }
@@ -278,7 +280,8 @@ pub fn gather(
         }
     }
     let deposits = if variant.sorts { &sorted } else { deposits };
-    let tables = Tables {
+    let mut words = vec![0; WORDS as usize * points.len()];
+    let mut tables = Tables {
         params: &params,
         needs,
         materials,
@@ -292,12 +295,11 @@ pub fn gather(
         index_1: &index[1],
         index_2: &index[2],
         index_3: &index[3],
+        accumulator: AtomicWords::new(&mut words),
     };
-    let mut words = vec![0; WORDS as usize * points.len()];
-    let accumulator = AtomicWords::new(&mut words);
     let one = variant.cpu.gather.expect("a gather in software");
     let count = if variant.side == Side::Points { deposits.len() } else { params.width };
-    (0..count).for_each(|index| one(index, &tables, accumulator, &mut Tally::default()));
+    (0..count).for_each(|index| one(index, &mut tables, &mut Tally::default()));
     words
 }
 

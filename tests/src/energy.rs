@@ -14,7 +14,9 @@ use crate::statistics::Mean;
 struct Nobody;
 
 impl Receive for Nobody {
-    fn receive(&mut self, _: DepositGeometry, _: DepositLight) {}
+    type Way = ();
+
+    fn receive(&mut self, (): &mut (), _: DepositGeometry, _: DepositLight) {}
 }
 
 /// The ledger of one frame.

@@ -82,7 +82,9 @@ impl Atomics for Ignore {
 struct Keep(Vec<Deposit>);
 
 impl Receive for Keep {
-    fn receive(&mut self, geometry: DepositGeometry, light: DepositLight) {
+    type Way = ();
+
+    fn receive(&mut self, (): &mut (), geometry: DepositGeometry, light: DepositLight) {
         self.0.push((geometry, light));
     }
 }

@@ -233,8 +233,8 @@ fn detects_a_gather_that_misses_a_deposit() {
         fn build(_: u32, _: u32, _: &mut Build<'_>) {}
     }
     impl Gather for Careless {
-        fn for_each_near<V: Visit>(tables: &Tables<'_>, _: Near, visit: &mut V) {
-            (0..tables.deposit_count).filter(|id| id % 1000 != 500).for_each(|id| visit.visit(id));
+        fn for_each_near<V: Visit>(tables: &mut Tables<'_>, _: Near, visit: &mut V) {
+            (0..tables.deposit_count).filter(|id| id % 1000 != 500).for_each(|id| visit.visit(tables, id));
         }
     }
     static CARELESS: Variant = Careless::VARIANT;

@@ -1,14 +1,18 @@
-//! `caustics device`.
+//! `caustics device`; with `--compile` see [`super::compile`].
 
 use std::process::ExitCode;
 
 use caustics::vulkan::{DeviceInfo, VulkanError, devices};
 
+use super::compile;
 use super::say::say;
 use crate::cli;
 
 /// Lists devices; without any, says why and exits with 4.
 pub fn run(options: &cli::Device) -> anyhow::Result<ExitCode> {
+    if options.compile {
+        return compile::run(options);
+    }
     let devices = devices()?;
     if devices.is_empty() {
         return Err(VulkanError::NoDevice { wanted: "at all".into(), found: "none".into() }.into());

@@ -14,6 +14,8 @@ pub struct Context {
     pub(super) candidate: Candidate,
     /// Acceleration structures, on a device opened with ray queries.
     pub(super) structures: Option<khr::acceleration_structure::Device>,
+    /// What pipelines became, on a device opened to compile.
+    pub(super) executables: Option<khr::pipeline_executable_properties::Device>,
     pub(super) labels: Labels,
     pub(super) instance: Instance,
 }
@@ -23,7 +25,24 @@ impl Context {
     pub fn new(device: Option<&str>, hardware: bool, validation: bool) -> Result<Context, VulkanError> {
         let instance = Instance::new(validation)?;
         let candidate = select(candidates(&instance), device, hardware)?;
+        Context::open(instance, candidate, hardware, false)
+    }
 
+    /// Opens a device to compile kernels and to ask what they became: with ray queries if it has them. Memory is not
+    /// touched, which drivers for hardware that is not there do not have.
+    pub fn to_compile(device: Option<&str>) -> Result<Context, VulkanError> {
+        let instance = Instance::new(false)?;
+        let candidate = select(candidates(&instance), device, false)?;
+        let (hardware, asks) = (candidate.info.ray_queries, candidate.executables);
+        Context::open(instance, candidate, hardware, asks)
+    }
+
+    fn open(
+        instance: Instance,
+        candidate: Candidate,
+        hardware: bool,
+        asks: bool,
+    ) -> Result<Context, VulkanError> {
         let priorities = [1.0];
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(candidate.family)
@@ -37,18 +56,24 @@ impl Context {
         let mut structure =
             vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default().acceleration_structure(true);
         let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);
-        let extensions = [
-            khr::acceleration_structure::NAME.as_ptr(),
-            khr::ray_query::NAME.as_ptr(),
-            khr::deferred_host_operations::NAME.as_ptr(),
-        ];
+        let mut executable = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default()
+            .pipeline_executable_info(true);
+        let mut extensions = Vec::new();
         let mut info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_features(&features)
             .push_next(&mut vulkan12);
         if hardware {
-            info = info.enabled_extension_names(&extensions).push_next(&mut structure).push_next(&mut query);
+            extensions.push(khr::acceleration_structure::NAME.as_ptr());
+            extensions.push(khr::ray_query::NAME.as_ptr());
+            extensions.push(khr::deferred_host_operations::NAME.as_ptr());
+            info = info.push_next(&mut structure).push_next(&mut query);
         }
+        if asks {
+            extensions.push(khr::pipeline_executable_properties::NAME.as_ptr());
+            info = info.push_next(&mut executable);
+        }
+        let info = info.enabled_extension_names(&extensions);
 
         // SAFETY: the device has what `info` asks for, as `select` checked.
         let raw = unsafe { instance.raw.create_device(candidate.physical, &info, None) }
@@ -56,8 +81,9 @@ impl Context {
         // SAFETY: the family has one queue, created above.
         let queue = unsafe { raw.get_device_queue(candidate.family, 0) };
         let structures = hardware.then(|| khr::acceleration_structure::Device::new(&instance.raw, &raw));
+        let executables = asks.then(|| khr::pipeline_executable_properties::Device::new(&instance.raw, &raw));
         let labels = Labels(instance.debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &raw)));
-        Ok(Context { raw, queue, candidate, structures, labels, instance })
+        Ok(Context { raw, queue, candidate, structures, executables, labels, instance })
     }
 
     /// What the device is and can do.

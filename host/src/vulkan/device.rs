@@ -69,6 +69,12 @@ pub fn devices() -> Result<Vec<DeviceInfo>, VulkanError> {
     Ok(candidates(&instance).into_iter().map(|candidate| candidate.info).collect())
 }
 
+/// The device that would be opened for `base.spv`: that of this index or with this text in its name, else the best.
+pub fn best(wanted: Option<&str>) -> Result<DeviceInfo, VulkanError> {
+    let instance = Instance::new(false)?;
+    Ok(select(candidates(&instance), wanted, false)?.info)
+}
+
 /// A device with what is needed to open it.
 pub(super) struct Candidate {
     pub(super) physical: vk::PhysicalDevice,
@@ -80,6 +86,8 @@ pub(super) struct Candidate {
     pub(super) timestamp_bits: u32,
     /// Whether kernels may use 64-bit integers.
     pub(super) int64: bool,
+    /// Whether it tells what pipelines became (VK_KHR_pipeline_executable_properties).
+    pub(super) executables: bool,
     /// Most primitives of a bottom-level structure; 0 without ray queries.
     pub(super) max_primitives: u64,
     /// Alignment of scratch addresses [bytes].
@@ -141,11 +149,13 @@ fn inspect(instance: &Instance, physical: vk::PhysicalDevice, index: usize) -> C
     let modern = properties.api_version >= vk::API_VERSION_1_2;
     let structures = modern && has(khr::acceleration_structure::NAME);
     let queries = modern && has(khr::ray_query::NAME);
+    let executables = modern && has(khr::pipeline_executable_properties::NAME);
 
     // Ask for the features and properties of exactly the extensions that are there.
     let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default();
     let mut structure = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default();
     let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default();
+    let mut executable = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default();
     let mut features = vk::PhysicalDeviceFeatures2::default();
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
     let mut structure_limits = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
@@ -160,6 +170,9 @@ fn inspect(instance: &Instance, physical: vk::PhysicalDevice, index: usize) -> C
     }
     if queries {
         features = features.push_next(&mut query);
+    }
+    if executables {
+        features = features.push_next(&mut executable);
     }
     if modern {
         // SAFETY: the device is of version 1.2 or later, and the chained structures live.
@@ -210,6 +223,7 @@ fn inspect(instance: &Instance, physical: vk::PhysicalDevice, index: usize) -> C
         family: family.unwrap_or(0) as u32,
         timestamp_bits,
         int64,
+        executables: executable.pipeline_executable_info == vk::TRUE,
         max_primitives: structure_limits.max_primitive_count,
         scratch_alignment: u64::from(structure_limits.min_acceleration_structure_scratch_offset_alignment),
     }

@@ -47,6 +47,21 @@ impl Pipeline {
         resources: &Resources,
         cache: &PipelineCache,
     ) -> Result<Pipeline, VulkanError> {
+        let mut pipeline =
+            Pipeline::compile(module, entry, needs, cache.raw, vk::PipelineCreateFlags::empty())?;
+        pipeline.create_set(entry)?;
+        pipeline.bind(entry, resources)?;
+        Ok(pipeline)
+    }
+
+    /// Compiles an entry point for what the scene needs, and binds nothing.
+    pub(super) fn compile(
+        module: &Module,
+        entry: &EntryPoint,
+        needs: Needs,
+        cache: vk::PipelineCache,
+        flags: vk::PipelineCreateFlags,
+    ) -> Result<Pipeline, VulkanError> {
         let context = Arc::clone(&module.context);
         check(entry, &context)?;
         // From here on, dropping the pipeline destroys what there is of it.
@@ -60,13 +75,12 @@ impl Pipeline {
             pool: vk::DescriptorPool::null(),
             context,
         };
-        pipeline.create_set(entry)?;
-        pipeline.bind(entry, resources)?;
-        pipeline.compile(module, entry, needs, cache)?;
+        pipeline.create_layout(entry)?;
+        pipeline.create_pipeline(module, entry, needs, cache, flags)?;
         Ok(pipeline)
     }
 
-    fn create_set(&mut self, entry: &EntryPoint) -> Result<(), VulkanError> {
+    fn create_layout(&mut self, entry: &EntryPoint) -> Result<(), VulkanError> {
         let bindings: Vec<_> = entry
             .bindings
             .iter()
@@ -78,20 +92,35 @@ impl Pipeline {
                     .stage_flags(vk::ShaderStageFlags::COMPUTE)
             })
             .collect();
+        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+        let device = &self.context.raw;
+        // SAFETY: bindings differ and their kinds are known to the device.
+        self.set_layout = unsafe { device.create_descriptor_set_layout(&info, None) }
+            .map_err(VulkanError::call("vkCreateDescriptorSetLayout"))?;
+
+        let layouts = [self.set_layout];
+        let ranges = [vk::PushConstantRange::default()
+            .stage_flags(vk::ShaderStageFlags::COMPUTE)
+            .size(entry.push_constant_bytes)];
+        let ranges = if entry.push_constant_bytes > 0 { &ranges[..] } else { &[] };
+        let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&layouts).push_constant_ranges(ranges);
+        // SAFETY: the set layout is alive.
+        self.layout = unsafe { device.create_pipeline_layout(&info, None) }
+            .map_err(VulkanError::call("vkCreatePipelineLayout"))?;
+        Ok(())
+    }
+
+    fn create_set(&mut self, entry: &EntryPoint) -> Result<(), VulkanError> {
         // A pool needs a size even where nothing is bound, hence one more of each.
         let count = entry.bindings.len() as u32 + 1;
         let mut sizes = vec![pool_size(BindingKind::Buffer, count)];
         if self.context.is_hardware() {
             sizes.push(pool_size(BindingKind::Structure, count));
         }
-        let layout_info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
         let pool_info = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
         let device = &self.context.raw;
-        // SAFETY: bindings differ and their kinds are known to the device; the pool has room for the set.
+        // SAFETY: kinds of descriptors are known to the device; the pool has room for the set.
         unsafe {
-            self.set_layout = device
-                .create_descriptor_set_layout(&layout_info, None)
-                .map_err(VulkanError::call("vkCreateDescriptorSetLayout"))?;
             self.pool = device
                 .create_descriptor_pool(&pool_info, None)
                 .map_err(VulkanError::call("vkCreateDescriptorPool"))?;
@@ -146,24 +175,15 @@ impl Pipeline {
             .descriptor_type(descriptor_type(binding.kind))
     }
 
-    fn compile(
+    fn create_pipeline(
         &mut self,
         module: &Module,
         entry: &EntryPoint,
         needs: Needs,
-        cache: &PipelineCache,
+        cache: vk::PipelineCache,
+        flags: vk::PipelineCreateFlags,
     ) -> Result<(), VulkanError> {
         let device = &self.context.raw;
-        let layouts = [self.set_layout];
-        let ranges = [vk::PushConstantRange::default()
-            .stage_flags(vk::ShaderStageFlags::COMPUTE)
-            .size(entry.push_constant_bytes)];
-        let ranges = if entry.push_constant_bytes > 0 { &ranges[..] } else { &[] };
-        let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&layouts).push_constant_ranges(ranges);
-        // SAFETY: the set layout is alive.
-        self.layout = unsafe { device.create_pipeline_layout(&info, None) }
-            .map_err(VulkanError::call("vkCreatePipelineLayout"))?;
-
         // Constant 0 is the scene's needs; an entry point without it ignores it.
         let constants = needs.0.to_ne_bytes();
         let entries = [vk::SpecializationMapEntry::default().constant_id(0).offset(0).size(constants.len())];
@@ -177,9 +197,9 @@ impl Pipeline {
             .module(module.raw)
             .name(&name)
             .specialization_info(&specialization);
-        let info = vk::ComputePipelineCreateInfo::default().stage(stage).layout(self.layout);
+        let info = vk::ComputePipelineCreateInfo::default().stage(stage).layout(self.layout).flags(flags);
         // SAFETY: the entry point is in the module, and the layout has what it binds.
-        let pipelines = unsafe { device.create_compute_pipelines(cache.raw, &[info], None) }
+        let pipelines = unsafe { device.create_compute_pipelines(cache, &[info], None) }
             .map_err(|(_, result)| VulkanError::Call { call: "vkCreateComputePipelines", result })?;
         self.raw = pipelines[0];
         self.context.labels.name(self.raw, &entry.name);

@@ -1,9 +1,10 @@
 //! `cargo kernels`: compiles `kernels/` to `base.spv` and `rayquery.spv` and writes `kernels.lock`.
 //!
-//! `--check` compares instead of writing and fails on any difference; `--lint` runs clippy over the code that only a
+//! Modules in which loops or branches carry pointers are refused (`pointers`). `--check` compares instead of writing and fails on any difference; `--lint` runs clippy over the code that only a
 //! GPU sees; `--panics FOLDER` writes modules there that report panics through debug printf.
 
 mod fingerprint;
+mod pointers;
 
 use anyhow::{Context, bail};
 use spirv_builder::{Capability, ShaderPanicStrategy, SpirvBuilder, SpirvBuilderError, SpirvMetadata};
@@ -54,7 +55,9 @@ fn compile(kernels: &Path, panics: ShaderPanicStrategy) -> anyhow::Result<Vec<(&
         .iter()
         .map(|&(name, ray_queries)| {
             let compiled = builder(kernels, ray_queries).shader_panic_strategy(panics).build()?;
-            Ok((name, std::fs::read(compiled.module.unwrap_single())?))
+            let bytes = std::fs::read(compiled.module.unwrap_single())?;
+            pointers::refuse_carried(&bytes).with_context(|| format!("{name} would crash drivers"))?;
+            Ok((name, bytes))
         })
         .collect()
 }

@@ -22,7 +22,7 @@ use spirv_std::spirv;
 /// An entry point that gathers, from sorted deposits or from others; the block of parameters is the variant's structure,
 /// if it has one.
 macro_rules! gather_entry {
-    ($gather:tt, $sorts:expr, [$($structure:tt)*], |$index:ident, $tables:ident, $accumulator:ident, $counters:ident| $body:expr) => {
+    ($gather:tt, $sorts:expr, [$($structure:tt)*], |$index:ident, $tables:ident, $counters:ident| $body:expr) => {
         /// Gathers, a point or a deposit an invocation.
         #[spirv(compute(threads(64), entry_point_name = $gather))]
         pub fn gather(
@@ -48,7 +48,7 @@ macro_rules! gather_entry {
         ) {
             let sorts = const { $sorts };
             let $index = index(id);
-            let $tables = Tables {
+            let mut $tables = Tables {
                 params,
                 needs: Needs(needs),
                 materials,
@@ -62,8 +62,8 @@ macro_rules! gather_entry {
                 index_1,
                 index_2,
                 index_3,
+                accumulator: AtomicWords(accumulator),
             };
-            let $accumulator = AtomicWords(accumulator);
             let mut $counters = AtomicWords(counters);
             $body
         }
@@ -85,8 +85,8 @@ macro_rules! entries {
                 use crate::pass;
 
                 index_entry!($index, $type);
-                gather_entry!($gather, <$type as Index>::VARIANT.sorts, [], |index, tables, accumulator, counters| {
-                    pass::gather::gather::<$type, _, _>(index, &tables, accumulator, &mut counters);
+                gather_entry!($gather, <$type as Index>::VARIANT.sorts, [], |index, tables, counters| {
+                    pass::gather::gather::<$type, _>(index, &mut tables, &mut counters);
                 });
             }
         )*
@@ -123,18 +123,18 @@ macro_rules! entries {
                     $gather_rt,
                     <$type_rt as Index>::VARIANT.sorts,
                     [#[spirv(descriptor_set = 0, binding = 15)] neighbour_structure: &AccelerationStructure],
-                    |index, tables, accumulator, counters| {
+                    |index, tables, counters| {
                         if const { matches!(<$type_rt as Index>::VARIANT.side, Side::Points) } {
                             if index < tables.deposit_count {
-                                let mut give = Give::new(index, &tables, accumulator);
-                                for_each_near(neighbour_structure, &tables, give.near(), &mut give);
+                                let mut give = Give::new(index, &tables);
+                                for_each_near(neighbour_structure, &mut tables, give.near(), &mut give);
                                 give.close(&mut counters);
                             }
                         } else if index < tables.params.pixel_count() {
                             let mut take = Take::new(index, &tables);
                             if take.is_point() {
-                                for_each_near(neighbour_structure, &tables, take.near(), &mut take);
-                                take.close(accumulator, &mut counters);
+                                for_each_near(neighbour_structure, &mut tables, take.near(), &mut take);
+                                take.close(&mut tables, &mut counters);
                             }
                         }
                     }
@@ -194,8 +194,8 @@ pub mod kim2019 {
     use super::*;
     use crate::pass;
 
-    gather_entry!("splat.kim2019", false, [], |index, tables, accumulator, counters| {
-        pass::splat::kim2019(index, &tables, accumulator, &mut counters);
+    gather_entry!("splat.kim2019", false, [], |index, tables, counters| {
+        pass::splat::kim2019(index, &mut tables, &mut counters);
     });
 }
 

@@ -169,9 +169,8 @@ macro_rules! tracing_entries {
                     light: ScatterSlots(deposit_light),
                     state: AtomicWords(deposit_state),
                     capacity: params.deposit_capacity,
-                    dropped: 0,
                 };
-                pass::shoot::shoot(
+                let dropped = pass::shoot::shoot(
                     index,
                     params,
                     needs,
@@ -181,8 +180,8 @@ macro_rules! tracing_entries {
                     &mut store,
                     &mut counters,
                 );
-                if store.dropped != 0 {
-                    counters.add(Counter::DepositsDropped as u32, store.dropped);
+                if dropped != 0 {
+                    counters.add(Counter::DepositsDropped as u32, dropped);
                 }
             }
         }
@@ -230,16 +229,16 @@ macro_rules! tracing_entries {
                 let $cut_outs = CutOuts::of(scene, needs);
                 let mut tracer = $tracer;
                 let mut counters = AtomicWords(counters);
-                let mut spread = pass::scatter_photons::Spread::new(
-                    params,
-                    needs,
+                let mut spread = pass::scatter_photons::Spread {
                     scene,
                     point_geometry,
                     point_shading,
-                    AtomicWords(accumulator),
-                    AtomicWords(density_feedback),
-                );
-                pass::shoot::shoot(
+                    accumulator: AtomicWords(accumulator),
+                    feedback: AtomicWords(density_feedback),
+                    params,
+                    needs,
+                };
+                let way = pass::shoot::shoot(
                     index,
                     params,
                     needs,
@@ -249,7 +248,7 @@ macro_rules! tracing_entries {
                     &mut spread,
                     &mut counters,
                 );
-                spread.close(&mut counters);
+                way.total.tally(&mut counters);
             }
         }
 

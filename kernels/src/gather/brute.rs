@@ -20,10 +20,10 @@ impl Index for Brute {
 
 impl Gather for Brute {
     #[inline(always)]
-    fn for_each_near<V: Visit>(tables: &Tables<'_>, _near: Near, visit: &mut V) {
+    fn for_each_near<V: Visit>(tables: &mut Tables<'_>, _near: Near, visit: &mut V) {
         let mut id = 0;
         while id < tables.deposit_count {
-            visit.visit(id);
+            visit.visit(tables, id);
             id += 1;
         }
     }

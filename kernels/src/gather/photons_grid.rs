@@ -73,7 +73,7 @@ impl Index for PhotonsGrid {
 
 impl Gather for PhotonsGrid {
     #[inline(always)]
-    fn for_each_near<V: Visit>(tables: &Tables<'_>, near: Near, visit: &mut V) {
+    fn for_each_near<V: Visit>(tables: &mut Tables<'_>, near: Near, visit: &mut V) {
         let cell_size = f32::from_bits(tables.index_0[CELL_SIZE as usize]);
         let low = cell(near.position - near.half_extent, cell_size);
         let high = cell(near.position + near.half_extent, cell_size);
@@ -81,7 +81,7 @@ impl Gather for PhotonsGrid {
         if runs.cell_count() > tables.deposit_count as f32 {
             let mut id = 0;
             while id < tables.deposit_count {
-                visit.visit(id);
+                visit.visit(tables, id);
                 id += 1;
             }
             return;
@@ -96,7 +96,7 @@ impl Gather for PhotonsGrid {
                 // What is outside the box needs no cell.
                 let is_near = (along.x <= half.x) & (along.y <= half.y) & (along.z <= half.z);
                 if is_near && run.holds(position, cell_size) {
-                    visit.visit(id);
+                    visit.visit(tables, id);
                 }
                 id += 1;
             }

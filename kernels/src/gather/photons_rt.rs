@@ -103,7 +103,7 @@ mod query {
     #[inline(always)]
     pub fn for_each_near<V: Visit>(
         structure: &AccelerationStructure,
-        tables: &Tables<'_>,
+        tables: &mut Tables<'_>,
         near: Near,
         visit: &mut V,
     ) {
@@ -128,7 +128,7 @@ mod query {
         if columns_x as f32 * columns_y as f32 > tables.deposit_count as f32 {
             let mut id = 0;
             while id < tables.deposit_count {
-                visit.visit(id);
+                visit.visit(tables, id);
                 id += 1;
             }
             return;
@@ -152,7 +152,7 @@ mod query {
     #[inline(always)]
     fn column<V: Visit>(
         structure: &AccelerationStructure,
-        tables: &Tables<'_>,
+        tables: &mut Tables<'_>,
         origin: Vec3,
         length: f32,
         visit: &mut V,
@@ -169,7 +169,7 @@ mod query {
                 let in_x = position.x >= corner.x && position.x < next.x;
                 let in_y = position.y >= corner.y && position.y < next.y;
                 if in_x && in_y {
-                    visit.visit(id);
+                    visit.visit(tables, id);
                 }
             }
         }

@@ -151,7 +151,7 @@ fn corner<W: crate::seam::Words>(words: &W, word: u32) -> Vec3 {
 
 impl Gather for PointsBvh {
     #[inline(always)]
-    fn for_each_near<V: Visit>(tables: &Tables<'_>, near: Near, visit: &mut V) {
+    fn for_each_near<V: Visit>(tables: &mut Tables<'_>, near: Near, visit: &mut V) {
         let capacity = tables.params.pixel_count();
         let (low, high) = (near.position - near.half_extent, near.position + near.half_extent);
         let total = tables.index_0[TOTAL as usize];
@@ -177,7 +177,7 @@ impl Gather for PointsBvh {
                 let mut id = index * WIDTH;
                 let end = (id + WIDTH).min(total);
                 while id < end {
-                    visit.visit(tables.index_1[id as usize]);
+                    visit.visit(tables, tables.index_1[id as usize]);
                     id += 1;
                 }
             }

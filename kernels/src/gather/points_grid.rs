@@ -91,7 +91,7 @@ fn point(tables: &Tables<'_>, place: u32) -> PointGeometry {
 
 impl Gather for PointsGrid {
     #[inline(always)]
-    fn for_each_near<V: Visit>(tables: &Tables<'_>, near: Near, visit: &mut V) {
+    fn for_each_near<V: Visit>(tables: &mut Tables<'_>, near: Near, visit: &mut V) {
         let levels = tables.index_0[LEVEL_COUNT as usize];
         let mut level = 1;
         while level <= levels {
@@ -104,7 +104,7 @@ impl Gather for PointsGrid {
 
 /// Visits the points of a level near a position.
 #[inline(always)]
-fn visit_level<V: Visit>(tables: &Tables<'_>, bin: u32, near: Near, visit: &mut V) {
+fn visit_level<V: Visit>(tables: &mut Tables<'_>, bin: u32, near: Near, visit: &mut V) {
     let size = cell_size_of(bin);
     // A disc's centre is at most a radius away, but for what rounding takes.
     let reach = 0.5 * size * (1.0 + 1.0e-6) + max_abs(near.position) * (4.0 * f32::EPSILON);
@@ -117,7 +117,7 @@ fn visit_level<V: Visit>(tables: &Tables<'_>, bin: u32, near: Near, visit: &mut 
         while place < tables.params.pixel_count() {
             let point = point(tables, place);
             if point.depth != 0 && radius_bin(point.radius) == bin {
-                visit.visit(place);
+                visit.visit(tables, place);
             }
             place += 1;
         }
@@ -131,7 +131,7 @@ fn visit_level<V: Visit>(tables: &Tables<'_>, bin: u32, near: Near, visit: &mut 
             let point = point(tables, place);
             // Slots are shared with other levels too.
             if radius_bin(point.radius) == bin && run.holds(point.position, size) {
-                visit.visit(place);
+                visit.visit(tables, place);
             }
             entry += 1;
         }

@@ -70,7 +70,7 @@ mod query {
     #[inline(always)]
     pub fn for_each_near<V: Visit>(
         structure: &AccelerationStructure,
-        _tables: &Tables<'_>,
+        tables: &mut Tables<'_>,
         near: Near,
         visit: &mut V,
     ) {
@@ -79,7 +79,7 @@ mod query {
         unsafe {
             query.initialize(structure, RayFlags::NONE, 0xff, near.position, 0.0, Vec3::Z, 1.0e-30);
             while query.proceed() {
-                visit.visit(query.get_candidate_intersection_primitive_index());
+                visit.visit(tables, query.get_candidate_intersection_primitive_index());
             }
         }
     }

@@ -10,17 +10,21 @@ use crate::surface::vertex::Vertex;
 
 /// Receives the deposits of a light path. What else it may ask to see of the way costs nothing where it does not.
 pub trait Receive {
+    /// What changes along a path. A receiver on a GPU holds buffers and does not change: a compiler there may die of
+    /// buffers that a loop carries.
+    type Way: Copy + Default;
+
     /// A path starts.
     #[inline(always)]
-    fn start(&mut self, _leaving: &Leaving) {}
+    fn start(&mut self, _way: &mut Self::Way, _leaving: &Leaving) {}
     /// The path meets a surface, before it deposits there.
     #[inline(always)]
-    fn arrive(&mut self, _ray: &Ray, _hit: &Hit, _here: &Vertex) {}
+    fn arrive(&mut self, _way: &mut Self::Way, _ray: &Ray, _hit: &Hit, _here: &Vertex) {}
     /// The path leaves a surface.
     #[inline(always)]
-    fn scatter(&mut self, _departure: &Departure) {}
+    fn scatter(&mut self, _way: &mut Self::Way, _departure: &Departure) {}
     /// Takes one deposit.
-    fn receive(&mut self, geometry: DepositGeometry, light: DepositLight);
+    fn receive(&mut self, way: &mut Self::Way, geometry: DepositGeometry, light: DepositLight);
 }
 
 /// Stores deposits for a gather.
@@ -33,19 +37,20 @@ pub struct Store<G, L, A> {
     pub state: A,
     /// Slots there are.
     pub capacity: u32,
-    /// Deposits of this path that found no room.
-    pub dropped: u32,
 }
 
 impl<G: Scatter<DepositGeometry>, L: Scatter<DepositLight>, A: Atomics> Receive for Store<G, L, A> {
+    /// Deposits of the path that found no room.
+    type Way = u32;
+
     #[inline(always)]
-    fn receive(&mut self, geometry: DepositGeometry, light: DepositLight) {
+    fn receive(&mut self, dropped: &mut u32, geometry: DepositGeometry, light: DepositLight) {
         let slot = self.state.add(DepositState::Stored as u32, 1);
         if slot < self.capacity {
             self.geometry.write(slot, geometry);
             self.light.write(slot, light);
         } else {
-            self.dropped += 1;
+            *dropped += 1;
         }
     }
 }

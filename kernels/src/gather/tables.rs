@@ -42,8 +42,8 @@ impl Build<'_> {
     }
 }
 
-/// What a gather reads.
-#[derive(Clone, Copy)]
+/// What a gather reads, and the sums that it adds to.
+#[cfg_attr(not(target_arch = "spirv"), derive(Clone, Copy))]
 pub struct Tables<'a> {
     /// Settings.
     pub params: &'a FrameParams,
@@ -71,4 +71,6 @@ pub struct Tables<'a> {
     pub index_2: &'a [u32],
     /// Fourth words.
     pub index_3: &'a [u32],
+    /// Sums by pixel, see `accumulator`.
+    pub accumulator: AtomicWords<'a>,
 }

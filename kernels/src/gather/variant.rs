@@ -126,12 +126,12 @@ mod cpu {
     use crate::gather::tables::{Build, Tables};
     use crate::gather::{Gather, Index, for_each_gather};
     use crate::pass::gather::gather;
-    use crate::seam::{AtomicWords, Atomics};
+    use crate::seam::Atomics;
 
     /// One invocation of a stage of building.
     pub type BuildOne = fn(u32, u32, &mut Build<'_>);
-    /// One invocation of a gather: tables, accumulator, counters.
-    pub type GatherOne = fn(u32, &Tables<'_>, AtomicWords<'_>, &mut dyn Atomics);
+    /// One invocation of a gather: tables, counters.
+    pub type GatherOne = fn(u32, &mut Tables<'_>, &mut dyn Atomics);
 
     /// The passes of a variant as functions.
     #[derive(Clone, Copy, Debug)]
@@ -148,13 +148,8 @@ mod cpu {
         }
     }
 
-    pub(super) fn gather_one<G: Gather>(
-        index: u32,
-        tables: &Tables<'_>,
-        accumulator: AtomicWords<'_>,
-        mut counters: &mut dyn Atomics,
-    ) {
-        gather::<G, _, _>(index, tables, accumulator, &mut counters);
+    pub(super) fn gather_one<G: Gather>(index: u32, tables: &mut Tables<'_>, mut counters: &mut dyn Atomics) {
+        gather::<G, _>(index, tables, &mut counters);
     }
 
     macro_rules! list {

@@ -27,15 +27,10 @@ pub fn stage_count(params: &FrameParams, deposit_count: u32) -> u32 {
 
 /// One invocation of a gather: of deposit `index`, or of the point at place `index` of `pixel_order`.
 #[inline(always)]
-pub fn gather<G: Gather, A: Atomics, C: Atomics>(
-    index: u32,
-    tables: &Tables<'_>,
-    accumulator: A,
-    counters: &mut C,
-) {
+pub fn gather<G: Gather, C: Atomics>(index: u32, tables: &mut Tables<'_>, counters: &mut C) {
     if const { matches!(G::VARIANT.side, Side::Points) } {
         if index < tables.deposit_count {
-            let mut give = Give::new(index, tables, accumulator);
+            let mut give = Give::new(index, tables);
             G::for_each_near(tables, give.near(), &mut give);
             give.close(counters);
         }
@@ -43,27 +38,25 @@ pub fn gather<G: Gather, A: Atomics, C: Atomics>(
         let mut take = Take::new(index, tables);
         if take.is_point() {
             G::for_each_near(tables, take.near(), &mut take);
-            take.close(accumulator, counters);
+            take.close(tables, counters);
         }
     }
 }
 
 /// A deposit that gives to points.
-pub struct Give<'a, A> {
-    tables: Tables<'a>,
+pub struct Give {
     geometry: DepositGeometry,
     light: DepositLight,
-    accumulator: A,
     total: Sum,
 }
 
-impl<'a, A: Atomics> Give<'a, A> {
+impl Give {
     /// Deposit `index`, which has given nothing yet.
     #[inline(always)]
-    pub fn new(index: u32, tables: &Tables<'a>, accumulator: A) -> Give<'a, A> {
+    pub fn new(index: u32, tables: &Tables<'_>) -> Give {
         let geometry = tables.deposit_geometry[index as usize];
         let light = tables.deposit_light[index as usize];
-        Give { tables: *tables, geometry, light, accumulator, total: Sum::default() }
+        Give { geometry, light, total: Sum::default() }
     }
 
     /// Where its points are: their boxes hold it.
@@ -79,10 +72,9 @@ impl<'a, A: Atomics> Give<'a, A> {
     }
 }
 
-impl<A: Atomics> Visit for Give<'_, A> {
+impl Visit for Give {
     #[inline(always)]
-    fn visit(&mut self, id: u32) {
-        let tables = &self.tables;
+    fn visit(&mut self, tables: &mut Tables<'_>, id: u32) {
         let pixel = tables.pixel_order[id as usize];
         let point = tables.point_geometry[pixel as usize];
         if takes(&point, &self.geometry, tables.params.max_bounces) {
@@ -91,26 +83,25 @@ impl<A: Atomics> Visit for Give<'_, A> {
             let roughness = tables.params.specular_roughness;
             let value = contribution(&shading, material, &self.light, roughness, tables.needs);
             let sum = Sum::of(value, tables.params.inverse_quantum());
-            sum.add_to(&mut self.accumulator, pixel);
+            sum.add_to(&mut tables.accumulator, pixel);
             self.total = self.total.plus(sum);
         }
     }
 }
 
 /// A point that takes from deposits.
-pub struct Take<'a> {
-    tables: Tables<'a>,
+pub struct Take {
     pixel: u32,
     point: PointGeometry,
     sum: Sum,
 }
 
-impl<'a> Take<'a> {
+impl Take {
     /// The point at place `index` of `pixel_order`, which has taken nothing yet.
     #[inline(always)]
-    pub fn new(index: u32, tables: &Tables<'a>) -> Take<'a> {
+    pub fn new(index: u32, tables: &Tables<'_>) -> Take {
         let pixel = tables.pixel_order[index as usize];
-        Take { tables: *tables, pixel, point: tables.point_geometry[pixel as usize], sum: Sum::default() }
+        Take { pixel, point: tables.point_geometry[pixel as usize], sum: Sum::default() }
     }
 
     /// Whether there is a point.
@@ -127,18 +118,17 @@ impl<'a> Take<'a> {
 
     /// Adds what was taken to the point's words.
     #[inline(always)]
-    pub fn close<A: Atomics, C: Atomics>(self, mut accumulator: A, counters: &mut C) {
+    pub fn close<C: Atomics>(self, tables: &mut Tables<'_>, counters: &mut C) {
         if self.sum.count != 0 {
-            self.sum.add_to(&mut accumulator, self.pixel);
+            self.sum.add_to(&mut tables.accumulator, self.pixel);
             self.sum.tally(counters);
         }
     }
 }
 
-impl Visit for Take<'_> {
+impl Visit for Take {
     #[inline(always)]
-    fn visit(&mut self, id: u32) {
-        let tables = &self.tables;
+    fn visit(&mut self, tables: &mut Tables<'_>, id: u32) {
         if takes(&self.point, &tables.deposit_geometry[id as usize], tables.params.max_bounces) {
             let shading = tables.point_shading[self.pixel as usize];
             let material = material_of(&shading, tables.materials, tables.needs);

@@ -7,7 +7,6 @@
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
-use crate::gather::Visit;
 use crate::gather::contribution::{DISC_THICKNESS, MIN_NORMAL_COS};
 use crate::interface::frame::FrameParams;
 use crate::interface::history::{HistoryPoint, HistorySettings, Lent, validation_paths};
@@ -17,7 +16,7 @@ use crate::interface::needs::Needs;
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::math::octahedral;
 use crate::reuse::cells::{self, Carrier, Change};
-use crate::reuse::window::{WIDE, for_each_around, project, seen_at};
+use crate::reuse::window::{History, Look, WIDE, for_each_around, project, seen_at};
 use crate::surface::class::{self, Classes};
 use crate::surface::textured::material_of;
 use spirv_std::glam::Vec3;
@@ -96,14 +95,15 @@ pub fn paper(
         return Lent::default();
     }
     let borrower = Borrower::new(point, shading, instances);
-    let mut visit = Overlap { borrower, history_points, history_mean, sum: Vec3::ZERO, weights: 0.0 };
+    let history = History { points: history_points, mean: history_mean };
+    let mut visit = Overlap { borrower, sum: Vec3::ZERO, weights: 0.0 };
     let seen = seen_at(pixel, point, shading, borrower.position, params);
     let at = project(seen, &settings.camera, params);
     // Discs are 0.56 pixels wide head on, and 2.5 across where they lie flat.
     let half = if shading.to_viewer.dot(point.normal) < FLAT { WIDE } else { 1 };
-    for_each_around(at, half, params, &mut visit);
+    for_each_around(at, half, params, history, &mut visit);
     if visit.weights <= 0.0 && point.depth > 1 {
-        for_each_around(at, WIDE, params, &mut visit);
+        for_each_around(at, WIDE, params, history, &mut visit);
     }
     if visit.weights <= 0.0 {
         return Lent::default();
@@ -112,18 +112,16 @@ pub fn paper(
 }
 
 /// Sums over the points that overlap.
-struct Overlap<'a> {
+struct Overlap {
     borrower: Borrower,
-    history_points: &'a [HistoryPoint],
-    history_mean: &'a [Vec3],
     sum: Vec3,
     weights: f32,
 }
 
-impl Visit for Overlap<'_> {
+impl Look for Overlap {
     #[inline(always)]
-    fn visit(&mut self, pixel: u32) {
-        let lender = self.history_points[pixel as usize];
+    fn look(&mut self, history: History<'_>, pixel: u32) {
+        let lender = history.points[pixel as usize];
         let along = lender.position - self.borrower.position;
         let square = along.length_squared();
         if lender.samples > 0.0
@@ -133,7 +131,7 @@ impl Visit for Overlap<'_> {
         {
             let width = PAPER_SIGMA * self.borrower.radius;
             let weight = (-0.5 * square / (width * width)).exp();
-            self.sum += self.history_mean[pixel as usize] * weight;
+            self.sum += history.mean[pixel as usize] * weight;
             self.weights += weight;
         }
     }
@@ -171,16 +169,16 @@ pub fn validated(
             borrower.normal = point.normal;
         }
     }
-    let mut visit =
-        Nearest { borrower, history_points, pixel: 0, square: f32::MAX, reach: settings.reach, found: false };
+    let history = History { points: history_points, mean: history_mean };
+    let mut visit = Nearest { borrower, pixel: 0, square: f32::MAX, reach: settings.reach, found: false };
     let seen = seen_at(pixel, point, shading, borrower.position, params);
     let at = project(seen, &settings.camera, params);
-    for_each_around(at, 0, params, &mut visit);
+    for_each_around(at, 0, params, history, &mut visit);
     if !visit.is_near() {
-        for_each_around(at, 1, params, &mut visit);
+        for_each_around(at, 1, params, history, &mut visit);
     }
     if !visit.found && point.depth > 1 {
-        for_each_around(at, WIDE, params, &mut visit);
+        for_each_around(at, WIDE, params, history, &mut visit);
     }
     if !visit.found {
         return Lent::default();
@@ -237,16 +235,15 @@ fn is_glossy(material: &Material, specular_roughness: f32) -> bool {
 }
 
 /// Looks for the nearest point.
-struct Nearest<'a> {
+struct Nearest {
     borrower: Borrower,
-    history_points: &'a [HistoryPoint],
     pixel: u32,
     square: f32,
     reach: f32,
     found: bool,
 }
 
-impl Nearest<'_> {
+impl Nearest {
     /// Whether no other point is likely to be nearer.
     #[inline(always)]
     fn is_near(&self) -> bool {
@@ -255,10 +252,10 @@ impl Nearest<'_> {
     }
 }
 
-impl Visit for Nearest<'_> {
+impl Look for Nearest {
     #[inline(always)]
-    fn visit(&mut self, pixel: u32) {
-        let lender = self.history_points[pixel as usize];
+    fn look(&mut self, history: History<'_>, pixel: u32) {
+        let lender = history.points[pixel as usize];
         let along = lender.position - self.borrower.position;
         let square = along.length_squared();
         let reach = self.reach * lender.radius;

@@ -36,67 +36,45 @@ const LOBE_SHARE: f32 = 0.3;
 /// 1 / quantum of a texel's feedback [1/px].
 pub const FEEDBACK_INVERSE_QUANTUM: f32 = 256.0;
 
-/// A light path that spreads its deposits. A GPU's compiler loses references to what is no buffer in a structure that
-/// changes in a loop: settings and cells are held by value.
+/// Spreads the deposits of a light path.
 pub struct Spread<'a, A, F> {
-    scene: SceneTables<'a>,
-    point_geometry: &'a [PointGeometry],
-    point_shading: &'a [PointShading],
-    accumulator: A,
-    feedback: F,
-    params: FrameParams,
-    needs: Needs,
+    /// The scene.
+    pub scene: SceneTables<'a>,
+    /// Points by pixel.
+    pub point_geometry: &'a [PointGeometry],
+    /// Their shading.
+    pub point_shading: &'a [PointShading],
+    /// Sums by pixel.
+    pub accumulator: A,
+    /// What deposits tell the density map, by texel.
+    pub feedback: F,
+    /// Settings.
+    pub params: &'a FrameParams,
+    /// What the scene needs.
+    pub needs: Needs,
+}
+
+/// A light path on its way.
+#[derive(Clone, Copy, Default)]
+pub struct Spreading {
     differential: Differential,
     arriving: Vec3,
     hit: Hit,
     front: bool,
     texel: u32,
-    total: Sum,
+    /// What was given.
+    pub total: Sum,
 }
 
-impl<'a, A: Atomics, F: Atomics> Spread<'a, A, F> {
-    /// A path that has not started.
-    #[inline(always)]
-    pub fn new(
-        params: &FrameParams,
-        needs: Needs,
-        scene: SceneTables<'a>,
-        point_geometry: &'a [PointGeometry],
-        point_shading: &'a [PointShading],
-        accumulator: A,
-        feedback: F,
-    ) -> Self {
-        Spread {
-            scene,
-            point_geometry,
-            point_shading,
-            accumulator,
-            feedback,
-            params: *params,
-            needs,
-            differential: Differential::default(),
-            arriving: Vec3::Z,
-            hit: Hit::default(),
-            front: true,
-            texel: 0,
-            total: Sum::default(),
-        }
-    }
-
-    /// Counts what was given.
-    #[inline(always)]
-    pub fn close<C: Atomics>(self, counters: &mut C) {
-        self.total.tally(counters);
-    }
-
+impl<A: Atomics, F: Atomics> Spread<'_, A, F> {
     /// The unit `normal` with its changes where the path arrived.
     #[inline(always)]
-    fn normals(&self, normal: Vec3) -> Normals {
-        let (u, v) = (self.differential.position_u, self.differential.position_v);
+    fn normals(&self, way: &Spreading, normal: Vec3) -> Normals {
+        let (u, v) = (way.differential.position_u, way.differential.position_v);
         Normals {
             normal,
-            by_u: normal_change(self.scene, self.needs, &self.hit, self.front, u),
-            by_v: normal_change(self.scene, self.needs, &self.hit, self.front, v),
+            by_u: normal_change(self.scene, self.needs, &way.hit, way.front, u),
+            by_v: normal_change(self.scene, self.needs, &way.hit, way.front, v),
         }
     }
 
@@ -108,6 +86,7 @@ impl<'a, A: Atomics, F: Atomics> Spread<'a, A, F> {
         geometry: &DepositGeometry,
         light: &DepositLight,
         footprint: &Footprint,
+        total: &mut Sum,
     ) -> bool {
         let point = self.point_geometry[pixel as usize];
         if !takes(&point, geometry, footprint, self.params.max_bounces) {
@@ -123,7 +102,7 @@ impl<'a, A: Atomics, F: Atomics> Spread<'a, A, F> {
         let disc = PI * point.radius * point.radius;
         let sum = Sum::of(value * (disc * weight), self.params.inverse_quantum());
         sum.add_to(&mut self.accumulator, pixel);
-        self.total = self.total.plus(sum);
+        *total = total.plus(sum);
         true
     }
 }
@@ -141,26 +120,28 @@ fn takes(point: &PointGeometry, deposit: &DepositGeometry, footprint: &Footprint
 }
 
 impl<A: Atomics, F: Atomics> Receive for Spread<'_, A, F> {
+    type Way = Spreading;
+
     #[inline(always)]
-    fn start(&mut self, leaving: &Leaving) {
+    fn start(&mut self, way: &mut Spreading, leaving: &Leaving) {
         let share = 1.0 / self.params.light_path_count as f32;
-        self.differential =
+        way.differential =
             Differential::leaving(leaving.ray.direction, leaving.solid_angle * share, leaving.area * share);
-        self.texel = leaving.texel;
-        self.feedback.add(self.texel * FEEDBACK_WORDS + 5, 1);
+        way.texel = leaving.texel;
+        self.feedback.add(way.texel * FEEDBACK_WORDS + 5, 1);
     }
 
     #[inline(always)]
-    fn arrive(&mut self, ray: &Ray, hit: &Hit, here: &Vertex) {
-        self.differential = self.differential.transfer(ray.direction, hit.distance, here.face_normal);
-        self.arriving = ray.direction;
-        self.hit = *hit;
-        self.front = here.front;
+    fn arrive(&mut self, way: &mut Spreading, ray: &Ray, hit: &Hit, here: &Vertex) {
+        way.differential = way.differential.transfer(ray.direction, hit.distance, here.face_normal);
+        way.arriving = ray.direction;
+        way.hit = *hit;
+        way.front = here.front;
     }
 
     #[inline(always)]
-    fn receive(&mut self, geometry: DepositGeometry, light: DepositLight) {
-        let footprint = Footprint::new(geometry.position, geometry.normal, &self.differential, &self.params);
+    fn receive(&mut self, way: &mut Spreading, geometry: DepositGeometry, light: DepositLight) {
+        let footprint = Footprint::new(geometry.position, geometry.normal, &way.differential, self.params);
         if footprint.area_px == 0.0 {
             return;
         }
@@ -170,13 +151,13 @@ impl<A: Atomics, F: Atomics> Receive for Spread<'_, A, F> {
             let mut column = footprint.first_column;
             while column <= footprint.last_column {
                 let pixel = row * self.params.width + column;
-                taken |= self.give(pixel, &geometry, &light, &footprint);
+                taken |= self.give(pixel, &geometry, &light, &footprint, &mut way.total);
                 column += 1;
             }
             row += 1;
         }
         if taken {
-            let first = self.texel * FEEDBACK_WORDS;
+            let first = way.texel * FEEDBACK_WORDS;
             let area = footprint.area_px;
             Quanta::from_f32(area, FEEDBACK_INVERSE_QUANTUM).add_to(&mut self.feedback, first);
             Quanta::from_f32(area * area, FEEDBACK_INVERSE_QUANTUM).add_to(&mut self.feedback, first + 2);
@@ -185,27 +166,27 @@ impl<A: Atomics, F: Atomics> Receive for Spread<'_, A, F> {
     }
 
     #[inline(always)]
-    fn scatter(&mut self, departure: &Departure) {
+    fn scatter(&mut self, way: &mut Spreading, departure: &Departure) {
         let sampled = &departure.sampled;
         let direction = departure.ray.direction;
         if sampled.class == Classes::NON_SPECULAR {
-            self.differential = self.differential.roughen(DIFFUSE_SPREAD, true);
+            way.differential = way.differential.roughen(DIFFUSE_SPREAD, true);
             return;
         }
         // The facet that turned the path: of a rough surface, the one that it met.
         let unbent = sampled.straight || (sampled.transmitted && sampled.eta == 1.0);
         if !sampled.transmitted {
-            let normals = self.normals((direction - self.arriving).normalize());
-            self.differential = self.differential.reflect(self.arriving, normals);
+            let normals = self.normals(way, (direction - way.arriving).normalize());
+            way.differential = way.differential.reflect(way.arriving, normals);
         } else if !unbent {
-            let facet = (self.arriving * sampled.eta - direction).normalize();
-            let side = if facet.dot(self.arriving) > 0.0 { -1.0 } else { 1.0 };
-            let normals = self.normals(facet * side);
-            self.differential = self.differential.refract(self.arriving, direction, normals, sampled.eta);
+            let facet = (way.arriving * sampled.eta - direction).normalize();
+            let side = if facet.dot(way.arriving) > 0.0 { -1.0 } else { 1.0 };
+            let normals = self.normals(way, facet * side);
+            way.differential = way.differential.refract(way.arriving, direction, normals, sampled.eta);
         }
         if sampled.roughness > 0.0 {
             let spread = LOBE_SHARE * lobe_variance(sampled.roughness).sqrt();
-            self.differential = self.differential.roughen(spread, false);
+            way.differential = way.differential.roughen(spread, false);
         }
     }
 }

@@ -21,7 +21,7 @@ use crate::surface::vertex::vertex;
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
 
-/// Traces light path `params.part + index`.
+/// Traces light path `params.part + index`; what its receiver carried along the way.
 #[inline(always)]
 pub fn shoot<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     index: u32,
@@ -32,13 +32,13 @@ pub fn shoot<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     tracer: &mut T,
     receive: &mut R,
     counters: &mut C,
-) {
+) -> R::Way {
     let path = params.part + index;
     let rng = Rng::new(Stream::Light, params.seed, path, params.frame);
-    follow(path, rng, params, needs, scene, emit, tracer, receive, counters);
+    follow(path, rng, params, needs, scene, emit, tracer, receive, counters)
 }
 
-/// Traces the light path that these random numbers make.
+/// Traces the light path that these random numbers make; what its receiver carried along the way.
 #[inline(always)]
 pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     path: u32,
@@ -50,10 +50,11 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     tracer: &mut T,
     receive: &mut R,
     counters: &mut C,
-) {
+) -> R::Way {
     let place = rng.next4();
     let leaving = emit.leave(place, rng.next4());
-    receive.start(&leaving);
+    let mut way = R::Way::default();
+    receive.start(&mut way, &leaving);
     let mut flux = leaving.flux / params.light_path_count as f32;
     let mut ray = leaving.ray;
     let mut media = MediaStack::VACUUM;
@@ -75,7 +76,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
             break;
         }
         let here = vertex(scene, needs, &ray, &hit, 0.0);
-        receive.arrive(&ray, &hit, &here);
+        receive.arrive(&mut way, &ray, &hit, &here);
         let material = material_at(scene, &here, needs);
         if needs.has(Needs::ABSORPTION) {
             let before = flux;
@@ -92,6 +93,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
         if caustic && receives && cos_arriving > 0.0 {
             deposits += 1;
             receive.receive(
+                &mut way,
                 DepositGeometry {
                     position: here.position,
                     scatterings: hit_count - 1,
@@ -144,7 +146,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
             break;
         }
         overflows += u32::from(departure.media_overflow);
-        receive.scatter(&departure);
+        receive.scatter(&mut way, &departure);
         media = departure.media;
         ray = departure.ray;
         hit_count += 1;
@@ -162,6 +164,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     if overflows != 0 {
         counters.add(Counter::MediaOverflow as u32, overflows);
     }
+    way
 }
 
 /// Correction of flux where the shading normal is not the face's [Veach 1997, 5.3]:

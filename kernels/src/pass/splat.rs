@@ -27,12 +27,7 @@ pub const AREA_FACING: u32 = 1;
 
 /// Adds deposit `index` to its pixel; `params.part` chooses the pixel's area.
 #[inline(always)]
-pub fn kim2019<A: Atomics, C: Atomics>(
-    index: u32,
-    tables: &Tables<'_>,
-    mut accumulator: A,
-    counters: &mut C,
-) {
+pub fn kim2019<C: Atomics>(index: u32, tables: &mut Tables<'_>, counters: &mut C) {
     if index >= tables.deposit_count {
         return;
     }
@@ -58,7 +53,7 @@ pub fn kim2019<A: Atomics, C: Atomics>(
         // `resolve` divides by the disc.
         let disc = PI * point.radius * point.radius;
         let sum = Sum::of(value * (disc / area(&deposit, to, distance, params)), params.inverse_quantum());
-        sum.add_to(&mut accumulator, pixel);
+        sum.add_to(&mut tables.accumulator, pixel);
         sum.tally(counters);
     }
 }

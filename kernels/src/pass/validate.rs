@@ -36,31 +36,32 @@ pub fn validate<E: Emit, T: Tracer, A: Atomics>(
     let turn = params.frame.wrapping_add(path);
     let rng = Rng::new(Stream::Validation, params.seed, path, turn / VALIDATION_PERIOD);
     let compares = !turn.is_multiple_of(VALIDATION_PERIOD);
-    let mut receive = Compare { deposits, first, count: 0, compares, instances, params: *params, cells };
+    let mut receive = Compare { deposits, first, compares, instances, params, cells };
     let needs = Needs(needs.0 & !Needs::LEDGER.0);
-    shoot::follow(path, rng, params, needs, scene, emit, tracer, &mut receive, &mut Uncounted);
-    receive.close();
+    let count = shoot::follow(path, rng, params, needs, scene, emit, tracer, &mut receive, &mut Uncounted);
+    receive.close(count);
 }
 
-/// Compares deposits with those of the frame before, and takes their place. A GPU's compiler loses references to what is
-/// no buffer in a structure that changes in a loop: settings and cells are held by value.
+/// Compares deposits with those of the frame before, and takes their place.
 struct Compare<'a, A> {
     deposits: &'a mut [ValidationDeposit],
     first: u32,
-    count: u32,
     compares: bool,
     instances: &'a [Instance],
-    params: FrameParams,
+    params: &'a FrameParams,
     cells: A,
 }
 
 impl<A: Atomics> Receive for Compare<'_, A> {
+    /// Deposits of the path so far.
+    type Way = u32;
+
     #[inline(always)]
-    fn receive(&mut self, geometry: DepositGeometry, light: DepositLight) {
-        if self.count >= VALIDATION_DEPOSITS {
+    fn receive(&mut self, count: &mut u32, geometry: DepositGeometry, light: DepositLight) {
+        if *count >= VALIDATION_DEPOSITS {
             return;
         }
-        let row = (self.first + self.count) as usize;
+        let row = (self.first + *count) as usize;
         let now = ValidationDeposit {
             position: geometry.position,
             flux: light.flux.element_sum(),
@@ -83,7 +84,7 @@ impl<A: Atomics> Receive for Compare<'_, A> {
             }
         }
         self.deposits[row] = now;
-        self.count += 1;
+        *count += 1;
     }
 }
 
@@ -100,7 +101,7 @@ impl<A: Atomics> Compare<'_, A> {
     ) {
         let mut moved = LONGEST;
         if before.flux > 0.0 && before.instance == now.instance {
-            moved = (place - before.position).length() / direct_radius(place, &self.params);
+            moved = (place - before.position).length() / direct_radius(place, self.params);
         }
         if before.flux > 0.0 {
             self.mark(before.position, carrier_before, When::Before, before.flux, moved);
@@ -110,14 +111,14 @@ impl<A: Atomics> Compare<'_, A> {
 
     #[inline(always)]
     fn mark(&mut self, position: Vec3, carrier: Carrier, when: When, flux: f32, moved: f32) {
-        mark(&mut self.cells, position, carrier, when, flux, moved, &self.params);
+        mark(&mut self.cells, position, carrier, when, flux, moved, self.params);
     }
 
     /// Marks and forgets the deposits that did not come again.
     #[inline(always)]
-    fn close(&mut self) {
-        while self.count < VALIDATION_DEPOSITS {
-            let row = (self.first + self.count) as usize;
+    fn close(&mut self, mut count: u32) {
+        while count < VALIDATION_DEPOSITS {
+            let row = (self.first + count) as usize;
             let before = self.deposits[row];
             if self.compares && before.flux > 0.0 {
                 let carrier = Carrier::instance(before.instance);
@@ -128,7 +129,7 @@ impl<A: Atomics> Compare<'_, A> {
                 }
             }
             self.deposits[row] = ValidationDeposit::default();
-            self.count += 1;
+            count += 1;
         }
     }
 }

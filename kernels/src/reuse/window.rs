@@ -7,8 +7,8 @@
 //! curved glass scatter over the room and are in every search's way: over mirror-room's points, a tree in the order of the
 //! pixels cost 1.2 frames.
 
-use crate::gather::Visit;
 use crate::interface::frame::{Camera, FrameParams};
+use crate::interface::history::HistoryPoint;
 use crate::interface::point::{PointGeometry, PointShading};
 use spirv_std::glam::{Vec2, Vec3};
 
@@ -50,9 +50,30 @@ pub fn project(place: Vec3, camera: &Camera, params: &FrameParams) -> Vec2 {
     at.clamp(Vec2::splat(-1.0e6), Vec2::splat(1.0e6))
 }
 
-/// Visits the pixels whose centres lie within `half` pixels of the one that holds `at`, row by row.
+/// What the frame before left, by pixel.
+#[derive(Clone, Copy)]
+pub struct History<'a> {
+    /// Its points.
+    pub points: &'a [HistoryPoint],
+    /// Their light.
+    pub mean: &'a [Vec3],
+}
+
+/// What is done with a pixel of the frame before; buffers stand beside it, as in `gather::Visit`.
+pub trait Look {
+    /// Looks at a pixel.
+    fn look(&mut self, history: History<'_>, pixel: u32);
+}
+
+/// Looks at the pixels whose centres lie within `half` pixels of the one that holds `at`, row by row.
 #[inline(always)]
-pub fn for_each_around<V: Visit>(at: Vec2, half: i32, params: &FrameParams, visit: &mut V) {
+pub fn for_each_around<L: Look>(
+    at: Vec2,
+    half: i32,
+    params: &FrameParams,
+    history: History<'_>,
+    look: &mut L,
+) {
     // Truncation rounds up below zero, where no pixel is: step back.
     let column = at.x as i32 - if at.x < 0.0 { 1 } else { 0 };
     let row = at.y as i32 - if at.y < 0.0 { 1 } else { 0 };
@@ -63,7 +84,7 @@ pub fn for_each_around<V: Visit>(at: Vec2, half: i32, params: &FrameParams, visi
     while y <= bottom {
         let mut x = left;
         while x <= right {
-            visit.visit(y as u32 * params.width + x as u32);
+            look.look(history, y as u32 * params.width + x as u32);
             x += 1;
         }
         y += 1;
@@ -153,15 +174,15 @@ mod tests {
 
     struct Pixels(Vec<u32>);
 
-    impl Visit for Pixels {
-        fn visit(&mut self, pixel: u32) {
+    impl Look for Pixels {
+        fn look(&mut self, _: History<'_>, pixel: u32) {
             self.0.push(pixel);
         }
     }
 
     fn around(at: Vec2, half: i32, params: &FrameParams) -> Vec<u32> {
         let mut pixels = Pixels(vec![]);
-        for_each_around(at, half, params, &mut pixels);
+        for_each_around(at, half, params, History { points: &[], mean: &[] }, &mut pixels);
         pixels.0
     }
 

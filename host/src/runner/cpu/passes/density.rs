@@ -58,10 +58,18 @@ pub fn shoot_yang2021(call: &Call<'_>) -> anyhow::Result<()> {
     for_chunks(call.count, |indices| {
         let mut counters = LocalCounters::new(counters);
         let mut tracer = tracer;
+        let mut spread = Spread {
+            scene,
+            point_geometry: geometry,
+            point_shading: shading,
+            accumulator,
+            feedback,
+            params,
+            needs,
+        };
         for index in indices {
-            let mut spread = Spread::new(params, needs, scene, geometry, shading, accumulator, feedback);
-            shoot(index, params, needs, scene, &emit, &mut tracer, &mut spread, &mut counters);
-            spread.close(&mut counters);
+            let way = shoot(index, params, needs, scene, &emit, &mut tracer, &mut spread, &mut counters);
+            way.total.tally(&mut counters);
         }
     });
     Ok(())

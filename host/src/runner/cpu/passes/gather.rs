@@ -57,8 +57,8 @@ pub fn gather(call: &Call<'_>, gather: &Variant) -> anyhow::Result<()> {
 
 /// Splats deposits as Kim does.
 pub fn splat_kim2019(call: &Call<'_>) -> anyhow::Result<()> {
-    each(call, false, Side::Points, |index, tables, accumulator, mut counters| {
-        pass::splat::kim2019(index, tables, accumulator, &mut counters);
+    each(call, false, Side::Points, |index, tables, mut counters| {
+        pass::splat::kim2019(index, tables, &mut counters);
     })
 }
 
@@ -79,6 +79,8 @@ fn each(call: &Call<'_>, sorts: bool, side: Side, one: GatherOne) -> anyhow::Res
     );
     let words =
         [memory.read("index_0")?, memory.read("index_1")?, memory.read("index_2")?, memory.read("index_3")?];
+    let mut accumulator = memory.edit::<u32>("accumulator")?;
+    let mut counters = memory.edit::<u32>("counters")?;
     let tables = Tables {
         params: call.params,
         needs: call.needs,
@@ -93,15 +95,14 @@ fn each(call: &Call<'_>, sorts: bool, side: Side, one: GatherOne) -> anyhow::Res
         index_1: &words[1],
         index_2: &words[2],
         index_3: &words[3],
+        accumulator: AtomicWords::new(&mut accumulator),
     };
-    let mut accumulator = memory.edit::<u32>("accumulator")?;
-    let mut counters = memory.edit::<u32>("counters")?;
-    let accumulator = AtomicWords::new(&mut accumulator);
     let counters = AtomicWords::new(&mut counters);
     let count = if side == Side::Points { deposit_count } else { call.count };
     for_chunks(count, |indices| {
+        let mut tables = tables;
         let mut counters = LocalCounters::new(counters);
-        indices.for_each(|index| one(index, &tables, accumulator, &mut counters));
+        indices.for_each(|index| one(index, &mut tables, &mut counters));
     });
     Ok(())
 }

@@ -27,12 +27,22 @@ pub fn shoot_store(call: &Call<'_>) -> anyhow::Result<()> {
     for_chunks(call.count, |indices| {
         let mut counters = LocalCounters::new(counters);
         let capacity = params.deposit_capacity;
-        let mut store = Store { geometry, light, state, capacity, dropped: 0 };
+        let mut store = Store { geometry, light, state, capacity };
         let mut tracer = tracer;
+        let mut dropped = 0;
         for index in indices {
-            pass::shoot::shoot(index, params, needs, scene, &emit, &mut tracer, &mut store, &mut counters);
+            dropped += pass::shoot::shoot(
+                index,
+                params,
+                needs,
+                scene,
+                &emit,
+                &mut tracer,
+                &mut store,
+                &mut counters,
+            );
         }
-        counters.add(Counter::DepositsDropped as u32, store.dropped);
+        counters.add(Counter::DepositsDropped as u32, dropped);
     });
     Ok(())
 }

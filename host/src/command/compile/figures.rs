@@ -1,0 +1,97 @@
+//! The figures that most drivers tell, under the names that each has for them.
+
+use caustics::vulkan::executable::{Executable, Value};
+use serde::Serialize;
+
+/// What a program costs. Of several programs of one pipeline the worst; none where the driver does not tell.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Figures {
+    /// Registers of an invocation.
+    pub registers: Option<u64>,
+    /// Registers that found no room.
+    pub spilled: Option<u64>,
+    /// Memory that stands in for registers and holds arrays [bytes]: of a subgroup on AMD, of an invocation elsewhere.
+    pub scratch_bytes: Option<u64>,
+    /// Subgroups at once on a SIMD unit.
+    pub waves: Option<u64>,
+    /// Machine code [bytes].
+    pub code_bytes: Option<u64>,
+}
+
+/// Names of Mesa's RADV, of AMD's own driver, of NVIDIA's and of Mesa's ANV.
+const REGISTERS: [&str; 4] = ["VGPRs", "NumUsedVgprs", "Register Count", "GRF registers"];
+const SPILLED: [&str; 2] = ["Spilled VGPRs", "Spill count"];
+const SCRATCH: [&str; 4] =
+    ["Scratch size", "ScratchMemUsageInBytes", "Local Memory Size", "Scratch Memory Size"];
+const WAVES: [&str; 1] = ["Subgroups per SIMD"];
+const CODE: [&str; 2] = ["Code size", "Binary Size"];
+
+impl Figures {
+    /// Of all programs of a pipeline.
+    pub fn of(executables: &[Executable]) -> Figures {
+        let all = |names: &[&str]| -> Vec<u64> {
+            let statistics = executables.iter().flat_map(|executable| &executable.statistics);
+            let known = statistics.filter(|s| names.iter().any(|name| name.eq_ignore_ascii_case(&s.name)));
+            let count = |value| match value {
+                Value::Count(count) => Some(count),
+                Value::Integer(count) => u64::try_from(count).ok(),
+                Value::Flag(_) | Value::Number(_) => None,
+            };
+            known.filter_map(|statistic| count(statistic.value)).collect()
+        };
+        let most = |names: &[&str]| all(names).into_iter().max();
+        Figures {
+            registers: most(&REGISTERS),
+            spilled: most(&SPILLED),
+            scratch_bytes: most(&SCRATCH),
+            waves: all(&WAVES).into_iter().min(),
+            code_bytes: most(&CODE),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use caustics::vulkan::executable::Statistic;
+
+    fn executable(statistics: &[(&str, Value)]) -> Executable {
+        let statistics =
+            statistics.iter().map(|&(name, value)| Statistic { name: name.into(), value }).collect();
+        Executable { name: "compute".into(), subgroup_size: 32, statistics }
+    }
+
+    #[test]
+    fn known_names_are_read_and_others_left() {
+        let radv = executable(&[
+            ("SGPRs", Value::Count(128)),
+            ("VGPRs", Value::Count(144)),
+            ("Spilled VGPRs", Value::Count(0)),
+            ("Scratch size", Value::Count(16384)),
+            ("Subgroups per SIMD", Value::Count(7)),
+            ("Code size", Value::Count(51234)),
+            ("Latency", Value::Number(0.5)),
+        ]);
+        let figures = Figures {
+            registers: Some(144),
+            spilled: Some(0),
+            scratch_bytes: Some(16384),
+            waves: Some(7),
+            code_bytes: Some(51234),
+        };
+        assert_eq!(Figures::of(&[radv]), figures);
+        assert_eq!(Figures::of(&[]), Figures::default());
+        let odd = executable(&[("VGPRs", Value::Integer(-1)), ("Code size", Value::Flag(true))]);
+        assert_eq!(Figures::of(&[odd]), Figures::default());
+    }
+
+    #[test]
+    fn of_several_programs_the_worst_counts() {
+        let wide =
+            executable(&[("Register Count", Value::Integer(64)), ("Subgroups per SIMD", Value::Count(8))]);
+        let narrow =
+            executable(&[("Register Count", Value::Integer(96)), ("Subgroups per SIMD", Value::Count(5))]);
+        let figures = Figures::of(&[wide, narrow]);
+        assert_eq!((figures.registers, figures.waves), (Some(96), Some(5)));
+    }
+}

@@ -1,0 +1,114 @@
+//! A report as text. It holds no times: the same modules and driver give the same bytes.
+
+use std::fmt::Write;
+
+use super::{Report, Row};
+
+/// Columns, failures and a last line.
+pub fn text(report: &Report) -> String {
+    let device = &report.device;
+    let mut out = format!("{} ({})\n", device.name, device.driver);
+    for (name, hash) in &report.modules {
+        let _ = writeln!(out, "{name} {hash}");
+    }
+    let entry_width = report.entry_points.iter().map(|row| row.job.entry.len()).max().unwrap_or(0);
+    let mut needs = "";
+    for row in &report.entry_points {
+        if row.job.needs != needs {
+            needs = &row.job.needs;
+            let title = format!("needs of {needs}:");
+            let _ = writeln!(
+                out,
+                "\n{title:<width$} registers  spilled  scratch B  waves  code B",
+                width = 13 + 1 + entry_width
+            );
+        }
+        let _ = writeln!(out, "{}", line(row, entry_width));
+    }
+    let failed: Vec<_> =
+        report.entry_points.iter().filter_map(|row| Some((row, row.error.as_ref()?))).collect();
+    if !failed.is_empty() {
+        out.push('\n');
+    }
+    for (row, error) in &failed {
+        let _ = writeln!(out, "{} {}, needs {}: {error}", row.job.module, row.job.entry, row.job.needs);
+    }
+    let count = report.entry_points.len();
+    let _ = match failed.len() {
+        0 => writeln!(out, "\n{count} of {count} entry points compiled"),
+        failed => writeln!(out, "\n{failed} of {count} entry points failed"),
+    };
+    out
+}
+
+fn line(row: &Row, entry_width: usize) -> String {
+    let place = format!("{:<13} {:<entry_width$}", row.job.module, row.job.entry);
+    if row.error.is_some() {
+        return format!("{place} failed");
+    }
+    let figures = &row.figures;
+    let number = |figure: Option<u64>| figure.map_or("-".into(), |figure| figure.to_string());
+    format!(
+        "{place} {:>9}  {:>7}  {:>9}  {:>5}  {:>6}",
+        number(figures.registers),
+        number(figures.spilled),
+        number(figures.scratch_bytes),
+        number(figures.waves),
+        number(figures.code_bytes)
+    )
+}
+
+/// A device for tests.
+#[cfg(test)]
+pub fn test_device() -> caustics::vulkan::DeviceInfo {
+    caustics::vulkan::DeviceInfo {
+        index: 0,
+        name: "GPU".into(),
+        driver: "driver 1".into(),
+        kind: caustics::vulkan::DeviceKind::Discrete,
+        api_version: "1.3.0".into(),
+        usable: true,
+        ray_queries: true,
+        missing: vec![],
+        missing_ray_queries: vec![],
+        max_storage_buffer_bytes: 1,
+        timestamps: true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command::compile::figures::Figures;
+    use crate::command::compile::{Compiled, Job};
+
+    #[test]
+    fn a_table_has_a_line_for_each_entry_point_and_no_time() {
+        let row = |entry: &str, registers, compile_ms| Row {
+            job: Job { module: "base.spv", entry: entry.into(), needs: "all".into(), needs_bits: 7 },
+            figures: Figures { registers, ..Figures::default() },
+            compiled: Some(Compiled { compile_ms, executables: vec![] }),
+            error: None,
+        };
+        let report = |compile_ms| Report {
+            device: test_device(),
+            modules: vec![("base.spv", "0123456789abcdef".into())],
+            entry_points: vec![row("collect", Some(144), compile_ms), row("display", None, compile_ms)],
+        };
+        let text = text(&report(1.0));
+        assert_eq!(text, super::text(&report(2.0)));
+        let lines: Vec<_> = text.lines().collect();
+        assert_eq!(lines[..2], ["GPU (driver 1)", "base.spv 0123456789abcdef"]);
+        assert!(lines[3].starts_with("needs of all:"), "{text}");
+        assert_eq!(
+            lines[4].split_whitespace().collect::<Vec<_>>(),
+            ["base.spv", "collect", "144", "-", "-", "-", "-"]
+        );
+        assert_eq!(
+            lines[5].find('-'),
+            lines[4].find("144").map(|at| at + 2),
+            "columns are aligned right\n{text}"
+        );
+        assert_eq!(lines.last(), Some(&"2 of 2 entry points compiled"));
+    }
+}

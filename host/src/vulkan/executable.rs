@@ -1,0 +1,127 @@
+//! What a device's compiler makes of an entry point: VK_KHR_pipeline_executable_properties.
+
+use std::ffi::CStr;
+use std::sync::Arc;
+
+use ash::vk;
+use caustics_kernels::interface::needs::Needs;
+use serde::{Deserialize, Serialize};
+
+use super::context::Context;
+use super::error::VulkanError;
+use super::passes::Module;
+use super::pipeline::Pipeline;
+
+/// A program that a pipeline consists of.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Executable {
+    /// The driver's name for it.
+    pub name: String,
+    /// Invocations that run in lockstep.
+    pub subgroup_size: u32,
+    /// What the driver tells.
+    pub statistics: Vec<Statistic>,
+}
+
+/// A figure that a driver tells of a program.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Statistic {
+    /// The driver's name for it.
+    pub name: String,
+    /// The figure.
+    pub value: Value,
+}
+
+/// A value of one of Vulkan's types.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Value {
+    /// A flag.
+    Flag(bool),
+    /// A count.
+    Count(u64),
+    /// An integer with a sign.
+    Integer(i64),
+    /// Any other number.
+    Number(f64),
+}
+
+/// Compiles the entry point of a pass, by no cache, and asks for its programs: none where the device does not tell.
+pub fn compile(module: &Module, pass: &str, needs: Needs) -> Result<Vec<Executable>, VulkanError> {
+    let context = Arc::clone(&module.context);
+    let entry = module.entry_point(pass).ok_or_else(|| VulkanError::UnknownPass {
+        pass: pass.into(),
+        known: module.names().collect::<Vec<_>>().join(", "),
+    })?;
+    let mut flags = vk::PipelineCreateFlags::empty();
+    if context.executables.is_some() {
+        flags |= vk::PipelineCreateFlags::CAPTURE_STATISTICS_KHR;
+    }
+    let pipeline = Pipeline::compile(module, entry, needs, vk::PipelineCache::null(), flags)?;
+    executables(&context, pipeline.raw)
+}
+
+fn executables(context: &Context, pipeline: vk::Pipeline) -> Result<Vec<Executable>, VulkanError> {
+    let Some(extension) = &context.executables else { return Ok(Vec::new()) };
+    let info = vk::PipelineInfoKHR::default().pipeline(pipeline);
+    // SAFETY: the pipeline is alive, and the feature enabled.
+    let programs = unsafe { extension.get_pipeline_executable_properties(&info) }
+        .map_err(VulkanError::call("vkGetPipelineExecutablePropertiesKHR"))?;
+    let executables = programs.iter().enumerate().map(|(index, program)| {
+        let info = vk::PipelineExecutableInfoKHR::default().pipeline(pipeline).executable_index(index as u32);
+        // SAFETY: the pipeline was compiled to keep its statistics, and has this executable.
+        let statistics = unsafe { extension.get_pipeline_executable_statistics(&info) }
+            .map_err(VulkanError::call("vkGetPipelineExecutableStatisticsKHR"))?;
+        Ok(Executable {
+            name: text(program.name_as_c_str()),
+            subgroup_size: program.subgroup_size,
+            statistics: statistics.iter().map(statistic).collect(),
+        })
+    });
+    executables.collect()
+}
+
+fn statistic(of: &vk::PipelineExecutableStatisticKHR<'_>) -> Statistic {
+    use vk::PipelineExecutableStatisticFormatKHR as Format;
+    // SAFETY: the driver wrote the member that the format names.
+    let value = unsafe {
+        match of.format {
+            Format::BOOL32 => Value::Flag(of.value.b32 == vk::TRUE),
+            Format::INT64 => Value::Integer(of.value.i64),
+            Format::FLOAT64 => Value::Number(of.value.f64),
+            _ => Value::Count(of.value.u64),
+        }
+    };
+    Statistic { name: text(of.name_as_c_str()), value }
+}
+
+fn text<E>(name: Result<&CStr, E>) -> String {
+    name.map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vulkan::test_module;
+
+    #[test]
+    fn an_entry_point_compiles_without_memory_or_bindings() {
+        let context = match Context::to_compile(None) {
+            Ok(context) => Arc::new(context),
+            Err(error) => return test_module::skip(&error),
+        };
+        let module = Module::new(&context, "base", &test_module::base()).unwrap();
+        let executables = compile(&module, "twice", Needs::ALL).unwrap();
+        assert_eq!(executables.is_empty(), context.executables.is_none());
+        let error = compile(&module, "thrice", Needs::ALL).unwrap_err().to_string();
+        assert!(error.contains("`thrice`") && error.contains("fill, twice"), "{error}");
+    }
+
+    #[test]
+    fn values_survive_json() {
+        let values = [Value::Flag(true), Value::Count(u64::MAX), Value::Integer(-3), Value::Number(0.5)];
+        let json = serde_json::to_string(&values).unwrap();
+        assert_eq!(json, "[true,18446744073709551615,-3,0.5]");
+        assert_eq!(serde_json::from_str::<[Value; 4]>(&json).unwrap(), values);
+    }
+}

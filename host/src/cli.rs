@@ -98,6 +98,9 @@ pub struct Common {
     /// Where in a pixel its rays go
     #[arg(long, value_enum, default_value = "centre")]
     pub pixel_filter: PixelFilter,
+    /// Which level of its textures the camera sees [default: finest for reference, path and progressive, else cone]
+    #[arg(long, value_enum)]
+    pub texture_filter: Option<TextureFilter>,
     /// Seed of all random numbers
     #[arg(long, default_value_t = 0)]
     pub seed: u32,
@@ -249,6 +252,15 @@ pub enum PixelFilter {
     Centre,
     /// Rays uniform over the pixel
     Box,
+}
+
+/// Texture filters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum TextureFilter {
+    /// That of the pixel's footprint: still in one frame, not quite the material
+    Cone,
+    /// The finest: right where rays over the whole pixel are averaged
+    Finest,
 }
 
 /// Which code is alive.

@@ -15,6 +15,7 @@ pub mod yang2021;
 
 use filter::Filter;
 use history::History;
+use settings::TextureFilter;
 
 /// A way to render: what a frame consists of.
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +28,8 @@ pub struct Method {
     pub gathers: bool,
     /// Whether a gather variant is chosen for it; else it brings deposits and points together in its own way.
     pub chooses_gather: bool,
+    /// Which level of its textures a camera prefix sees where nobody asks for another.
+    pub texture_filter: TextureFilter,
     /// Buffers of its own in which something outlives its frame, those of histories aside.
     pub keeps: &'static [&'static str],
     /// The settings of the frame of this index, made of those of the run.

@@ -130,6 +130,7 @@ impl Session {
         {
             bail!("--gather {} needs ray queries (--runner gpu --tracer hardware)", variant.name);
         }
+        let settings = settings.clone().of(method);
         let params = settings.params(scene, camera, 0);
         let parts = Parts { gather: variant, history: settings.history, filter: settings.filter };
         let largest = settings.largest(scene, camera);
@@ -142,7 +143,6 @@ impl Session {
         runner.write("pixel_order", cast_slice(&basic::pixel_order(params.width, params.height)))?;
         let previous_camera = params.camera;
         let upload = Upload::new(scene);
-        let settings = settings.clone();
         Ok(Session { runner, method, parts, settings, params, previous_camera, upload, kept })
     }
 

@@ -163,6 +163,7 @@ fn a_checkpoint_of_another_run_is_refused() {
         (&["--seed", "7"][..], "seed"),
         (&["--max-bounces", "3"], "settings"),
         (&["--pixel-filter", "box"], "settings"),
+        (&["--texture-filter", "cone"], "settings"),
     ] {
         let other = caustics(folder.path(), &[&endless[..], options, &["--resume"]].concat());
         assert_eq!(other.code, Some(2), "{}", other.stderr);

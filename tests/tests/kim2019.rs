@@ -11,10 +11,11 @@ use caustics::picture::Picture;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_tests::direct::mean_and_error;
 use caustics_tests::gpu::gpu;
-use caustics_tests::scenes::committed;
-use glam::Vec3;
+use caustics_tests::scenes::{Builder, committed, lambert, metal};
+use glam::{DVec3, Vec3};
 
 fn settings(seed: u32) -> Settings {
     Settings { width: 240, height: 135, light_paths: 16_402, seed, ..Settings::default() }
@@ -65,6 +66,31 @@ fn kim_conserves_the_energy_of_a_caustic_seen_directly() {
     assert!(3.0 * kim.1 < 0.02 && (kim.0 - 1.0).abs() < 0.02, "{} +- {}", kim.0, kim.1);
     // The camera looks down at a slant: a pixel that faces it is smaller than its footprint.
     assert!(facing.0 > 1.05, "the areas differ: {}", facing.0);
+}
+
+/// A caustic on a floor that is seen at 8 to 20 degrees, so that one pixel of the small picture reaches over a tenth of its
+/// distance: whatever the size, what is splatted is what small discs gather.
+#[test]
+fn kim_conserves_the_energy_of_a_grazing_caustic() {
+    let mut b = Builder::default();
+    let (floor, mirror) = (b.material(lambert(0.6)), b.material(metal(0.9, 0.0)));
+    b.panel(floor, DVec3::ZERO, 6.0 * DVec3::Z, 6.0 * DVec3::X);
+    // A small mirror high above sends the light of a point beside it to the middle of the floor.
+    b.panel(mirror, DVec3::new(0.0, 3.0, 0.0), 0.2 * DVec3::X, 0.3 * DVec3::Z);
+    b.light(DVec3::new(0.0, 1.5, 0.0), 1.0);
+    b.camera(DVec3::new(0.0, 0.6, 3.0), DVec3::new(0.0, 0.0, 0.0), 0.7);
+    let scene = b.build();
+    for (width, height) in [(128, 80), (512, 320)] {
+        let size = |seed| Settings { width, height, light_paths: 200_000, ..settings(seed) };
+        let small = Settings { radius_px: 0.3, pixel_filter: PIXEL_FILTER_BOX, ..size(1) };
+        let truth = direct(&pictures(&scene, &small, &BASIC, 8));
+        let kim = direct(&pictures(&scene, &size(1), &KIM2019, 8));
+        // The same light paths, so that ratios frame by frame have little noise.
+        let ratios: Vec<f64> = kim.iter().zip(&truth).map(|(own, truth)| own / truth).collect();
+        let (ratio, error) = mean_and_error(&ratios);
+        println!("{width}x{height}: energy {ratio:.4} +- {error:.4}");
+        assert!(3.0 * error < 0.02 && (ratio - 1.0).abs() < 0.02, "{width}x{height}: {ratio} +- {error}");
+    }
 }
 
 /// Errors of single frames beside those of OurBasic with the same light paths, on the floor and the outside of the ring:

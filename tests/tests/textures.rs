@@ -2,6 +2,8 @@
 
 #[path = "textures/emission.rs"]
 mod emission;
+#[path = "textures/filter.rs"]
+mod filter;
 #[path = "textures/holes.rs"]
 mod holes;
 #[path = "textures/light.rs"]

@@ -9,7 +9,8 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 
 use super::{
-    Common, Debug, NeedsName, PixelFilter, RunnerName, Tracer, filter_names, gather_names, method_names,
+    Common, Debug, NeedsName, PixelFilter, RunnerName, TextureFilter, Tracer, filter_names, gather_names,
+    method_names,
 };
 
 /// Options of `bench`.
@@ -103,6 +104,9 @@ pub struct Bench {
     /// Where in a pixel its rays go
     #[arg(long, value_enum, default_value = "centre")]
     pub pixel_filter: PixelFilter,
+    /// Which level of its textures the camera sees, in all cells and the references alike
+    #[arg(long, value_enum, default_value = "cone")]
+    pub texture_filter: TextureFilter,
     /// First seed of all random numbers
     #[arg(long, default_value_t = 0)]
     pub seed: u32,
@@ -151,6 +155,7 @@ impl Bench {
             max_bounces,
             specular_roughness: self.specular_roughness,
             pixel_filter: self.pixel_filter,
+            texture_filter: Some(self.texture_filter),
             seed: self.seed,
             camera: self.camera.clone(),
             exposure: self.exposure,
@@ -179,6 +184,7 @@ impl Common {
             max_bounces: 5,
             specular_roughness: 0.25,
             pixel_filter: PixelFilter::Centre,
+            texture_filter: None,
             seed: 0,
             camera: None,
             exposure: 0.0,

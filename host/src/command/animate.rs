@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use caustics::kernels;
+use caustics::method::settings::TextureFilter;
 use caustics::scene::{self, Scene};
 use caustics::session::Session;
 use serde_json::json;
@@ -89,7 +90,8 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
             "fps": plan.fps, "first": plan.frames.start, "end": plan.frames.end,
             "width": settings.width, "height": settings.height, "light_paths": settings.light_paths,
             "max_bounces": settings.max_bounces, "radius_px": settings.radius_px,
-            "specular_roughness": settings.specular_roughness, "seed": settings.seed,
+            "specular_roughness": settings.specular_roughness,
+            "texture_filter": settings.texture_filter.map(TextureFilter::name), "seed": settings.seed,
             "needs": needs_names(needs), "commit": env!("CAUSTICS_COMMIT"), "kernels": kernels::SOURCES,
             "kept": plan.frames.len() - missing.len(), "done": done,
             "video": (done && has_video).then_some(video),

@@ -15,6 +15,7 @@ use caustics::experiment::row::Row;
 use caustics::experiment::summary::{CellSummary, summarise};
 use caustics::kernels;
 use caustics::method::history;
+use caustics::method::settings::TextureFilter;
 use caustics::output::target::Target;
 use caustics::scene::Scene;
 use caustics::trace_rate::closest_hits_per_second;
@@ -57,6 +58,7 @@ pub fn report(plan: &Plan, scene: &Scene, rows: &[Row], folder: &Path, as_json: 
         plan.error.map(|error| json!({ "seeds": error.seeds, "reference_frames": error.reference_frames }));
     let out = json!({
         "scene": scene.name, "camera": plan.camera, "width": settings.width, "height": settings.height,
+        "texture_filter": settings.texture_filter.map(TextureFilter::name),
         "light_paths": plan.cells.first().map(|cell| cell.settings(settings).light_paths),
         "max_bounces": plan.cells.first().map(|cell| cell.max_bounces),
         "first_frame": plan.frames.start, "end_frame": plan.frames.end, "fps": plan.fps,

@@ -81,7 +81,6 @@ fn results(
     let scene = posed(scene, plan.time_of(plan.frames.start))?;
     reference::camera(&scene, &plan.camera)?;
     let first = plan.cells.first().context("there is no cell")?;
-    let (width, height) = (plan.settings.width, plan.settings.height);
     let of_cell = |(index, cell): (usize, &caustics::experiment::cell::Cell)| {
         let time = cell_time(plan, &scene, cell, first, rows);
         let wall_s = rows
@@ -93,7 +92,7 @@ fn results(
         let device = devices.get(index).cloned().unwrap_or_default();
         let result = CellResult {
             identity: identity::of_cell(plan, cell, &scene),
-            cell: cell.config(&scene, &plan.camera, width, height),
+            cell: cell.config(&scene, &plan.camera, &plan.settings),
             time,
             provenance: provenance(device, plan.settings.seed, wall_s),
             ..CellResult::default()

@@ -7,7 +7,7 @@ use caustics::checkpoint;
 use caustics::energy::Energy;
 use caustics::kernels;
 use caustics::method::Method;
-use caustics::method::settings::Settings;
+use caustics::method::settings::{Settings, TextureFilter};
 use caustics::output::target::{Target, TargetError, remove};
 use caustics::output::{exr, png};
 use caustics::scene::{self, Scene};
@@ -48,6 +48,7 @@ impl Job {
     /// Renders, writes, reports. 130 after Ctrl-C, with what was done written.
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let Job { common: options, settings, method, gather, time, stop } = self;
+        let settings = settings.of(method);
         if !time.is_finite() {
             return Err(Usage(format!("--time {time}: give a number of seconds")).into());
         }
@@ -175,6 +176,7 @@ impl Job {
                 "width": settings.width, "height": settings.height, "frames": sums.frames(),
                 "light_paths": params.light_path_count, "max_bounces": settings.max_bounces,
                 "radius_px": settings.radius_px, "specular_roughness": settings.specular_roughness,
+                "texture_filter": settings.texture_filter.map(TextureFilter::name),
                 "seed": settings.seed, "needs": needs_names(needs), "triangles": scene.triangles.len(),
                 "commit": env!("CAUSTICS_COMMIT"), "kernels": kernels::SOURCES,
                 "frame_ms": report.frame_ms(), "pass_ms": report.pass_ms(), "rates": rates,

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use caustics::checkpoint;
-use caustics::method::settings::Settings;
+use caustics::method::settings::{self, Settings};
 use caustics::scene::{Scene, SceneCamera};
 use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
 use caustics_kernels::interface::needs::Needs;
 use glam::Vec3;
 
-use crate::cli::{Common, NeedsName, PixelFilter, Usage};
+use crate::cli::{Common, NeedsName, PixelFilter, TextureFilter, Usage};
 
 /// Largest side [px], and largest area, that a frame may have.
 const LARGEST_SIDE: u32 = 16_384;
@@ -67,6 +67,10 @@ pub fn settings(options: &Common, light_paths: u32, frames: u32, radius_px: f32)
             PixelFilter::Centre => PIXEL_FILTER_CENTRE,
             PixelFilter::Box => PIXEL_FILTER_BOX,
         },
+        texture_filter: options.texture_filter.map(|filter| match filter {
+            TextureFilter::Cone => settings::TextureFilter::Cone,
+            TextureFilter::Finest => settings::TextureFilter::Finest,
+        }),
         exposure: options.exposure,
         background,
         ..Settings::default()

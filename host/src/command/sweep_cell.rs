@@ -14,6 +14,7 @@ use caustics::experiment::sweep::accuracy::accuracy;
 use caustics::experiment::sweep::config::Config;
 use caustics::experiment::sweep::expand::Part;
 use caustics::hash::fnv1a;
+use caustics::method::settings::Settings;
 use caustics::output::png;
 use caustics::output::target::Target;
 use glam::Vec3;
@@ -58,9 +59,10 @@ impl Desk<'_> {
         store::read(self.folder, &task.identity).unwrap_or_else(|| {
             let of_error = self.config.error.as_ref().map(|error| (error.width.0, error.height.0));
             let (width, height) = task.part.timed_size.or(of_error).unwrap_or((1, 1));
+            let settings = Settings { width, height, ..task.part.plan(self.config).settings };
             CellResult {
                 identity: task.identity.clone(),
-                cell: cell.config(&task.part.scene, &task.part.camera, width, height),
+                cell: cell.config(&task.part.scene, &task.part.camera, &settings),
                 ..CellResult::default()
             }
         })

@@ -183,7 +183,8 @@ impl Cell {
     }
 
     /// What a result says of it; paths a pixel are those of a frame of this size.
-    pub fn config(&self, scene: &Scene, camera: &str, width: u32, height: u32) -> CellConfig {
+    pub fn config(&self, scene: &Scene, camera: &str, settings: &Settings) -> CellConfig {
+        let Settings { width, height, texture_filter, .. } = *settings;
         let paths = f64::from(self.paths.count(width, height));
         let paths_per_pixel = match self.paths {
             Paths::PerPixel(paths) => paths,
@@ -201,6 +202,7 @@ impl Cell {
             paths_per_pixel,
             radius_px: self.radius_px,
             max_bounces: self.max_bounces,
+            texture_filter: texture_filter.unwrap_or(self.method.texture_filter).name().into(),
         }
     }
 }

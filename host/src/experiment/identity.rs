@@ -37,11 +37,11 @@ pub fn of_cell(plan: &Plan, cell: &Cell, scene: &Scene) -> String {
 /// Text of a scene as it is posed, its view and the settings that decide the expected picture, and of the kernels.
 pub fn view(scene: &Scene, camera: &str, settings: &Settings) -> String {
     let Settings { width, height, light_paths, max_bounces, radius_px, .. } = settings;
-    let Settings { specular_roughness, pixel_filter, background, .. } = settings;
+    let Settings { specular_roughness, pixel_filter, texture_filter, background, .. } = settings;
     let viewpoint = scene.cameras.iter().find(|known| known.name == camera);
     format!(
         "scene {} {} origin {:?} camera {viewpoint:?} {width}x{height} paths {light_paths} bounces {max_bounces} radius \
-         {radius_px} specular {specular_roughness} filter {pixel_filter} background {:?} kernels {}\n",
+         {radius_px} specular {specular_roughness} filter {pixel_filter} textures {texture_filter:?} background {:?} kernels {}\n",
         scene.name,
         scene.fingerprint(),
         scene.origin,

@@ -49,6 +49,9 @@ pub struct CellConfig {
     pub radius_px: f32,
     /// Scattering vertices between eye and light, at most.
     pub max_bounces: u32,
+    /// `cone` or `finest`; empty in files older than the choice, which are of `cone`.
+    #[serde(default)]
+    pub texture_filter: String,
 }
 
 /// Time of a frame and what it is made of.

@@ -5,6 +5,7 @@ use caustics_kernels::interface::counters::COUNTER_COUNT;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::point::PointShading;
 
+use super::settings::TextureFilter;
 use super::{BufferSpec, Method, Parts, Step, gather as gathers, history};
 
 /// See the head of the file.
@@ -13,6 +14,7 @@ pub const BASIC: Method = Method {
     about: "OurBasic: no light outlives its frame",
     gathers: true,
     chooses_gather: true,
+    texture_filter: TextureFilter::Cone,
     keeps: &[],
     frame: |params, index| FrameParams { frame: index, ..params },
     steps: |parts, params| steps(parts, params),

@@ -6,6 +6,7 @@
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::pass::splat::{AREA_FACING, AREA_FOOTPRINT};
 
+use super::settings::TextureFilter;
 use super::{BufferSpec, Method, Parts, Step, basic, gather};
 
 /// With the area of a pixel's footprint on the surface: conserves energy.
@@ -14,6 +15,7 @@ pub const KIM2019: Method = Method {
     about: "Kim 2019: photons splatted to the pixels that see them directly",
     gathers: true,
     chooses_gather: false,
+    texture_filter: TextureFilter::Cone,
     keeps: &[],
     frame: |params, index| FrameParams { frame: index, ..params },
     steps: |parts, params| steps(parts, params, AREA_FOOTPRINT),

@@ -6,6 +6,7 @@
 use caustics_kernels::interface::counters::COUNTER_COUNT;
 use caustics_kernels::interface::frame::FrameParams;
 
+use super::settings::TextureFilter;
 use super::{BufferSpec, Method, Parts, Step};
 
 /// See the head of the file.
@@ -14,6 +15,7 @@ pub const PATH: Method = Method {
     about: "path tracing of everything, one path a pixel: the reference's estimator",
     gathers: false,
     chooses_gather: false,
+    texture_filter: TextureFilter::Finest,
     keeps: &[],
     frame: |params, index| FrameParams { frame: index, light_path_count: 0, ..params },
     steps,

@@ -10,6 +10,7 @@ use caustics_kernels::interface::frame::FrameParams;
 
 use super::Method;
 use super::basic::{buffers, steps};
+use super::settings::TextureFilter;
 
 /// See the head of the file.
 pub const PROGRESSIVE: Method = Method {
@@ -17,6 +18,7 @@ pub const PROGRESSIVE: Method = Method {
     about: "progressive photon mapping: OurBasic with radii that shrink over --frames",
     gathers: true,
     chooses_gather: true,
+    texture_filter: TextureFilter::Finest,
     keeps: &[],
     frame: |params, index| FrameParams {
         frame: index,

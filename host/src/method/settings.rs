@@ -1,9 +1,10 @@
 //! The settings of a run, and the push constants that they make of a scene.
 
-use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::interface::frame::{FrameParams, TEXTURE_FILTER_CONE, TEXTURE_FILTER_FINEST};
 use caustics_kernels::interface::needs::Needs;
 use glam::Vec3;
 
+use super::Method;
 use super::filter::{self, Filter};
 use super::history::{self, History};
 use crate::scene::motion::Motion;
@@ -28,6 +29,8 @@ pub struct Settings {
     pub seed: u32,
     /// `PIXEL_FILTER_CENTRE` or `PIXEL_FILTER_BOX`.
     pub pixel_filter: u32,
+    /// Which level of its textures a camera prefix sees; none: what the method says.
+    pub texture_filter: Option<TextureFilter>,
     /// Exposure of the PNG [stops].
     pub exposure: f32,
     /// Radiance behind everything [W m^-2 sr^-1]; none: what the scene says.
@@ -49,10 +52,33 @@ impl Default for Settings {
             specular_roughness: 0.25,
             seed: 0,
             pixel_filter: 0,
+            texture_filter: None,
             exposure: 0.0,
             background: None,
             history: &history::NONE,
             filter: &filter::NONE,
+        }
+    }
+}
+
+/// Which level of its textures a camera prefix sees; every other path sees the finest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TextureFilter {
+    /// That of the pixel's ray cone: one ray a pixel does not flicker, and materials are not what they are close by.
+    Cone,
+    /// The finest: rays over the whole pixel must average it, and then its picture is right.
+    Finest,
+}
+
+impl TextureFilter {
+    /// Both.
+    pub const ALL: [TextureFilter; 2] = [TextureFilter::Cone, TextureFilter::Finest];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            TextureFilter::Cone => "cone",
+            TextureFilter::Finest => "finest",
         }
     }
 }
@@ -65,6 +91,11 @@ const DEPOSIT_BYTES: u32 = 32;
 const MOST_CELLS: u32 = 1 << 20;
 
 impl Settings {
+    /// The same with what a method decides where a person did not.
+    pub fn of(self, method: &Method) -> Settings {
+        Settings { texture_filter: self.texture_filter.or(Some(method.texture_filter)), ..self }
+    }
+
     /// Push constants of frame `frame`, with the first batch of light paths. A scene without casters (or receivers, or
     /// light) has no batch, whatever code is alive: no light path is shot.
     pub fn params(&self, scene: &Scene, camera: &SceneCamera, frame: u32) -> FrameParams {
@@ -91,6 +122,10 @@ impl Settings {
         // sends three times the mean. A power of two, so that scaling lights by one changes no bit.
         let flux = scene.flux.element_sum() / self.light_paths.max(1) as f32;
         let quantum = next_power_of_two(flux) * 2.0f32.powi(-24);
+        let texture_filter = match self.texture_filter {
+            Some(TextureFilter::Finest) => TEXTURE_FILTER_FINEST,
+            Some(TextureFilter::Cone) | None => TEXTURE_FILTER_CONE,
+        };
         FrameParams {
             camera: camera.camera(self.width, self.height),
             width: self.width,
@@ -101,7 +136,7 @@ impl Settings {
             part: 0,
             light_path_batch: batch,
             max_bounces: self.max_bounces,
-            pixel_filter: self.pixel_filter,
+            filters: self.pixel_filter | texture_filter,
             specular_roughness: self.specular_roughness,
             radius_px: self.radius_px,
             pixel_spread: camera.pixel_spread(self.width, self.height),

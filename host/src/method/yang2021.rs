@@ -14,6 +14,7 @@ use caustics_kernels::light::density_map::{FEEDBACK_WORDS, MAPS, NODES, SIDE_LOG
 use caustics_kernels::pass::density::node_count;
 
 use super::basic::{frame_buffers, frame_steps};
+use super::settings::TextureFilter;
 use super::{BufferSpec, Method, Parts, Step};
 
 /// See the head of the file.
@@ -22,6 +23,7 @@ pub const YANG2021: Method = Method {
     about: "adaptive anisotropic photon scattering: ellipses on primary surfaces, guided by feedback",
     gathers: true,
     chooses_gather: false,
+    texture_filter: TextureFilter::Cone,
     keeps: &["density", "density_tree", "density_feedback"],
     frame: |params, index| FrameParams { frame: index, ..params },
     steps,

@@ -140,6 +140,9 @@ impl Names {
         if self.varies["size"] && !size.is_empty() {
             parts.push(size);
         }
+        if cell.texture_filter == "finest" {
+            parts.push("finest textures".into());
+        }
         if cell.needs == "all" {
             parts.push("needs all".into());
         }

@@ -39,8 +39,8 @@ pub struct FrameParams {
     pub light_path_batch: u32,
     /// Scattering vertices between eye and light, at most.
     pub max_bounces: u32,
-    /// 0: rays through pixel centres, 1: box filter.
-    pub pixel_filter: u32,
+    /// `PIXEL_FILTER_*` and `TEXTURE_FILTER_*`, a bit each.
+    pub filters: u32,
     /// Reflection lobes of at most this roughness are specular.
     pub specular_roughness: f32,
     /// Radius of a collection point relative to the disc of its pixel's footprint area.
@@ -70,6 +70,12 @@ impl FrameParams {
         self.width * self.height
     }
 
+    /// Whether a bit of `filters` is set.
+    #[inline]
+    pub fn has_filter(&self, filter: u32) -> bool {
+        self.filters & filter != 0
+    }
+
     /// 1 / quantum, exact: the exponent of a power of two changes its sign.
     #[inline]
     pub fn inverse_quantum(&self) -> f32 {
@@ -83,10 +89,14 @@ pub const EVERY_DEPOSIT: u32 = u32::MAX;
 /// Invocations of an entry point along x; further rows of them lie along y.
 pub const INVOCATIONS_PER_ROW: u32 = 1 << 21;
 
-/// `FrameParams::pixel_filter`: rays through pixel centres.
+/// `FrameParams::filters`: rays through pixel centres.
 pub const PIXEL_FILTER_CENTRE: u32 = 0;
-/// `FrameParams::pixel_filter`: rays uniform over the pixel.
+/// `FrameParams::filters`: rays uniform over the pixel.
 pub const PIXEL_FILTER_BOX: u32 = 1;
+/// `FrameParams::filters`: camera prefixes see the texture level of their ray cone.
+pub const TEXTURE_FILTER_CONE: u32 = 0;
+/// `FrameParams::filters`: every path sees the finest level.
+pub const TEXTURE_FILTER_FINEST: u32 = 2;
 
 #[cfg(test)]
 mod tests {

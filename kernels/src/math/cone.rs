@@ -18,18 +18,22 @@ pub struct RayCone {
     pub rough_width: f32,
     /// Spread from rough scattering, a standard deviation [rad].
     pub rough_spread: f32,
+    /// Whether a curved surface has bent it.
+    pub is_bent: bool,
 }
 
 /// Smallest cosine that footprints are projected with.
 const MIN_COS: f32 = 0.05;
 /// How much wider than a direct view's a collection point's footprint may be.
 const MOST_REDUCED: f32 = 32.0;
+/// How wide it is at least, relative to a direct view's, behind a curved surface.
+const LEAST_REDUCED: f32 = 0.25;
 
 impl RayCone {
     /// The cone of a pixel at the eye.
     #[inline]
     pub fn at_eye(pixel_spread: f32) -> Self {
-        RayCone { width: 0.0, spread: pixel_spread, rough_width: 0.0, rough_spread: 0.0 }
+        RayCone { width: 0.0, spread: pixel_spread, rough_width: 0.0, rough_spread: 0.0, is_bent: false }
     }
 
     /// The cone after `distance` [m].
@@ -46,7 +50,11 @@ impl RayCone {
     #[inline]
     pub fn reflect(self, curvature: f32, cos: f32) -> Self {
         let cos = cos.max(MIN_COS);
-        RayCone { spread: self.spread + 2.0 * curvature * self.width / cos, ..self }
+        RayCone {
+            spread: self.spread + 2.0 * curvature * self.width / cos,
+            is_bent: self.is_bent || curvature != 0.0,
+            ..self
+        }
     }
 
     /// The cone after refraction; `eta` = index before / index behind, cosines before and behind.
@@ -58,6 +66,7 @@ impl RayCone {
             width: self.width * cos_behind / cos,
             spread: eta * cos / cos_behind * (self.spread + bend) - bend,
             rough_spread: eta * self.rough_spread,
+            is_bent: self.is_bent || curvature != 0.0,
             ..self
         }
     }
@@ -89,10 +98,14 @@ impl RayCone {
     /// Radius [m] of the disc whose area is the cone's footprint on a surface met at `cos`, times `radius_px`;
     /// never below 4 ulp of the position's largest coordinate. Convex mirrors and lenses widen a cone as far as their first
     /// derivative says, without end at a grazing angle: 32 times the width of a cone that came straight, `direct_width` [m],
-    /// is the most (a thousand times the area is a thousand times the deposits). What roughness adds is not bounded.
+    /// is the most (a thousand times the area is a thousand times the deposits). They also focus it, to a point for this one
+    /// number though the pixel's footprint is a line there at most; a deposit on a disc of no size would be infinitely
+    /// bright: behind a curved surface a quarter is the least. Both are of the width before `radius_px` scales it, so that
+    /// they shrink with it. What roughness adds is not bounded.
     #[inline]
     pub fn radius(self, cos: f32, radius_px: f32, position: Vec3, direct_width: f32) -> f32 {
-        let width = self.width.abs().min(direct_width * MOST_REDUCED);
+        let least = if self.is_bent { direct_width * LEAST_REDUCED } else { 0.0 };
+        let width = self.width.abs().max(least).min(direct_width * MOST_REDUCED);
         let total = (width * width + self.rough_width * self.rough_width).sqrt();
         let radius = radius_px * total * (INV_PI / cos.abs().max(MIN_COS)).sqrt();
         // An ulp is at most 2^-23 of the coordinate; the last term keeps a point at the origin alive.
@@ -130,14 +143,14 @@ mod tests {
     #[test]
     fn a_concave_mirror_focuses_at_half_its_radius() {
         // Parallel cone of width 0.1 onto a concave mirror of radius 2: width 0 after 1 m.
-        let cone = RayCone { width: 0.1, spread: 0.0, rough_width: 0.0, rough_spread: 0.0 };
+        let cone = RayCone { width: 0.1, spread: 0.0, rough_width: 0.0, rough_spread: 0.0, is_bent: true };
         assert!(cone.reflect(-0.5, 1.0).advance(1.0).width.abs() < 1e-7);
     }
 
     #[test]
     fn a_disc_is_at_most_32_times_as_wide_as_in_a_direct_view() {
         let at = |width| {
-            let cone = RayCone { width, spread: 0.0, rough_width: 0.0, rough_spread: 0.0 };
+            let cone = RayCone { width, spread: 0.0, rough_width: 0.0, rough_spread: 0.0, is_bent: false };
             cone.radius(1.0, 1.0, Vec3::ZERO, 0.01)
         };
         let direct = at(0.01);
@@ -146,9 +159,37 @@ mod tests {
         }
     }
 
+    /// Behind a concave mirror of radius 2 m the width runs through zero and grows again; behind planes it is what it is.
+    #[test]
+    fn a_disc_behind_a_curved_surface_is_at_least_a_quarter_as_wide_as_in_a_direct_view() {
+        let radius = |cone: RayCone, radius_px| cone.radius(1.0, radius_px, Vec3::ZERO, 0.01);
+        let direct = radius(RayCone::at_eye(0.01).advance(1.0), 1.0);
+        let wide = RayCone { width: 0.02, ..RayCone::at_eye(0.0) };
+        let mirrored = wide.reflect(-0.5, 1.0);
+        let mut least = f32::MAX;
+        for step in 0..=200 {
+            let cone = mirrored.advance(0.01 * step as f32);
+            let expected = cone.width.abs().max(0.25 * 0.01) / 0.01;
+            for radius_px in [1.0, 0.01] {
+                let found = radius(cone, radius_px) / (radius_px * direct);
+                assert!((found - expected).abs() < 1.0e-5, "{step}: {found} {expected}");
+                least = least.min(found);
+            }
+            assert!(
+                radius(cone.refract(0.0, 1.0, 1.0, 0.7), 1.0) >= 0.2499 * direct,
+                "a plane forgets nothing"
+            );
+        }
+        assert!((least - 0.25).abs() < 1.0e-5, "the test has lost its subject: {least}");
+        // A slab of any index, seen at any angle, narrows what it narrows.
+        let narrow = RayCone { width: 0.001, ..RayCone::at_eye(0.0) };
+        let planes = [narrow, narrow.reflect(0.0, 0.3), narrow.refract(0.0, 0.6, 0.6, 0.4)];
+        assert!(planes.iter().all(|cone| (radius(*cone, 1.0) / direct - 0.1).abs() < 1.0e-6));
+    }
+
     #[test]
     fn roughness_survives_a_focus() {
-        let cone = RayCone { width: 0.1, spread: 0.0, rough_width: 0.0, rough_spread: 0.0 };
+        let cone = RayCone { width: 0.1, spread: 0.0, rough_width: 0.0, rough_spread: 0.0, is_bent: true };
         let rough = cone.reflect(-0.5, 1.0).roughen(0.3).advance(1.0);
         assert!(rough.radius(1.0, 1.0, Vec3::ZERO, 1.0e-3) > 0.01);
     }

@@ -3,7 +3,7 @@
 
 use crate::interface::NONE;
 use crate::interface::counters::Counter;
-use crate::interface::frame::{FrameParams, PIXEL_FILTER_BOX};
+use crate::interface::frame::{FrameParams, PIXEL_FILTER_BOX, TEXTURE_FILTER_FINEST};
 use crate::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAGS_SCATTER_TEXTURE, Material};
 use crate::interface::needs::Needs;
 use crate::interface::point::{PointGeometry, PointShading};
@@ -42,7 +42,7 @@ pub struct Collected {
 pub fn camera_ray(params: &FrameParams, pixel: u32, rng: &mut Rng) -> Ray {
     let u = rng.next4();
     let (mut x, mut y) = (0.5, 0.5);
-    if params.pixel_filter == PIXEL_FILTER_BOX {
+    if params.has_filter(PIXEL_FILTER_BOX) {
         (x, y) = (u.x, u.y);
     }
     let column = (pixel % params.width) as f32 + x;
@@ -109,7 +109,9 @@ pub fn follow<T: Tracer, C: Atomics>(
         if prefix {
             cone = cone.advance(hit.distance);
             distance += hit.distance;
-            width = cone.total_width();
+            if !params.has_filter(TEXTURE_FILTER_FINEST) {
+                width = cone.total_width();
+            }
         }
         let here = vertex(scene, needs, &ray, &hit, width);
         let material = material_at(scene, &here, needs);

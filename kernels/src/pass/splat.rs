@@ -3,19 +3,19 @@
 //! Source: [Kim 2019, Caustics using screen-space photon mapping, Ray Tracing Gems, ch. 30]. Cost: a projection a deposit,
 //! whatever the number of pixels. Where it is wrong: receivers are primary surfaces only, so that caustics in mirrors,
 //! through glass and off glossy surfaces are missing; a pixel is a sharp box, so that few light paths are grains; light
-//! leaks between surfaces whose distances from the eye agree within 1 %.
+//! leaks between surfaces whose distances from the eye agree within 1 %, or that lie in one plane.
 
 use crate::gather::accumulator::Sum;
 use crate::gather::contribution::contribution;
 use crate::gather::tables::Tables;
 use crate::interface::frame::{Camera, FrameParams};
-use crate::interface::point::DepositGeometry;
+use crate::interface::point::{DepositGeometry, PointGeometry};
 use crate::math::PI;
 use crate::seam::Atomics;
 use crate::surface::textured::material_of;
 use spirv_std::glam::Vec3;
 
-/// Largest difference between the distances of a deposit and of what its pixel sees, relative to either.
+/// Largest difference between the distances of a deposit and of the surface that its pixel sees, relative to either.
 const DISTANCE_TOLERANCE: f32 = 0.01;
 /// Smallest cosine that a pixel is projected with.
 const MIN_COS: f32 = 0.01;
@@ -40,11 +40,9 @@ pub fn kim2019<C: Atomics>(index: u32, tables: &mut Tables<'_>, counters: &mut C
     }
     let point = tables.point_geometry[pixel as usize];
     let distance = to.length();
-    let seen = (point.position - params.camera.position).length();
-    let agrees = (distance - seen).abs() <= DISTANCE_TOLERANCE * distance;
     // The pixel's first surface must be the one whose light is collected.
     let is_primary = point.depth == 1 && deposit.scatterings < params.max_bounces;
-    if agrees && is_primary {
+    if is_primary && agrees(&point, &deposit, to, params.camera.position) {
         let shading = tables.point_shading[pixel as usize];
         let material = material_of(&shading, tables.materials, tables.needs);
         let light = tables.deposit_light[index as usize];
@@ -56,6 +54,21 @@ pub fn kim2019<C: Atomics>(index: u32, tables: &mut Tables<'_>, counters: &mut C
         sum.add_to(&mut tables.accumulator, pixel);
         sum.tally(counters);
     }
+}
+
+/// Whether a deposit, `to` from the eye, lies on the surface of its pixel: as far from the eye as the pixel's point, or as
+/// the surface through that point is in the deposit's own direction. At a slant a pixel reaches over far more of its
+/// distance than the tolerance: a plane that leans by the mean of both normals follows it, also where it is a little curved.
+#[inline(always)]
+fn agrees(point: &PointGeometry, deposit: &DepositGeometry, to: Vec3, eye: Vec3) -> bool {
+    let distance = to.length();
+    let seen = (point.position - eye).length();
+    let normals = point.normal + deposit.normal;
+    let height = (deposit.position - point.position).dot(normals);
+    // Along the ray to the deposit the plane is height / (normals . to / distance) away.
+    let on_plane =
+        point.normal.dot(deposit.normal) > 0.0 && height.abs() <= DISTANCE_TOLERANCE * to.dot(normals).abs();
+    (distance - seen).abs() <= DISTANCE_TOLERANCE * distance || on_plane
 }
 
 /// Whether what lies in a direction from the eye is in the picture, and in which pixel.
@@ -115,6 +128,27 @@ mod tests {
             assert!(!pixel_of(to * -1.0, &params).0);
         }
         assert!(!pixel_of(Vec3::new(0.81, 0.0, -1.0), &params).0);
+    }
+
+    /// From an eye a metre above a floor: two places of one pixel, a tenth of their distance apart, are on one surface; what
+    /// floats above the floor, or hangs below it with its face down, is not.
+    #[test]
+    fn a_pixel_at_a_slant_has_the_depth_of_its_plane() {
+        let eye = Vec3::Y;
+        let point = PointGeometry { position: Vec3::X * 5.0, normal: Vec3::Y, ..PointGeometry::default() };
+        let at = |position: Vec3, normal| {
+            agrees(
+                &point,
+                &DepositGeometry { position, normal, ..DepositGeometry::default() },
+                position - eye,
+                eye,
+            )
+        };
+        assert!(at(Vec3::X * 5.5, Vec3::Y) && at(Vec3::X * 4.5, Vec3::Y));
+        // A hill of radius 5 m, where the plane through the point alone is 2.4 % off.
+        assert!(at(Vec3::new(4.5, -0.025, 0.0), Vec3::new(-0.1, 1.0, 0.0).normalize()));
+        assert!(!at(Vec3::new(5.5, 0.05, 0.0), Vec3::Y) && !at(Vec3::X * 5.5, Vec3::NEG_Y));
+        assert!(at(Vec3::new(5.0, 0.05, 0.0), Vec3::Y), "the published tolerance stays");
     }
 
     /// The footprints of all pixels on a plane across the whole view add up to what of it is seen.

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use caustics::checkpoint::Identity;
-use caustics::method::settings::Settings;
+use caustics::method::settings::{Settings, TextureFilter};
 use caustics::method::{self, Method, filter, history};
 use caustics::output::attributes::latin;
 use caustics::output::target::TargetError;
@@ -72,7 +72,8 @@ impl Plan {
             ))
             .into());
         }
-        let settings = Settings { history, filter, ..settings(common, *light_paths, 1, *radius_px)? };
+        let settings =
+            Settings { history, filter, ..settings(common, *light_paths, 1, *radius_px)? }.of(method);
         Ok(Plan {
             settings,
             method,
@@ -128,7 +129,7 @@ impl Plan {
         // Neither exposure nor what is in `shared` already.
         let Settings { width, height, light_paths, max_bounces, radius_px, specular_roughness, .. } =
             &self.settings;
-        let Settings { pixel_filter, history, filter, .. } = &self.settings;
+        let Settings { pixel_filter, texture_filter, history, filter, .. } = &self.settings;
         let history_settings = history.settings.map_or("none".into(), |settings| format!("{settings:?}"));
         let first = if self.lends() { self.frames.start.to_string() } else { "any".into() };
         let own = [
@@ -139,6 +140,7 @@ impl Plan {
             ("radius_px", radius_px.to_string()),
             ("specular_roughness", specular_roughness.to_string()),
             ("pixel_filter", pixel_filter.to_string()),
+            ("texture_filter", texture_filter.map_or("", TextureFilter::name).into()),
             ("history", history.name.to_string()),
             ("history_settings", history_settings),
             ("filter", filter.name.to_string()),

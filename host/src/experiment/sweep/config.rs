@@ -10,6 +10,7 @@ use crate::experiment::reference::SEED;
 use crate::method::Method;
 use crate::method::filter::Filter;
 use crate::method::history::History;
+use crate::method::settings::TextureFilter;
 
 /// The whole file.
 #[derive(Clone, Debug, Deserialize)]
@@ -27,6 +28,9 @@ pub struct Config {
     /// Exposure of the display that FLIP looks at, and of the PNGs [stops].
     #[serde(default)]
     pub exposure: f32,
+    /// Which level of its textures the camera sees, in all cells and the references alike.
+    #[serde(default = "cone")]
+    pub texture_filter: Named<TextureFilter>,
     /// How times are measured, if they are.
     pub time: Option<TimeTable>,
     /// How errors are measured, if they are.
@@ -161,6 +165,10 @@ fn fps() -> Positive {
     Positive(24.0)
 }
 
+fn cone() -> Named<TextureFilter> {
+    Named(TextureFilter::Cone)
+}
+
 fn two() -> u32 {
     2
 }
@@ -209,6 +217,7 @@ mod tests {
         let config = Config::parse(GOOD).unwrap();
         let matrix = config.matrix[0].get_ref();
         assert_eq!((config.fps.0, config.time.unwrap().frames.0), (24.0, 16));
+        assert_eq!(config.texture_filter.0, TextureFilter::Cone);
         assert_eq!(matrix.history.0[0].0.name, "none");
         assert_eq!((matrix.max_bounces.0[0].0, matrix.radius_px.0[0].0), (5, 1.0));
         assert_eq!(matrix.runner.0[0].0, Runner("auto"));
@@ -219,6 +228,7 @@ mod tests {
         for (from, to, line, named) in [
             ("scene =", "szene =", "line 6", "szene"),
             ("\"basic\"", "\"basik\"", "line 7", "basik"),
+            ("[time]", "texture_filter = \"coarse\"\n[time]", "line 1", "finest"),
             ("[1]", "[0]", "line 8", "paths_per_pixel"),
             ("[1]", "[]", "line 8", "paths_per_pixel"),
             ("[1]", "\"one\"", "line 8", "paths_per_pixel"),

@@ -106,13 +106,19 @@ impl Part {
         };
         // What differs between cells is said by each of them.
         let first = posed(&part.scene, part.plan(config).time_of(config.first_frame))?;
-        part.view = fnv1a(view(&first, &part.camera, &Settings::default()).bytes());
+        let common = Settings { texture_filter: Some(config.texture_filter.0), ..Settings::default() };
+        part.view = fnv1a(view(&first, &part.camera, &common).bytes());
         Ok(part)
     }
 
     /// What all plans have in common: neither time nor error, and no cells.
     pub fn plan(&self, config: &Config) -> Plan {
-        let settings = Settings { seed: config.seed, exposure: config.exposure, ..Settings::default() };
+        let settings = Settings {
+            seed: config.seed,
+            exposure: config.exposure,
+            texture_filter: Some(config.texture_filter.0),
+            ..Settings::default()
+        };
         Plan {
             cells: Vec::new(),
             settings,

@@ -8,6 +8,7 @@ use crate::experiment::cell::Code;
 use crate::experiment::matrix::RUNNERS;
 use crate::method::filter::{self, Filter};
 use crate::method::history::{self, History};
+use crate::method::settings::TextureFilter;
 use crate::method::{self, Method};
 
 /// A list that is not empty.
@@ -118,6 +119,16 @@ impl Known for &'static Filter {
     }
     fn find(name: &str) -> Option<Self> {
         filter::find(name)
+    }
+}
+
+impl Known for TextureFilter {
+    const WHAT: &'static str = "texture filter";
+    fn names() -> Vec<&'static str> {
+        TextureFilter::ALL.map(TextureFilter::name).to_vec()
+    }
+    fn find(name: &str) -> Option<Self> {
+        TextureFilter::ALL.into_iter().find(|known| known.name() == name)
     }
 }
 

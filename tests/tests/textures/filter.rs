@@ -1,0 +1,62 @@
+//! What a pixel shows of a texture: the mean over its area of what is lit, or what is lit of the mean.
+
+use caustics::image::Encoding;
+use caustics::method::path::PATH;
+use caustics::method::settings::{Settings, TextureFilter};
+use caustics::metric::flip_ldr::flip_ldr;
+use caustics::metric::pixels::Pixels;
+use caustics::session::{RunnerChoice, Session};
+use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
+use caustics_tests::scenes::committed;
+use glam::DVec3;
+
+/// Size of the picture [px], and by how much that of the truth is larger each way.
+const WIDTH: usize = 96;
+const HEIGHT: usize = 54;
+const FINER: usize = 8;
+
+/// `textured-room` under direct light alone, which takes few samples: the mean of `samples` a pixel.
+fn render(texture_filter: TextureFilter, scale: usize, samples: u32, seed: u32) -> Pixels {
+    let (width, height) = (scale * WIDTH, scale * HEIGHT);
+    let settings = Settings {
+        width: width as u32,
+        height: height as u32,
+        max_bounces: 1,
+        pixel_filter: PIXEL_FILTER_BOX,
+        texture_filter: Some(texture_filter),
+        seed,
+        ..Settings::default()
+    };
+    let (choice, scene) = (RunnerChoice::Cpu { threads: 0 }, committed("textured-room"));
+    let needs = scene.needs(settings.specular_roughness);
+    let mut session =
+        Session::new(&choice, &scene, &scene.cameras[0], &settings, &PATH, &PHOTONS_GRID, needs).unwrap();
+    let mut values = vec![DVec3::ZERO; WIDTH * HEIGHT];
+    let share = 1.0 / (f64::from(samples) * (scale * scale) as f64);
+    for sample in 0..samples {
+        session.frame(sample).unwrap();
+        for (pixel, radiance) in session.picture().unwrap().path.iter().enumerate() {
+            let (x, y) = (pixel % width / scale, pixel / width / scale);
+            values[y * WIDTH + x] += radiance.as_dvec3() * share;
+        }
+    }
+    Pixels { width: WIDTH, height: HEIGHT, values }
+}
+
+/// The finest level under many rays is the picture of eight times the size, averaged; there even a cone is an eighth as
+/// wide, so that the truth owes nothing to the filter under test. The level of the cone is another picture.
+#[test]
+fn the_finest_level_is_the_supersampled_picture_and_the_cone_is_not() {
+    let truth = render(TextureFilter::Cone, FINER, 4, 1);
+    let compare = |filter, seed| {
+        let picture = render(filter, 1, 256, seed);
+        let ratio = picture.values.iter().sum::<DVec3>() / truth.values.iter().sum::<DVec3>();
+        let flip = flip_ldr(&picture, &truth, Encoding::Linear, 0.0, 67.0).mean();
+        println!("{}: energy {ratio:.4}, FLIP {flip:.4}", filter.name());
+        (ratio, flip)
+    };
+    let (finest, cone) = (compare(TextureFilter::Finest, 2), compare(TextureFilter::Cone, 3));
+    assert!((finest.0 - 1.0).abs().max_element() < 0.002, "{}", finest.0);
+    assert!(finest.1 < 0.03 && cone.1 > 2.0 * finest.1, "{} {}", finest.1, cone.1);
+}

@@ -3,14 +3,19 @@
 //! `scene` reads glTF into flat tables, `method` lists the passes of a frame, `runner` executes the list on the
 //! CPU or, through `vulkan`, on a GPU, `session` ties them together, `output` writes the picture. See ARCHITECTURE.md.
 
+#![cfg_attr(not(test), deny(clippy::print_stderr, clippy::print_stdout))]
+
 pub mod accumulation;
 pub mod checkpoint;
 pub mod counters;
 pub mod energy;
 pub mod experiment;
+pub mod file;
+pub mod frame_memory;
 pub mod hash;
 pub mod image;
 pub mod kernels;
+pub mod memory;
 pub mod method;
 pub mod metric;
 pub mod output;
@@ -19,6 +24,7 @@ pub mod report;
 pub mod runner;
 pub mod scene;
 pub mod session;
+pub mod text;
 pub mod trace_rate;
 pub mod upload;
 pub mod vulkan;

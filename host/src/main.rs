@@ -1,5 +1,7 @@
 //! The command line of caustics.
 
+#![cfg_attr(not(test), deny(clippy::print_stderr, clippy::print_stdout))]
+
 use std::process::ExitCode;
 
 use caustics::checkpoint::CheckpointError;
@@ -7,6 +9,11 @@ use caustics::output::target::TargetError;
 use caustics::scene::SceneError;
 use caustics::vulkan::VulkanError;
 use clap::Parser;
+
+/// Writes a message for people to stderr: cut to a few lines, harmless to a terminal, and whether anybody reads it or not.
+macro_rules! tell {
+    ($($message:tt)*) => { $crate::command::say::tell(format_args!($($message)*)) };
+}
 
 mod cli;
 mod command;
@@ -27,10 +34,19 @@ fn main() -> ExitCode {
     match result {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("error: {error:#}");
+            tell!("error: {}", told(&error));
             ExitCode::from(exit_code(&error))
         }
     }
+}
+
+/// An error with its causes, each that is not told already.
+fn told(error: &anyhow::Error) -> String {
+    error.chain().fold(String::new(), |told, cause| match cause.to_string() {
+        cause if told.is_empty() => cause,
+        cause if told.contains(&cause) => told,
+        cause => format!("{told}: {cause}"),
+    })
 }
 
 /// 2 for what the command line got wrong, 4 for a device that is not there, else 1.

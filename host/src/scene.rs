@@ -164,7 +164,7 @@ impl Scene {
             parts.coordinates.extend(meshes.iter().flat_map(MovingMesh::coordinates));
         }
         let moving: usize = meshes.iter().map(|mesh| mesh.corners.len()).sum();
-        texture::check(name, &parts, triangles.len() + moving, materials.len())?;
+        texture::check(name, &parts, triangles.len() + moving, &material_names)?;
         texture::set_flags(&mut materials, &parts);
         let has_coordinates = !parts.coordinates.is_empty();
         parts.coordinates.truncate(triangles.len());

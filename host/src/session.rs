@@ -13,6 +13,7 @@ use glam::Vec3;
 
 use crate::counters::Counters;
 use crate::energy::Energy;
+use crate::frame_memory::Need;
 use crate::kernels;
 use crate::method::settings::Settings;
 use crate::method::{BufferSpec, Method, Parts, basic};
@@ -134,6 +135,9 @@ impl Session {
         let params = settings.params(scene, camera, 0);
         let parts = Parts { gather: variant, history: settings.history, filter: settings.filter };
         let largest = settings.largest(scene, camera);
+        let scene_bytes = tables(scene).iter().map(|(_, bytes)| bytes.len() as u64).sum();
+        let on_gpu = matches!(choice, RunnerChoice::Gpu { .. });
+        Need::of(method, parts, largest, scene_bytes, on_gpu).check_available(settings)?;
         let buffers = (method.buffers)(parts, &(method.frame)(largest, 0));
         // Every frame writes its settings anew.
         let mut kept = if method.gathers { (settings.history.buffers)(&largest) } else { Vec::new() };

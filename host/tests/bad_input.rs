@@ -406,12 +406,14 @@ fn sizes_and_counts_out_of_range_are_usage_errors() {
 #[test]
 fn names_and_combinations_that_do_not_exist_are_usage_errors() {
     let folder = tempfile::tempdir().unwrap();
-    let cases: [(&[&str], &[&str]); 7] = [
+    let cases: [(&[&str], &[&str]); 9] = [
         (&["--gather", "telepathy"], &["--gather", "telepathy", "photons-grid"]),
         (&["--camera", "nobody"], &["--camera nobody", "main"]),
         (&["--gather", "points-rt"], &["--gather points-rt", "ray queries", "photons-grid"]),
         (&["--tracer", "hardware"], &["--tracer hardware", "--runner gpu"]),
         (&["--debug", "validation"], &["--debug validation", "--runner gpu"]),
+        (&["--device", "nonsense"], &["--device \"nonsense\"", "--runner gpu"]),
+        (&["--threads", "4294967295"], &["--threads 4294967295", "at most 1024"]),
         (&["--method", "magic"], &["--method", "basic"]),
         (&["--no-such-flag"], &["--no-such-flag"]),
     ];
@@ -476,4 +478,200 @@ fn a_method_that_learns_is_not_resumed() {
         &[&["render", scene, "-o", "out.exr", "--method", "yang2021"], &TINY[..]].concat(),
     );
     assert_eq!(run.code, Some(0), "{}", run.stderr);
+}
+
+/// Runs a line of shell with the program as `$0`.
+#[cfg(unix)]
+fn shell(folder: &Path, line: &str) -> Run {
+    let output = Command::new("sh")
+        .current_dir(folder)
+        .args(["-c", line, env!("CARGO_BIN_EXE_caustics")])
+        .timeout(std::time::Duration::from_secs(60))
+        .output()
+        .unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+    Run { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) }
+}
+
+/// Runs in 4 GiB of address space, and demands a refusal that leaves the folder as it was.
+#[cfg(target_os = "linux")]
+#[track_caller]
+fn refuses_in_4_gib(folder: &Path, arguments: &str, words: &[&str]) {
+    let before = listing(folder);
+    let run = shell(
+        folder,
+        &format!("ulimit -v 4194304; exec \"$0\" {arguments} -o out.exr --runner cpu --threads 1"),
+    );
+    if let Some(fault) = fault(&run, 1, words) {
+        panic!("{arguments}: {fault}");
+    }
+    assert_eq!(listing(folder), before, "{arguments} left something behind");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn memory_is_bounded_before_it_is_asked_for() {
+    // A large frame.
+    let folder = tempfile::tempdir().unwrap();
+    let ring = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/ring");
+    let large = format!("render '{}' --width 8192 --height 8192", ring.display());
+    let words = ["--width 8192 and --height 8192", "are available", "lower --width and --height"];
+    refuses_in_4_gib(folder.path(), &large, &words);
+
+    // One small picture of 8192 x 8192, named 20 times: each name is an image.
+    let mut scene = Scene::new("textured-room");
+    image::GrayImage::new(8192, 8192).save(scene.path().join("a.png")).unwrap();
+    scene.json["images"] = (0..20).map(|_| json!({ "uri": "a.png" })).collect();
+    scene.json["textures"] = (0..20).map(|source| json!({ "source": source })).collect();
+    let primitive = scene.primitive();
+    let material = |index: usize| json!({ "emissiveFactor": [1, 1, 1], "pbrMetallicRoughness": { "baseColorTexture": { "index": index } } });
+    scene.json["materials"] = (0..20).map(material).collect();
+    let of = |material: usize| {
+        let mut primitive = primitive.clone();
+        primitive["material"] = json!(material);
+        primitive
+    };
+    let mesh = json!({ "primitives": (0..20).map(of).collect::<Vec<_>>() });
+    scene.json["meshes"].as_array_mut().unwrap().fill(mesh);
+    scene.write();
+    refuses_in_4_gib(
+        scene.path(),
+        "render scene.gltf",
+        &["scene.gltf", "1789569700 texels", "make them smaller"],
+    );
+
+    // A million triangles on 100 nodes.
+    let mut scene = Scene::new("ring");
+    let accessors = scene.json["accessors"].as_array_mut().unwrap();
+    let indices = accessors.len();
+    accessors
+        .push(json!({ "bufferView": 4096, "componentType": 5121, "count": 3_000_000, "type": "SCALAR" }));
+    let views = scene.json["bufferViews"].as_array_mut().unwrap();
+    scene.json["accessors"][indices]["bufferView"] = json!(views.len());
+    views.push(json!({ "buffer": 0, "byteOffset": scene.binary.len(), "byteLength": 3_000_000 }));
+    scene.binary.extend([0, 1, 2].repeat(1_000_000));
+    scene.json["buffers"][0]["byteLength"] = json!(scene.binary.len());
+    scene.json["meshes"][0]["primitives"][0]["indices"] = json!(indices);
+    let nodes = scene.json["nodes"].as_array_mut().unwrap();
+    let first = nodes.len();
+    nodes.extend((0..100).map(|_| json!({ "mesh": 0 })));
+    let all = scene.json["scenes"][0]["nodes"].as_array_mut().unwrap();
+    all.extend((first..first + 100).map(|node| json!(node)));
+    scene.write();
+    refuses_in_4_gib(
+        scene.path(),
+        "render scene.gltf",
+        &["scene.gltf", "triangles would take", "are available"],
+    );
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn nobody_on_stderr_or_stdout_ends_no_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let ring = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/ring");
+    let render = format!("\"$0\" render '{}' -o out.exr --force {}", ring.display(), TINY.join(" "));
+    for rest in ["2>/dev/full", "2>&-"] {
+        let run = shell(folder.path(), &format!("{render} {rest}"));
+        assert_eq!((run.code, run.stdout.as_str()), (Some(0), ""), "{rest}");
+        std::fs::remove_file(folder.path().join("out.exr")).unwrap();
+    }
+    // A reader that is gone before the first word.
+    let closed = |command: &str, file: &str| {
+        let line = format!(
+            "{{ sleep 0.2; {command}; echo $? > code; }} {file} | true; while [ ! -s code ]; do sleep 0.1; done; cat code; rm code"
+        );
+        shell(folder.path(), &line).stdout
+    };
+    assert_eq!(closed(&render, "2>&1"), "0\n");
+    assert!(folder.path().join("out.exr").is_file());
+    assert_eq!(closed("\"$0\" scene list", ""), "0\n");
+    // An error keeps its exit code.
+    assert_eq!(closed("\"$0\" scene info nowhere.glb", "2>&1"), "1\n");
+}
+
+#[test]
+fn names_of_a_file_command_no_terminal_and_drown_no_message() {
+    let active = "\u{1b}]0;owned\u{7}\u{1b}[2J\u{9b}1m\u{202e}\nerror: forged";
+    let is_harmless = |text: &str| text.chars().all(|c| c == '\n' || !(c.is_control() || c == '\u{202e}'));
+    let mut scene = Scene::new("ring");
+    for section in ["materials", "nodes", "cameras", "meshes"] {
+        for element in scene.json[section].as_array_mut().unwrap() {
+            element["name"] = json!(active);
+            element["extensions"] = json!({ active: {} });
+        }
+    }
+    let info = caustics(scene.write().path(), &["scene", "info", "scene.gltf"]);
+    assert_eq!(info.code, Some(0), "{}", info.stderr);
+    assert!(is_harmless(&info.stdout) && info.stdout.contains("u001b]0;owned"), "{}", info.stdout);
+    assert!(!info.stdout.contains("\nerror"), "{}", info.stdout);
+    let json = caustics(scene.path(), &["scene", "info", "scene.gltf", "--json"]);
+    assert!(is_harmless(&json.stdout), "{}", json.stdout);
+    let json: Value = serde_json::from_str(&json.stdout).unwrap();
+    assert_eq!(json["materials"][0], active);
+    let run = caustics(scene.path(), &[&["render", "scene.gltf", "-o", "out.exr"], &TINY[..]].concat());
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    assert!(is_harmless(&run.stderr), "{}", run.stderr);
+    // Warnings of one kind are one line, whoever asks for it.
+    let lines = run.stderr.lines().filter(|line| line.contains("is not supported")).count();
+    assert_eq!(lines, 1, "{}", run.stderr);
+
+    // Errors, and long ones.
+    let long = |text: &str| text.repeat(100_000);
+    let spoil: [fn(&mut Value, String); 3] = [
+        |json, text| json["extensionsRequired"] = json!([text]),
+        |json, text| json["buffers"][0]["uri"] = json!(text),
+        |json, text| json["buffers"][0]["uri"] = json!(format!("http://{text}")),
+    ];
+    for spoil in spoil {
+        for text in [active.to_string(), long(active), long("a")] {
+            let mut scene = Scene::new("ring");
+            spoil(&mut scene.json, text);
+            let run = caustics(scene.write().path(), &["scene", "info", "scene.gltf"]);
+            assert_eq!(fault(&run, 1, &["scene.gltf", ";"]), None);
+            assert!(is_harmless(&run.stderr), "{}", run.stderr);
+            assert!(run.stderr.len() < 8000, "{}", run.stderr.len());
+        }
+    }
+
+    // A cause is told once.
+    let run = caustics(scene.path(), &["scene", "info", "missing.glb"]);
+    assert_eq!(run.stderr.matches("No such file").count(), 1, "{}", run.stderr);
+}
+
+#[test]
+#[cfg(unix)]
+fn pipes_and_devices_are_no_experiments() {
+    let folder = tempfile::tempdir().unwrap();
+    assert_eq!(shell(folder.path(), "mkfifo pipe.toml").code, Some(0));
+    for file in ["pipe.toml", "/dev/zero"] {
+        refuses(folder.path(), &["sweep", file, "-o", "out"], 1, &[file, "not a file"]);
+    }
+}
+
+#[test]
+fn too_many_digits_of_a_frame_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let name = format!("{}.exr", "#".repeat(70_000));
+    refuses(folder.path(), &["animate", "moving-caster", "-o", &name], 2, &["70000 # in a row", "####.exr"]);
+}
+
+#[test]
+#[cfg(unix)]
+fn a_second_interrupt_ends_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let ring = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/ring");
+    let begin = std::time::Instant::now();
+    // One frame that takes minutes. The first interrupt waits for it, the second does not.
+    let line = format!(
+        "\"$0\" render '{}' -o out.exr --runner cpu --threads 1 --width 16 --height 9 --light-paths 700000000 2> said & \
+         while ! grep -q method said; do sleep 0.1; done; sleep 0.3; kill -INT $!; sleep 0.5; \
+         kill -0 $! && echo waits; kill -INT $!; wait $!; echo $?; cat said",
+        ring.display()
+    );
+    // A shell's background jobs ignore interrupts unless it is told to control jobs.
+    let run = shell(folder.path(), &format!("set -m; {line}"));
+    assert!(run.stdout.starts_with("waits\n130\n"), "{} {}", run.stdout, run.stderr);
+    assert!(run.stdout.contains("once more ends at once"), "{}", run.stdout);
+    assert!(begin.elapsed().as_secs() < 30, "{:?}", begin.elapsed());
 }

@@ -144,11 +144,13 @@ pub fn runner_and_tracer(name: &str, tracer: Tracer) -> (RunnerName, Tracer) {
 impl Bench {
     /// The options as other commands know them, with one of its runners and bounces.
     pub fn common(&self, runner: &str, max_bounces: u32) -> Common {
+        // A device belongs to the runners that have one.
+        let device = self.device.clone().filter(|_| runner != "cpu" || self.runner.len() == 1);
         let (runner, tracer) = runner_and_tracer(runner, self.tracer);
         Common {
             scene: self.scene.clone(),
             output: self.output.clone().unwrap_or_default(),
-            device: self.device.clone(),
+            device,
             threads: self.threads,
             width: self.width,
             height: self.height,

@@ -43,7 +43,7 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     }
     let has_video = options.video && video::has_ffmpeg();
     if options.video && !has_video {
-        eprintln!("warning: there is no ffmpeg on the PATH: PNGs are written, but no video");
+        tell!("warning: there is no ffmpeg on the PATH: PNGs are written, but no video");
     }
     warn(&scene, plan.method, &plan.settings);
     let view = camera(&scene, common.camera.as_deref())?;
@@ -54,7 +54,7 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     let session = Session::new(&choice, &scene, view, &plan.settings, plan.method, variant, needs)?;
     let gather = if plan.method.chooses_gather { variant.name } else { "none" };
     let (method, history) = (plan.method.name, plan.settings.history.name);
-    eprintln!(
+    tell!(
         "{}: {} ({reason}), method {method}, gather {gather}, history {history}",
         scene.name,
         session.device()
@@ -75,7 +75,7 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     let (records, done) = run.render(&missing, &is_interrupted)?;
     let (counters, frame_ms) = sums(&records);
     for warning in counters.warnings() {
-        eprintln!("warning: {warning}");
+        tell!("warning: {warning}");
     }
     if done && has_video {
         video::write(&run.plan.pattern, &run.plan.frames, run.plan.fps, &video)?;
@@ -107,17 +107,17 @@ fn tell(run: &Run, missing: &[u32], records: &[Record], frame_ms: f64, done: boo
     let name = run.plan.pattern.frame(run.plan.frames.start, "exr");
     let all = run.plan.frames.len();
     if missing.is_empty() {
-        eprintln!("{}: all {all} frames are there; nothing to render", name.display());
+        tell!("{}: all {all} frames are there; nothing to render", name.display());
         return;
     }
     let written = records.iter().filter(|record| record.written).count();
     let again = records.len() - written;
-    eprintln!(
+    tell!(
         "{}: {written} frames rendered, {again} rendered again for what they lend, {} kept; {frame_ms:.1} ms a frame",
         name.display(),
         all - missing.len()
     );
     if !done {
-        eprintln!("interrupted; the same command goes on");
+        tell!("interrupted; the same command goes on");
     }
 }

@@ -25,7 +25,7 @@ pub fn run(options: &Bench) -> anyhow::Result<ExitCode> {
     let settings = check(options)?;
     let scene = Scene::load(&scene::resolve(&options.scene)?)?;
     for warning in &scene.warnings {
-        eprintln!("warning: {warning}");
+        tell!("warning: {warning}");
     }
     let (plan, reason) = plan(options, settings, &scene)?;
     match options.output.as_deref().filter(|_| options.animation) {
@@ -42,7 +42,7 @@ fn animation(
     reason: &str,
 ) -> anyhow::Result<ExitCode> {
     if plan.error.is_some() && !plan.cells.iter().any(|cell| cell.history.name == "none") {
-        eprintln!("warning: --history without none: nothing to measure the gain against");
+        tell!("warning: --history without none: nothing to measure the gain against");
     }
     std::fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
     let stopped = interrupt::watch()?;
@@ -51,7 +51,7 @@ fn animation(
     let mut rows = known(plan, scene, &table, options.force)?;
     let missing = unfinished(plan, &rows);
     let frames = plan.frames.len();
-    eprintln!(
+    tell!(
         "{}: {} cells, {frames} frames ({reason}); {} cells to measure",
         scene.name,
         plan.cells.len(),
@@ -72,13 +72,13 @@ fn animation(
     if !missing.is_empty() {
         let mut each = |new: Vec<Row>| {
             if let Some(row) = new.first() {
-                eprintln!("frame {}: {} of {frames}", row.frame, row.frame - plan.frames.start + 1);
+                tell!("frame {}: {} of {frames}", row.frame, row.frame - plan.frames.start + 1);
             }
             rows.extend(new);
             save(&table, &mut rows, plan)
         };
         if measure(plan, scene, &missing, references.as_ref(), &stopped, &mut each)?.is_none() {
-            eprintln!("interrupted; the same command measures the cells that are unfinished");
+            tell!("interrupted; the same command measures the cells that are unfinished");
             return Ok(ExitCode::from(130));
         }
     }
@@ -137,11 +137,11 @@ fn keep(plan: &Plan, references: &References, stopped: &dyn Fn() -> bool) -> any
             Kept::Stopped => return Ok(false),
         }
         if rendered + replaced > 0 {
-            eprintln!("reference {}: {} of {}", frame, frame - plan.frames.start + 1, plan.frames.len());
+            tell!("reference {}: {} of {}", frame, frame - plan.frames.start + 1, plan.frames.len());
         }
     }
     let folder = references.folder().display();
-    eprintln!("references: {rendered} rendered, {replaced} replaced, in {folder}");
+    tell!("references: {rendered} rendered, {replaced} replaced, in {folder}");
     Ok(true)
 }
 

@@ -75,7 +75,7 @@ pub fn plan(options: &Bench, settings: Settings, scene: &Scene) -> anyhow::Resul
     let camera = camera(scene, options.camera.as_deref())?.name.clone();
     let (Cells { cells, skipped }, reason) = cells(options)?;
     for line in skipped {
-        eprintln!("{line}");
+        tell!("{line}");
     }
     let error = ErrorPlan { seeds: options.seeds, reference_frames: options.reference_frames };
     let (frames, warm_up) = if options.animation { (0..48, 0) } else { (0..16, 2) };

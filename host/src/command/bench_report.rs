@@ -28,7 +28,7 @@ pub fn report(plan: &Plan, scene: &Scene, rows: &[Row], folder: &Path, as_json: 
     let summary = summarise(rows, &plan.cells);
     let faults: f64 = rows.iter().filter_map(|row| row.get("faults")).sum();
     if faults > 0.0 {
-        eprintln!(
+        tell!(
             "warning: {faults} deposits, addends or media were dropped, clamped or not finite: see frames.csv"
         );
     }
@@ -97,7 +97,7 @@ fn figures(
         let series: Vec<Series> = plan.cells.iter().map(|cell| of_cell(cell, measure)).collect();
         let series: Vec<Series> = series.into_iter().filter(|line| !line.points.is_empty()).collect();
         if series.is_empty() {
-            eprintln!("warning: {file}: no frame has this measure, and no figure is drawn");
+            tell!("warning: {file}: no frame has this measure, and no figure is drawn");
             return Ok(());
         }
         write(folder, file, &figure::lines(title, axis, &series)?)

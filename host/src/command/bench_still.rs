@@ -34,7 +34,7 @@ pub fn run(options: &Bench, plan: &Plan, scene: &Scene, reason: &str) -> anyhow:
     }
     let stopped = interrupt::watch()?;
     let frames = plan.frames.len();
-    eprintln!("{}: {} cells, {frames} frames ({reason})", scene.name, plan.cells.len());
+    tell!("{}: {} cells, {frames} frames ({reason})", scene.name, plan.cells.len());
     let mut rows: Vec<Row> = Vec::new();
     let mut each = |new| {
         rows.extend(new);
@@ -43,14 +43,14 @@ pub fn run(options: &Bench, plan: &Plan, scene: &Scene, reason: &str) -> anyhow:
     let devices = measure(plan, scene, &plan.cells, None, &stopped, &mut each)?;
     let done = devices.is_some();
     if !done {
-        eprintln!("interrupted");
+        tell!("interrupted");
     }
     if rows.is_empty() {
         return Ok(ExitCode::from(130));
     }
     let faults: f64 = rows.iter().filter_map(|row| row.get("faults")).sum();
     if faults > 0.0 {
-        eprintln!("warning: {faults} deposits, addends or media were dropped, clamped or not finite");
+        tell!("warning: {faults} deposits, addends or media were dropped, clamped or not finite");
     }
     let results = results(plan, scene, &rows, devices.as_deref().unwrap_or_default())?;
     if let Some(folder) = folder {

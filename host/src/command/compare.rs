@@ -31,7 +31,7 @@ pub fn run(options: &Compare) -> anyhow::Result<ExitCode> {
         Viewing { encoding, exposure: options.exposure, pixels_per_degree: options.pixels_per_degree };
     let non_finite: Vec<usize> = estimates.iter().map(|picture| picture.mean.non_finite_count()).collect();
     for (path, count) in options.files.iter().zip(&non_finite).filter(|(_, count)| **count > 0) {
-        eprintln!("warning: {}: {count} pixels are infinite or no numbers", path.display());
+        tell!("warning: {}: {count} pixels are infinite or no numbers", path.display());
     }
     let of_reference = estimates.pop().ok_or_else(|| Usage("no files".into()))?;
     let report = report(&estimates, &of_reference, &viewing);
@@ -40,12 +40,12 @@ pub fn run(options: &Compare) -> anyhow::Result<ExitCode> {
         (Some(target), Some(map)) => {
             target.finish(&png::encode(map.width as u32, map.height as u32, &map.to_colors())?)?;
         }
-        (Some(_), None) => eprintln!("warning: --map: FLIP has no value here, and no map is written"),
+        (Some(_), None) => tell!("warning: --map: FLIP has no value here, and no map is written"),
         (None, _) => {}
     }
     let failed = failed(options, &report);
     for failure in &failed {
-        eprintln!("failed: {failure}");
+        tell!("failed: {failure}");
     }
     if options.json {
         let region = json!({ "x": region.x, "y": region.y, "width": region.width, "height": region.height });

@@ -89,7 +89,7 @@ impl Job {
         let needs = if has_ledger { needs | Needs::LEDGER } else { needs };
         let mut session = Session::new(&choice, &scene, camera, &settings, method, variant, needs)?;
         let gather = if method.chooses_gather { variant.name } else { "none" };
-        eprintln!("{}: {} ({reason}), method {}, gather {gather}", scene.name, session.device(), method.name);
+        tell!("{}: {} ({reason}), method {}, gather {gather}", scene.name, session.device(), method.name);
         let identity = identity(&scene, &camera.name, &settings, method, gather, &choice, &session);
         let (mut sums, before) = match options.resume {
             true => checkpoint::load(&checkpoint, &identity)?,
@@ -124,7 +124,7 @@ impl Job {
             return Ok(ExitCode::from(130));
         }
         for warning in report.counters.warnings() {
-            eprintln!("warning: {warning}");
+            tell!("warning: {warning}");
         }
         // Also of a run that is done, if it was long: nothing that fails from here on must cost it.
         if !done || report.wall >= every {
@@ -132,7 +132,7 @@ impl Job {
         }
         if !done {
             let hint = if resumes { "; --resume goes on" } else { "" };
-            eprintln!("interrupted after {} frames{hint}", sums.frames());
+            tell!("interrupted after {} frames{hint}", sums.frames());
         }
 
         let picture = sums.mean();
@@ -186,7 +186,7 @@ impl Job {
             });
             say(serde_json::to_string_pretty(&out)?)?;
         } else {
-            eprintln!("{}: {:.1} ms a frame", options.output.display(), report.frame_ms());
+            tell!("{}: {:.1} ms a frame", options.output.display(), report.frame_ms());
         }
         Ok(if done { ExitCode::SUCCESS } else { ExitCode::from(130) })
     }

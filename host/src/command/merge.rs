@@ -52,7 +52,7 @@ pub fn run(options: &Merge) -> anyhow::Result<ExitCode> {
     attributes.insert("frames".into(), samples.to_string());
     let bytes = exr::encode(&picture, Some((colors(variance).collect(), samples as u32)), &attributes)?;
     target.finish(&bytes)?;
-    eprintln!("{}: {} samples a pixel from {} files", options.output.display(), samples, parts.len());
+    tell!("{}: {} samples a pixel from {} files", options.output.display(), samples, parts.len());
     Ok(ExitCode::SUCCESS)
 }
 

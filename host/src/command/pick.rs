@@ -8,6 +8,9 @@ use caustics_kernels::gather::variant::{self, Variant};
 
 use crate::cli::{Common, Debug, RunnerName, Tracer, Usage};
 
+/// Threads at most: more than any machine has cores.
+const MOST_THREADS: usize = 1024;
+
 /// What will run, and the reason in one line.
 pub fn pick(
     options: &Common,
@@ -47,6 +50,12 @@ fn cpu(options: &Common) -> Result<RunnerChoice, Usage> {
     }
     if options.debug.is_some() {
         return Err(Usage("--debug validation watches Vulkan: it needs --runner gpu".into()));
+    }
+    if let Some(device) = &options.device {
+        return Err(Usage(format!("--device {device:?} is a Vulkan device: it needs --runner gpu")));
+    }
+    if options.threads > MOST_THREADS {
+        return Err(Usage(format!("--threads {}: give at most {MOST_THREADS}", options.threads)));
     }
     Ok(RunnerChoice::Cpu { threads: options.threads })
 }

@@ -22,7 +22,7 @@ pub fn run(options: &Report) -> anyhow::Result<ExitCode> {
     };
     let report = report(&request)?;
     for warning in &report.warnings {
-        eprintln!("warning: {warning}");
+        tell!("warning: {warning}");
     }
     let claim = |name: &String| Target::claim(&files.join(name), options.force);
     std::fs::create_dir_all(&files).with_context(|| format!("cannot create {}", files.display()))?;
@@ -32,7 +32,7 @@ pub fn run(options: &Report) -> anyhow::Result<ExitCode> {
     }
     page.finish(report.html.as_bytes())?;
     let (page, count) = (options.output.display(), report.files.len());
-    eprintln!(
+    tell!(
         "{page}: {} cells, {:.1} MB; {count} files in {}",
         report.cells,
         report.html.len() as f64 / 1e6,

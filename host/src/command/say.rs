@@ -1,12 +1,24 @@
-//! Lines to stdout.
+//! Lines to stdout and stderr.
 
-use std::fmt::Display;
+use std::fmt::{Arguments, Display};
 use std::io::Write;
 
-/// Writes a line to stdout; a reader that has seen enough is no failure.
+use caustics::text::{cut, printable};
+
+/// Characters of a message at most: a few lines.
+const MOST: usize = 1200;
+
+/// Writes a line to stdout; a reader that has seen enough is no failure. What is no JSON must be cut before.
 pub fn say(line: impl Display) -> std::io::Result<()> {
-    match writeln!(std::io::stdout(), "{line}") {
+    match writeln!(std::io::stdout(), "{}", printable(&line.to_string())) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         result => result,
     }
+}
+
+/// Writes a message to stderr, see `tell!`.
+pub fn tell(message: Arguments<'_>) {
+    let message = printable(&cut(&message.to_string(), MOST));
+    // Nobody may be there to read it; that is no reason to stop.
+    let _ = writeln!(std::io::stderr(), "{message}");
 }

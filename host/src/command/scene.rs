@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use caustics::output::target::TargetError;
 use caustics::scene::{self, Scene};
+use caustics::text::cut;
 use caustics_kernels::interface::needs::Needs;
 use serde_json::json;
 
@@ -96,7 +97,7 @@ fn info(argument: &str, specular_roughness: f32, as_json: bool) -> anyhow::Resul
         scene.triangles.len(),
         scene.dropped_triangles
     ))?;
-    say(format_args!("materials  {}", scene.material_names.join(", ")))?;
+    say(format_args!("materials  {}", joined(scene.material_names.iter().map(String::as_str))))?;
     let texels = scene.textures.texels.len();
     say(format_args!("textures   {}, {texels} texels with all levels", scene.textures.textures.len()))?;
     say(format_args!(
@@ -104,10 +105,13 @@ fn info(argument: &str, specular_roughness: f32, as_json: bool) -> anyhow::Resul
         scene.lights.len(),
         scene.flux.element_sum()
     ))?;
-    let cameras: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
-    say(format_args!("cameras    {}", cameras.join(", ")))?;
+    say(format_args!("cameras    {}", joined(scene.cameras.iter().map(|camera| camera.name.as_str()))))?;
     if scene.is_animated() {
-        say(format_args!("animation  {:.3} s, moves {}", scene.duration(), moving(&scene).join(", ")))?;
+        say(format_args!(
+            "animation  {:.3} s, moves {}",
+            scene.duration(),
+            joined(moving(&scene).into_iter())
+        ))?;
     }
     say(format_args!("tree       {} nodes, {} leaves", scene.nodes.len(), scene.blocks.len()))?;
     say(format_args!("needs      {}", needs_names(needs).join(", ")))?;
@@ -117,9 +121,15 @@ fn info(argument: &str, specular_roughness: f32, as_json: bool) -> anyhow::Resul
         depth.map_or(unlimited, |depth| format!("{depth} vertex, nothing is specular"))
     ))?;
     for warning in &scene.warnings {
-        say(format_args!("warning    {warning}"))?;
+        say(format_args!("warning    {}", cut(warning, 1200)))?;
     }
     Ok(())
+}
+
+/// Names of the file on one line, each cut.
+fn joined<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let shown = |name: &str| cut(name, 80).replace('\n', "\\n");
+    names.map(shown).collect::<Vec<_>>().join(", ")
 }
 
 /// Nodes whose cameras, lights and meshes move.

@@ -14,6 +14,7 @@ use caustics::experiment::sweep::expand::{Expanded, Part};
 use caustics::experiment::sweep::merge::merge;
 use caustics::experiment::sweep::shard::Shard;
 use caustics::experiment::table::cells_csv;
+use caustics::file::read_text;
 use caustics::method::settings::Settings;
 use caustics::output::target::{Target, remove};
 
@@ -32,18 +33,19 @@ pub fn run(options: &Sweep) -> anyhow::Result<ExitCode> {
         return join(options, out);
     }
     let file = options.experiment.as_deref().context("there is no experiment")?;
-    let text = std::fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))?;
+    let text = read_text(file).with_context(|| format!("cannot read {}", file.display()))?;
     let wrong = |what: String| Usage(format!("{}: {what}", file.display()));
     let config = Config::parse(&text).map_err(wrong)?;
     let environment = |name: &str| std::env::var(name).ok();
     let shard = Shard::find(options.shard.as_deref(), options.shards, &environment).map_err(Usage)?;
 
-    let Expanded { parts, skipped } = expand(options, &config)?;
+    let named = || file.display().to_string();
+    let Expanded { parts, skipped } = expand(options, &config).with_context(named)?;
     for line in skipped {
-        eprintln!("{line}");
+        tell!("{line}");
     }
     for warning in parts.iter().flat_map(|part| &part.scene.warnings) {
-        eprintln!("warning: {warning}");
+        tell!("warning: {warning}");
     }
     let tasks: Vec<Task> = parts.iter().flat_map(|part| Task::all(&config, part)).collect();
     if tasks.is_empty() {
@@ -72,11 +74,11 @@ pub fn run(options: &Sweep) -> anyhow::Result<ExitCode> {
     } else {
         String::new()
     };
-    eprintln!("{} cells{of}, {missing} to measure", mine.len());
+    tell!("{} cells{of}, {missing} to measure", mine.len());
     let desk =
         Desk { config: &config, folder, cache: cache()?, stopped: &stopped, found: Default::default() };
     if !measure_all(&desk, mine)? {
-        eprintln!("interrupted; the same command goes on");
+        tell!("interrupted; the same command goes on");
         return Ok(ExitCode::from(130));
     }
     write_table(folder)?;
@@ -95,7 +97,7 @@ fn expand(options: &Sweep, config: &Config) -> anyhow::Result<Expanded> {
         // A device belongs to the runners that have one.
         let common = if name == "cpu" { Common { device: None, ..common } } else { common };
         let (choice, _, reason) = pick(&common, None)?;
-        eprintln!("runner {name}: {reason}");
+        tell!("runner {name}: {reason}");
         known.insert(name.to_string(), choice.clone());
         Ok(choice)
     };
@@ -187,9 +189,7 @@ fn join(options: &Sweep, out: &Path) -> anyhow::Result<ExitCode> {
     for (folder, joined) in options.merge.iter().zip(counts) {
         let (folder, caustics::experiment::sweep::merge::Joined { taken, equal, older }) =
             (folder.display(), joined);
-        eprintln!(
-            "{folder}: {taken} taken, {equal} there already, {older} left out for fuller or newer ones"
-        );
+        tell!("{folder}: {taken} taken, {equal} there already, {older} left out for fuller or newer ones");
     }
     write_table(out)?;
     Ok(ExitCode::SUCCESS)
@@ -199,6 +199,6 @@ fn join(options: &Sweep, out: &Path) -> anyhow::Result<ExitCode> {
 fn write_table(folder: &Path) -> anyhow::Result<()> {
     let results = store::read_all(folder)?;
     Target::claim(&folder.join("cells.csv"), true)?.finish(&cells_csv(&results)?)?;
-    eprintln!("{}: {} cells", folder.join("cells.csv").display(), results.len());
+    tell!("{}: {} cells", folder.join("cells.csv").display(), results.len());
     Ok(())
 }

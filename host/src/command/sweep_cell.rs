@@ -102,7 +102,7 @@ impl Desk<'_> {
                 Kept::Reused => {}
                 Kept::Rendered | Kept::Replaced => {
                     let count = frame - frames.start + 1;
-                    eprintln!("{}: reference {count} of {} rendered", scene.name, frames.len());
+                    tell!("{}: reference {count} of {} rendered", scene.name, frames.len());
                 }
             }
         }
@@ -130,7 +130,7 @@ impl Desk<'_> {
         let wall_s = result.provenance.wall_s + (start.elapsed() - referenced).as_secs_f64();
         result.provenance = provenance(measured.device, self.config.seed, wall_s);
         let text = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.4}"));
-        eprintln!("{} {}: FLIP {}, relMSE {}", scene.name, cell.name, text(off.flip), text(off.relmse));
+        tell!("{} {}: FLIP {}, relMSE {}", scene.name, cell.name, text(off.flip), text(off.relmse));
         result.error = Some(off);
         store::write(self.folder, &result)?;
         Ok(true)

@@ -116,7 +116,7 @@ fn take_turns<'a>(
     let Some(part) = turns.first().map(|ready| ready.task.part) else { return Ok(true) };
     let mut cells = vec![first.cell.clone()];
     cells.extend(turns.iter().map(|ready| ready.cell.clone()).filter(|cell| cell.name != first.cell.name));
-    eprintln!("{}: {} cells take turns for {} frames", part.scene.name, cells.len(), plan.frames.len());
+    tell!("{}: {} cells take turns for {} frames", part.scene.name, cells.len(), plan.frames.len());
     let plan = Plan { cells, ..plan.clone() };
     let mut rows: Vec<Row> = Vec::new();
     let mut each = |new| {
@@ -133,7 +133,7 @@ fn take_turns<'a>(
         let own: Vec<&Row> = rows.iter().filter(|row| row.cell == cell.name).collect();
         let faults: f64 = own.iter().filter_map(|row| row.get("faults")).sum();
         if faults > 0.0 {
-            eprintln!("warning: {}: {faults} deposits, addends or media were dropped or clamped", cell.name);
+            tell!("warning: {}: {faults} deposits, addends or media were dropped or clamped", cell.name);
         }
         let of_frame = |row: &&Row| FrameResult {
             frame: row.frame,
@@ -165,7 +165,7 @@ fn take_turns<'a>(
         let mut cell = ready.cell;
         if let Some(next) = miss.and_then(|miss| miss.next) {
             let ms = time.total_ms.median;
-            eprintln!("{} {}: {ms:.2} ms beside others; {next} light paths next", scene.name, cell.name);
+            tell!("{} {}: {ms:.2} ms beside others; {next} light paths next", scene.name, cell.name);
             let pixels = f64::from(time.width) * f64::from(time.height);
             cell.paths = Paths::PerPixel(f64::from(next) / pixels);
         }
@@ -178,7 +178,7 @@ fn take_turns<'a>(
 
 fn write(desk: &Desk, timed: Timed, note: Option<String>) -> anyhow::Result<()> {
     let Timed { ready: Ready { task, cell }, time, frames, device } = timed;
-    eprintln!("{} {}: {:.2} ms", task.part.scene.name, cell.name, time.total_ms.median);
+    tell!("{} {}: {:.2} ms", task.part.scene.name, cell.name, time.total_ms.median);
     desk.write_time(task, &cell, time, frames, device, note)
 }
 
@@ -245,7 +245,7 @@ fn find_paths<'a>(desk: &Desk, task: &'a Task<'a>) -> anyhow::Result<Option<Read
         let scene = &task.part.scene;
         measure(&plan, scene, &plan.cells, None, desk.stopped, &mut each)?.context("interrupted")?;
         let median = quartiles(&totals).context("no frame was timed")?.median;
-        eprintln!("{} {}: {paths} light paths take {median:.2} ms of {target}", scene.name, task.cell.name);
+        tell!("{} {}: {paths} light paths take {median:.2} ms of {target}", scene.name, task.cell.name);
         Ok(median)
     };
     let pixels = u64::from(plan.settings.width) * u64::from(plan.settings.height);

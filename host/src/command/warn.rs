@@ -9,11 +9,11 @@ use caustics_kernels::interface::needs::Needs;
 /// Says what will be missing.
 pub fn warn(scene: &Scene, method: &Method, settings: &Settings) {
     for warning in &scene.warnings {
-        eprintln!("warning: {warning}");
+        tell!("warning: {warning}");
     }
     let has_casters = scene.needs(settings.specular_roughness).has(Needs::CASTERS);
     if !method.gathers && has_casters && scene.lights.iter().any(|light| light.triangle == NONE) {
-        eprintln!(
+        tell!(
             "warning: no path finds a light without a size: caustics of point, spot and directional lights are \
              missing; render --method progressive sees them"
         );

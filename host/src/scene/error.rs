@@ -1,5 +1,7 @@
 //! What can be wrong with a scene: the file, the part of it, and what to do.
 
+use crate::memory::shown;
+
 /// Why a scene cannot be rendered.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
@@ -146,6 +148,21 @@ pub enum SceneError {
         count: u64,
         /// Texels at most.
         limit: u64,
+    },
+    /// More memory than there is.
+    #[error(
+        "{file}: {what} would take {} of memory, but {} are available; make the scene smaller, or more memory available",
+        shown(*.needed), shown(*.available)
+    )]
+    Memory {
+        /// The file.
+        file: String,
+        /// What takes it.
+        what: String,
+        /// By an estimate [bytes].
+        needed: u64,
+        /// What is left [bytes].
+        available: u64,
     },
     /// An image cannot be had.
     #[error("{file}: image {image} {what}; give it as a PNG or JPEG file beside the .gltf or inside of it")]

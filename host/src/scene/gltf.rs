@@ -3,17 +3,21 @@
 //! The document is walked by checked look-ups only: whatever a file holds, it gives a scene or an error. Photometric
 //! values are taken as radiometric ones, number for number.
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::path::Path;
 
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::{DVec3, Vec3};
 
 use self::document::Document;
-use self::mesh::Corner;
+use self::mesh::{Corner, Extent};
+use self::node::MeshInstance;
 use super::motion::Motion;
 use super::moving::MovingMesh;
 use super::texture::{CornerCoordinates, TextureParts};
 use super::{Scene, SceneError, geometry};
+use crate::file::read_file;
 
 mod accessor;
 mod animation;
@@ -23,20 +27,26 @@ mod image;
 mod material;
 pub mod mesh;
 mod node;
+mod shape;
 #[cfg(test)]
 mod tests;
 mod texture;
 mod unsupported;
+mod warning;
 
 /// Triangles of a scene at most: ids have 31 bits, and this many fill the memory of a large machine.
-const MOST_TRIANGLES: usize = 1 << 28;
+const MOST_TRIANGLES: u64 = 1 << 28;
+/// Memory that a triangle takes while its scene is read, at most [bytes]: measured.
+const TRIANGLE_BYTES: u64 = 700;
+/// Memory that a vertex or an index of a primitive takes until its triangles are made [bytes]: corners are of 80.
+const VERTEX_BYTES: u64 = 120;
 
 impl Scene {
     /// Loads a .gltf or .glb file. Every error names the file and what to do.
     pub fn load(path: &Path) -> Result<Scene, SceneError> {
         let file = path.display().to_string();
-        let bytes = buffer::read_file(path)
-            .map_err(|source| SceneError::Unreadable { file: file.clone(), source })?;
+        let bytes =
+            read_file(path).map_err(|source| SceneError::Unreadable { file: file.clone(), source })?;
         let mut scene = read(&file, &bytes, path.parent().unwrap_or(Path::new("")))?;
         scene.name = scene_name(path);
         Ok(scene)
@@ -58,18 +68,20 @@ fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
         return Err(SceneError::NoCamera { file: file.into() });
     }
 
+    let triangle_count = take_triangles(&mut document, &placed.meshes)?;
     let texture::Read { parts, mappings } = texture::read(&mut document)?;
 
     // Bring every mesh that stands still into the world in f64.
     let mut corners: Vec<[Corner; 3]> = Vec::new();
+    if !placed.meshes.iter().any(|mesh| mesh.moves) {
+        corners.reserve_exact(triangle_count);
+    }
     let mut materials_of: Vec<usize> = Vec::new();
     let mut moving = Vec::new();
     let mut dropped = 0;
-    let mut count = 0;
     for instance in &placed.meshes {
         let (mut own, mut own_materials) = (Vec::new(), Vec::new());
         for mesh::Part { material, triangles } in mesh::read(&mut document, instance, &mappings)? {
-            count += triangles.len();
             if instance.moves {
                 own_materials.resize(own_materials.len() + triangles.len(), material as u32);
                 own.extend(triangles);
@@ -77,10 +89,6 @@ fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
                 materials_of.resize(materials_of.len() + triangles.len(), material);
                 corners.extend(triangles);
             }
-        }
-        if count > MOST_TRIANGLES {
-            let what = format!("makes more than {MOST_TRIANGLES} triangles in all");
-            return Err(SceneError::Mesh { file: file.into(), mesh: instance.node.clone(), what });
         }
         let (mesh, lost) = MovingMesh::new(instance.joint, own, own_materials);
         dropped += lost;
@@ -144,6 +152,7 @@ fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
     let (materials, names) = material::read_all(&mut document);
     let moves = placed.rig.joints.iter().any(|joint| joint.moves);
     let motion = moves.then_some(Motion {
+        file: file.into(),
         rig: placed.rig,
         cameras: placed.cameras,
         lights: placed.lights,
@@ -156,7 +165,28 @@ fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
     if scene.lights.is_empty() && !scene.motion.as_ref().is_some_and(Motion::has_light) {
         return Err(SceneError::NoLight { file: file.into() });
     }
-    Ok(Scene { origin, background: document.background, warnings: document.warnings, ..scene })
+    Ok(Scene { origin, background: document.background, warnings: document.warnings.lines(file), ..scene })
+}
+
+/// Takes memory for all triangles, by the accessors of every mesh and the nodes that place it. How many there are.
+fn take_triangles(document: &mut Document, meshes: &[MeshInstance]) -> Result<usize, SceneError> {
+    let mut extents: HashMap<usize, Extent> = HashMap::new();
+    let (mut triangles, mut vertices) = (0_u64, 0_u64);
+    for instance in meshes {
+        let extent = match extents.entry(instance.mesh.value()) {
+            Entry::Occupied(known) => *known.get(),
+            Entry::Vacant(entry) => *entry.insert(mesh::extent(document, instance)?),
+        };
+        triangles = triangles.saturating_add(extent.triangles);
+        vertices = vertices.max(extent.vertices);
+        if triangles > MOST_TRIANGLES {
+            let what = format!("makes more than {MOST_TRIANGLES} triangles in all");
+            return Err(SceneError::Mesh { file: document.file.clone(), mesh: instance.node.clone(), what });
+        }
+    }
+    let bytes = triangles * TRIANGLE_BYTES + vertices.saturating_mul(VERTEX_BYTES);
+    document.take(bytes, format_args!("its {triangles} triangles"))?;
+    Ok(triangles as usize)
 }
 
 /// A vector of the file.

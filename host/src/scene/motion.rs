@@ -40,6 +40,8 @@ pub struct Placement {
 /// What moves in a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Motion {
+    /// The file, for messages.
+    pub file: String,
     /// The nodes.
     pub rig: Rig,
     /// Cameras, in the scene's order.
@@ -65,7 +67,7 @@ pub struct Motion {
 impl Motion {
     /// Brings the scene to a time [s].
     pub fn pose(&mut self, scene: &mut Scene, time: f64) -> Result<(), SceneError> {
-        let file = scene.name.clone();
+        let file = self.file.clone();
         let wrong = |joint: &Joint, what: &str| SceneError::Node {
             file: file.clone(),
             node: joint.label.clone(),

@@ -124,7 +124,7 @@ pub fn check(
     file: &str,
     parts: &TextureParts,
     triangle_count: usize,
-    material_count: usize,
+    material_names: &[String],
 ) -> Result<(), SceneError> {
     let wrong = |what: String| Err(SceneError::Tables { file: file.into(), what });
     for (id, image) in parts.images.iter().enumerate() {
@@ -137,7 +137,7 @@ pub fn check(
     if parts.textures.iter().any(|texture| texture.image >= parts.images.len()) {
         return wrong("a texture has no image".into());
     }
-    if ![0, material_count].contains(&parts.materials.len()) {
+    if ![0, material_names.len()].contains(&parts.materials.len()) {
         return wrong("as many rows of textures as materials are needed, or none".into());
     }
     if ![0, triangle_count].contains(&parts.coordinates.len()) {
@@ -160,7 +160,13 @@ pub fn check(
         }
         let shares = [row.alpha, row.alpha_cutoff.min(1.0)];
         if !shares.iter().all(|share| (0.0..=1.0).contains(share)) || !row.normal_scale.is_finite() {
-            return wrong(format!("material {id} has an alpha or a normal scale that cannot be used"));
+            let what = "an alpha (baseColorFactor[3]) out of 0 to 1, a negative alphaCutoff, or a normalTexture.scale";
+            let what = format!("{what} that is not finite");
+            return Err(SceneError::Material {
+                file: file.into(),
+                material: material_names[id].clone(),
+                what,
+            });
         }
     }
     let usable = |uv: &Vec2| uv.is_finite() && uv.abs().max_element() <= 1e6;
@@ -189,6 +195,16 @@ pub fn set_flags(materials: &mut [Material], parts: &TextureParts) {
     }
 }
 
+/// Texels of images of these sizes with all their levels; refuses more than the kernels' buffers hold.
+pub fn check_texels(file: &str, sizes: impl Iterator<Item = (u32, u32)>) -> Result<u64, SceneError> {
+    let limit = u64::from(CHUNK_COUNT) * u64::from(CHUNK_TEXELS);
+    let count = sizes.map(|(width, height)| levels::texels(width, height)).sum();
+    if count > limit {
+        return Err(SceneError::Texels { file: file.into(), count, limit });
+    }
+    Ok(count)
+}
+
 /// The tables of checked parts over triangles with their coordinates in the same order.
 pub fn build(file: &str, parts: TextureParts, triangles: &[Triangle]) -> Result<TextureData, SceneError> {
     // Textures of one image and role share their texels.
@@ -214,10 +230,7 @@ pub fn build(file: &str, parts: TextureParts, triangles: &[Triangle]) -> Result<
         let [wrap_u, wrap_v] = texture.wrap;
         textures.push(Texture { wrap_u, wrap_v, nearest: u32::from(texture.nearest), ..row });
     }
-    let limit = u64::from(CHUNK_COUNT) * u64::from(CHUNK_TEXELS);
-    if end > limit {
-        return Err(SceneError::Texels { file: file.into(), count: end, limit });
-    }
+    check_texels(file, placed.iter().map(|(_, _, row)| (row.width, row.height)))?;
     let mut texels = Vec::with_capacity(end as usize);
     for (image, role, _) in &placed {
         levels::append(&mut texels, &parts.images[*image], *role);

@@ -4,6 +4,9 @@ use std::path::{Path, PathBuf};
 
 use crate::cli::Usage;
 
+/// Digits of a frame's number at most; it has 32 bits.
+const MOST_DIGITS: usize = 10;
+
 /// The one file name that all files of an animation are made of.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pattern {
@@ -28,6 +31,12 @@ impl Pattern {
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
         if tail.contains('#') || folder.to_string_lossy().contains('#') {
             return Err(runs());
+        }
+        if digits > MOST_DIGITS {
+            let what = format!(
+                "there are {digits} # in a row, but a frame's number has at most {MOST_DIGITS} digits"
+            );
+            return Err(wrong(&what));
         }
         Ok(Pattern { folder, head: head.into(), digits, tail: tail.into() })
     }
@@ -81,6 +90,11 @@ mod tests {
             Path::new("./100%%-%01d.png")
         );
         assert_eq!(Pattern::parse(Path::new("light-#.exr")).unwrap().whole("mp4"), Path::new("light.mp4"));
+        // Widths beyond 16 bits make the standard library panic.
+        for digits in [11, 70_000] {
+            let error = Pattern::parse(Path::new(&format!("{}.exr", "#".repeat(digits)))).unwrap_err();
+            assert!(error.to_string().contains(&format!("{digits} # in a row")));
+        }
         for wrong in ["a.exr", "#a#.exr", "####.png", "####", "#/####.exr", "a/####/", ""] {
             assert!(Pattern::parse(Path::new(wrong)).is_err(), "{wrong}");
         }

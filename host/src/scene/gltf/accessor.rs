@@ -84,6 +84,16 @@ pub fn rotations(
     elements(document, index, accessor, owner, 4 * size).map(|elements| elements.map(quad).collect())
 }
 
+/// Elements of an accessor of any type, once they are known to be there; nothing is read.
+pub fn count(document: &Document, index: Index<Accessor>, owner: &str) -> Result<u64, SceneError> {
+    let accessor = document.get(&document.root.accessors, index, "accessor", owner)?;
+    let (Some(component), Checked::Valid(shape)) = (component(accessor), accessor.type_) else {
+        return Ok(0);
+    };
+    drop(elements(document, index, accessor, owner, component.size() * shape.multiplicity())?);
+    Ok(accessor.count.0)
+}
+
 fn float(bytes: &[u8]) -> f32 {
     f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])
 }

@@ -10,6 +10,7 @@ use super::document::Document;
 use super::{accessor, unsupported};
 use crate::scene::SceneError;
 use crate::scene::animation::{Channel, Interpolation, Path};
+use crate::text::cut;
 
 /// Channels by node. All animations play together.
 pub fn read(document: &mut Document) -> Result<BTreeMap<usize, Vec<Channel>>, SceneError> {
@@ -25,7 +26,7 @@ pub fn read(document: &mut Document) -> Result<BTreeMap<usize, Vec<Channel>>, Sc
             let channel = channel(document, sampler, path, &owner)?;
             let of_node = channels.entry(node).or_default();
             if of_node.iter().any(|known| known.path == path) {
-                document.warn(format!("{owner}: another channel sets the same; the last one counts"));
+                document.warn(&owner, "another channel sets the same; the last one counts");
                 of_node.retain(|known| known.path != path);
             }
             of_node.push(channel);
@@ -58,13 +59,14 @@ fn target(
         Some("rotation") => Path::Rotation,
         Some("scale") => Path::Scale,
         Some(path) => {
-            document.warn(format!("{owner}: animated {path} is not supported; left out"));
+            let what = format!("animated {} is not supported; left out", cut(path, 80));
+            document.warn(owner, what);
             return Ok(None);
         }
         None => return Err(wrong(document, owner, "has no target path")),
     };
     if target["node"].is_null() {
-        document.warn(format!("{owner}: it moves no node; left out"));
+        document.warn(owner, "it moves no node; left out");
         return Ok(None);
     }
     let node =
@@ -80,8 +82,9 @@ fn target(
     Ok(Some((node, path)))
 }
 
-fn channel(document: &Document, sampler: &Value, path: Path, owner: &str) -> Result<Channel, SceneError> {
-    let wrong = |what: String| wrong(document, owner, what);
+fn channel(document: &mut Document, sampler: &Value, path: Path, owner: &str) -> Result<Channel, SceneError> {
+    let file = document.file.clone();
+    let wrong = |what: String| SceneError::Animation { file: file.clone(), animation: owner.into(), what };
     let interpolation = match &sampler["interpolation"] {
         Value::Null => Interpolation::Linear,
         name => match name.as_str() {
@@ -95,8 +98,12 @@ fn channel(document: &Document, sampler: &Value, path: Path, owner: &str) -> Res
         let index = position(&sampler[key]).and_then(|index| u32::try_from(index).ok());
         index.map(Index::new).ok_or_else(|| wrong(format!("has no {key}")))
     };
-    let times = accessor::scalars(document, accessor_of("input")?, owner)?;
-    let output = accessor_of("output")?;
+    let (input, output) = (accessor_of("input")?, accessor_of("output")?);
+    // Keys as they are read and as they are kept.
+    let keys = accessor::count(document, input, owner)?;
+    let values = accessor::count(document, output, owner)?;
+    document.take(12 * keys + 48 * values, format_args!("{owner}"))?;
+    let times = accessor::scalars(document, input, owner)?;
     let values: Vec<DVec4> = match path {
         Path::Rotation => {
             let values = accessor::rotations(document, output, owner)?;

@@ -1,19 +1,12 @@
 //! Buffers: files beside the document, data in the document, the binary chunk.
 
-use std::io;
 use std::path::Path;
 
 use gltf::json::Root;
 
+use crate::file::read_head;
 use crate::scene::SceneError;
-
-/// Reads a regular file; pipes and devices may never end.
-pub fn read_file(path: &Path) -> io::Result<Vec<u8>> {
-    if !std::fs::metadata(path)?.is_file() {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a file"));
-    }
-    std::fs::read(path)
-}
+use crate::text::cut;
 
 /// Loads every buffer of a document, each of the length that the document says.
 pub fn load(
@@ -24,12 +17,14 @@ pub fn load(
 ) -> Result<Vec<Vec<u8>>, SceneError> {
     let load_one = |(index, buffer): (usize, &gltf::json::Buffer)| {
         let wrong = |what: String| SceneError::Buffer { file: file.into(), buffer: index, what };
-        let mut bytes = match (&buffer.uri, binary) {
-            (None, Some(binary)) if index == 0 => binary.to_vec(),
-            (None, _) => return Err(wrong("has neither a uri nor a binary chunk".into())),
-            (Some(uri), _) => fetch(uri, folder).map_err(wrong)?,
-        };
         let length = buffer.byte_length.0;
+        let mut bytes = match (&buffer.uri, binary) {
+            (None, Some(binary)) if index == 0 => {
+                binary[..binary.len().min(usize::try_from(length).unwrap_or(usize::MAX))].to_vec()
+            }
+            (None, _) => return Err(wrong("has neither a uri nor a binary chunk".into())),
+            (Some(uri), _) => fetch(uri, folder, length).map_err(wrong)?,
+        };
         if (bytes.len() as u64) < length {
             return Err(wrong(format!("is cut off: {} of {length} bytes are there", bytes.len())));
         }
@@ -39,17 +34,18 @@ pub fn load(
     root.buffers.iter().enumerate().map(load_one).collect()
 }
 
-/// Bytes of a uri.
-pub fn fetch(uri: &str, folder: &Path) -> Result<Vec<u8>, String> {
+/// Bytes of a uri; of a file no more than `most`.
+pub fn fetch(uri: &str, folder: &Path, most: u64) -> Result<Vec<u8>, String> {
     if let Some(data) = uri.strip_prefix("data:") {
         let (_, encoded) = data.split_once(";base64,").ok_or("holds data that is not base64")?;
         return decode_base64(encoded).ok_or_else(|| "holds damaged base64 data".into());
     }
     if uri.contains("://") {
-        return Err(format!("is at {uri:?}, which is no file"));
+        return Err(format!("is at {:?}, which is no file", cut(uri, 200)));
     }
     let path = folder.join(decode_percent(uri));
-    read_file(&path).map_err(|error| format!("({}) cannot be read: {error}", path.display()))
+    read_head(&path, most)
+        .map_err(|error| format!("({}) cannot be read: {error}", cut(&path.display().to_string(), 200)))
 }
 
 fn decode_percent(uri: &str) -> String {

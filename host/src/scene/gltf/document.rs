@@ -6,7 +6,9 @@ use glam::Vec3;
 use gltf::json::{Index, Root};
 use serde_json::Value;
 
-use super::{buffer, unsupported};
+use super::warning::Warnings;
+use super::{buffer, shape, unsupported};
+use crate::memory::{Budget, Short};
 use crate::scene::SceneError;
 
 /// A parsed document with its buffers and what it asks for in vain.
@@ -17,14 +19,16 @@ pub struct Document {
     pub root: Root,
     /// Contents of its buffers.
     pub buffers: Vec<Vec<u8>>,
-    /// What is not rendered, each once.
-    pub warnings: Vec<String>,
+    /// What is not rendered.
+    pub warnings: Warnings,
     /// Folder of the file, where others are looked for.
     pub folder: PathBuf,
     /// Sections that are read as plain JSON.
     pub sections: Sections,
     /// `extras.background` of the default scene.
     pub background: Vec3,
+    /// Memory for what is yet to be read.
+    budget: Budget,
 }
 
 /// Sections of the document, for what its types drop or take too literally.
@@ -49,19 +53,27 @@ impl Document {
     pub fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Document, SceneError> {
         let wrong = |what: String| SceneError::Document { file: file.into(), what };
         let (json, binary) = split(file, bytes)?;
-        let mut value: Value = serde_json::from_slice(json).map_err(|error| wrong(error.to_string()))?;
+        let mut budget = Budget::new();
+        let mut take = |bytes, what: &str| budget.take(bytes).map_err(|short| too_much(file, what, short));
+        take(parsed_bytes(json), "its JSON")?;
+        let mut value = parse(json).map_err(|error| wrong(error.to_string()))?;
 
         let version = value["asset"]["version"].as_str().unwrap_or_default();
         if !version.starts_with("2.") {
             return Err(wrong(format!("asset.version is {version:?} and should be \"2.0\"")));
         }
+        if let Some(least) = value["asset"]["minVersion"].as_str().filter(|least| *least != "2.0") {
+            return Err(wrong(format!("asset.minVersion is {least:?}, but only \"2.0\" is read")));
+        }
+        shape::check(&value).map_err(wrong)?;
         for extension in value["extensionsRequired"].as_array().into_iter().flatten() {
             let extension = extension.as_str().unwrap_or_default();
             if !unsupported::EXTENSIONS.contains(&extension) {
                 return Err(SceneError::RequiredExtension { file: file.into(), extension: extension.into() });
             }
         }
-        let warnings = unsupported::list(&value);
+        let mut warnings = Warnings::default();
+        unsupported::list(&value, &mut warnings);
         let section = |name: &str| value[name].as_array().cloned().unwrap_or_default();
         let sections = Sections {
             animations: section("animations"),
@@ -79,29 +91,25 @@ impl Document {
                 object.remove(section);
             }
         }
+        remove_extras(&mut value);
         let root: Root = serde_json::to_vec(&value)
             .and_then(|json| serde_json::from_slice(&json))
             .map_err(|error| wrong(error.to_string()))?;
+        let lengths = root.buffers.iter().map(|buffer| buffer.byte_length.0);
+        take(lengths.fold(0, u64::saturating_add), "its buffers")?;
         let buffers = buffer::load(file, &root, binary, folder)?;
-        let mut document = Document {
-            file: file.into(),
-            root,
-            buffers,
-            warnings: Vec::new(),
-            folder: folder.into(),
-            sections,
-            background,
-        };
-        warnings.into_iter().for_each(|warning| document.warn(warning));
-        Ok(document)
+        let (file, folder) = (file.into(), folder.into());
+        Ok(Document { file, root, buffers, warnings, folder, sections, background, budget })
     }
 
-    /// Notes what is not rendered, once.
-    pub fn warn(&mut self, what: impl std::fmt::Display) {
-        let warning = format!("{}: {what}", self.file);
-        if !self.warnings.contains(&warning) {
-            self.warnings.push(warning);
-        }
+    /// Notes that `owner` asks for what is not rendered, or not as it is asked for.
+    pub fn warn(&mut self, owner: &str, what: impl std::fmt::Display) {
+        self.warnings.note(owner, what);
+    }
+
+    /// Takes memory for what is about to be read [bytes, by an estimate].
+    pub fn take(&mut self, bytes: u64, what: impl std::fmt::Display) -> Result<(), SceneError> {
+        self.budget.take(bytes).map_err(|short| too_much(&self.file, what, short))
     }
 
     /// Looks an index up in a list of the document.
@@ -119,6 +127,71 @@ impl Document {
             index: index.value(),
             count: list.len(),
         })
+    }
+}
+
+fn too_much(file: &str, what: impl std::fmt::Display, short: Short) -> SceneError {
+    let Short { needed, available } = short;
+    SceneError::Memory { file: file.into(), what: what.to_string(), needed, available }
+}
+
+/// Memory that a parsed document takes, at most about [bytes]: the least node of the tree that holds an object's members has
+/// 632, any value 32; sections are there twice, and so is the text.
+fn parsed_bytes(json: &[u8]) -> u64 {
+    let (mut objects, mut values) = (0, 0);
+    for byte in json {
+        objects += u64::from(*byte == b'{');
+        values += u64::from(matches!(byte, b',' | b'['));
+    }
+    2 * (700 * objects + 64 * values + json.len() as u64)
+}
+
+/// Brackets that stand around each other in what is read; the parser of JSON ends at 128, and glTF needs a dozen.
+const DEEPEST: usize = 100;
+
+/// The JSON. `extras` and unknown extensions may nest as deep as they like; what nobody reads is left out then.
+fn parse(json: &[u8]) -> Result<Value, serde_json::Error> {
+    match serde_json::from_slice(json) {
+        Err(error) if error.to_string().starts_with("recursion limit exceeded") => {
+            // Without recursion: whether it is JSON all through.
+            serde_json::from_slice::<serde::de::IgnoredAny>(json)?;
+            serde_json::from_slice(&shallow(json))
+        }
+        result => result,
+    }
+}
+
+/// The same document with empty lists and objects where they stand in as many others as are read.
+fn shallow(json: &[u8]) -> Vec<u8> {
+    let (mut depth, mut is_text, mut is_escaped) = (0_usize, false, false);
+    let mut kept = Vec::with_capacity(json.len());
+    for &byte in json {
+        if !is_text && matches!(byte, b']' | b'}') {
+            depth = depth.saturating_sub(1);
+        }
+        if depth < DEEPEST {
+            kept.push(byte);
+        }
+        if !is_text && matches!(byte, b'[' | b'{') {
+            depth += 1;
+        }
+        if byte == b'"' && !is_escaped {
+            is_text = !is_text;
+        }
+        is_escaped = is_text && byte == b'\\' && !is_escaped;
+    }
+    kept
+}
+
+/// Removes all `extras`: they may be any JSON, which the document types do not know.
+fn remove_extras(value: &mut Value) {
+    match value {
+        Value::Array(elements) => elements.iter_mut().for_each(remove_extras),
+        Value::Object(members) => {
+            members.remove("extras");
+            members.values_mut().for_each(remove_extras);
+        }
+        _ => {}
     }
 }
 
@@ -173,4 +246,28 @@ fn split<'a>(file: &str, bytes: &'a [u8]) -> Result<(&'a [u8], Option<&'a [u8]>)
     let end = 16 + json.len();
     let binary = if rest.len() > end { Some(chunk(end, b"BIN\0")?) } else { None };
     Ok((json, binary))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_nests_too_deep_is_emptied_and_nothing_else() {
+        let deep = |depth: usize| format!("{}1{}", "[".repeat(depth), "]".repeat(depth));
+        let text = |depth: usize| format!(r#"{{"a":{},"b":"[\\\"[","c":[[2]]}}"#, deep(depth));
+        let (near, far) = (text(DEEPEST - 2), text(100_000));
+        assert_eq!(shallow(near.as_bytes()), near.as_bytes());
+        let read = parse(far.as_bytes()).unwrap();
+        assert_eq!((&read["b"], &read["c"][0][0]), (&"[\\\"[".into(), &2.into()));
+        let mut depth = 0;
+        let mut at = &read["a"];
+        while let Some(inner) = at.as_array() {
+            (depth, at) = (depth + 1, inner.first().unwrap_or(&Value::Null));
+        }
+        assert_eq!(depth, DEEPEST - 1);
+        for broken in ["[".repeat(100_000), format!("{}}}", deep(300)), deep(300).replacen(']', "}", 1)] {
+            assert!(parse(broken.as_bytes()).is_err());
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! Images: PNG and JPEG, in files, in the document and in buffers.
 
+use std::borrow::Cow;
 use std::io::Cursor;
 use std::path::Path;
 
@@ -12,14 +13,37 @@ use crate::scene::texture::{Image, LARGEST_SIDE};
 /// Most memory that decoding an image may take [bytes]: the largest image at eight bytes a texel.
 const MOST_BYTES: u64 = 8 * (LARGEST_SIDE as u64) * (LARGEST_SIDE as u64);
 
-/// The image that a document describes. An error says what is wrong with it.
+/// Bytes of an image that a document describes. An error says what is wrong with it.
+fn bytes<'a>(
+    image: &Value,
+    views: &[Value],
+    buffers: &'a [Vec<u8>],
+    folder: &Path,
+) -> Result<Cow<'a, [u8]>, String> {
+    match (image["uri"].as_str(), image["bufferView"].as_u64()) {
+        (Some(uri), _) => buffer::fetch(uri, folder, u64::MAX).map(Cow::Owned),
+        (None, Some(view)) => view_bytes(view, views, buffers).map(Cow::Borrowed),
+        (None, None) => Err("has neither a uri nor a bufferView".into()),
+    }
+}
+
+/// Width and height of an image by its header [texels]: nothing is decoded.
+pub fn size(
+    image: &Value,
+    views: &[Value],
+    buffers: &[Vec<u8>],
+    folder: &Path,
+) -> Result<(u32, u32), String> {
+    let bytes = bytes(image, views, buffers, folder)?;
+    check_size(reader(&bytes)?.into_dimensions().map_err(|error| damaged(&error))?)
+}
+
+/// The image that a document describes.
 pub fn read(image: &Value, views: &[Value], buffers: &[Vec<u8>], folder: &Path) -> Result<Image, String> {
-    let bytes = match (image["uri"].as_str(), image["bufferView"].as_u64()) {
-        (Some(uri), _) => buffer::fetch(uri, folder)?,
-        (None, Some(view)) => view_bytes(view, views, buffers)?.to_vec(),
-        (None, None) => return Err("has neither a uri nor a bufferView".into()),
-    };
-    decode(&bytes)
+    let bytes = bytes(image, views, buffers, folder)?;
+    let image = reader(&bytes)?.decode().map_err(|error| damaged(&error))?.into_rgba8();
+    let (width, height) = check_size(image.dimensions())?;
+    Ok(Image { width, height, texels: image.pixels().map(|pixel| pixel.0).collect() })
 }
 
 /// Bytes of a buffer view.
@@ -39,8 +63,11 @@ fn view_bytes<'a>(index: u64, views: &[Value], buffers: &'a [Vec<u8>]) -> Result
     Ok(&buffer[start as usize..end as usize])
 }
 
-fn decode(bytes: &[u8]) -> Result<Image, String> {
-    let damaged = |error: &dyn std::fmt::Display| format!("cannot be decoded: {error}");
+fn damaged(error: &dyn std::fmt::Display) -> String {
+    format!("cannot be decoded: {error}")
+}
+
+fn reader(bytes: &[u8]) -> Result<ImageReader<Cursor<&[u8]>>, String> {
     let mut reader =
         ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| damaged(&error))?;
     if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg)) {
@@ -50,10 +77,13 @@ fn decode(bytes: &[u8]) -> Result<Image, String> {
     (limits.max_image_width, limits.max_image_height) = (Some(LARGEST_SIDE), Some(LARGEST_SIDE));
     limits.max_alloc = Some(MOST_BYTES);
     reader.limits(limits);
-    let image = reader.decode().map_err(|error| damaged(&error))?.into_rgba8();
-    let (width, height) = image.dimensions();
-    if width == 0 || height == 0 || width > LARGEST_SIDE || height > LARGEST_SIDE {
-        return Err(format!("is of {width} x {height} texels; each side must be 1 to {LARGEST_SIDE}"));
+    Ok(reader)
+}
+
+fn check_size((width, height): (u32, u32)) -> Result<(u32, u32), String> {
+    let within = |side: u32| (1..=LARGEST_SIDE).contains(&side);
+    if within(width) && within(height) {
+        return Ok((width, height));
     }
-    Ok(Image { width, height, texels: image.pixels().map(|pixel| pixel.0).collect() })
+    Err(format!("is of {width} x {height} texels; each side must be 1 to {LARGEST_SIDE}"))
 }

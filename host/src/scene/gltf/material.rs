@@ -17,7 +17,7 @@ pub fn read_all(document: &mut Document) -> (Vec<Material>, Vec<String>) {
     for (index, material) in all.iter().enumerate() {
         let name = material.name.clone().unwrap_or_else(|| format!("material {index}"));
         let label = unsupported::label("material", index, material.name.as_deref());
-        let resolved = resolve(material, |what| document.warn(format!("{label}: {what}")));
+        let resolved = resolve(material, |what| document.warn(&label, what));
         read.push((resolved, name));
     }
     read.push((resolve(&json::Material::default(), |_| {}), "default".into()));

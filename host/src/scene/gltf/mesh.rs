@@ -31,6 +31,36 @@ pub struct Part {
     pub triangles: Vec<[Corner; 3]>,
 }
 
+/// How much of a mesh there is to read.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Extent {
+    /// Triangles.
+    pub triangles: u64,
+    /// Vertices and indices of the largest primitive.
+    pub vertices: u64,
+}
+
+/// The extent of a mesh, by its accessors: none of their elements is read.
+pub fn extent(document: &Document, instance: &MeshInstance) -> Result<Extent, SceneError> {
+    let mesh = document.get(&document.root.meshes, instance.mesh, "mesh", &instance.node)?;
+    let label = unsupported::label("mesh", instance.mesh.value(), mesh.name.as_deref());
+    let mut extent = Extent::default();
+    for (index, primitive) in mesh.primitives.iter().enumerate() {
+        let owner = format!("{label}, primitive {index}");
+        let count = |accessor| accessor::count(document, accessor, &owner);
+        let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions)).copied();
+        let vertices = positions.map_or(Ok(0), count)?;
+        let corners = primitive.indices.map_or(Ok(vertices), count)?;
+        extent.triangles = extent.triangles.saturating_add(match primitive.mode {
+            Checked::Valid(Mode::Triangles) => corners / 3,
+            Checked::Valid(Mode::TriangleStrip | Mode::TriangleFan) => corners.saturating_sub(2),
+            _ => 0,
+        });
+        extent.vertices = extent.vertices.max(vertices.saturating_add(corners));
+    }
+    Ok(extent)
+}
+
 /// Triangles of every primitive of an instance.
 pub fn read(
     document: &mut Document,
@@ -52,7 +82,7 @@ pub fn read(
         let Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) =
             primitive.mode
         else {
-            document.warn(format!("{owner}: points and lines are not supported; rendered without them"));
+            document.warn(&owner, "points and lines are not supported; rendered without them");
             continue;
         };
         let mapping = mappings.get(material).copied().flatten();

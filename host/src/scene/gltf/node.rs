@@ -125,7 +125,7 @@ fn camera(document: &mut Document, node: &Node, label: &str) -> Result<Option<Sc
     let Some(index) = node.camera else { return Ok(None) };
     let camera = document.get(&document.root.cameras, index, "camera", label)?.clone();
     let Some(lens) = camera.perspective else {
-        document.warn(format!("{label}: only perspective cameras are supported; left out"));
+        document.warn(label, "only perspective cameras are supported; left out");
         return Ok(None);
     };
     if !(lens.yfov > 1e-4 && lens.yfov < PI - 1e-4) {
@@ -170,7 +170,7 @@ fn light_of(document: &mut Document, index: Index<Light>, label: &str) -> Result
         Checked::Invalid => return Err(wrong("its light is no point, spot or directional light".into())),
     };
     if light.range.is_some() {
-        document.warn(format!("{label}: a light's range is not supported; it reaches everywhere"));
+        document.warn(label, "a light's range is not supported; it reaches everywhere");
     }
     Ok(PunctualLight { position: Vec3::ZERO, intensity, shape })
 }

@@ -10,7 +10,9 @@ use serde_json::{Value, json};
 
 use super::*;
 
+mod limits;
 mod textures;
+mod types;
 
 /// A right triangle of area 0.5 m^2 that emits, and a camera.
 fn tiny() -> Value {

@@ -1,6 +1,7 @@
 //! Textures of materials: which images, how wrapped, and by which coordinates. Reads plain JSON by checked look-ups.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
 
 use caustics_kernels::interface::texture::{MaterialTextures, WRAP_CLAMP, WRAP_MIRRORED, WRAP_REPEAT};
 use glam::Vec2;
@@ -9,7 +10,7 @@ use serde_json::Value;
 use super::document::Document;
 use super::{image, unsupported};
 use crate::scene::SceneError;
-use crate::scene::texture::{ImageTexture, Role, TextureParts};
+use crate::scene::texture::{self, ImageTexture, Role, TextureParts};
 
 /// Alpha below which a blended surface is cut out.
 const BLEND_CUTOFF: f32 = 0.5;
@@ -70,7 +71,7 @@ pub struct Read {
 /// Reads the textures of all materials and loads their images.
 pub fn read(document: &mut Document) -> Result<Read, SceneError> {
     let mut reader =
-        Reader { document, parts: TextureParts::default(), images: HashMap::new(), known: HashMap::new() };
+        Reader { document, parts: TextureParts::default(), sources: Vec::new(), known: HashMap::new() };
     let materials = std::mem::take(&mut reader.document.sections.materials);
     let mut mappings = Vec::with_capacity(materials.len() + 1);
     for (index, material) in materials.iter().enumerate() {
@@ -79,7 +80,7 @@ pub fn read(document: &mut Document) -> Result<Read, SceneError> {
         mappings.push(mapping);
     }
     mappings.push(None);
-    let mut parts = reader.parts;
+    let mut parts = reader.load()?;
     parts.materials.push(MaterialTextures::default());
     let is_plain = |row: &MaterialTextures| *row == MaterialTextures::default();
     if parts.materials.iter().all(is_plain) {
@@ -91,8 +92,8 @@ pub fn read(document: &mut Document) -> Result<Read, SceneError> {
 struct Reader<'a> {
     document: &'a mut Document,
     parts: TextureParts,
-    /// Index in the document to index in the parts.
-    images: HashMap<u64, usize>,
+    /// Index in the document of each image of the parts.
+    sources: Vec<u64>,
     known: HashMap<(u64, Role), u32>,
 }
 
@@ -114,10 +115,10 @@ impl Reader<'_> {
             }
             let found = Mapping::of(info);
             match mapping {
-                Some((first, other)) if first != found => self.document.warn(format!(
-                    "{owner}: {name} has other coordinates than {other}, which is not supported; it is rendered by \
-                     those"
-                )),
+                Some((first, other)) if first != found => {
+                    let what = format!("{name} has other coordinates than {other}, which is not supported");
+                    self.document.warn(owner, what + "; it is rendered by those");
+                }
                 Some(_) => {}
                 None => mapping = Some((found, name)),
             }
@@ -131,9 +132,9 @@ impl Reader<'_> {
             }
             Some("BLEND") => {
                 row.alpha_cutoff = BLEND_CUTOFF;
-                self.document.warn(format!(
-                    "{owner}: alphaMode BLEND is not supported; rendered as MASK, cut out where alpha is below 0.5"
-                ));
+                let what =
+                    "alphaMode BLEND is not supported; rendered as MASK, cut out where alpha is below 0.5";
+                self.document.warn(owner, what);
             }
             // Alpha means nothing else.
             _ => row.alpha = 1.0,
@@ -141,6 +142,39 @@ impl Reader<'_> {
         let has_normal_map = row.normal != MaterialTextures::default().normal;
         self.parts.materials.push(row);
         Ok(mapping.map(|(mapping, _)| Mapping { has_normal_map, ..mapping }))
+    }
+
+    /// Loads the images. Their headers say first how much memory they take.
+    fn load(mut self) -> Result<TextureParts, SceneError> {
+        let sizes = self.each_image(image::size)?;
+        let used: HashSet<_> =
+            self.parts.textures.iter().map(|texture| (texture.image, texture.role)).collect();
+        let used = used.into_iter().map(|(image, _)| sizes[image]);
+        let count = texture::check_texels(&self.document.file, used)?;
+        // Four bytes a texel, in the images, in the table and in the runner; the largest image is decoded from eight a texel
+        // to four, and its levels are made of floats.
+        let areas = || sizes.iter().map(|&(width, height)| u64::from(width) * u64::from(height));
+        let bytes = 4 * areas().sum::<u64>() + 8 * count + 12 * areas().max().unwrap_or(0);
+        self.document.take(bytes, format_args!("its {} images", sizes.len()))?;
+        self.parts.images = self.each_image(image::read)?;
+        Ok(self.parts)
+    }
+
+    /// Reads something of every image.
+    fn each_image<T>(
+        &self,
+        read: impl Fn(&Value, &[Value], &[Vec<u8>], &Path) -> Result<T, String>,
+    ) -> Result<Vec<T>, SceneError> {
+        let Document { file, sections, buffers, folder, .. } = &*self.document;
+        let each = self.sources.iter().map(|&source| {
+            let image = &sections.images[source as usize];
+            read(image, &sections.buffer_views, buffers, folder).map_err(|what| SceneError::Image {
+                file: file.clone(),
+                image: source as usize,
+                what,
+            })
+        });
+        each.collect()
     }
 
     /// Index in the parts of a texture in a role.
@@ -165,10 +199,9 @@ impl Reader<'_> {
             file: self.document.file.clone(),
             what: format!("{owner} has no PNG or JPEG image as its source"),
         })?;
-        let image = sections
-            .images
-            .get(source as usize)
-            .ok_or_else(|| missing(&owner, "image", source, sections.images.len()))?;
+        if source >= sections.images.len() as u64 {
+            return Err(missing(&owner, "image", source, sections.images.len()));
+        }
         let sampler = match texture["sampler"].as_u64() {
             Some(sampler) => sections
                 .samplers
@@ -183,21 +216,11 @@ impl Reader<'_> {
         });
         let nearest = sampler["magFilter"].as_u64() == Some(9728);
 
-        let image = match self.images.get(&source) {
-            Some(&image) => image,
-            None => {
-                let read =
-                    image::read(image, &sections.buffer_views, &self.document.buffers, &self.document.folder);
-                let wrong = |what| SceneError::Image {
-                    file: self.document.file.clone(),
-                    image: source as usize,
-                    what,
-                };
-                self.parts.images.push(read.map_err(wrong)?);
-                self.images.insert(source, self.parts.images.len() - 1);
-                self.parts.images.len() - 1
-            }
-        };
+        let known = self.sources.iter().position(|&known| known == source);
+        let image = known.unwrap_or_else(|| {
+            self.sources.push(source);
+            self.sources.len() - 1
+        });
         self.parts.textures.push(ImageTexture { image, role, wrap, nearest });
         let id = self.parts.textures.len() as u32 - 1;
         self.known.insert((index, role), id);

@@ -2,6 +2,12 @@
 
 use serde_json::Value;
 
+use super::warning::Warnings;
+use crate::text::cut;
+
+/// Characters of a name in messages at most.
+const LONGEST_NAME: usize = 80;
+
 /// Extensions that are rendered, at least in part.
 pub const EXTENSIONS: [&str; 7] = [
     "KHR_lights_punctual",
@@ -27,13 +33,12 @@ const SECTIONS: [(&str, &str); 6] = [
     ("animations", "animation"),
 ];
 
-/// What is not rendered: the element and why.
-pub fn list(document: &Value) -> Vec<String> {
-    let mut found = Vec::new();
+/// Notes what is not rendered: the element and why.
+pub fn list(document: &Value, warnings: &mut Warnings) {
     for (section, kind) in SECTIONS {
         for (index, element) in document[section].as_array().into_iter().flatten().enumerate() {
             let owner = label(kind, index, element["name"].as_str());
-            let mut note = |what: String| found.push(format!("{owner}: {what}"));
+            let mut note = |what: String| warnings.note(&owner, what);
             walk(element, &mut note);
             match section {
                 "materials" => of_material(element, &mut note),
@@ -44,12 +49,12 @@ pub fn list(document: &Value) -> Vec<String> {
             }
         }
     }
-    found
 }
 
 /// How a message calls an element.
 pub fn label(kind: &str, index: usize, name: Option<&str>) -> String {
-    name.map_or_else(|| format!("{kind} {index}"), |name| format!("{kind} {name:?}"))
+    let named = |name: &str| format!("{kind} {:?}", cut(name, LONGEST_NAME));
+    name.map_or_else(|| format!("{kind} {index}"), named)
 }
 
 /// Finds unknown extensions, textures, vertex colours and morph targets at any depth.
@@ -64,13 +69,16 @@ fn walk(value: &Value, note: &mut impl FnMut(String)) {
             "extensions" => {
                 let names = member.as_object().into_iter().flat_map(|extensions| extensions.keys());
                 for name in names.filter(|name| !EXTENSIONS.contains(&name.as_str())) {
-                    note(format!("extension {name} is not supported; rendered without it"));
+                    note(format!(
+                        "extension {} is not supported; rendered without it",
+                        cut(name, LONGEST_NAME)
+                    ));
                 }
             }
             "COLOR_0" => note("vertex colours are not supported; rendered without them".into()),
             "targets" => note("morph targets are not supported; shown at rest".into()),
             _ if key.ends_with("Texture") && !TEXTURES.contains(&key.as_str()) => {
-                note(format!("{key} is not supported; its factor alone is rendered"));
+                note(format!("{} is not supported; its factor alone is rendered", cut(key, LONGEST_NAME)));
             }
             _ => {}
         }

@@ -1,0 +1,125 @@
+//! What a session takes of the host's memory, estimated before any of it is asked for.
+
+use thiserror::Error;
+
+use crate::memory::{self, shown};
+use crate::method::settings::Settings;
+use crate::method::{BufferSpec, Method, Parts};
+use caustics_kernels::interface::frame::FrameParams;
+
+/// Memory of a pixel beside the buffers [bytes]: sums and sums of squares in f64 (120), a picture (44) as it is read, as a
+/// mean, with its variance (24) and as an EXR (60), and what copies them.
+const PICTURE_BYTES: u64 = 300;
+
+/// More than is there.
+#[derive(Debug, Error)]
+#[error(
+    "the frame would take {} of memory ({} for --width {width} and --height {height}, {} for --light-paths {light_paths}, \
+     {} for the scene), but {} are available: lower {flag}",
+    shown(.need.sum()), shown(.need.pixels), shown(.need.light_paths), shown(.need.scene), shown(*.available)
+)]
+pub struct FrameTooLarge {
+    need: Need,
+    available: u64,
+    width: u32,
+    height: u32,
+    light_paths: u32,
+    /// What takes most.
+    flag: &'static str,
+}
+
+/// Memory of a session by what decides it [bytes].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Need {
+    /// Buffers and pictures.
+    pub pixels: u64,
+    /// Deposits and their index.
+    pub light_paths: u64,
+    /// The runner's copy of the scene's tables.
+    pub scene: u64,
+}
+
+impl Need {
+    /// What frames of these settings need. A GPU has its buffers in memory of its own.
+    pub fn of(method: &Method, parts: Parts, largest: FrameParams, tables: u64, on_gpu: bool) -> Need {
+        let bytes = |params: FrameParams| -> u64 {
+            let buffers = (method.buffers)(parts, &(method.frame)(params, 0));
+            buffers.iter().map(|BufferSpec { bytes, .. }| *bytes as u64).sum()
+        };
+        let all = bytes(largest);
+        let dark = bytes(FrameParams { light_path_count: 0, light_path_batch: 0, ..largest }).min(all);
+        let pictures = PICTURE_BYTES * u64::from(largest.width) * u64::from(largest.height);
+        match on_gpu {
+            true => Need { pixels: pictures, light_paths: 0, scene: tables },
+            false => Need { pixels: dark + pictures, light_paths: all - dark, scene: tables },
+        }
+    }
+
+    fn sum(&self) -> u64 {
+        self.pixels.saturating_add(self.light_paths).saturating_add(self.scene)
+    }
+
+    /// Refuses what is more than `available`; the message names the flag that lowers most of it.
+    fn check(self, available: u64, settings: &Settings) -> Result<(), FrameTooLarge> {
+        if self.sum() <= available {
+            return Ok(());
+        }
+        let flag = if self.light_paths > self.pixels { "--light-paths" } else { "--width and --height" };
+        let Settings { width, height, light_paths, .. } = *settings;
+        Err(FrameTooLarge { need: self, available, width, height, light_paths, flag })
+    }
+
+    /// The same against what is there; where the system does not say, all is let through.
+    pub fn check_available(self, settings: &Settings) -> Result<(), FrameTooLarge> {
+        memory::available().map_or(Ok(()), |available| self.check(available, settings))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::method::basic::BASIC;
+    use caustics_kernels::gather::variant::PHOTONS_GRID;
+
+    fn need(width: u32, height: u32, paths: u32) -> Need {
+        let params = FrameParams {
+            width,
+            height,
+            light_path_count: paths,
+            light_path_batch: paths,
+            deposit_capacity: 4 * paths,
+            cell_mask: 1023,
+            ..FrameParams::default()
+        };
+        Need::of(&BASIC, Parts::from(&PHOTONS_GRID), params, 1000, false)
+    }
+
+    #[test]
+    fn needs_grow_with_what_decides_them() {
+        let (one, wide, many) = (need(100, 100, 1000), need(200, 100, 1000), need(100, 100, 2000));
+        // Counters and cells aside.
+        let ratio = wide.pixels as f64 / one.pixels as f64;
+        assert!((ratio - 2.0).abs() < 0.01, "{ratio}");
+        assert_eq!(wide.light_paths, one.light_paths);
+        // A geometry and a light of 32 bytes for each deposit, at least.
+        assert!(many.light_paths - one.light_paths >= 4 * 1000 * 64, "{many:?}");
+        assert_eq!((many.pixels, one.scene), (one.pixels, 1000));
+        // A frame that shoots nothing needs nothing to shoot with.
+        assert_eq!(need(100, 100, 0).light_paths, 0);
+    }
+
+    #[test]
+    fn the_flag_that_lowers_most_is_named() {
+        let settings = Settings { width: 8192, height: 4096, light_paths: 77, ..Settings::default() };
+        let need = Need { pixels: 6 << 30, light_paths: 1 << 30, scene: 0 };
+        assert!(need.check(7 << 30, &settings).is_ok());
+        let message = need.check((7 << 30) - 1, &settings).unwrap_err().to_string();
+        for words in
+            ["7.0 GiB", "--width 8192", "--height 4096", "--light-paths 77", "lower --width and --height"]
+        {
+            assert!(message.contains(words), "{message}");
+        }
+        let need = Need { pixels: 1, light_paths: 9, scene: 0 };
+        assert!(need.check(8, &settings).unwrap_err().to_string().ends_with("lower --light-paths"));
+    }
+}

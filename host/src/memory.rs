@@ -1,0 +1,188 @@
+//! How much memory there is, and what would take more.
+
+use std::path::Path;
+
+/// Memory that this process can still take [bytes]: of the machine, of every control group around it (a container's limit),
+/// and of its address space. None where the system does not say.
+pub fn available() -> Option<u64> {
+    available_in(Path::new("/"))
+}
+
+/// The same of a file system with these root folders.
+fn available_in(root: &Path) -> Option<u64> {
+    let read = |path: &Path| std::fs::read_to_string(root.join(path)).ok();
+    let proc = |name: &str| read(&Path::new("proc").join(name));
+    let machine = proc("meminfo").and_then(|text| field(&text, "MemAvailable:")).map(|kib| kib << 10);
+    let space = proc("self/limits").and_then(|text| field(&text, "Max address space"));
+    let mapped = proc("self/status").and_then(|text| field(&text, "VmSize:")).map(|kib| kib << 10);
+    let space = space.zip(mapped).map(|(most, used)| most.saturating_sub(used));
+    let groups = proc("self/cgroup").unwrap_or_default();
+    let groups = groups.lines().filter_map(|line| Group::find(line)?.available(&read));
+    machine.into_iter().chain(space).chain(groups).min()
+}
+
+/// A control group's place and the names of what it tells, by the version of the interface.
+struct Group<'a> {
+    root: &'static str,
+    path: &'a Path,
+    limit: &'static str,
+    used: &'static str,
+    /// Pages of files, which the kernel takes back when memory is short.
+    files: [&'static str; 2],
+}
+
+impl<'a> Group<'a> {
+    /// The group of a line of /proc/self/cgroup, if it is one of memory.
+    fn find(line: &'a str) -> Option<Group<'a>> {
+        let (_, rest) = line.split_once(':')?;
+        let (controllers, path) = rest.split_once(':')?;
+        let path = Path::new(path.trim_start_matches('/'));
+        if controllers.is_empty() {
+            let files = ["inactive_file ", "active_file "];
+            let (limit, used) = ("memory.max", "memory.current");
+            Some(Group { root: "sys/fs/cgroup", path, limit, used, files })
+        } else if controllers.split(',').any(|name| name == "memory") {
+            let files = ["total_inactive_file ", "total_active_file "];
+            let (limit, used) = ("memory.limit_in_bytes", "memory.usage_in_bytes");
+            Some(Group { root: "sys/fs/cgroup/memory", path, limit, used, files })
+        } else {
+            None
+        }
+    }
+
+    /// What it and all groups around it leave [bytes]. A container sees its own group at the root, whatever its path.
+    fn available(&self, read: &impl Fn(&Path) -> Option<String>) -> Option<u64> {
+        let left = |path: &Path| {
+            let of = |name: &str| read(&Path::new(self.root).join(path).join(name));
+            // A version 2 group without a limit says "max".
+            let limit: u64 = of(self.limit)?.trim().parse().ok()?;
+            let used: u64 = of(self.used)?.trim().parse().ok()?;
+            let stat = of("memory.stat").unwrap_or_default();
+            let files: u64 = self.files.iter().filter_map(|name| field(&stat, name)).sum();
+            Some(limit.saturating_sub(used.saturating_sub(files)))
+        };
+        self.path.ancestors().filter_map(left).min()
+    }
+}
+
+/// The number behind a name at the beginning of a line.
+fn field(text: &str, name: &str) -> Option<u64> {
+    let rest = text.lines().find_map(|line| line.strip_prefix(name))?;
+    rest.split_whitespace().next()?.parse().ok()
+}
+
+/// Memory that was there and is given out by estimates, before any of it is asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Budget {
+    left: u64,
+}
+
+/// More would be taken than is there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Short {
+    /// Wanted [bytes].
+    pub needed: u64,
+    /// Left [bytes].
+    pub available: u64,
+}
+
+impl Budget {
+    /// All that is available; endless where the system does not say.
+    pub fn new() -> Budget {
+        Budget { left: available().unwrap_or(u64::MAX) }
+    }
+
+    /// Gives out some bytes.
+    pub fn take(&mut self, bytes: u64) -> Result<(), Short> {
+        let short = Short { needed: bytes, available: self.left };
+        self.left = self.left.checked_sub(bytes).ok_or(short)?;
+        Ok(())
+    }
+}
+
+impl Default for Budget {
+    fn default() -> Budget {
+        Budget::new()
+    }
+}
+
+/// A number of bytes as people say it.
+pub fn shown(bytes: u64) -> String {
+    match bytes {
+        0..0x40_0000 => format!("{} KiB", bytes.div_ceil(1 << 10)),
+        0x40_0000..0x1_0000_0000 => format!("{} MiB", bytes >> 20),
+        _ => format!("{:.1} GiB", bytes as f64 / f64::from(1 << 30)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A machine of these files.
+    fn machine(files: &[(&str, &str)]) -> Option<u64> {
+        let root = tempfile::tempdir().unwrap();
+        for (name, text) in files {
+            let path = root.path().join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, text).unwrap();
+        }
+        available_in(root.path())
+    }
+
+    const MEMINFO: (&str, &str) =
+        ("proc/meminfo", "MemTotal: 9000 kB\nMemFree: 1 kB\nMemAvailable: 8000 kB\n");
+
+    #[test]
+    fn the_least_of_machine_container_and_address_space_counts() {
+        assert_eq!(machine(&[]), None);
+        assert_eq!(machine(&[MEMINFO]), Some(8000 << 10));
+
+        let limits =
+            ("proc/self/limits", "Limit Soft Hard Units\nMax address space 4096000 unlimited bytes\n");
+        let status = ("proc/self/status", "Name: a\nVmPeak: 9 kB\nVmSize:  1000 kB\n");
+        assert_eq!(machine(&[MEMINFO, limits, status]), Some(3000 << 10));
+        let unlimited = ("proc/self/limits", "Max address space unlimited unlimited bytes\n");
+        assert_eq!(machine(&[MEMINFO, unlimited, status]), Some(8000 << 10));
+    }
+
+    #[test]
+    fn groups_of_both_versions_count_with_all_around_them() {
+        let of_v2 = ("proc/self/cgroup", "0::/a/b\n");
+        let inner = [
+            MEMINFO,
+            of_v2,
+            ("sys/fs/cgroup/a/b/memory.max", "max\n"),
+            ("sys/fs/cgroup/a/b/memory.current", "500\n"),
+            ("sys/fs/cgroup/a/memory.max", "3000\n"),
+            ("sys/fs/cgroup/a/memory.current", "1000\n"),
+            ("sys/fs/cgroup/a/memory.stat", "anon 1\nactive_file 100\ninactive_file 200\n"),
+        ];
+        assert_eq!(machine(&inner), Some(2300));
+        // In a container, the group's path is not to be seen.
+        let container = [of_v2, ("sys/fs/cgroup/memory.max", "700"), ("sys/fs/cgroup/memory.current", "800")];
+        assert_eq!(machine(&container), Some(0));
+
+        let of_v1 = ("proc/self/cgroup", "5:cpu,cpuacct:/x\n4:memory:/docker/x\n");
+        let v1 = [
+            MEMINFO,
+            of_v1,
+            ("sys/fs/cgroup/memory/memory.limit_in_bytes", "5000"),
+            ("sys/fs/cgroup/memory/memory.usage_in_bytes", "4000"),
+            ("sys/fs/cgroup/memory/memory.stat", "inactive_file 7\ntotal_inactive_file 300\n"),
+        ];
+        assert_eq!(machine(&v1), Some(1300));
+    }
+
+    #[test]
+    fn this_machine_says_how_much_there_is_and_a_budget_ends() {
+        #[cfg(target_os = "linux")]
+        assert!(available().unwrap() > 1 << 20);
+        let mut budget = Budget { left: 10 };
+        assert_eq!(budget.take(7), Ok(()));
+        assert_eq!(budget.take(4), Err(Short { needed: 4, available: 3 }));
+        assert_eq!(budget.take(3), Ok(()));
+        assert_eq!((shown(1), shown(5 << 20)), ("1 KiB".into(), "5 MiB".into()));
+        assert_eq!(shown(24_400_000_000), "22.7 GiB");
+    }
+}

@@ -1,0 +1,79 @@
+//! Warnings: one line for each thing that is not rendered, whoever asks for it and however often.
+
+use std::collections::{HashMap, HashSet};
+use std::fmt::Display;
+
+/// Who asks for one thing is named up to this many.
+const MOST_NAMED: usize = 3;
+/// Lines at most.
+const MOST_LINES: usize = 32;
+
+/// Notes, grouped.
+#[derive(Debug, Default)]
+pub struct Warnings {
+    /// What, and the first who ask for it, in the order of the notes.
+    kinds: Vec<(String, Vec<String>)>,
+    /// All who ask for each, by kind.
+    owners: Vec<HashSet<String>>,
+    known: HashMap<String, usize>,
+}
+
+impl Warnings {
+    /// Notes that `owner` (empty: nobody) asks for `what` in vain. Once is enough.
+    pub fn note(&mut self, owner: &str, what: impl Display) {
+        let what = what.to_string();
+        let id = *self.known.entry(what).or_insert_with_key(|what| {
+            self.kinds.push((what.clone(), Vec::new()));
+            self.owners.push(HashSet::new());
+            self.kinds.len() - 1
+        });
+        if !owner.is_empty() && self.owners[id].insert(owner.into()) && self.kinds[id].1.len() < MOST_NAMED {
+            self.kinds[id].1.push(owner.into());
+        }
+    }
+
+    /// The lines, of this file.
+    pub fn lines(&self, file: &str) -> Vec<String> {
+        let kinds = self.kinds.iter().zip(&self.owners);
+        let line = |((what, named), owners): (&(String, Vec<String>), &HashSet<String>)| {
+            let names = named.join(", ");
+            match owners.len() - named.len() {
+                _ if named.is_empty() => format!("{file}: {what}"),
+                0 => format!("{file}: {names}: {what}"),
+                others => format!("{file}: {names} and {others} more: {what}"),
+            }
+        };
+        let mut lines: Vec<String> = kinds.map(line).take(MOST_LINES).collect();
+        if let others @ 1.. = self.kinds.len() - lines.len() {
+            lines.push(format!("{file}: and {others} warnings of other kinds"));
+        }
+        lines
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn warnings_of_one_kind_are_one_line_with_their_count() {
+        let mut warnings = Warnings::default();
+        warnings.note("node 7", "bent");
+        for id in 0..1000 {
+            warnings.note(&format!("node {}", id % 500), "left out");
+        }
+        warnings.note("", "alone");
+        warnings.note("", "alone");
+        let lines = ["a: node 7: bent", "a: node 0, node 1, node 2 and 497 more: left out", "a: alone"];
+        assert_eq!(warnings.lines("a"), lines);
+    }
+
+    #[test]
+    fn many_kinds_are_counted_too() {
+        let mut warnings = Warnings::default();
+        (0..1000).for_each(|id| warnings.note("node 0", format!("extension {id}")));
+        let lines = warnings.lines("a");
+        assert_eq!(lines.len(), MOST_LINES + 1);
+        assert_eq!(lines[MOST_LINES], "a: and 968 warnings of other kinds");
+    }
+}

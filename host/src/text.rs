@@ -1,0 +1,70 @@
+//! Text of others in our messages: nothing in it may command a terminal, and it may not drown what we say.
+
+/// Escapes control characters but line feed and tab, and marks that turn the direction of writing, as JSON does: in a
+/// JSON document the text stays the same.
+pub fn printable(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for character in text.chars() {
+        if is_active(character) {
+            shown.push_str(&format!("\\u{:04x}", u32::from(character)));
+        } else {
+            shown.push(character);
+        }
+    }
+    shown
+}
+
+/// Whether a character commands instead of being shown; all are of four hexadecimal digits.
+fn is_active(character: char) -> bool {
+    match character {
+        '\n' | '\t' => false,
+        // Direction marks and overrides; separators of lines and paragraphs.
+        '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => true,
+        // C0, delete and C1.
+        _ => character.is_control(),
+    }
+}
+
+/// At most this many characters and a note: what is too long loses its middle, since who is named stands at the
+/// beginning of a message and what to do at its end.
+pub fn cut(text: &str, most: usize) -> String {
+    // As many bytes are at least as many characters.
+    if text.len() <= most {
+        return text.into();
+    }
+    let count = text.chars().count();
+    if count <= most {
+        return text.into();
+    }
+    let tail = most / 3;
+    let head: String = text.chars().take(most - tail).collect();
+    let rest: String = text.chars().skip(count - tail).collect();
+    format!("{head} [{} characters left out] {rest}", count - most)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_commands_a_terminal_is_escaped() {
+        assert_eq!(printable("a\nb\tc d\u{e9}\u{4e16}"), "a\nb\tc d\u{e9}\u{4e16}");
+        let active = "\x1b]0;owned\x07\x1b[2J\r\x08\x7f\u{9b}31m\u{202e}\u{2066}\u{2028}";
+        let shown = printable(active);
+        assert_eq!(
+            shown,
+            "\\u001b]0;owned\\u0007\\u001b[2J\\u000d\\u0008\\u007f\\u009b31m\\u202e\\u2066\\u2028"
+        );
+        // In JSON it stays what it was.
+        let json = serde_json::to_string(active).unwrap();
+        let back: String = serde_json::from_str(&printable(&json)).unwrap();
+        assert_eq!(back, active);
+    }
+
+    #[test]
+    fn long_text_loses_its_middle() {
+        assert_eq!(cut("abc", 3), "abc");
+        assert_eq!(cut("\u{e9}\u{e9}\u{e9}", 3), "\u{e9}\u{e9}\u{e9}");
+        assert_eq!(cut("abcdefghij", 6), "abcd [4 characters left out] ij");
+    }
+}

@@ -4,6 +4,7 @@
 //! CPU or, through `vulkan`, on a GPU, `session` ties them together, `output` writes the picture. See ARCHITECTURE.md.
 
 #![cfg_attr(not(test), deny(clippy::print_stderr, clippy::print_stdout))]
+#![deny(unsafe_code)]
 
 pub mod accumulation;
 pub mod checkpoint;
@@ -23,8 +24,10 @@ pub mod picture;
 pub mod report;
 pub mod runner;
 pub mod scene;
+pub mod sealed;
 pub mod session;
 pub mod text;
 pub mod trace_rate;
 pub mod upload;
+#[allow(unsafe_code)]
 pub mod vulkan;

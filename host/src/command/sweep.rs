@@ -1,6 +1,6 @@
 //! `caustics sweep`: the cells of a file, measured where they are missing.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -138,24 +138,20 @@ fn tell(options: &Sweep, config: &Config, tasks: &[Task]) -> anyhow::Result<Exit
         let state = if is_done { "done   " } else { "missing" };
         say(format_args!("{state} {} {} {}", task.identity, task.part.scene.name, task.cell.name))?;
     }
-    let (mut needed, mut kept) = (Vec::new(), 0);
+    let (mut needed, mut kept) = (BTreeSet::new(), 0);
     if let Some(error) = &config.error {
         let cache = cache()?;
-        let mut seen = Vec::new();
+        let mut seen = BTreeSet::new();
         for task in tasks {
-            let key = (std::ptr::from_ref(task.part), task.cell.max_bounces);
-            if seen.contains(&key) {
+            if !seen.insert((std::ptr::from_ref(task.part), task.cell.max_bounces)) {
                 continue;
             }
-            seen.push(key);
             let plan = error_plan(config, task.part).context("there is no table [error]")?;
             let references =
                 References::new(&plan, &task.cell, &task.part.scene, error.reference_frames.0, &cache);
             for path in plan.frames.clone().map(|frame| references.path(frame)) {
-                if !needed.contains(&path) {
-                    kept += usize::from(path.exists());
-                    needed.push(path);
-                }
+                let is_kept = path.exists();
+                kept += usize::from(needed.insert(path) && is_kept);
             }
         }
     }

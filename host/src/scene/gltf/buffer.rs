@@ -48,7 +48,8 @@ pub fn fetch(uri: &str, folder: &Path, most: u64) -> Result<Vec<u8>, String> {
         .map_err(|error| format!("({}) cannot be read: {error}", cut(&path.display().to_string(), 200)))
 }
 
-fn decode_percent(uri: &str) -> String {
+/// A uri as the path that it stands for.
+pub fn decode_percent(uri: &str) -> String {
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();
     while let [first, tail @ ..] = rest {

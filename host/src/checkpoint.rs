@@ -222,7 +222,10 @@ mod tests {
             (fine, 1.0, 35),
             (fine, 1.0, 37),
         ] {
-            assert!(error(shape, seconds, values).unwrap_err().to_string().contains("is damaged"), "{shape:?}");
+            assert!(
+                error(shape, seconds, values).unwrap_err().to_string().contains("is damaged"),
+                "{shape:?}"
+            );
         }
         let huge = Shape { width: 1 << 63, height: 1 << 62, ..fine };
         assert!(Accumulation::of(huge, std::iter::empty::<f64>()).is_none());

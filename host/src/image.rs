@@ -112,7 +112,9 @@ impl Channels {
 /// may speak of any number.
 fn check_samples(samples: u128) -> Result<(), String> {
     if samples > MOST_SAMPLES {
-        return Err(format!("it has {samples} samples in all its channels, and at most {MOST_SAMPLES} are read"));
+        return Err(format!(
+            "it has {samples} samples in all its channels, and at most {MOST_SAMPLES} are read"
+        ));
     }
     let bytes = samples as usize * size_of::<f32>();
     let room = Vec::<u8>::new().try_reserve_exact(bytes);

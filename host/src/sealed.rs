@@ -87,9 +87,8 @@ pub fn open<'a, H: DeserializeOwned>(kind: &str, bytes: &'a [u8]) -> Result<(H, 
         let theirs = "an older version that wrote no checksum".into();
         return Err(Unusable::Version { theirs, ours: Program::this().name() });
     }
-    let (content, checksum) = bytes
-        .split_last_chunk::<CHECKSUM_BYTES>()
-        .ok_or_else(|| Unusable::damaged("it is cut off"))?;
+    let (content, checksum) =
+        bytes.split_last_chunk::<CHECKSUM_BYTES>().ok_or_else(|| Unusable::damaged("it is cut off"))?;
     if crc32fast::hash(content) != u32::from_le_bytes(*checksum) {
         return Err(Unusable::damaged("its checksum is another"));
     }

@@ -5,8 +5,8 @@ use std::process::ExitCode;
 
 use caustics::image::Channels;
 use caustics::method::path::PATH;
-use caustics::output::{attributes, exr};
 use caustics::output::target::Target;
+use caustics::output::{attributes, exr};
 use caustics::picture::Picture;
 use glam::Vec3;
 

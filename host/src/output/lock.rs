@@ -28,7 +28,8 @@ impl Lock {
         let name = output.file_name().unwrap_or_default().to_string_lossy();
         let path = folder(output).join(format!("{PREFIX}{name}.lock"));
         for _ in 0..ATTEMPTS {
-            let file = OpenOptions::new().create(true).truncate(false).write(true).open(&path).map_err(fail)?;
+            let file =
+                OpenOptions::new().create(true).truncate(false).write(true).open(&path).map_err(fail)?;
             match file.try_lock() {
                 // Who had it before may have removed it after it was opened here.
                 Ok(()) if !is_at(&file, &path) => {}

@@ -169,7 +169,8 @@ mod tests {
     #[test]
     fn what_a_killed_run_left_is_removed_and_what_is_in_use_is_not() {
         let folder = tempfile::tempdir().unwrap();
-        let [stale, used, other] = [".caustics-a1", ".caustics-b2", "caustics-c3"].map(|name| folder.path().join(name));
+        let [stale, used, other] =
+            [".caustics-a1", ".caustics-b2", "caustics-c3"].map(|name| folder.path().join(name));
         for path in [&stale, &used, &other] {
             std::fs::write(path, "part").unwrap();
         }

@@ -118,7 +118,10 @@ pub fn linear_ticks(low: f64, high: f64, count: u32) -> Vec<Tick> {
     }
     let first = (low / step - 1e-9).ceil() as i64;
     let last = (high / step + 1e-9).floor() as i64;
-    (first..=last).take(2 * count as usize).map(|index| Tick { value: index as f64 * step, labelled: true }).collect()
+    (first..=last)
+        .take(2 * count as usize)
+        .map(|index| Tick { value: index as f64 * step, labelled: true })
+        .collect()
 }
 
 #[cfg(test)]
@@ -155,7 +158,8 @@ mod tests {
     #[test]
     fn a_range_of_all_numbers_has_a_few_ticks() {
         let (least, most) = (f64::MIN_POSITIVE, f64::MAX);
-        for (low, high) in [(1e-300, 0.5), (5e-324, 1.0), (least, most), (1e307, most), (least, 2.0 * least)] {
+        for (low, high) in [(1e-300, 0.5), (5e-324, 1.0), (least, most), (1e307, most), (least, 2.0 * least)]
+        {
             for scale in [Scale::Log, Scale::Linear] {
                 let axis = Axis::around(scale, [low, high].into_iter(), 0.0, 100.0).unwrap();
                 let ticks = axis.ticks();

@@ -28,8 +28,9 @@ pub fn missing(
         if path.exists() {
             let mut ours = identity.clone();
             ours.insert("frame".into(), frame.to_string());
-            let (mut theirs, is_whole) = read(&path)
-                .with_context(|| format!("{} cannot be read as EXR; give --force or another -o", path.display()))?;
+            let (mut theirs, is_whole) = read(&path).with_context(|| {
+                format!("{} cannot be read as EXR; give --force or another -o", path.display())
+            })?;
             theirs.retain(|name, _| ours.contains_key(name));
             if let Some(other) = difference(&ours, &theirs) {
                 return Err(refusal(&path.display().to_string(), &other).into());

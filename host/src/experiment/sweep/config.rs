@@ -270,7 +270,8 @@ mod tests {
         }
         let many = |count: usize| {
             let values = |digit: &str| vec![digit; count].join(", ");
-            let lists = format!("[{}]\nmax_bounces = [{}]\nradius_px = [{}]", values("1"), values("5"), values("1"));
+            let lists =
+                format!("[{}]\nmax_bounces = [{}]\nradius_px = [{}]", values("1"), values("5"), values("1"));
             Config::parse(&GOOD.replace("[1]", &lists))
         };
         assert!(many(100).is_ok());

@@ -94,13 +94,7 @@ impl Part {
         let camera =
             camera.with_context(|| format!("scene {argument} has no camera {}", name.unwrap_or("")))?;
         let camera = camera.name.clone();
-        let mut part = Part {
-            camera,
-            timed_size,
-            view: String::new(),
-            scene,
-            cells,
-        };
+        let mut part = Part { camera, timed_size, view: String::new(), scene, cells };
         // What differs between cells is said by each of them.
         let first = posed(&part.scene, part.plan(config).time_of(config.first_frame))?;
         part.view = fnv1a(view(&first, &part.camera, &Settings::default()).bytes());

@@ -56,7 +56,8 @@ fn copy_pictures(from: &Path, to: &Path, result: &CellResult) -> anyhow::Result<
     let Some(error) = &result.error else { return Ok(()) };
     for name in [&error.picture, &error.error_map, &error.reference].into_iter().flatten() {
         let (source, target) = (store::cells(from).join(name), store::cells(to).join(name));
-        let bytes = input::read(&source, input::PICTURE).with_context(|| format!("cannot read {}", source.display()))?;
+        let bytes = input::read(&source, input::PICTURE)
+            .with_context(|| format!("cannot read {}", source.display()))?;
         Target::claim(&target, true)?.finish(&bytes)?;
     }
     Ok(())

@@ -13,6 +13,8 @@ pub mod energy;
 pub mod experiment;
 pub mod file;
 pub mod frame_memory;
+#[doc(hidden)]
+pub mod fuzzing;
 pub mod hash;
 pub mod image;
 pub mod kernels;

@@ -19,6 +19,7 @@ pub use self::camera::SceneCamera;
 pub use self::error::SceneError;
 pub use self::find::{MADE, names, resolve};
 pub use self::gltf::files::files;
+pub(crate) use self::gltf::read_alone as read;
 use self::motion::Motion;
 use self::moving::MovingMesh;
 pub use self::punctual::{LightShape, PunctualLight};

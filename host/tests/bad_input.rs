@@ -542,13 +542,12 @@ fn memory_is_bounded_before_it_is_asked_for() {
 
     // A million triangles on 100 nodes.
     let mut scene = Scene::new("ring");
-    let accessors = scene.json["accessors"].as_array_mut().unwrap();
-    let indices = accessors.len();
-    accessors
-        .push(json!({ "bufferView": 4096, "componentType": 5121, "count": 3_000_000, "type": "SCALAR" }));
-    let views = scene.json["bufferViews"].as_array_mut().unwrap();
-    scene.json["accessors"][indices]["bufferView"] = json!(views.len());
-    views.push(json!({ "buffer": 0, "byteOffset": scene.binary.len(), "byteLength": 3_000_000 }));
+    let count = |section: &Value| section.as_array().unwrap().len();
+    let (indices, view) = (count(&scene.json["accessors"]), count(&scene.json["bufferViews"]));
+    let accessor = json!({ "bufferView": view, "componentType": 5121, "count": 3_000_000, "type": "SCALAR" });
+    scene.json["accessors"].as_array_mut().unwrap().push(accessor);
+    let bytes = json!({ "buffer": 0, "byteOffset": scene.binary.len(), "byteLength": 3_000_000 });
+    scene.json["bufferViews"].as_array_mut().unwrap().push(bytes);
     scene.binary.extend([0, 1, 2].repeat(1_000_000));
     scene.json["buffers"][0]["byteLength"] = json!(scene.binary.len());
     scene.json["meshes"][0]["primitives"][0]["indices"] = json!(indices);

@@ -47,7 +47,7 @@ pub enum SceneError {
     },
     /// The file cannot be shown without an extension that is not supported.
     #[error(
-        "{file}: requires the extension {extension}, which is not supported; export the scene without it"
+        "{file}: requires the extension {extension:?}, which is not supported; export the scene without it"
     )]
     RequiredExtension {
         /// The file.

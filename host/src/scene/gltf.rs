@@ -61,6 +61,11 @@ fn scene_name(path: &Path) -> String {
     folder.unwrap_or(stem).to_string_lossy().into_owned()
 }
 
+/// Reads a scene that is one file, from its bytes.
+pub(crate) fn read_alone(bytes: &[u8]) -> Result<Scene, SceneError> {
+    read("scene", bytes, Path::new("/no folder"))
+}
+
 /// Reads a scene from a file's bytes; other files are looked for in `folder`.
 fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
     let mut document = Document::read(file, bytes, folder)?;

@@ -90,8 +90,8 @@ pub fn count(document: &Document, index: Index<Accessor>, owner: &str) -> Result
     let (Some(component), Checked::Valid(shape)) = (component(accessor), accessor.type_) else {
         return Ok(0);
     };
-    drop(elements(document, index, accessor, owner, component.size() * shape.multiplicity())?);
-    Ok(accessor.count.0)
+    let size = component.size() * shape.multiplicity();
+    elements(document, index, accessor, owner, size).map(|_| accessor.count.0)
 }
 
 fn float(bytes: &[u8]) -> f32 {

@@ -45,7 +45,7 @@ pub fn fetch(uri: &str, folder: &Path, most: u64) -> Result<Vec<u8>, String> {
     }
     let path = folder.join(decode_percent(uri));
     read_head(&path, most)
-        .map_err(|error| format!("({}) cannot be read: {error}", cut(&path.display().to_string(), 200)))
+        .map_err(|error| format!("({:?}) cannot be read: {error}", cut(&path.display().to_string(), 200)))
 }
 
 /// A uri as the path that it stands for.

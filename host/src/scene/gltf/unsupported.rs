@@ -70,7 +70,7 @@ fn walk(value: &Value, note: &mut impl FnMut(String)) {
                 let names = member.as_object().into_iter().flat_map(|extensions| extensions.keys());
                 for name in names.filter(|name| !EXTENSIONS.contains(&name.as_str())) {
                     note(format!(
-                        "extension {} is not supported; rendered without it",
+                        "extension {:?} is not supported; rendered without it",
                         cut(name, LONGEST_NAME)
                     ));
                 }
@@ -78,7 +78,7 @@ fn walk(value: &Value, note: &mut impl FnMut(String)) {
             "COLOR_0" => note("vertex colours are not supported; rendered without them".into()),
             "targets" => note("morph targets are not supported; shown at rest".into()),
             _ if key.ends_with("Texture") && !TEXTURES.contains(&key.as_str()) => {
-                note(format!("{} is not supported; its factor alone is rendered", cut(key, LONGEST_NAME)));
+                note(format!("{:?} is not supported; its factor alone is rendered", cut(key, LONGEST_NAME)));
             }
             _ => {}
         }

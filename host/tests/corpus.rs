@@ -1,0 +1,73 @@
+//! Replays the corpus of `fuzz/` through the targets' own entry points: whatever was found once stays found.
+
+use std::path::Path;
+use std::time::Duration;
+
+use caustics::accumulation::Accumulation;
+use caustics::checkpoint;
+use caustics::fuzzing;
+use caustics::picture::Picture;
+use glam::Vec3;
+
+/// Runs a target over its corpus; files called `whole*` must be accepted, those called `broken*` refused.
+fn replay(name: &str, target: fn(&[u8]) -> bool) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus").join(name);
+    let mut count = [0; 2];
+    for entry in folder.read_dir().unwrap() {
+        let path = entry.unwrap().path();
+        let is_accepted = target(&std::fs::read(&path).unwrap());
+        let stem = path.file_stem().unwrap().to_string_lossy();
+        for (index, prefix) in ["broken", "whole"].into_iter().enumerate() {
+            if stem.starts_with(prefix) {
+                assert_eq!(is_accepted, index == 1, "{}", path.display());
+                count[index] += 1;
+            }
+        }
+    }
+    assert!(count.iter().all(|&count| count > 0), "{name}: {count:?}");
+}
+
+#[test]
+fn scenes_replay() {
+    replay("scene", fuzzing::scene);
+}
+
+#[test]
+fn pictures_replay() {
+    replay("picture", fuzzing::picture);
+}
+
+#[test]
+fn sweeps_replay() {
+    replay("sweep", fuzzing::sweep);
+}
+
+#[test]
+fn results_replay() {
+    replay("result", fuzzing::result);
+}
+
+#[test]
+fn checkpoints_replay() {
+    // A whole one is of the program at hand: written here, beside those of the corpus.
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a");
+    let mut sums = Accumulation::default();
+    for value in [0.25, 0.5] {
+        sums.add(&Picture { width: 2, height: 1, path: vec![Vec3::splat(value); 2], ..Picture::default() });
+    }
+    checkpoint::save(&path, &Default::default(), &sums, Duration::from_secs(1)).unwrap();
+    let whole = std::fs::read(&path).unwrap();
+    assert!(fuzzing::checkpoint(&whole));
+    for at in 0..whole.len() {
+        assert!(!fuzzing::checkpoint(&whole[..at]), "cut at {at}");
+        let mut damaged = whole.clone();
+        damaged[at] ^= 0x41;
+        fuzzing::checkpoint(&damaged);
+    }
+    for name in ["first.checkpoint", "broken.checkpoint"] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus/checkpoint").join(name);
+        let is_accepted = fuzzing::checkpoint(&std::fs::read(path).unwrap());
+        assert!(!(is_accepted && name.starts_with("broken")));
+    }
+}

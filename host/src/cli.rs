@@ -95,9 +95,9 @@ pub struct Common {
     /// Reflections of at most this roughness are specular
     #[arg(long, default_value_t = 0.25)]
     pub specular_roughness: f32,
-    /// Where in a pixel its rays go
-    #[arg(long, value_enum, default_value = "centre")]
-    pub pixel_filter: PixelFilter,
+    /// Where in a pixel its rays go [default: box where frames are averaged, else centre]
+    #[arg(long, value_enum)]
+    pub pixel_filter: Option<PixelFilter>,
     /// Which level of its textures the camera sees [default: finest for reference, path and progressive, else cone]
     #[arg(long, value_enum)]
     pub texture_filter: Option<TextureFilter>,

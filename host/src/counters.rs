@@ -4,6 +4,12 @@ use std::collections::BTreeMap;
 
 use caustics_kernels::interface::counters::{COUNTER_NAMES, Counter};
 
+/// Light paths that make a deposit, at least one in so many: at the default of 2^20 a frame has a hundred then, a noise of
+/// 10 % even where one pixel takes them all.
+const PATHS_A_DEPOSIT: u64 = 10_000;
+/// Fewer light paths may miss by chance.
+const STARVING_PATHS: u64 = 1 << 16;
+
 /// What the kernels counted.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 #[serde(transparent)]
@@ -31,7 +37,7 @@ impl Counters {
 
     /// What a person should be warned of.
     pub fn warnings(&self) -> Vec<String> {
-        [
+        let faults = [
             (Counter::DepositsDropped, "deposits found no room and are missing"),
             (Counter::Clamped, "addends were clamped by the accumulator"),
             (Counter::NonFinite, "non-finite values were left out"),
@@ -39,7 +45,20 @@ impl Counters {
         ]
         .iter()
         .filter(|(counter, _)| self.get(*counter) > 0)
-        .map(|(counter, what)| format!("{} {what}", self.get(*counter)))
-        .collect()
+        .map(|(counter, what)| format!("{} {what}", self.get(*counter)));
+        faults.chain(self.starvation()).collect()
+    }
+
+    /// Caustics of which too little is found: casters, receivers and lights are there, but hardly a light path goes from one
+    /// to the other.
+    fn starvation(&self) -> Option<String> {
+        let (paths, deposits) = (self.get(Counter::LightPaths), self.get(Counter::Deposits));
+        let starves = paths >= STARVING_PATHS && deposits * PATHS_A_DEPOSIT < paths;
+        starves.then(|| {
+            format!(
+                "caustics starve: {deposits} deposits of {paths} light paths; give more --light-paths, or make the scene \
+                 smaller around what casts caustics (a directional light shines on all of its bounds)"
+            )
+        })
     }
 }

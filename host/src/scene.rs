@@ -73,7 +73,7 @@ pub struct Scene {
     pub background: Vec3,
     /// Cameras, in the order of the file's nodes.
     pub cameras: Vec<SceneCamera>,
-    /// Centre of the file's bounds [m], subtracted from every position.
+    /// Centre of the file's bounds [m], or of what is small beside huge triangles; subtracted from every position.
     pub origin: DVec3,
     /// Emitted flux of each channel [W].
     pub flux: Vec3,

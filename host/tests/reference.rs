@@ -132,6 +132,36 @@ fn an_interrupted_or_killed_reference_goes_on_to_the_same_bits() {
     }
 }
 
+/// Where frames are averaged rays go anywhere in a pixel, and through its centre in a single frame, unless the person says
+/// otherwise; what a variance is worth stands in the file.
+#[test]
+fn means_take_the_box_and_say_what_their_variance_is_worth() {
+    let folder = tempfile::tempdir().unwrap();
+    let rendered = |command: &str, options: &[&str]| {
+        run(folder.path(), &[&[command, "ring", "-o", "a.exr", "--force"], &TINY[..], options].concat());
+        channels(folder.path(), "a.exr").attributes
+    };
+    let few = ["--light-paths", "100"];
+    for (command, options, filter) in [
+        ("render", &["--frames", "1"][..], 0),
+        ("render", &["--frames", "2"], 1),
+        ("render", &["--frames", "2", "--pixel-filter", "centre"], 0),
+        ("render", &["--frames", "1", "--pixel-filter", "box"], 1),
+        ("reference", &["--spp", "2"], 1),
+        ("reference", &["--spp", "2", "--pixel-filter", "centre"], 0),
+    ] {
+        let options = if command == "render" { [options, &few[..]].concat() } else { options.to_vec() };
+        let attributes = rendered(command, &options);
+        let settings = &attributes["settings"];
+        assert!(settings.contains(&format!("pixel_filter: {filter}")), "{command} {options:?}: {settings}");
+        let has_variance = !options.contains(&"1");
+        assert_eq!(
+            attributes.get("variance_note").is_some_and(|note| note.contains("too small")),
+            has_variance
+        );
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn a_progressive_render_goes_on_to_the_same_bits() {
@@ -165,7 +195,7 @@ fn a_checkpoint_of_another_run_is_refused() {
     for (options, name) in [
         (&["--seed", "7"][..], "seed"),
         (&["--max-bounces", "3"], "settings"),
-        (&["--pixel-filter", "box"], "settings"),
+        (&["--pixel-filter", "centre"], "settings"),
         (&["--texture-filter", "cone"], "settings"),
     ] {
         let other = caustics(folder.path(), &[&endless[..], options, &["--resume"]].concat());

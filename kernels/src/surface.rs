@@ -7,6 +7,7 @@
 pub mod albedo;
 pub mod class;
 pub mod coat;
+pub mod fold;
 pub mod fresnel;
 pub mod ggx;
 pub mod glass;

@@ -158,6 +158,33 @@ mod tests {
         }
     }
 
+    /// The radiances that a note names are those of the scene's lamps.
+    #[test]
+    fn notes_name_the_radiances_of_their_scenes() {
+        let mut named = 0;
+        for name in NAMES {
+            let files = files(name).unwrap();
+            let text = |wanted: &str| {
+                let bytes = &files.iter().find(|(file, _)| *file == wanted).unwrap().1;
+                String::from_utf8(bytes.clone()).unwrap()
+            };
+            let scene: serde_json::Value = serde_json::from_str(&text("scene.gltf")).unwrap();
+            let strength = |material: &serde_json::Value| {
+                material["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"].as_f64()
+            };
+            let strengths: Vec<f64> =
+                scene["materials"].as_array().unwrap().iter().filter_map(strength).collect();
+            let words: Vec<String> = text("README.md").split_whitespace().map(Into::into).collect();
+            for window in words.windows(4).filter(|window| window[1..3] == ["W", "m^-2"]) {
+                if let Ok(radiance) = window[0].trim_start_matches('(').parse::<f64>() {
+                    assert!(strengths.contains(&radiance), "{name}: {radiance} is not among {strengths:?}");
+                    named += 1;
+                }
+            }
+        }
+        assert!(named >= 7, "the test has lost its subject: {named}");
+    }
+
     #[test]
     fn scenes_are_made_the_same_twice_and_small() {
         for name in NAMES {

@@ -176,6 +176,34 @@ impl Builder {
         }
     }
 
+    /// Adds a block whose normals are those of its corners, as modellers smooth by mistake.
+    pub fn smooth_block(&mut self, material: u32, centre: DVec3, half: f64) {
+        let first = self.triangles.len();
+        self.block(material, centre - half, centre + half, false);
+        for (triangle, surface) in self.triangles.iter().zip(&mut self.surfaces).skip(first) {
+            let away = |corner: Vec3| (corner - centre.as_vec3()).normalize();
+            (surface.normal_a, surface.normal_b, surface.normal_c) =
+                (away(triangle.a), away(triangle.b), away(triangle.c));
+        }
+    }
+
+    /// Adds waves with smooth normals, `count` along x and eight facets each: y = height sin(k x) around `centre`.
+    pub fn waves(&mut self, material: u32, centre: DVec3, half: f64, height: f64, count: u32) {
+        let columns = 8 * count;
+        let k = PI * f64::from(count) / half;
+        let at = |column: u32, z: f64| {
+            let x = half * (2.0 * f64::from(column) / f64::from(columns) - 1.0);
+            let (sin, cos) = (k * x).sin_cos();
+            (centre + DVec3::new(x, height * sin, z), DVec3::new(-height * k * cos, 1.0, 0.0))
+        };
+        for column in 0..columns {
+            let (a, b) = (at(column, half), at(column + 1, half));
+            let (c, d) = (at(column + 1, -half), at(column, -half));
+            self.triangle(material, [a.0, b.0, c.0], [a.1, b.1, c.1]);
+            self.triangle(material, [a.0, c.0, d.0], [a.1, c.1, d.1]);
+        }
+    }
+
     /// Adds the inside of a cylinder's wall (a ring of no thickness, axis on y) over angles `from`..`to` around the
     /// axis; angle 0 is +x, angles grow towards +z; fronts and normals look at the axis.
     #[expect(clippy::too_many_arguments, reason = "a shape in one call")]

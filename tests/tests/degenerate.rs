@@ -272,3 +272,39 @@ fn nine_pixels_in_ten_without_a_point_stay_black() {
     }
     assert!(mean_of(&picture.caustics) / there > 1e-2);
 }
+
+/// A ball under a directional light on a floor of +- 300 m gets four in 10^6 of the light paths, which shine on all of the
+/// floor; on one of +- 3 m it gets one in fifty. The person is told of the first, and in no committed scene.
+#[test]
+fn caustics_that_starve_are_told() {
+    let on_floor = |half: f64| {
+        let mut b = Builder::default();
+        let (floor, ball) = (b.material(lambert(0.6)), b.material(glass(1.5)));
+        b.panel(floor, DVec3::ZERO, half * DVec3::Z, half * DVec3::X);
+        b.sphere(ball, 0.8 * DVec3::Y, 0.5, 32, 16);
+        b.directional(DVec3::new(0.1, -1.0, 0.2), 1.0);
+        b.camera(DVec3::new(0.0, 2.0, 3.0), DVec3::ZERO, 0.7);
+        b.build()
+    };
+    let settings = Settings { width: 16, height: 9, light_paths: 1 << 16, ..Settings::default() };
+    let warnings = frame(&on_floor(300.0), &settings).1.warnings();
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    assert!(
+        ["starve", "of 65536 light paths", "--light-paths", "bounds"]
+            .iter()
+            .all(|word| warnings[0].contains(word))
+    );
+    assert_eq!(frame(&on_floor(3.0), &settings).1.warnings(), [""; 0]);
+    // Fewer may miss by chance.
+    let few = Settings { light_paths: 1000, ..settings.clone() };
+    assert_eq!(frame(&on_floor(300.0), &few).1.warnings(), [""; 0]);
+
+    for name in caustics_scenes::NAMES {
+        let counters = frame(&committed(name), &settings).1;
+        let (paths, deposits) = (counters.get(Counter::LightPaths), counters.get(Counter::Deposits));
+        println!("{name}: {deposits} deposits of {paths} light paths");
+        // Ten times what is warned of.
+        assert!(deposits * 1000 >= paths, "{name}");
+        assert_eq!(counters.warnings(), [""; 0], "{name}");
+    }
+}

@@ -29,6 +29,8 @@ mod glass;
 mod lights;
 #[path = "known_answers/mirror.rs"]
 mod mirror;
+#[path = "known_answers/plains.rs"]
+mod plains;
 #[path = "known_answers/rooms.rs"]
 mod rooms;
 #[path = "known_answers/rough_glass.rs"]

@@ -190,6 +190,19 @@ fn smooth_ball_of_32_segments_is_the_reference() {
     agrees("smooth ball", &b.build(), &LARGE_LAMP);
 }
 
+/// Meshes whose shading normals lean by up to 55 degrees.
+#[test]
+#[ignore = "thousands of samples a pixel: half a minute on two cores"]
+fn coarse_smooth_things_are_the_reference() {
+    let mut b = room(0.5);
+    let (brushed, clear, matte) =
+        (b.material(metal(0.9, 0.1)), b.material(glass(1.5)), b.material(lambert(0.6)));
+    b.sphere(brushed, DVec3::new(-0.5, -0.55, -0.3), 0.4, 12, 6);
+    b.sphere(clear, DVec3::new(0.1, -0.6, 0.2), 0.3, 12, 6);
+    b.smooth_block(matte, DVec3::new(0.6, -0.64, -0.3), 0.3);
+    agrees_at(&[0.25], "coarse things", &b.build(), &LARGE_LAMP);
+}
+
 #[test]
 #[ignore = "thousands of samples a pixel: a minute on two cores"]
 fn room_of_rough_glass_is_the_reference() {

@@ -156,7 +156,7 @@ impl Bench {
             height: self.height,
             max_bounces,
             specular_roughness: self.specular_roughness,
-            pixel_filter: self.pixel_filter,
+            pixel_filter: Some(self.pixel_filter),
             texture_filter: Some(self.texture_filter),
             seed: self.seed,
             camera: self.camera.clone(),

@@ -64,8 +64,11 @@ pub fn settings(options: &Common, light_paths: u32, frames: u32, radius_px: f32)
         specular_roughness: options.specular_roughness,
         seed: options.seed,
         pixel_filter: match options.pixel_filter {
-            PixelFilter::Centre => PIXEL_FILTER_CENTRE,
-            PixelFilter::Box => PIXEL_FILTER_BOX,
+            Some(PixelFilter::Centre) => PIXEL_FILTER_CENTRE,
+            Some(PixelFilter::Box) => PIXEL_FILTER_BOX,
+            // A mean has no history that needs the same places again; centres alone miss what is smaller than a pixel.
+            None if frames > 1 => PIXEL_FILTER_BOX,
+            None => PIXEL_FILTER_CENTRE,
         },
         texture_filter: options.texture_filter.map(|filter| match filter {
             TextureFilter::Cone => settings::TextureFilter::Cone,

@@ -23,6 +23,7 @@ pub fn run(options: Reference) -> anyhow::Result<ExitCode> {
     let limit = seconds.map(|seconds| duration("--seconds", seconds)).transpose()?;
     let endless = limit.is_none() && target_relmse.is_none();
     let stop = Stop { frames: spp.or(endless.then_some(1024)), time: limit, relative_error: target_relmse };
-    let settings = settings(&common, 1, 1, 1.0)?;
+    // Averaged, however many samples it will be.
+    let settings = settings(&common, 1, u32::MAX, 1.0)?;
     Job { common, settings, method: &PATH, gather: None, time, stop }.run()
 }

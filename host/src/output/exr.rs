@@ -10,6 +10,10 @@ use glam::Vec3;
 use super::attributes::{CHECKSUM, seal, sort, text, unknown_checksum};
 use crate::picture::Picture;
 
+/// What a reader of the layer `variance` must know.
+const VARIANCE_NOTE: &str = "estimated from the samples of each pixel; too small where few of them carry the light, \
+    and 0 where none has found it yet";
+
 /// Encodes a picture, with the variance of its mean and the number of samples in it where they are known;
 /// `attributes` say how it was made. Colours are linear with the primaries of Rec. 709.
 pub fn encode(
@@ -38,6 +42,10 @@ pub fn encode(
     number("deposits.count", picture.deposits.clone());
     number("samples.count", vec![samples as f32; variance.len()]);
 
+    let mut attributes = attributes.clone();
+    if !variance.is_empty() {
+        attributes.insert("variance_note".into(), VARIANCE_NOTE.into());
+    }
     let mut other = std::collections::HashMap::from([unknown_checksum()]);
     for (name, value) in attributes.iter().filter(|(name, _)| *name != CHECKSUM) {
         other.insert(text(name), AttributeValue::Text(text(value)));

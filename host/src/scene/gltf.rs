@@ -24,6 +24,7 @@ mod animation;
 mod buffer;
 mod document;
 pub mod files;
+mod huge;
 mod image;
 mod material;
 pub mod mesh;
@@ -106,9 +107,16 @@ fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
     // Recentre, so that f32 is finest where the scene is.
     let still = corners.iter().flatten().map(|corner| corner.position);
     let all = still.chain(moving.iter().flat_map(|mesh| mesh.world(&placed.places[mesh.joint])));
-    let (lower, upper) = all.fold((DVec3::MAX, DVec3::MIN), |(lower, upper), p| (lower.min(p), upper.max(p)));
-    let is_empty = corners.is_empty() && moving.is_empty();
-    let origin = if is_empty { DVec3::ZERO } else { 0.5 * (lower + upper) };
+    let all: Vec<DVec3> = all.collect();
+    let details = huge::details(all.as_chunks().0.iter().copied());
+    let (lower, upper) =
+        all.iter().fold((DVec3::MAX, DVec3::MIN), |(lower, upper), &p| (lower.min(p), upper.max(p)));
+    let origin = match details.first() {
+        Some(smallest) => smallest.centre,
+        None if all.is_empty() => DVec3::ZERO,
+        None => 0.5 * (lower + upper),
+    };
+    huge::split(&details, &mut corners, &mut materials_of);
     let local = |position: DVec3| (position - origin).as_vec3();
 
     let (triangles, surfaces) = corners

@@ -10,6 +10,7 @@ use crate::math::frame::ShadingFrame;
 use crate::math::max_abs;
 use crate::surface::Surface;
 use crate::surface::class::Classes;
+use crate::surface::fold::folded;
 use spirv_std::glam::Vec3;
 
 /// Smallest cosine between the normals of a point and of a deposit that it takes.
@@ -42,11 +43,12 @@ pub fn contribution(
     needs: Needs,
 ) -> Vec3 {
     let frame = ShadingFrame::new(shading.shading_normal);
-    let to_viewer = frame.to_local(shading.to_viewer);
-    let to_light = frame.to_local(deposit.to_light);
+    // Both are above the face.
+    let to_viewer = folded(frame.to_local(shading.to_viewer), true);
+    let to_light = folded(frame.to_local(deposit.to_light), true);
     let (surface, _) =
         Surface::new(material, to_viewer, shading.eta, specular_roughness, Classes::NON_SPECULAR, needs);
-    surface.eval(to_light, Classes::NON_SPECULAR).f * deposit.flux * to_light.z.max(0.0)
+    surface.eval(to_light, Classes::NON_SPECULAR).f * deposit.flux * to_light.z
 }
 
 /// Half extent [m] of a box that holds every deposit a disc may take. The slab of `takes` is tilted by up to half the

@@ -240,15 +240,16 @@ fn emits(vertex: &Vertex, material: &Material) -> bool {
 fn direct_light(site: &Site, connection: &Connection, classes: Classes, needs: Needs) -> Vec3 {
     let mut sum = Vec3::ZERO;
     if connection.radiance_over_pdf.max_element() > 0.0 {
-        let cos = connection.to_light.dot(site.vertex.shading_normal);
-        if needs.has(Needs::ROUGH_GLASS) && cos < 0.0 && classes.has(Classes::SPECULAR) {
+        let cos = connection.to_light.dot(site.vertex.shading_normal).abs();
+        let above = connection.to_light.dot(site.vertex.face_normal) > 0.0;
+        if needs.has(Needs::ROUGH_GLASS) && !above && classes.has(Classes::SPECULAR) {
             // Through the surface; radiance is compressed as where a path scatters.
             let eta = site.surface.eta;
             return connection.radiance_over_pdf
                 * weighted(site, connection, Classes::SPECULAR)
-                * (-cos * eta * eta);
+                * (cos * eta * eta);
         }
-        let light = connection.radiance_over_pdf * cos.max(0.0);
+        let light = connection.radiance_over_pdf * if above { cos } else { 0.0 };
         sum = light * weighted(site, connection, Classes::NON_SPECULAR);
         if classes.has(Classes::SPECULAR) {
             sum += light * weighted(site, connection, Classes::SPECULAR);
@@ -284,7 +285,7 @@ fn shadow_ray(vertex: &Vertex, connection: &Connection) -> Ray {
 #[inline(always)]
 fn scatter_cone(cone: RayCone, vertex: &Vertex, departure: &Departure) -> RayCone {
     let sampled = &departure.sampled;
-    let cos = vertex.to_origin.dot(vertex.shading_normal);
+    let cos = vertex.to_origin.dot(vertex.shading_normal).abs();
     // A rough thin wall passes its mirrored reflection and bends nothing on the whole.
     let unbent = sampled.straight || (sampled.roughness > 0.0 && sampled.eta == 1.0);
     if !sampled.transmitted {
@@ -293,10 +294,13 @@ fn scatter_cone(cone: RayCone, vertex: &Vertex, departure: &Departure) -> RayCon
     } else if unbent {
         if sampled.roughness > 0.0 { cone.roughen(sampled.roughness) } else { cone }
     } else if sampled.roughness > 0.0 {
-        // Refracted at a facet: both cosines are the facet's.
-        let direction = departure.ray.direction;
-        let half = (vertex.to_origin * sampled.eta + direction).normalize();
-        let (cos, cos_behind) = (vertex.to_origin.dot(half).abs(), direction.dot(half).abs());
+        // Refracted at a facet: both cosines are the facet's. Directions as the lobes see them.
+        let facing = |direction: Vec3, above: bool| {
+            if (direction.dot(vertex.shading_normal) > 0.0) == above { direction } else { -direction }
+        };
+        let (to_origin, direction) = (facing(vertex.to_origin, true), facing(departure.ray.direction, false));
+        let half = (to_origin * sampled.eta + direction).normalize();
+        let (cos, cos_behind) = (to_origin.dot(half).abs(), direction.dot(half).abs());
         let bent = cone.refract(vertex.curvature, cos, cos_behind, sampled.eta);
         bent.roughen_refracted(sampled.roughness, sampled.eta)
     } else {

@@ -64,19 +64,17 @@ impl Ledger {
     /// Flux that arrives at a surface.
     #[inline(always)]
     pub fn arrive(&mut self, site: &Site, flux: Vec3) {
-        if site.is_from_below() {
-            self.shading_normals += flux.element_sum();
-        } else if self.asked {
+        if self.asked {
             let albedo = site.surface.albedo(self.rng.next4());
             self.absorbed += (flux * (Vec3::ONE - albedo)).element_sum();
         }
     }
 
-    /// Flux that leaves a surface: sent to the wrong side of the face, or scaled by the shading normal's correction.
+    /// Flux that leaves a surface, scaled by the shading normal's correction.
     #[inline(always)]
     pub fn leave(&mut self, departure: &Departure, arriving: Vec3, leaving: Vec3) {
         if self.asked {
-            let scattered = arriving * (departure.sampled.weight + departure.lost);
+            let scattered = arriving * departure.sampled.weight;
             self.shading_normals += (scattered - leaving).element_sum();
         }
     }

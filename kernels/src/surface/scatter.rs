@@ -6,6 +6,7 @@ use crate::math::frame::ShadingFrame;
 use crate::math::offset;
 use crate::math::ray::Ray;
 use crate::surface::class::Classes;
+use crate::surface::fold::folded;
 use crate::surface::media::MediaStack;
 use crate::surface::vertex::Vertex;
 use crate::surface::{Evaluated, GlassInterface, Sampled, Surface};
@@ -35,8 +36,6 @@ pub struct Departure {
     pub media: MediaStack,
     /// Whether the stack of media overflowed here.
     pub media_overflow: bool,
-    /// Weight that was lost: the direction was on the wrong side of the face.
-    pub lost: Vec3,
 }
 
 impl Site {
@@ -61,28 +60,17 @@ impl Site {
                 material.ior / media.left(vertex.material).ior(materials)
             };
         }
-        let to_origin = frame.to_local(vertex.to_origin);
-        // Below the shading normal nothing scatters, whichever end of a path it is: light and camera paths agree.
-        let is_lit = vertex.to_origin.dot(vertex.shading_normal) > 0.0;
-        let classes = if is_lit { classes } else { Classes(0) };
+        // Paths come from above the face.
+        let to_origin = folded(frame.to_local(vertex.to_origin), true);
         let (surface, glass) = Surface::new(material, to_origin, eta, specular_roughness, classes, needs);
         Site { vertex, surface, frame, glass, media, thin }
     }
 
-    /// The non-delta lobes of `class` towards a world direction; zero where face and shading normal disagree on its side.
+    /// The non-delta lobes of `class` towards a world direction.
     #[inline(always)]
     pub fn eval(&self, direction: Vec3, class: Classes) -> Evaluated {
-        let local = self.frame.to_local(direction);
-        if (direction.dot(self.vertex.face_normal) > 0.0) != (local.z > 0.0) {
-            return Evaluated { f: Vec3::ZERO, pdf_solid_angle: 0.0 };
-        }
-        self.surface.eval(local, class)
-    }
-
-    /// Whether the path came from below the shading normal, so that nothing scatters.
-    #[inline(always)]
-    pub fn is_from_below(&self) -> bool {
-        self.vertex.to_origin.dot(self.vertex.shading_normal) <= 0.0
+        let above = direction.dot(self.vertex.face_normal) > 0.0;
+        self.surface.eval(folded(self.frame.to_local(direction), above), class)
     }
 
     /// Media behind the surface, and whether their stack overflows.
@@ -103,18 +91,15 @@ impl Site {
         if direction.dot(self.vertex.face_normal) < 0.0 { self.behind().0 } else { self.media }
     }
 
-    /// Samples a lobe and leaves. A direction on the wrong side of the face is absorbed.
+    /// Samples a lobe and leaves.
     #[inline(always)]
     pub fn leave(&self, u: Vec4) -> Departure {
-        let mut sampled = self.surface.sample(self.glass, u);
+        let sampled = self.surface.sample(self.glass, u);
         let vertex = &self.vertex;
-        let direction =
+        let mut direction =
             if sampled.straight { -vertex.to_origin } else { self.frame.to_world(sampled.direction) };
-        let above = direction.dot(vertex.face_normal) > 0.0;
-        let mut lost = Vec3::ZERO;
-        if above == sampled.transmitted {
-            lost = sampled.weight;
-            sampled.weight = Vec3::ZERO;
+        if (direction.dot(vertex.face_normal) > 0.0) == sampled.transmitted {
+            direction = -direction;
         }
         let mut media = self.media;
         let mut media_overflow = false;
@@ -122,6 +107,6 @@ impl Site {
             (media, media_overflow) = self.behind();
         }
         let origin = offset::leave(vertex.position, vertex.face_normal, direction, vertex.clearance);
-        Departure { ray: Ray::endless(origin, direction), sampled, media, media_overflow, lost }
+        Departure { ray: Ray::endless(origin, direction), sampled, media, media_overflow }
     }
 }

@@ -13,7 +13,7 @@ use crate::texture::cut_out::uv;
 use spirv_std::glam::{Vec2, Vec3};
 
 /// A vertex of a path on a triangle. The face's normal lies on the side that the path came from, the others on the
-/// same side of their own surfaces: where the shading normal faces away from the path, nothing scatters.
+/// same side of their own surfaces, which may face away from the path (`surface/fold.rs`).
 #[derive(Clone, Copy, Debug)]
 pub struct Vertex {
     /// Position [m], interpolated from the corners.

@@ -23,6 +23,22 @@ pub struct Corner {
     pub tangent: Option<Vec4>,
 }
 
+impl Corner {
+    /// The corner half way to another, the same from either end.
+    pub fn middle(&self, other: &Corner) -> Corner {
+        let unit = |a: Vec3, b: Vec3| (a + b).try_normalize();
+        Corner {
+            position: 0.5 * (self.position + other.position),
+            normal: self.normal.zip(other.normal).and_then(|(a, b)| unit(a, b)),
+            uv: 0.5 * (self.uv + other.uv),
+            tangent: self
+                .tangent
+                .zip(other.tangent)
+                .and_then(|(a, b)| Some(unit(a.truncate(), b.truncate())?.extend(a.w))),
+        }
+    }
+}
+
 /// The triangles of one primitive.
 pub struct Part {
     /// Index of their material.

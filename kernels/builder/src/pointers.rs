@@ -18,7 +18,9 @@ pub fn refuse_carried(module: &[u8]) -> anyhow::Result<()> {
         .iter()
         .map(|(entry, carried)| {
             let functions: Vec<&str> = carried.functions.iter().map(String::as_str).collect();
-            format!("  {entry}: {} (in {})", carried.count, functions.join(", "))
+            let place =
+                if functions.is_empty() { String::new() } else { format!(" (in {})", functions.join(", ")) };
+            format!("  {entry}: {}{place}", carried.count)
         })
         .collect();
     bail!(
@@ -34,7 +36,7 @@ pub fn refuse_carried(module: &[u8]) -> anyhow::Result<()> {
 #[derive(Debug, Default, PartialEq)]
 struct Carried {
     count: usize,
-    /// Names of the functions that they are in.
+    /// Names of the functions that they are in, where the module keeps them.
     functions: BTreeSet<String>,
 }
 
@@ -63,9 +65,7 @@ fn carried(module: &[u8]) -> anyhow::Result<BTreeMap<String, Carried>> {
                         if instruction.result_type.is_some_and(|id| pointers.contains(&id)) =>
                     {
                         carried.count += 1;
-                        carried
-                            .functions
-                            .insert(names.get(&id).map_or(format!("%{id}"), |&name| name.into()));
+                        carried.functions.extend(names.get(&id).map(|&name| name.to_string()));
                     }
                     _ => {}
                 }
@@ -123,7 +123,7 @@ mod tests {
 
     #[test]
     fn what_is_no_module_is_refused() {
-        let error = refuse_carried(b"\x03\x02\x23\x07 and nothing else").expect_err("no module");
+        let error = refuse_carried(b"no module at all").expect_err("no module");
         assert!(error.to_string().contains("no SPIR-V"), "{error}");
     }
 

@@ -203,10 +203,11 @@ fn flux_lost_at_shading_normals_is_accounted_for() {
     }
 }
 
-/// Coarse meshes with smooth normals in a room with a lamp: what normals lose or gain is at most 0.5 % of what is emitted
-/// (directions on which normals disagree are turned round, not absorbed).
+/// Coarse meshes with smooth normals absorb what their material does: directions on which normals disagree are turned round
+/// and no flux is left there. What remains in `shading_normals` is the adjoint correction, which is 0 in the mean over even
+/// light only.
 #[test]
-fn coarse_smooth_meshes_lose_nothing_at_their_normals() {
+fn coarse_smooth_meshes_balance() {
     type Add = fn(&mut Builder, u32);
     let shapes: [(&str, Add); 3] = [
         ("12 segments", |b, thing| b.sphere(thing, DVec3::new(0.0, -0.4, 0.0), 0.45, 12, 6)),
@@ -219,26 +220,21 @@ fn coarse_smooth_meshes_lose_nothing_at_their_normals() {
         ("rough metal", metal(1.0, 0.4)),
         ("glass", glass(1.5)),
     ];
-    let mut faults = Vec::new();
     for (shape, add) in shapes {
         for (name, material) in things {
             let mut b = room(lambert(0.5));
             let (thing, lamp) = (b.material(material), b.material(emitter(3.0)));
             add(&mut b, thing);
             b.panel(lamp, DVec3::new(0.1, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
-            let all = of(&b.build(), 8, 16);
+            let all = of(&b.build(), 8, 8);
             let (normals, residual) =
                 (share(&all, |e| e.shading_normals), share(&all, |e| e.residual * e.emitted));
-            println!(
-                "{shape}, {name}: {:+.4} +- {:.4}, residual {:+.5} +- {:.5}",
-                normals.value, normals.error, residual.value, residual.error
-            );
-            if normals.value.abs() > 0.005 {
-                faults.push((shape, name, normals));
-            }
+            println!("{shape}, {name}: shading normals {normals:?}, residual {residual:?}");
+            // As `every_room_balances`.
+            assert!(residual.error < 2e-3, "{shape}, {name}: too noisy to tell: {residual:?}");
+            assert!(residual.value.abs() < 3.5 * residual.error, "{shape}, {name}: {residual:?}");
         }
     }
-    assert!(faults.is_empty(), "{faults:?}");
 }
 
 /// A sampler that forgets a lobe which the albedo knows leaves a hole.

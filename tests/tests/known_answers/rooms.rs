@@ -66,10 +66,15 @@ fn coarse_smooth_things_in_a_glowing_room_have_no_dark_dashes() {
         let total = picture.path.len() as f64;
         let dark = picture.path.iter().filter(|v| v.x < 0.5).count() as f64 / total;
         println!("{name}: mean {:.5}, dark pixels {dark:.5}", mean_of(&picture.path));
-        // Light that a block of glass holds by total reflection ends at the length limit.
-        let held = if name == "glass" { 0.02 } else { 2e-3 };
-        assert!((mean_of(&picture.path) - 1.0).abs() < held, "{name}");
-        assert!(name == "lambert" || dark < held, "{name}: {dark}");
+        // A ray may slip through an edge, and a path through glass be longer than the limit; one sample a pixel of direct light has a noise of about 0.4 on
+        // the third of the picture that Lambert fills: four standard errors.
+        let bound = match name {
+            "mirror" => 1e-3,
+            "glass" => 0.02,
+            _ => 8e-3,
+        };
+        assert!((mean_of(&picture.path) - 1.0).abs() < bound, "{name}");
+        assert!(name == "lambert" || dark < bound, "{name}: {dark}");
     }
 }
 

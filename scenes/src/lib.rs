@@ -2,6 +2,8 @@
 //!
 //! A scene is a function in its own file that fills a [`gltf::Document`] with meshes from [`mesh`].
 
+#![forbid(unsafe_code)]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 

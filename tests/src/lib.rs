@@ -1,5 +1,7 @@
 //! Comparers of what two runners computed, each with a test in which it must fail, and what the tests share.
 
+#![forbid(unsafe_code)]
+
 pub mod blocks;
 pub mod chi_square;
 pub mod compare;

@@ -3,6 +3,8 @@
 //! `--check` compares instead of writing and fails on any difference; `--lint` runs clippy over the code that only a
 //! GPU sees; `--panics FOLDER` writes modules there that report panics through debug printf.
 
+#![forbid(unsafe_code)]
+
 mod fingerprint;
 
 use anyhow::{Context, bail};

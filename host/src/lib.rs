@@ -3,6 +3,8 @@
 //! `scene` reads glTF into flat tables, `method` lists the passes of a frame, `runner` executes the list on the
 //! CPU or, through `vulkan`, on a GPU, `session` ties them together, `output` writes the picture. See ARCHITECTURE.md.
 
+#![deny(unsafe_code)]
+
 pub mod accumulation;
 pub mod checkpoint;
 pub mod counters;
@@ -10,6 +12,7 @@ pub mod energy;
 pub mod experiment;
 pub mod hash;
 pub mod image;
+pub mod input;
 pub mod kernels;
 pub mod method;
 pub mod metric;
@@ -21,4 +24,5 @@ pub mod scene;
 pub mod session;
 pub mod trace_rate;
 pub mod upload;
+#[allow(unsafe_code)]
 pub mod vulkan;

@@ -275,6 +275,45 @@ fn what_cannot_be_read_or_written_is_named() {
     refuses(&desk, &["results", "-o", "c.html"], 1, "damaged.json");
 }
 
+#[test]
+fn a_picture_from_elsewhere_is_not_shown() {
+    let desk = Desk::new();
+    let cells = fixture::write(&desk.path("results"));
+    let mut cell = cells[3].clone();
+    fixture::save(&desk.path("one"), &mut cell);
+    let picture = cell.error.as_mut().unwrap().picture.as_mut().unwrap();
+    *picture = format!("../../results/cells/{picture}");
+    let file = desk.path("one/cells").join(format!("{}.json", cell.identity));
+    std::fs::write(file, serde_json::to_vec(&cell).unwrap()).unwrap();
+    let (code, stderr) = desk.report(&["one", "-o", "a.html"]);
+    assert!(code == 1 && stderr.contains(&cell.identity) && stderr.contains("picture"), "{stderr}");
+    assert!(!desk.path("a.html").exists());
+}
+
+#[test]
+fn names_and_numbers_at_the_end_of_what_there_is_are_drawn() {
+    let desk = Desk::new();
+    let cells = fixture::write(&desk.path("all"));
+    let name = format!("{}\u{1}\u{7}", "long".repeat(100));
+    for (cell, relmse) in cells[3..6].iter().zip([1e-300, 5e-324, 1e300]) {
+        let mut cell = cell.clone();
+        cell.cell.scene.clone_from(&name);
+        cell.error.as_mut().unwrap().relmse = Some(relmse);
+        fixture::save(&desk.path("results"), &mut cell);
+    }
+    desk.page(&["results"]);
+    let mut count = 0;
+    for entry in desk.path("report_files").read_dir().unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|extension| extension == "svg") {
+            let text = std::fs::read_to_string(&path).unwrap();
+            assert!(roxmltree::Document::parse(&text).is_ok(), "{}", path.display());
+            count += 1;
+        }
+    }
+    assert!(count > 2);
+}
+
 /// Leaves a report for `.ci/report-browser`, which opens it in a browser.
 #[test]
 #[ignore = "leaves files in the folder $CAUSTICS_REPORT: for .ci/report-browser"]

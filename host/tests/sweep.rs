@@ -342,3 +342,33 @@ fn a_time_that_cannot_be_met_is_said_in_the_result() {
         assert!(cell.paths_per_pixel <= most, "{cell:?}");
     }
 }
+
+#[test]
+fn more_cells_than_can_be_measured_are_refused_before_they_are_made() {
+    let list = |count: usize, value: &str| vec![value; count].join(", ");
+    let lines = format!(
+        "method = [\"basic\"]\npaths_per_pixel = [{}]\nradius_px = [{}]\nmax_bounces = [{}]",
+        list(1000, "1"),
+        list(1000, "1"),
+        list(1000, "5")
+    );
+    let desk = Desk::new(&matrix(&lines));
+    let (code, _, stderr) = desk.run(&["e.toml", "--dry-run"], &[]);
+    assert!(
+        code == 2 && stderr.contains("e.toml: line 13") && stderr.contains("1000000000 cells"),
+        "{stderr}"
+    );
+}
+
+#[test]
+fn a_result_that_names_another_place_is_not_merged() {
+    let desk = Desk::new("");
+    std::fs::create_dir_all(desk.path("d/cells")).unwrap();
+    std::fs::write(desk.path("precious.json"), "precious").unwrap();
+    let result = CellResult { identity: "../../precious".into(), ..CellResult::default() };
+    let text = serde_json::to_vec(&result).unwrap();
+    std::fs::write(desk.path("d/cells/0123456789abcdef.json"), text).unwrap();
+    let (code, _, stderr) = desk.run(&["--merge", "d", "-o", "out"], &[]);
+    assert!(code == 1 && stderr.contains("0123456789abcdef.json") && stderr.contains("identity"), "{stderr}");
+    assert_eq!(std::fs::read(desk.path("precious.json")).unwrap(), b"precious");
+}

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
-use caustics::output::target::Target;
-use caustics::report::{Request, report};
+use caustics::output::target::{Target, TargetError};
+use caustics::report::{self, Request, report};
 
 use crate::cli::{Report, Usage};
 
@@ -24,13 +24,14 @@ pub fn run(options: &Report) -> anyhow::Result<ExitCode> {
     for warning in &report.warnings {
         eprintln!("warning: {warning}");
     }
-    let claim = |name: &String| Target::claim(&files.join(name), options.force);
+    let was_there = files.exists();
     std::fs::create_dir_all(&files).with_context(|| format!("cannot create {}", files.display()))?;
-    let targets: Vec<Target> = report.files.iter().map(|(name, _)| claim(name)).collect::<Result<_, _>>()?;
-    for (target, (_, bytes)) in targets.into_iter().zip(&report.files) {
-        target.finish(bytes)?;
+    let written = write(&report, page, &files, options.force);
+    if written.is_err() && !was_there {
+        // What the error says matters more than a failure to tidy up.
+        let _ = std::fs::remove_dir_all(&files);
     }
-    page.finish(report.html.as_bytes())?;
+    written?;
     let (page, count) = (options.output.display(), report.files.len());
     eprintln!(
         "{page}: {} cells, {:.1} MB; {count} files in {}",
@@ -39,6 +40,16 @@ pub fn run(options: &Report) -> anyhow::Result<ExitCode> {
         files.display()
     );
     Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the files, then the page.
+fn write(report: &report::Report, page: Target, files: &Path, force: bool) -> Result<(), TargetError> {
+    let claim = |(name, _): &(String, _)| Target::claim(&files.join(name), force);
+    let targets: Vec<Target> = report.files.iter().map(claim).collect::<Result<_, _>>()?;
+    for (target, (_, bytes)) in targets.into_iter().zip(&report.files) {
+        target.finish(bytes)?;
+    }
+    page.finish(report.html.as_bytes())
 }
 
 /// The folder beside the page: `report_files` of `report.html`.

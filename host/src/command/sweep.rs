@@ -1,6 +1,6 @@
 //! `caustics sweep`: the cells of a file, measured where they are missing.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -14,6 +14,7 @@ use caustics::experiment::sweep::expand::{Expanded, Part};
 use caustics::experiment::sweep::merge::merge;
 use caustics::experiment::sweep::shard::Shard;
 use caustics::experiment::table::cells_csv;
+use caustics::input;
 use caustics::method::settings::Settings;
 use caustics::output::target::{Target, remove};
 
@@ -32,7 +33,8 @@ pub fn run(options: &Sweep) -> anyhow::Result<ExitCode> {
         return join(options, out);
     }
     let file = options.experiment.as_deref().context("there is no experiment")?;
-    let text = std::fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))?;
+    let bytes = input::read(file, input::TEXT).with_context(|| format!("cannot read {}", file.display()))?;
+    let text = String::from_utf8(bytes).with_context(|| format!("{} is no text", file.display()))?;
     let wrong = |what: String| Usage(format!("{}: {what}", file.display()));
     let config = Config::parse(&text).map_err(wrong)?;
     let environment = |name: &str| std::env::var(name).ok();
@@ -136,24 +138,20 @@ fn tell(options: &Sweep, config: &Config, tasks: &[Task]) -> anyhow::Result<Exit
         let state = if is_done { "done   " } else { "missing" };
         say(format_args!("{state} {} {} {}", task.identity, task.part.scene.name, task.cell.name))?;
     }
-    let (mut needed, mut kept) = (Vec::new(), 0);
+    let (mut needed, mut kept) = (BTreeSet::new(), 0);
     if let Some(error) = &config.error {
         let cache = cache()?;
-        let mut seen = Vec::new();
+        let mut seen = BTreeSet::new();
         for task in tasks {
-            let key = (std::ptr::from_ref(task.part), task.cell.max_bounces);
-            if seen.contains(&key) {
+            if !seen.insert((std::ptr::from_ref(task.part), task.cell.max_bounces)) {
                 continue;
             }
-            seen.push(key);
             let plan = error_plan(config, task.part).context("there is no table [error]")?;
             let references =
                 References::new(&plan, &task.cell, &task.part.scene, error.reference_frames.0, &cache);
             for path in plan.frames.clone().map(|frame| references.path(frame)) {
-                if !needed.contains(&path) {
-                    kept += usize::from(path.exists());
-                    needed.push(path);
-                }
+                let is_kept = path.exists();
+                kept += usize::from(needed.insert(path) && is_kept);
             }
         }
     }

@@ -1,5 +1,7 @@
 //! All combinations of what can vary, without those that no runner has and those that are another's frames again.
 
+use std::collections::BTreeSet;
+
 use caustics_kernels::gather::variant::Variant;
 
 use super::cell::{Cell, Code, Paths, has_ray_queries, name_all, runner_name, usual_gather};
@@ -100,13 +102,8 @@ impl Matrix {
 
 /// Leaves the first of cells that render the same.
 pub fn keep_one_of_each(cells: &mut Vec<Cell>) {
-    let mut seen = Vec::new();
-    cells.retain(|cell| {
-        let key = cell.key();
-        let is_new = !seen.contains(&key);
-        seen.push(key);
-        is_new
-    });
+    let mut seen = BTreeSet::new();
+    cells.retain(|cell| seen.insert(cell.key()));
 }
 
 #[cfg(test)]

@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 
 use super::result::{CellResult, Provenance};
+use crate::input;
 use crate::kernels;
 use crate::output::target::Target;
 
@@ -34,9 +35,32 @@ pub fn write(folder: &Path, result: &CellResult) -> anyhow::Result<()> {
 
 /// The result of this identity, if it is there and whole.
 pub fn read(folder: &Path, identity: &str) -> Option<CellResult> {
-    let bytes = std::fs::read(file(folder, identity)).ok()?;
-    let result: CellResult = serde_json::from_slice(&bytes).ok()?;
-    (result.identity == identity).then_some(result)
+    read_file(&file(folder, identity)).ok()
+}
+
+/// The result in a file.
+pub fn read_file(path: &Path) -> anyhow::Result<CellResult> {
+    let bytes = input::read(path, input::TEXT).with_context(|| format!("cannot read {}", path.display()))?;
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    parse(&bytes, &stem)
+        .with_context(|| format!("{} is no result of a cell; measure it again", path.display()))
+}
+
+/// The result in the bytes of a file of this stem. Its names lead nowhere but into the folder of the file: the identity is
+/// the stem, 16 hexadecimal digits, and pictures are PNGs beside it.
+pub fn parse(bytes: &[u8], stem: &str) -> anyhow::Result<CellResult> {
+    let result: CellResult = serde_json::from_slice(bytes)?;
+    let CellResult { identity, error, .. } = &result;
+    let is_digit = |digit: u8| digit.is_ascii_digit() || (b'a'..=b'f').contains(&digit);
+    let is_hash = identity.len() == 16 && identity.bytes().all(is_digit);
+    ensure!(is_hash && identity == stem, "its identity {identity:?} is not its name, 16 hexadecimal digits");
+    let pictures = error.iter().flat_map(|error| [&error.picture, &error.error_map, &error.reference]);
+    for name in pictures.flatten() {
+        let is_plain = name.chars().all(|letter| letter.is_ascii_alphanumeric() || "-_.".contains(letter));
+        let is_picture = is_plain && name.ends_with(".png") && !name.starts_with('.');
+        ensure!(is_picture, "its picture {name:?} is not the name of a PNG beside it");
+    }
+    Ok(result)
 }
 
 /// All results of a folder in the order of their identities; a file that is none is an error.
@@ -49,11 +73,7 @@ pub fn read_all(folder: &Path) -> anyhow::Result<Vec<CellResult>> {
         |path: &PathBuf| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
     paths.retain(|path| path.extension().is_some_and(|extension| extension == "json") && !hidden(path));
     paths.sort();
-    let of = |path: &PathBuf| {
-        let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
-        serde_json::from_slice(&bytes).with_context(|| format!("{} is no result of a cell", path.display()))
-    };
-    paths.iter().map(of).collect()
+    paths.iter().map(|path| read_file(path)).collect()
 }
 
 /// Where a measure of now comes from.

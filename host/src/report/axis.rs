@@ -44,6 +44,8 @@ impl Axis {
                 // A tenth on both sides; a single value stands in the middle of a factor of two.
                 let room = (0.08 * (high / low).log10()).max(0.15 - 0.5 * (high / low).log10()).max(0.02);
                 (low, high) = (low / 10f64.powf(room), high * 10f64.powf(room));
+                // Of numbers at the end of what there is, the room is beyond it.
+                (low, high) = (low.max(f64::MIN_POSITIVE), high.min(f64::MAX));
             }
             Scale::Linear => {
                 low = low.min(0.0);
@@ -76,7 +78,11 @@ impl Axis {
     }
 }
 
-/// Ticks at 1 to 9 times the powers of ten; as many have numbers as there is room for.
+/// Most powers of ten that have a tick each.
+const MOST_POWERS: f64 = 12.0;
+
+/// Ticks at 1 to 9 times the powers of ten, or at every so many powers where those are many; as many have numbers as there
+/// is room for.
 pub fn log_ticks(low: f64, high: f64) -> Vec<Tick> {
     let decades = (high / low).log10();
     if decades < 0.45 {
@@ -88,8 +94,11 @@ pub fn log_ticks(low: f64, high: f64) -> Vec<Tick> {
         _ => &[1, 2, 3, 5, 7],
     };
     let mut ticks = Vec::new();
-    for power in low.log10().floor() as i32..=high.log10().ceil() as i32 {
-        for digit in 1..10 {
+    // A ratio beyond all numbers gives the largest step.
+    let step = (decades / MOST_POWERS).ceil().clamp(1.0, 100.0) as usize;
+    let digits = if step == 1 { 1..10 } else { 1..2 };
+    for power in (low.log10().floor() as i32..=high.log10().ceil() as i32).step_by(step) {
+        for digit in digits.clone() {
             let value = f64::from(digit) * 10f64.powi(power);
             if (low..=high).contains(&value) {
                 ticks.push(Tick { value, labelled: labelled.contains(&digit) });
@@ -104,9 +113,15 @@ pub fn linear_ticks(low: f64, high: f64, count: u32) -> Vec<Tick> {
     let rough = (high - low) / f64::from(count);
     let power = 10f64.powf(rough.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].into_iter().find(|step| step * power >= rough).unwrap_or(10.0) * power;
+    if !step.is_normal() {
+        return Vec::new();
+    }
     let first = (low / step - 1e-9).ceil() as i64;
     let last = (high / step + 1e-9).floor() as i64;
-    (first..=last).map(|index| Tick { value: index as f64 * step, labelled: true }).collect()
+    (first..=last)
+        .take(2 * count as usize)
+        .map(|index| Tick { value: index as f64 * step, labelled: true })
+        .collect()
 }
 
 #[cfg(test)]
@@ -138,6 +153,22 @@ mod tests {
                 assert!(labels.iter().all(|value| (low * 0.999..=low * span * 1.001).contains(value)));
             }
         }
+    }
+
+    #[test]
+    fn a_range_of_all_numbers_has_a_few_ticks() {
+        let (least, most) = (f64::MIN_POSITIVE, f64::MAX);
+        for (low, high) in [(1e-300, 0.5), (5e-324, 1.0), (least, most), (1e307, most), (least, 2.0 * least)]
+        {
+            for scale in [Scale::Log, Scale::Linear] {
+                let axis = Axis::around(scale, [low, high].into_iter(), 0.0, 100.0).unwrap();
+                let ticks = axis.ticks();
+                assert!(ticks.len() < 120, "{low} to {high}: {} ticks", ticks.len());
+                assert!(ticks.iter().all(|tick| axis.place(tick.value).is_finite()), "{low} to {high}");
+            }
+        }
+        assert!((3..=13).contains(&labels_of(1e-300, 0.5).len()));
+        assert!(linear_ticks(0.0, 5e-324, 6).is_empty());
     }
 
     fn labels_of(low: f64, high: f64) -> Vec<f64> {

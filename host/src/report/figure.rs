@@ -154,9 +154,14 @@ impl Figure {
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} \
              {height}\">{}</svg>\n",
-            content.into_string()
+            content.into_string().replace(is_forbidden, "\u{fffd}")
         )
     }
+}
+
+/// Whether XML has no place for a character, not even escaped.
+fn is_forbidden(letter: char) -> bool {
+    (letter < ' ' && !"\t\n\r".contains(letter)) || "\u{fffe}\u{ffff}".contains(letter)
 }
 
 /// The style of a file, which has no page around it.

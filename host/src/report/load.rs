@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 
 use crate::experiment::result::CellResult;
+use crate::experiment::store;
 
 /// A cell that was measured, and the folder of its file.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,15 +79,14 @@ fn files(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
 }
 
 fn read(path: &Path) -> anyhow::Result<Measured> {
-    let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
-    let result = serde_json::from_slice(&bytes)
-        .with_context(|| format!("{} is no result of a cell; measure it again", path.display()))?;
-    Ok(Measured { result, folder: path.parent().unwrap_or(Path::new("")).into() })
+    Ok(Measured { result: store::read_file(path)?, folder: path.parent().unwrap_or(Path::new("")).into() })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const A: &str = "000000000000000a";
 
     fn write(folder: &Path, name: &str, result: &CellResult) {
         std::fs::create_dir_all(folder.join("cells")).unwrap();
@@ -96,14 +96,14 @@ mod tests {
     #[test]
     fn damaged_files_are_named() {
         let folder = tempfile::tempdir().unwrap();
-        let whole = CellResult { identity: "a".into(), ..CellResult::default() };
-        write(folder.path(), "a.json", &whole);
+        let whole = CellResult { identity: A.into(), ..CellResult::default() };
+        write(folder.path(), "000000000000000a.json", &whole);
         assert_eq!(load(&[folder.path().into()]).unwrap().0.len(), 1);
-        let damaged = folder.path().join("cells/b.json");
+        let damaged = folder.path().join("cells/000000000000000b.json");
         for bytes in [&b"{\"identity\": \"b\""[..], b"{}", b"", b"[1]", b"\xff\xfe"] {
             std::fs::write(&damaged, bytes).unwrap();
             let error = format!("{:#}", load(&[folder.path().into()]).unwrap_err());
-            assert!(error.contains("b.json"), "{error}");
+            assert!(error.contains("000000000000000b.json"), "{error}");
         }
     }
 
@@ -124,10 +124,10 @@ mod tests {
     fn the_later_of_two_measures_counts() {
         let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
         let paths = folders.each_ref().map(|folder| folder.path().to_path_buf());
-        let mut result = CellResult { identity: "a".into(), ..CellResult::default() };
+        let mut result = CellResult { identity: A.into(), ..CellResult::default() };
         for (path, unix_s) in paths.iter().zip([20, 10]) {
             result.provenance.unix_s = unix_s;
-            write(path, "a.json", &result);
+            write(path, "000000000000000a.json", &result);
         }
         for folders in [[paths[0].clone(), paths[1].clone()], [paths[1].clone(), paths[0].clone()]] {
             let (cells, warnings) = load(&folders).unwrap();

@@ -8,6 +8,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
 
+use crate::input;
+
 /// A picture that is in the report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Picture {
@@ -53,7 +55,7 @@ impl Pictures {
         if let Some(known) = self.known.get(path) {
             return Ok(*known);
         }
-        let picture = match std::fs::read(path) {
+        let picture = match input::read(path, input::PICTURE) {
             Ok(bytes) => Some(self.add(path, bytes)?),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
                 self.missing.push(path.into());

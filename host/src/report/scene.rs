@@ -23,19 +23,22 @@ pub fn scenes(cells: &[Measured]) -> Vec<Scene<'_>> {
         let (name, camera) = key(&chunk[0]);
         let alone = chunks.iter().filter(|other| key(&other[0]).0 == name).count() == 1;
         let title = if alone { name } else { format!("{name}, camera {camera}") };
-        let mut slug = slug(&title);
-        if scenes.iter().any(|scene| scene.slug == slug) {
-            slug = format!("{slug}-{}", scenes.len() + 1);
-        }
+        let stem = slug(&title);
+        let numbered = (scenes.len() + 1..).map(|number| format!("{stem}-{number}"));
+        let mut names = [stem.clone()].into_iter().chain(numbered);
+        let slug = names.find(|name| scenes.iter().all(|scene| scene.slug != *name)).unwrap_or(stem);
         scenes.push(Scene { title, slug, cells: chunk.iter().collect() });
     }
     scenes
 }
 
+/// Most letters of a name for files: file systems have 255 bytes for it and what is added.
+const MOST_LETTERS: usize = 120;
+
 /// A name for files: lower-case letters, digits and single dashes.
 fn slug(name: &str) -> String {
     let kept = |letter: char| if letter.is_ascii_alphanumeric() { letter.to_ascii_lowercase() } else { '-' };
-    let text: String = name.chars().map(kept).collect();
+    let text: String = name.chars().map(kept).take(MOST_LETTERS).collect();
     let parts: Vec<&str> = text.split('-').filter(|part| !part.is_empty()).collect();
     if parts.is_empty() { "scene".into() } else { parts.join("-") }
 }
@@ -106,6 +109,12 @@ mod tests {
         cells[2].result.cell.camera = "other".into();
         let slugs: Vec<String> = scenes(&cells).into_iter().map(|scene| scene.slug).collect();
         assert_eq!(slugs, ["a-b-c", "a-b-c-2", "scene"]);
+        cells[0].result.cell.scene = "A b c 2".into();
+        cells[2].result.cell.scene = "a b  c".into();
+        let slugs: Vec<String> = scenes(&cells).into_iter().map(|scene| scene.slug).collect();
+        assert_eq!(slugs, ["a-b-c-2", "a-b-c", "a-b-c-3"]);
+        assert_eq!(slug(&"long ".repeat(99)).len(), MOST_LETTERS - 1);
+        cells[2].result.cell.scene = "日本".into();
         cells[1].result.cell.scene = "日本".into();
         let titles: Vec<String> = scenes(&cells).into_iter().map(|scene| scene.title).collect();
         assert_eq!(titles[1..], ["日本, camera main", "日本, camera other"]);

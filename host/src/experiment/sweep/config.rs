@@ -11,6 +11,9 @@ use crate::method::Method;
 use crate::method::filter::Filter;
 use crate::method::history::History;
 
+/// Most cells of a file, counted before any is left out.
+const MOST_CELLS: u64 = 1_000_000;
+
 /// The whole file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -133,10 +136,18 @@ impl Config {
         if last.is_none_or(|last| (self.seed..=last).contains(&SEED)) {
             return Err(format!("seed = {}: references have the seed {SEED}; give another", self.seed));
         }
+        let mut count = 0_u64;
         for matrix in &self.matrix {
             let start = matrix.span().start.min(text.len());
             let line = 1 + text.as_bytes()[..start].iter().filter(|byte| **byte == b'\n').count();
             let matrix = matrix.get_ref();
+            count = count.saturating_add(matrix.count());
+            if count > MOST_CELLS {
+                return Err(format!(
+                    "line {line}, [[matrix]]: its lists make {count} cells with those before it, and at most {MOST_CELLS} \
+                     are measured; share them out among files"
+                ));
+            }
             let given = [
                 matrix.light_paths.is_some(),
                 matrix.paths_per_pixel.is_some(),
@@ -154,6 +165,28 @@ impl Config {
             }
         }
         Ok(())
+    }
+}
+
+impl MatrixTable {
+    /// Combinations of its lists.
+    fn count(&self) -> u64 {
+        let paths = |length: Option<usize>| length.unwrap_or(1);
+        let lengths = [
+            self.scene.0.len(),
+            self.method.0.len(),
+            self.gather.len().max(1),
+            self.history.0.len(),
+            self.filter.0.len(),
+            paths(self.light_paths.as_ref().map(|paths| paths.0.len())),
+            paths(self.paths_per_pixel.as_ref().map(|paths| paths.0.len())),
+            self.size.len().max(1),
+            self.radius_px.0.len(),
+            self.max_bounces.0.len(),
+            self.runner.0.len(),
+            self.needs.0.len(),
+        ];
+        lengths.into_iter().fold(1, |count: u64, length| count.saturating_mul(length as u64))
     }
 }
 
@@ -235,6 +268,15 @@ mod tests {
             let error = Config::parse(&GOOD.replacen(from, to, 1)).unwrap_err();
             assert!(error.contains(line) && error.contains(named), "{to}: {error}");
         }
+        let many = |count: usize| {
+            let values = |digit: &str| vec![digit; count].join(", ");
+            let lists =
+                format!("[{}]\nmax_bounces = [{}]\nradius_px = [{}]", values("1"), values("5"), values("1"));
+            Config::parse(&GOOD.replace("[1]", &lists))
+        };
+        assert!(many(100).is_ok());
+        let error = many(101).unwrap_err();
+        assert!(error.contains("line 5") && error.contains("1030301 cells"), "{error}");
         assert!(Config::parse(&GOOD.replace("[time]\nwidth = 64\nheight = 36\n", "")).is_err());
     }
 }

@@ -1,5 +1,8 @@
 //! The cells of a sweep's file, each once, with what they are known by.
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+
 use anyhow::Context;
 
 use super::config::{Config, MatrixTable};
@@ -19,10 +22,6 @@ pub struct Part {
     pub scene: Scene,
     /// Name of the camera.
     pub camera: String,
-    /// Scene as it was given.
-    argument: String,
-    /// Camera as it was given.
-    asked: Option<String>,
     /// Width and height of the picture that is timed, if it is [px].
     pub timed_size: Option<(u32, u32)>,
     /// Hash of all that cells of the part share.
@@ -47,6 +46,7 @@ impl Expanded {
         runner: &mut dyn FnMut(&str) -> anyhow::Result<RunnerChoice>,
     ) -> anyhow::Result<Expanded> {
         let mut all = Expanded::default();
+        let mut known = BTreeMap::new();
         for matrix in &config.matrix {
             let matrix = matrix.get_ref();
             let names = matrix.runner.0.iter().map(|name| name.0.0);
@@ -59,14 +59,13 @@ impl Expanded {
                     }
                 }
                 for argument in &matrix.scene.0 {
-                    let known = |part: &&mut Part| {
-                        part.argument == *argument
-                            && part.asked == matrix.camera
-                            && part.timed_size == timed_size
-                    };
-                    match all.parts.iter_mut().find(known) {
-                        Some(part) => part.cells.extend(cells.iter().cloned()),
-                        None => {
+                    match known.entry((argument.clone(), matrix.camera.clone(), timed_size)) {
+                        Entry::Occupied(part) => {
+                            let part: &mut Part = &mut all.parts[*part.get()];
+                            part.cells.extend(cells.iter().cloned());
+                        }
+                        Entry::Vacant(place) => {
+                            place.insert(all.parts.len());
                             all.parts.push(Part::new(config, argument, matrix, timed_size, cells.clone())?);
                         }
                     }
@@ -95,15 +94,7 @@ impl Part {
         let camera =
             camera.with_context(|| format!("scene {argument} has no camera {}", name.unwrap_or("")))?;
         let camera = camera.name.clone();
-        let mut part = Part {
-            camera,
-            argument: argument.into(),
-            asked: matrix.camera.clone(),
-            timed_size,
-            view: String::new(),
-            scene,
-            cells,
-        };
+        let mut part = Part { camera, timed_size, view: String::new(), scene, cells };
         // What differs between cells is said by each of them.
         let first = posed(&part.scene, part.plan(config).time_of(config.first_frame))?;
         part.view = fnv1a(view(&first, &part.camera, &Settings::default()).bytes());

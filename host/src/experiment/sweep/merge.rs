@@ -7,6 +7,7 @@ use anyhow::Context;
 
 use crate::experiment::result::CellResult;
 use crate::experiment::store;
+use crate::input;
 use crate::output::target::Target;
 
 /// What became of the results of a folder.
@@ -54,10 +55,9 @@ fn rank(result: &CellResult) -> (usize, u64) {
 fn copy_pictures(from: &Path, to: &Path, result: &CellResult) -> anyhow::Result<()> {
     let Some(error) = &result.error else { return Ok(()) };
     for name in [&error.picture, &error.error_map, &error.reference].into_iter().flatten() {
-        let is_name = Path::new(name).file_name().is_some_and(|file| file == name.as_str());
-        anyhow::ensure!(is_name, "{} names a picture {name} elsewhere", result.identity);
         let (source, target) = (store::cells(from).join(name), store::cells(to).join(name));
-        let bytes = std::fs::read(&source).with_context(|| format!("cannot read {}", source.display()))?;
+        let bytes = input::read(&source, input::PICTURE)
+            .with_context(|| format!("cannot read {}", source.display()))?;
         Target::claim(&target, true)?.finish(&bytes)?;
     }
     Ok(())
@@ -68,10 +68,16 @@ mod tests {
     use super::*;
     use crate::experiment::result::{CellError, CellTime, Provenance};
 
-    fn result(identity: &str, unix_s: u64, is_whole: bool) -> CellResult {
+    /// The identity of a digit.
+    fn of(digit: &str) -> String {
+        format!("{digit:0>16}")
+    }
+
+    fn result(digit: &str, unix_s: u64, is_whole: bool) -> CellResult {
+        let identity = of(digit);
         let error = CellError { picture: Some(format!("{identity}.png")), ..CellError::default() };
         CellResult {
-            identity: identity.into(),
+            identity,
             time: is_whole.then(CellTime::default),
             error: Some(error),
             provenance: Provenance { unix_s, ..Provenance::default() },
@@ -107,7 +113,7 @@ mod tests {
         let merged = store::read_all(&out).unwrap();
         assert_eq!(merged, [&old[0], &new[1], &old[2], &old[3], &new[4]].map(Clone::clone));
         let pictures = ["1", "2", "3", "4", "5"]
-            .map(|name| std::fs::read_to_string(store::cells(&out).join(format!("{name}.png"))).unwrap());
+            .map(|name| std::fs::read_to_string(store::cells(&out).join(of(name) + ".png")).unwrap());
         assert_eq!(pictures, ["a", "b", "a", "a", "b"]);
         // Again, in the other order: the same.
         merge(&[b, a], &out).unwrap();
@@ -115,12 +121,36 @@ mod tests {
     }
 
     #[test]
-    fn pictures_outside_of_the_folder_are_refused() {
+    fn names_that_lead_out_of_the_folder_are_refused() {
         let root = tempfile::tempdir().unwrap();
         let [a, out] = ["a", "out"].map(|name| root.path().join(name));
-        let error = CellError { picture: Some("../x.png".into()), ..CellError::default() };
-        store::create(&a).unwrap();
-        store::write(&a, &CellResult { error: Some(error), ..result("1", 1, true) }).unwrap();
-        assert!(merge(&[a], &out).unwrap_err().to_string().contains("elsewhere"));
+        let picture = |name: &str| {
+            let error = CellError { picture: Some(name.into()), ..CellError::default() };
+            CellResult { error: Some(error), ..result("1", 1, true) }
+        };
+        let named = |identity: &str| CellResult { identity: identity.into(), ..result("1", 1, true) };
+        let precious = root.path().join("precious.json");
+        let absolute = root.path().join("precious");
+        std::fs::write(&precious, "precious").unwrap();
+        let results = [
+            (picture("../x.png"), "picture"),
+            (picture("/x.png"), "picture"),
+            (picture("x\\y.png"), "picture"),
+            (picture(".x.png"), "picture"),
+            (picture(&format!("{}.json", of("2"))), "picture"),
+            (named("../../precious"), "identity"),
+            (named(absolute.to_str().unwrap()), "identity"),
+            (named(&of("2")), "identity"),
+            (named("1"), "identity"),
+        ];
+        for (result, what) in results {
+            store::create(&a).unwrap();
+            let text = serde_json::to_vec(&result).unwrap();
+            std::fs::write(store::file(&a, &of("1")), text).unwrap();
+            let error = format!("{:#}", merge(std::slice::from_ref(&a), &out).unwrap_err());
+            assert!(error.contains(what) && error.contains(&of("1")), "{error}");
+            assert_eq!(store::cells(&out).read_dir().unwrap().count(), 0);
+        }
+        assert_eq!(std::fs::read(precious).unwrap(), b"precious");
     }
 }

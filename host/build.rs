@@ -1,4 +1,4 @@
-//! Tells the host whether the committed SPIR-V still is what the kernels' sources say.
+//! Tells the host whether the committed SPIR-V still is what the kernels' sources say, and what the host's own are.
 
 #[path = "../kernels/builder/src/fingerprint.rs"]
 mod fingerprint;
@@ -30,6 +30,10 @@ fn main() {
     let commit =
         commit.map_or("unknown".into(), |output| String::from_utf8_lossy(&output.stdout).trim().to_string());
     println!("cargo::rustc-env=CAUSTICS_COMMIT={commit}");
+    // By this a checkpoint knows the program that wrote it.
+    let host = fingerprint::fingerprint(Path::new("src")).unwrap_or(commit);
+    println!("cargo::rustc-env=CAUSTICS_HOST_HASH={host}");
+    println!("cargo::rerun-if-changed=src");
     println!("cargo::rerun-if-changed=../.git/HEAD");
     println!("cargo::rerun-if-changed=../.git/logs/HEAD");
 }

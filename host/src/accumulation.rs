@@ -122,19 +122,23 @@ impl Accumulation {
         self.sums.iter().chain([&self.squares]).map(Vec::as_slice)
     }
 
-    /// The same, to fill.
-    pub fn parts_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
-        self.sums.iter_mut().chain([&mut self.squares]).map(Vec::as_mut_slice)
-    }
-
-    /// Bytes that the sums of this shape take.
-    pub fn bytes(shape: &Shape) -> u128 {
+    /// Sums of this shape from numbers in the order of [`Accumulation::parts`]; none where there are more or fewer.
+    pub fn of(shape: Shape, mut values: impl ExactSizeIterator<Item = f64>) -> Option<Accumulation> {
         let per_pixel = if shape.gathers { 12 } else { 6 };
-        8 * per_pixel * shape.width as u128 * shape.height as u128
+        // Compared before memory is asked for.
+        let count = shape.width.checked_mul(shape.height)?.checked_mul(per_pixel)?;
+        if values.len() != count {
+            return None;
+        }
+        let mut sums = Accumulation::zero(shape);
+        for part in sums.sums.iter_mut().chain([&mut sums.squares]) {
+            part.iter_mut().zip(&mut values).for_each(|(sum, value)| *sum = value);
+        }
+        Some(sums)
     }
 
     /// Sums of this shape, at zero.
-    pub fn zero(shape: Shape) -> Accumulation {
+    fn zero(shape: Shape) -> Accumulation {
         let pixels = shape.width * shape.height;
         let split = if shape.gathers { pixels } else { 0 };
         let sums = [3 * pixels, 3 * split, split, split, split].map(|count| vec![0.0; count]);

@@ -1,23 +1,29 @@
 //! Checkpoints: an accumulation on disk, from which a run goes on to the same bits.
 //!
-//! A line of JSON (what the run is, shape, seconds spent), then the sums as little-endian f64.
+//! A sealed file: what the run is, shape and seconds spent, then the sums as little-endian f64.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
-use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::accumulation::{Accumulation, Shape};
+use crate::input;
 use crate::output::target::Target;
+use crate::sealed::{self, Unusable};
 
 /// What a run is: all that decides its bits, by name.
 pub type Identity = BTreeMap<String, String>;
+
+/// Kind of the file.
+const KIND: &str = "checkpoint";
+/// Most frames that a checkpoint is believed to hold: the rest of 32 bits is for those that follow.
+const MOST_FRAMES: u32 = 1 << 31;
+/// Longest time that it is believed to have taken [s].
+const MOST_SECONDS: f64 = 1e10;
 
 /// Why a checkpoint cannot be used.
 #[derive(Debug, Error)]
@@ -25,6 +31,22 @@ pub enum CheckpointError {
     /// There is none.
     #[error("--resume: there is no {}; leave --resume out to begin", .0.display())]
     Missing(PathBuf),
+    /// The system cannot read it.
+    #[error("--resume: cannot read {}: {source}", path.display())]
+    Read {
+        /// The checkpoint.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// It is damaged, or another version's.
+    #[error("--resume: {} {why}", path.display())]
+    Unusable {
+        /// The checkpoint.
+        path: PathBuf,
+        /// Why.
+        why: Unusable,
+    },
     /// It belongs to another run.
     #[error("--resume: {} belongs to another run: its {name} is {theirs:?}, not {ours:?}", path.display())]
     Other {
@@ -61,11 +83,11 @@ pub fn save(
     spent: Duration,
 ) -> anyhow::Result<()> {
     let head = Head { identity: identity.clone(), shape: accumulation.shape, seconds: spent.as_secs_f64() };
-    let mut bytes = serde_json::to_vec(&head)?;
-    bytes.push(b'\n');
-    for part in accumulation.parts() {
-        bytes.extend(part.iter().flat_map(|value| value.to_le_bytes()));
-    }
+    let bytes = sealed::seal(KIND, &head, |bytes| {
+        for part in accumulation.parts() {
+            bytes.extend(part.iter().flat_map(|value| value.to_le_bytes()));
+        }
+    })?;
     Ok(Target::claim(path, true)?.finish(&bytes)?)
 }
 
@@ -92,29 +114,44 @@ pub fn difference(ours: &Identity, theirs: &Identity) -> Option<Difference> {
     pairs.find(|pair| pair.ours != pair.theirs)
 }
 
-/// Reads a checkpoint of the run that this identity names, and the time that it took.
-pub fn load(path: &Path, identity: &Identity) -> anyhow::Result<(Accumulation, Duration)> {
-    let file = File::open(path).map_err(|_| CheckpointError::Missing(path.into()))?;
-    let mut reader = BufReader::new(file);
-    let damaged = || format!("{} is no whole checkpoint; remove it and begin anew", path.display());
-    let mut line = Vec::new();
-    reader.by_ref().take(1 << 20).read_until(b'\n', &mut line).with_context(damaged)?;
-    let head: Head = serde_json::from_slice(&line).with_context(damaged)?;
+/// Reads a checkpoint of the run that this identity names, whose sums have this shape but for their frames, and the time
+/// that it took.
+pub fn load(
+    path: &Path,
+    identity: &Identity,
+    shape: Shape,
+) -> Result<(Accumulation, Duration), CheckpointError> {
+    let bytes = input::read(path, input::PICTURE).map_err(|source| match source.kind() {
+        std::io::ErrorKind::NotFound => CheckpointError::Missing(path.into()),
+        _ => CheckpointError::Read { path: path.into(), source },
+    })?;
+    parse(path, &bytes, identity, shape)
+}
+
+/// The same from the bytes of a file.
+pub fn parse(
+    path: &Path,
+    bytes: &[u8],
+    identity: &Identity,
+    shape: Shape,
+) -> Result<(Accumulation, Duration), CheckpointError> {
+    let unusable = |why| CheckpointError::Unusable { path: path.into(), why };
+    let damaged = |what: &str| unusable(Unusable::damaged(what));
+    let (head, payload) = sealed::open::<Head>(KIND, bytes).map_err(unusable)?;
     if let Some(Difference { name, theirs, ours }) = difference(identity, &head.identity) {
-        return Err(CheckpointError::Other { path: path.into(), name, theirs, ours }.into());
+        return Err(CheckpointError::Other { path: path.into(), name, theirs, ours });
     }
-    // The file's length vouches for the size before memory is asked for.
-    let rest = reader.get_ref().metadata()?.len().saturating_sub(line.len() as u64);
-    anyhow::ensure!(Accumulation::bytes(&head.shape) == u128::from(rest), damaged());
-    let mut accumulation = Accumulation::zero(head.shape);
-    for part in accumulation.parts_mut() {
-        for value in part {
-            let mut bytes = [0; 8];
-            reader.read_exact(&mut bytes).with_context(damaged)?;
-            *value = f64::from_le_bytes(bytes);
-        }
+    let Head { shape: theirs, seconds, .. } = head;
+    if theirs != (Shape { frames: theirs.frames, ..shape }) {
+        return Err(damaged("its size is not that of its settings"));
     }
-    Ok((accumulation, Duration::try_from_secs_f64(head.seconds).unwrap_or_default()))
+    if !(1..=MOST_FRAMES).contains(&theirs.frames) || !(0.0..=MOST_SECONDS).contains(&seconds) {
+        return Err(damaged("no run has its number of frames or seconds"));
+    }
+    let (values, rest) = payload.as_chunks::<8>();
+    let values = values.iter().map(|value| f64::from_le_bytes(*value));
+    let sums = Accumulation::of(theirs, values).filter(|_| rest.is_empty());
+    Ok((sums.ok_or_else(|| damaged("its sums are too many or too few"))?, Duration::from_secs_f64(seconds)))
 }
 
 #[cfg(test)]
@@ -134,12 +171,15 @@ mod tests {
         Identity::from([("seed".into(), seed.into())])
     }
 
+    /// That of the sums, whatever their frames.
+    const SHAPE: Shape = Shape { width: 3, height: 2, frames: 0, gathers: false };
+
     #[test]
     fn what_is_saved_is_loaded() {
         let folder = tempfile::tempdir().unwrap();
         let path = path_of(&folder.path().join("a.exr"));
         save(&path, &identity("1"), &sums(), Duration::from_secs(3)).unwrap();
-        assert_eq!(load(&path, &identity("1")).unwrap(), (sums(), Duration::from_secs(3)));
+        assert_eq!(load(&path, &identity("1"), SHAPE).unwrap(), (sums(), Duration::from_secs(3)));
         assert!(path.ends_with("a.exr.checkpoint"));
     }
 
@@ -147,15 +187,47 @@ mod tests {
     fn other_runs_and_damaged_files_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a");
-        assert!(load(&path, &identity("1")).unwrap_err().to_string().contains("there is no"));
+        let error = || load(&path, &identity("1"), SHAPE).unwrap_err().to_string();
+        assert!(error().contains("there is no"));
+        save(&path, &identity("2"), &sums(), Duration::ZERO).unwrap();
+        assert!(error().contains("its seed is \"2\", not \"1\""), "{}", error());
         save(&path, &identity("1"), &sums(), Duration::ZERO).unwrap();
-        let error = load(&path, &identity("2")).unwrap_err().to_string();
-        assert!(error.contains("its seed is \"1\", not \"2\""), "{error}");
         let bytes = std::fs::read(&path).unwrap();
-        for short in [0, 10, bytes.len() - 1] {
-            std::fs::write(&path, &bytes[..short]).unwrap();
-            let error = load(&path, &identity("1")).unwrap_err().to_string();
-            assert!(error.contains("no whole checkpoint"), "{error}");
+        for damaged in [&bytes[..0], &bytes[..10], &bytes[..bytes.len() - 1]] {
+            std::fs::write(&path, damaged).unwrap();
+            assert!(error().contains("is damaged"), "{}", error());
         }
+    }
+
+    /// A file whose checksum is right and whose head is not.
+    #[test]
+    fn crafted_heads_are_refused() {
+        let error = |shape: Shape, seconds: f64, values: usize| {
+            let head = Head { identity: identity("1"), shape, seconds };
+            let bytes = sealed::seal(KIND, &head, |bytes| bytes.resize(bytes.len() + 8 * values, 0)).unwrap();
+            parse(Path::new("a"), &bytes, &identity("1"), SHAPE).map(drop)
+        };
+        let fine = Shape { frames: 1, ..SHAPE };
+        assert!(error(fine, 1.0, 36).is_ok());
+        for (shape, seconds, values) in [
+            (Shape { width: 2, height: 3, ..fine }, 1.0, 36),
+            (Shape { width: 1, height: 6, ..fine }, 1.0, 36),
+            (Shape { width: 0, height: 0, ..fine }, 1.0, 0),
+            (Shape { width: 1 << 63, height: 1 << 62, ..fine }, 1.0, 0),
+            (Shape { gathers: true, ..fine }, 1.0, 72),
+            (Shape { frames: 0, ..fine }, 1.0, 36),
+            (Shape { frames: u32::MAX, ..fine }, 1.0, 36),
+            (fine, -1.0, 36),
+            (fine, 1e300, 36),
+            (fine, 1.0, 35),
+            (fine, 1.0, 37),
+        ] {
+            assert!(
+                error(shape, seconds, values).unwrap_err().to_string().contains("is damaged"),
+                "{shape:?}"
+            );
+        }
+        let huge = Shape { width: 1 << 63, height: 1 << 62, ..fine };
+        assert!(Accumulation::of(huge, std::iter::empty::<f64>()).is_none());
     }
 }

@@ -11,6 +11,7 @@ pub mod device;
 pub mod identity;
 pub mod interrupt;
 pub mod job;
+mod keeper;
 pub mod merge;
 pub mod options;
 pub mod pick;

@@ -8,6 +8,11 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use crate::input;
+
+/// Most samples of a picture, those of all channels of all parts: 16 channels of the largest frame.
+const MOST_SAMPLES: u128 = 1 << 30;
+
 /// What the numbers of a picture mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Encoding {
@@ -57,15 +62,20 @@ pub enum ImageError {
 impl Channels {
     /// Reads a flat EXR file with any channels (16 or 32 bits), or a PNG file as `R`, `G`, `B`; the first bytes tell.
     pub fn read(path: &Path) -> Result<Channels, ImageError> {
-        let bytes = std::fs::read(path).map_err(|source| ImageError::Read { path: path.into(), source })?;
-        let decoded = if bytes.starts_with(&exr::MAGIC) {
-            exr::decode(&bytes)
+        let read = input::read(path, input::PICTURE);
+        let bytes = read.map_err(|source| ImageError::Read { path: path.into(), source })?;
+        Channels::decode(&bytes).map_err(|what| ImageError::Damaged { path: path.into(), what })
+    }
+
+    /// The same from the bytes of a file; an error says what is wrong with them.
+    pub fn decode(bytes: &[u8]) -> Result<Channels, String> {
+        if bytes.starts_with(&exr::MAGIC) {
+            exr::decode(bytes)
         } else if bytes.starts_with(png::MAGIC) {
-            png::decode(&bytes)
+            png::decode(bytes)
         } else {
             Err("it is neither an EXR nor a PNG file".into())
-        };
-        decoded.map_err(|what| ImageError::Damaged { path: path.into(), what })
+        }
     }
 
     /// The red, green and blue channel of a layer: `R` or `NAME.R` and so on; a layer of one channel `NAME` is grey.
@@ -96,6 +106,19 @@ impl Channels {
         }
         names
     }
+}
+
+/// Refuses a picture of more samples than can be, or than there is room for, before it is decoded: a header of few bytes
+/// may speak of any number.
+fn check_samples(samples: u128) -> Result<(), String> {
+    if samples > MOST_SAMPLES {
+        return Err(format!(
+            "it has {samples} samples in all its channels, and at most {MOST_SAMPLES} are read"
+        ));
+    }
+    let bytes = samples as usize * size_of::<f32>();
+    let room = Vec::<u8>::new().try_reserve_exact(bytes);
+    room.map_err(|_| format!("there is no room for the {bytes} bytes of its samples"))
 }
 
 #[cfg(test)]

@@ -21,6 +21,7 @@ pub mod picture;
 pub mod report;
 pub mod runner;
 pub mod scene;
+pub mod sealed;
 pub mod session;
 pub mod trace_rate;
 pub mod upload;

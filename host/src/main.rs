@@ -1,5 +1,7 @@
 //! The command line of caustics.
 
+#![forbid(unsafe_code)]
+
 use std::process::ExitCode;
 
 use caustics::checkpoint::CheckpointError;
@@ -36,7 +38,7 @@ fn main() -> ExitCode {
 /// 2 for what the command line got wrong, 4 for a device that is not there, else 1.
 fn exit_code(error: &anyhow::Error) -> u8 {
     let usage = error.is::<cli::Usage>()
-        || matches!(error.downcast_ref(), Some(TargetError::Exists(_)))
+        || error.downcast_ref().is_some_and(TargetError::is_usage)
         || matches!(error.downcast_ref(), Some(SceneError::Unknown { .. } | SceneError::NotMade { .. }))
         || error.is::<CheckpointError>();
     if usage {

@@ -2,5 +2,6 @@
 
 pub mod attributes;
 pub mod exr;
+pub mod lock;
 pub mod png;
 pub mod target;

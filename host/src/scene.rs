@@ -18,6 +18,7 @@ use crate::hash::fnv1a;
 pub use self::camera::SceneCamera;
 pub use self::error::SceneError;
 pub use self::find::{MADE, names, resolve};
+pub use self::gltf::files::files;
 use self::motion::Motion;
 use self::moving::MovingMesh;
 pub use self::punctual::{LightShape, PunctualLight};

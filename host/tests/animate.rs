@@ -232,11 +232,8 @@ fn an_interrupted_or_killed_run_goes_on_from_its_state() {
         let frames = rendered(&report);
         assert!(frames[0].0 + 2 > done as u64 && frames.len() <= 4, "{scene}: {frames:?} of {done}");
         assert!(!desk.path("f/animation.state").exists());
-        for name in desk.names().iter().filter(|name| name.starts_with('.')) {
-            // What a killed run was about to write.
-            assert_eq!(signal, "KILL", "{name}");
-            std::fs::remove_file(desk.path("f").join(name)).unwrap();
-        }
+        // Nothing is left of what a killed run was about to write.
+        assert!(desk.names().iter().all(|name| !name.starts_with('.')), "{:?}", desk.names());
         let whole = Desk::new();
         whole.animate(scene, &options);
         assert_same(&desk, &whole);
@@ -263,6 +260,11 @@ fn a_state_helps_only_frames_behind_it_and_of_its_run() {
     for name in desk.names() {
         desk.remove(&[&name]);
     }
+    let mut flipped = state.clone();
+    let middle = flipped.len() / 2;
+    flipped[middle] ^= 1;
+    std::fs::write(desk.path("f/animation.state"), &flipped).unwrap();
+    desk.refuses(scene, &["--frames", "0..2"], &["animation.state", "is damaged", "remove it"]);
     std::fs::write(desk.path("f/animation.state"), &state).unwrap();
     desk.refuses(scene, &["--frames", "0..2", "--seed", "1"], &["animation.state", "seed", "--force"]);
     assert_eq!(desk.names(), ["animation.state"]);
@@ -413,4 +415,47 @@ fn a_video_is_made_of_the_pngs() {
     let (code, stderr) = video("1..4");
     assert!(code == Some(1) && stderr.contains("ffmpeg failed: broken"), "{stderr}");
     assert!(!desk.path("f/animation.mp4").exists() && desk.names().iter().all(|name| !name.starts_with('.')));
+}
+
+#[test]
+fn damaged_frames_are_rendered_anew_to_the_same_bytes() {
+    let desk = Desk::new();
+    let options = ["--frames", "0..4", "--history", "none"];
+    desk.animate("animated-light", &options);
+    let whole = desk.files();
+    // One is cut off behind its header, of another a bit of its last pixels is flipped.
+    let cut = &whole["01.exr"];
+    std::fs::write(desk.path("f/01.exr"), &cut[..3 * cut.len() / 4]).unwrap();
+    let mut flipped = whole["03.exr"].clone();
+    let at = flipped.len() - 9;
+    flipped[at] ^= 4;
+    std::fs::write(desk.path("f/03.exr"), &flipped).unwrap();
+    let (code, stdout, stderr) = desk.run("animated-light", &[&options[..], &["--json"]].concat());
+    assert_eq!(code, 0, "{stderr}");
+    assert!(stderr.contains("01.exr is damaged and rendered anew; 2 of the frames"), "{stderr}");
+    assert_eq!(rendered(&serde_json::from_str(&stdout).unwrap()), [(1, true), (3, true)]);
+    assert!(desk.files() == whole);
+}
+
+#[cfg(unix)]
+#[test]
+fn two_runs_do_not_write_one_animation() {
+    let desk = Desk::new();
+    let mut first = std::process::Command::new(BINARY)
+        .current_dir(desk.0.path())
+        .args(["animate", "animated-light", "-o", "f/##.exr", "--frames", "0..100000"])
+        .args(TINY)
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let start = Instant::now();
+    while !desk.path("f/00.exr").exists() {
+        assert!(start.elapsed() < Duration::from_secs(100), "there are no frames");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let (code, _, stderr) = desk.run("animated-light", &["--frames", "0..2"]);
+    assert!(code == 1 && stderr.contains("another run writes f/animation.state"), "{code}: {stderr}");
+    first.kill().unwrap();
+    first.wait().unwrap();
+    desk.animate("animated-light", &["--frames", "0..2"]);
 }

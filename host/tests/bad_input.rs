@@ -477,3 +477,89 @@ fn a_method_that_learns_is_not_resumed() {
     );
     assert_eq!(run.code, Some(0), "{}", run.stderr);
 }
+
+#[test]
+fn a_name_that_speaks_of_another_kind_of_file_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let render = |options: &[&str], words: &[&str]| {
+        refuses(folder.path(), &[&["render", "ring"], options, &TINY[..]].concat(), 2, words);
+    };
+    render(&["-o", "a.png"], &["-o a.png", "EXR", ".exr"]);
+    render(&["-o", "a.PNG"], &["-o a.PNG", ".exr"]);
+    render(&["-o", "a.exr", "--png", "b.exr"], &["--png b.exr", "PNG", ".png"]);
+    refuses(folder.path(), &["merge", "a.exr", "b.exr", "-o", "c.png"], 2, &["-o c.png", ".exr"]);
+    refuses(folder.path(), &["compare", "a.exr", "b.exr", "--map", "c.exr"], 2, &["--map c.exr", ".png"]);
+}
+
+#[test]
+fn force_overwrites_no_file_of_the_scene() {
+    let mut scene = Scene::new("textured-room");
+    scene.json["buffers"][0]["uri"] = json!("a%20buffer.exr");
+    scene.write();
+    std::fs::rename(scene.path().join("scene.bin"), scene.path().join("a buffer.exr")).unwrap();
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/textured-room");
+    for file in ["tiles.png", "bricks.png", "rings.png", "leaves.png", "panes.png"] {
+        std::fs::copy(source.join(file), scene.path().join(file)).unwrap();
+    }
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("a buffer.exr", scene.path().join("link.exr")).unwrap();
+        std::fs::hard_link(scene.path().join("tiles.png"), scene.path().join("hard.png")).unwrap();
+    }
+    let links = if cfg!(unix) { &[["link.exr", "b.png"], ["b.exr", "hard.png"]][..] } else { &[] };
+    for &[exr, png] in
+        [["a buffer.exr", "b.png"], ["./a buffer.exr", "b.png"], ["b.exr", "tiles.png"]].iter().chain(links)
+    {
+        let render = ["render", "scene.gltf", "--force", "-o", exr, "--png", png];
+        refuses(scene.path(), &[&render[..], &TINY].concat(), 2, &["is a file of the scene", "another name"]);
+    }
+    // Of an animation each frame has a name.
+    std::fs::rename(scene.path().join("a buffer.exr"), scene.path().join("01.exr")).unwrap();
+    scene.json["buffers"][0]["uri"] = json!("01.exr");
+    std::fs::write(scene.path().join("scene.gltf"), serde_json::to_vec(&scene.json).unwrap()).unwrap();
+    let animate = ["animate", "scene.gltf", "--force", "-o", "##.exr", "--frames", "0..3"];
+    refuses(scene.path(), &[&animate[..], &TINY].concat(), 2, &["01.exr is a file of the scene"]);
+    assert_eq!(std::fs::read(scene.path().join("01.exr")).unwrap(), scene.binary);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_that_leads_nowhere_is_refused_before_anything_is_rendered() {
+    let folder = tempfile::tempdir().unwrap();
+    std::os::unix::fs::symlink("nowhere", folder.path().join("out.exr")).unwrap();
+    // The scene is not even looked for.
+    render_refuses(folder.path(), "missing.gltf", &[], 2, &["out.exr is a link", "--force"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn inputs_that_never_end_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("pipe");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    std::fs::create_dir_all(folder.path().join("results/cells")).unwrap();
+    std::os::unix::fs::symlink("/dev/zero", folder.path().join("zero.exr.checkpoint")).unwrap();
+    std::os::unix::fs::symlink(&pipe, folder.path().join("pipe.exr.checkpoint")).unwrap();
+    for input in ["pipe", "/dev/zero"] {
+        let words = [input, "not a file"];
+        refuses(folder.path(), &["compare", input, input], 1, &words);
+        refuses(folder.path(), &["merge", input, input, "-o", "out.exr"], 1, &words);
+        refuses(folder.path(), &["sweep", input, "-o", "out"], 1, &words);
+        let cell = folder.path().join("results/cells/0000000000000001.json");
+        std::os::unix::fs::symlink(folder.path().join(input), &cell).unwrap();
+        refuses(
+            folder.path(),
+            &["report", "results", "-o", "r.html"],
+            1,
+            &["0000000000000001.json", "not a file"],
+        );
+        refuses(folder.path(), &["sweep", "--merge", "results", "-o", "results"], 1, &["not a file"]);
+        std::fs::remove_file(&cell).unwrap();
+    }
+    for out in ["zero.exr", "pipe.exr"] {
+        let resume =
+            [&["reference", "ring", "-o", out, "--resume"], &TINY[..2], &["--runner", "cpu"]].concat();
+        let run = caustics(folder.path(), &resume);
+        assert!(run.code == Some(2) && run.stderr.contains("not a file"), "{}", run.stderr);
+    }
+}

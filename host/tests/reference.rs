@@ -121,7 +121,10 @@ fn an_interrupted_or_killed_reference_goes_on_to_the_same_bits() {
         let refused = caustics(folder.path(), &part);
         assert_eq!(refused.code, Some(2), "{}", refused.stderr);
 
+        std::fs::write(folder.path().join(".caustics-killed"), "part").unwrap();
         run(folder.path(), &[&part[..], &["--resume", "--threads", "1"]].concat());
+        // Neither a lock nor what a killed run was about to write.
+        assert_eq!(files(folder.path()), ["part.exr", "whole.exr"], "after {signal}");
         let resumed = channels(folder.path(), "part.exr");
         assert_eq!(whole.channels, resumed.channels, "after {signal}");
         assert!(!folder.path().join("part.exr.checkpoint").exists());
@@ -280,4 +283,128 @@ fn what_no_path_can_find_is_said() {
     let lit = ["reference", "lit.gltf", "-o", "b.exr", "--spp", "2"];
     let run = self::run(folder.path(), &[&lit[..], &TINY].concat());
     assert!(run.stderr.contains("--method progressive sees them"), "{}", run.stderr);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_damaged_checkpoint_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let endless = [&["reference", "ring", "-o", "a.exr", "--spp", "100000000"], &TINY[..]].concat();
+    end_early(
+        folder.path(),
+        &[&endless[..], &["--checkpoint-every", "0.01"]].concat(),
+        "a.exr.checkpoint",
+        "KILL",
+    );
+    let checkpoint = folder.path().join("a.exr.checkpoint");
+    let whole = std::fs::read(&checkpoint).unwrap();
+    let goes_on = [&["reference", "ring", "-o", "a.exr", "--spp", "2", "--resume"], &TINY[..]].concat();
+    let payload = whole.len() - 4 - 8 * 6 * 32 * 18;
+    for (at, bit) in [(3, 0), (payload / 2, 4), (payload, 0), (payload + 4007, 6), (whole.len() - 1, 7)] {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 1 << bit;
+        std::fs::write(&checkpoint, &bytes).unwrap();
+        let refused = caustics(folder.path(), &goes_on);
+        assert_eq!(refused.code, Some(2), "byte {at}: {}", refused.stderr);
+        assert!(refused.stderr.contains("a.exr.checkpoint is damaged"), "{}", refused.stderr);
+        assert!(!folder.path().join("a.exr").exists());
+    }
+    std::fs::write(&checkpoint, &whole).unwrap();
+    run(folder.path(), &goes_on);
+}
+
+/// Starts a run that does not end by itself, and waits until it is ready.
+#[cfg(unix)]
+fn start(folder: &Path, arguments: &[&str]) -> (std::process::Child, impl Iterator<Item = String> + use<>) {
+    use std::io::{BufRead, BufReader};
+    let mut child = std::process::Command::new(BINARY)
+        .current_dir(folder)
+        .args(arguments)
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    lines.find(|line| line.contains("method path")).expect("the line that comes when all is ready");
+    (child, lines)
+}
+
+#[cfg(unix)]
+#[test]
+fn two_runs_do_not_write_one_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let endless = [&["reference", "ring", "-o", "a.exr", "--spp", "100000000"], &TINY[..]].concat();
+    let (mut first, _lines) = start(folder.path(), &endless);
+    let second = [&["reference", "ring", "-o", "./a.exr", "--spp", "2", "--force"], &TINY[..]].concat();
+    let refused = caustics(folder.path(), &second);
+    assert_eq!(refused.code, Some(1), "{}", refused.stderr);
+    assert!(refused.stderr.contains("another run writes ./a.exr"), "{}", refused.stderr);
+    assert!(refused.stderr.contains(".caustics-a.exr.lock"), "{}", refused.stderr);
+    reference(folder.path(), "b.exr", &["--spp", "2"]);
+    // The system releases what a killed run held.
+    first.kill().unwrap();
+    first.wait().unwrap();
+    run(folder.path(), &second);
+    assert_eq!(files(folder.path()), ["a.exr", "b.exr"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_checkpoint_that_cannot_be_written_does_not_end_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = ["reference", "ring", "-o", "a.exr", "--seconds", "1", "--checkpoint-every", "0.3"];
+    let (mut child, lines) = start(folder.path(), &[&options[..], &TINY].concat());
+    // No file goes where a folder is.
+    std::fs::create_dir(folder.path().join("a.exr.checkpoint")).unwrap();
+    let said: Vec<String> = lines.collect();
+    let warnings = said.iter().filter(|line| line.contains("a checkpoint is not written"));
+    assert_eq!(warnings.count(), 1, "{said:?}");
+    assert_eq!(child.wait().unwrap().code(), Some(0), "{said:?}");
+    assert!(channels(folder.path(), "a.exr").channels["samples.count"][0] > 2.0);
+}
+
+#[test]
+fn texts_in_the_header_are_utf_8() {
+    let folder = tempfile::tempdir().unwrap();
+    let room = folder.path().join("büro");
+    std::fs::create_dir(&room).unwrap();
+    changed_room(&room, "raum.gltf", |_| {});
+    let file = "büro/raum.gltf";
+    run(folder.path(), &[&["reference", file, "-o", "a.exr", "--spp", "2"], &TINY[..]].concat());
+    let bytes = std::fs::read(folder.path().join("a.exr")).unwrap();
+    // As it stands in the file, and as it is read back.
+    assert!(bytes.windows(file.len()).any(|window| window == file.as_bytes()));
+    assert_eq!(channels(folder.path(), "a.exr").attributes["scene_file"], file);
+}
+
+#[test]
+fn equal_runs_are_equal_files_where_that_is_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |out: &str, epoch: Option<&str>| {
+        let mut command = Command::new(BINARY);
+        command.current_dir(folder.path()).args(["reference", "ring", "-o", out, "--spp", "2"]).args(TINY);
+        command.env_remove("SOURCE_DATE_EPOCH").envs(epoch.map(|epoch| ("SOURCE_DATE_EPOCH", epoch)));
+        command.assert().success();
+        std::fs::read(folder.path().join(out)).unwrap()
+    };
+    assert!(file("a.exr", Some("0")) == file("b.exr", Some("0")));
+    file("c.exr", None);
+    assert!(channels(folder.path(), "c.exr").attributes["seconds"].parse::<f64>().unwrap() > 0.0);
+    assert!(!channels(folder.path(), "a.exr").attributes.contains_key("seconds"));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_input_is_not_overwritten_through_a_link() {
+    let folder = tempfile::tempdir().unwrap();
+    reference(folder.path(), "a.exr", &["--spp", "2", "--seed", "1"]);
+    reference(folder.path(), "b.exr", &["--spp", "2", "--seed", "2"]);
+    std::os::unix::fs::symlink("a.exr", folder.path().join("link.exr")).unwrap();
+    let before = std::fs::read(folder.path().join("a.exr")).unwrap();
+    for (input, out) in [("link.exr", "a.exr"), ("a.exr", "link.exr")] {
+        let refused = caustics(folder.path(), &["merge", input, "b.exr", "-o", out, "--force"]);
+        assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+        assert!(refused.stderr.contains("one of the inputs"), "{}", refused.stderr);
+    }
+    assert_eq!(std::fs::read(folder.path().join("a.exr")).unwrap(), before);
 }

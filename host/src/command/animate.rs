@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use caustics::kernels;
+use caustics::output::lock::Lock;
 use caustics::scene::{self, Scene};
 use caustics::session::Session;
 use serde_json::json;
@@ -13,6 +14,7 @@ use self::record::{Record, sums};
 use self::run::Run;
 use super::identity::whatever_the_pose;
 use super::interrupt;
+use super::keeper::Keeper;
 use super::options::{camera, needs};
 use super::pick::pick;
 use super::say::say;
@@ -60,9 +62,11 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     );
     let folder = plan.pattern.folder();
     std::fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
+    // What a history keeps has one name for all runs.
+    let _lock = Lock::take(&plan.pattern.whole("state"))?;
     let shared = whatever_the_pose(&scene, &name, &plan.settings, plan.method, gather, &choice, &session);
     let identity = plan.identity(shared);
-    let mut run = Run { plan, scene, camera: name, session, identity };
+    let mut run = Run { plan, scene, camera: name, session, identity, keeper: Keeper::new("a state") };
     if common.force {
         run.forget()?;
     }

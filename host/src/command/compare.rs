@@ -11,6 +11,7 @@ use caustics::output::png;
 use caustics::output::target::Target;
 use serde_json::json;
 
+use super::options::{check_ending, same_file};
 use super::say::say;
 use crate::cli::{Compare, Limit, Usage};
 
@@ -77,16 +78,16 @@ fn check(options: &Compare) -> anyhow::Result<Option<Target>> {
     if !(-100.0..=100.0).contains(&options.exposure) {
         return Err(Usage(format!("--exposure {}: it must be -100 to 100 stops", options.exposure)).into());
     }
-    let same = |file: &Path, map: &Path| file == map || file.canonicalize().ok() == map.canonicalize().ok();
     let Some(map) = &options.map else { return Ok(None) };
     if map.is_dir() {
         return Err(Usage(format!("--map: {} is a folder; name a file in it", map.display())).into());
     }
-    if map.exists() && options.files.iter().any(|file| same(file, map)) {
+    if options.files.iter().any(|file| same_file(file, map)) {
         return Err(
             Usage(format!("--map {} would overwrite a picture that is compared", map.display())).into()
         );
     }
+    check_ending("--map", map, "png")?;
     Ok(Some(Target::claim(map, options.force)?))
 }
 

@@ -3,11 +3,13 @@
 use std::process::ExitCode;
 use std::time::Instant;
 
+use caustics::accumulation::Shape;
 use caustics::checkpoint;
 use caustics::energy::Energy;
 use caustics::kernels;
 use caustics::method::Method;
 use caustics::method::settings::Settings;
+use caustics::output::lock::Lock;
 use caustics::output::target::{Target, TargetError, remove};
 use caustics::output::{exr, png};
 use caustics::scene::{self, Scene};
@@ -19,7 +21,8 @@ use serde_json::json;
 use super::bar::bar;
 use super::identity::identity;
 use super::interrupt;
-use super::options::{camera, check_outputs, duration, needs, same_file};
+use super::keeper::Keeper;
+use super::options::{camera, check_outputs, check_scene_files, duration, needs};
 use super::pick::pick;
 use super::report::Report;
 use super::say::say;
@@ -64,12 +67,15 @@ impl Job {
         }
         let every = duration("--checkpoint-every", options.checkpoint_every)?;
         let file = scene::resolve(&options.scene)?;
-        if same_file(&options.output, &file) || options.png.as_ref().is_some_and(|png| same_file(png, &file))
-        {
-            return Err(Usage(format!("{} is the scene; give another name", file.display())).into());
+        let scene_files = scene::files(&file);
+        check_scene_files(&scene_files, "-o", &options.output)?;
+        if let Some(png) = &options.png {
+            check_scene_files(&scene_files, "--png", png)?;
         }
         let is_interrupted = interrupt::watch()?;
         let force = options.force || options.resume;
+        // Its checkpoint has one name for all runs.
+        let _lock = Lock::take(&options.output)?;
         let target = Target::claim(&options.output, force)?;
         let png_target = options.png.as_ref().map(|path| Target::claim(path, force)).transpose()?;
         let checkpoint = checkpoint::path_of(&options.output);
@@ -90,10 +96,13 @@ impl Job {
         let gather = if method.chooses_gather { variant.name } else { "none" };
         eprintln!("{}: {} ({reason}), method {}, gather {gather}", scene.name, session.device(), method.name);
         let identity = identity(&scene, &camera.name, &settings, method, gather, &choice, &session);
+        let (width, height) = (settings.width as usize, settings.height as usize);
+        let shape = Shape { width, height, frames: 0, gathers: method.gathers };
         let (mut sums, before) = match options.resume {
-            true => checkpoint::load(&checkpoint, &identity)?,
+            true => checkpoint::load(&checkpoint, &identity, shape)?,
             false => Default::default(),
         };
+        let mut keeper = Keeper::new("a checkpoint");
 
         let bar = bar();
         let mut report = Report::default();
@@ -114,7 +123,7 @@ impl Job {
             report.add(&times, wall, &session.counters()?, energy);
             sums.add(&session.picture()?);
             if saved.elapsed() >= every {
-                checkpoint::save(&checkpoint, &identity, &sums, before + report.wall)?;
+                keeper.keep(checkpoint::save(&checkpoint, &identity, &sums, before + report.wall));
                 saved = Instant::now();
             }
         };
@@ -127,10 +136,10 @@ impl Job {
         }
         // Also of a run that is done, if it was long: nothing that fails from here on must cost it.
         if !done || report.wall >= every {
-            checkpoint::save(&checkpoint, &identity, &sums, before + report.wall)?;
+            keeper.keep(checkpoint::save(&checkpoint, &identity, &sums, before + report.wall));
         }
         if !done {
-            let hint = if resumes { "; --resume goes on" } else { "" };
+            let hint = if resumes && keeper.is_kept() { "; --resume goes on" } else { "" };
             eprintln!("interrupted after {} frames{hint}", sums.frames());
         }
 
@@ -141,9 +150,12 @@ impl Job {
             ("scene_file".into(), file.display().to_string()),
             ("device".into(), session.device()),
             ("frames".into(), sums.frames().to_string()),
-            ("seconds".into(), seconds.to_string()),
             ("commit".into(), env!("CAUSTICS_COMMIT").to_string()),
         ]);
+        // Set by who wants equal files of equal runs [reproducible-builds.org].
+        if std::env::var_os("SOURCE_DATE_EPOCH").is_none() {
+            attributes.insert("seconds".into(), seconds.to_string());
+        }
         // All that can fail comes before the first file is in its place.
         let variance = sums.variance().map(|variance| (variance, sums.frames()));
         let exr = exr::encode(&picture, variance, &attributes)?;
@@ -162,8 +174,8 @@ impl Job {
         if let Some((target, bytes)) = png {
             target.finish(&bytes)?;
         }
-        if done {
-            remove(&checkpoint)?;
+        if done && let Err(error) = remove(&checkpoint) {
+            eprintln!("warning: {error:#}");
         }
         if options.json {
             let params = session.params(0);

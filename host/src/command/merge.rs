@@ -5,22 +5,24 @@ use std::process::ExitCode;
 
 use caustics::image::Channels;
 use caustics::method::path::PATH;
-use caustics::output::exr;
 use caustics::output::target::Target;
+use caustics::output::{attributes, exr};
 use caustics::picture::Picture;
 use glam::Vec3;
 
-use super::options::same_file;
+use super::options::{check_ending, same_file};
 use crate::cli::{Merge, Usage};
 
 /// Attributes in which references of one view may differ.
-const OWN: [&str; 7] = ["seed", "runner", "device", "frames", "seconds", "commit", "scene_file"];
+const OWN: [&str; 8] =
+    ["seed", "runner", "device", "frames", "seconds", "commit", "scene_file", attributes::CHECKSUM];
 
 /// Joins references: means by their samples, variances by the square of that share.
 pub fn run(options: &Merge) -> anyhow::Result<ExitCode> {
     if let Some(input) = options.inputs.iter().find(|input| same_file(input, &options.output)) {
         return Err(Usage(format!("-o {} is one of the inputs; give another name", input.display())).into());
     }
+    check_ending("-o", &options.output, "exr")?;
     let target = Target::claim(&options.output, options.force)?;
     let mut parts = Vec::new();
     for path in &options.inputs {

@@ -104,16 +104,55 @@ pub fn check_outputs(options: &Common) -> Result<(), Usage> {
         let path = options.output.display();
         return Err(Usage(format!("--png {path}: this is the file of -o; give another name")));
     }
-    Ok(())
+    check_ending("-o", &options.output, "exr")?;
+    options.png.as_ref().map_or(Ok(()), |png| check_ending("--png", png, "png"))
 }
 
-/// Whether two paths, of files that need not exist, name one file.
+/// Refuses a file name that speaks of another kind of file.
+pub fn check_ending(flag: &str, path: &Path, ending: &str) -> Result<(), Usage> {
+    match path.extension() {
+        Some(other) if !other.eq_ignore_ascii_case(ending) => Err(Usage(format!(
+            "{flag} {}: the file will be {}; give a name that ends in .{ending}",
+            path.display(),
+            ending.to_uppercase()
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Refuses to write in the place of a file of the scene; `flag` names the output.
+pub fn check_scene_files(scene: &[PathBuf], flag: &str, output: &Path) -> Result<(), Usage> {
+    match scene.iter().find(|file| same_file(file, output)) {
+        Some(file) => {
+            let (file, output) = (file.display(), output.display());
+            Err(Usage(format!("{flag} {output}: {file} is a file of the scene; give another name")))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Whether two paths, of files that need not exist, name one file, through links too.
 pub fn same_file(a: &Path, b: &Path) -> bool {
     let folder = |path: &Path| match path.parent() {
         Some(parent) if parent != Path::new("") => parent.canonicalize().ok(),
         _ => Path::new(".").canonicalize().ok(),
     };
-    a == b || (a.file_name() == b.file_name() && folder(a).is_some() && folder(a) == folder(b))
+    let is_one_place = a.file_name() == b.file_name() && folder(a).is_some() && folder(a) == folder(b);
+    a == b || is_one_place || is_one_file(a, b)
+}
+
+/// Whether two paths lead to one file that exists.
+#[cfg(unix)]
+fn is_one_file(a: &Path, b: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let id = |path: &Path| path.metadata().map(|data| (data.dev(), data.ino())).ok();
+    id(a).is_some() && id(a) == id(b)
+}
+
+/// Whether two paths lead to one file that exists.
+#[cfg(not(unix))]
+fn is_one_file(a: &Path, b: &Path) -> bool {
+    a.canonicalize().ok().is_some_and(|a| Some(a) == b.canonicalize().ok())
 }
 
 /// The camera of this name, or the first.

@@ -4,13 +4,17 @@ use std::collections::BTreeMap;
 
 use exr::prelude::*;
 
-use super::{Channels, Encoding};
+use super::{Channels, Encoding, check_samples};
+use crate::output::attributes;
 
 /// The first bytes of a file.
 pub const MAGIC: [u8; 4] = exr::meta::magic_number::BYTES;
 
 /// Decodes a flat file. Channels of a named part among several are called `part.channel`.
 pub fn decode(bytes: &[u8]) -> std::result::Result<Channels, String> {
+    let wrong = |error: Error| format!("it cannot be read as EXR: {error}");
+    let meta = MetaData::read_from_buffered(std::io::Cursor::new(bytes), false).map_err(wrong)?;
+    check_samples(meta.headers.iter().map(samples).sum())?;
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -18,7 +22,7 @@ pub fn decode(bytes: &[u8]) -> std::result::Result<Channels, String> {
         .all_layers()
         .all_attributes()
         .from_buffered(std::io::Cursor::new(bytes))
-        .map_err(|error| format!("it cannot be read as EXR: {error}"))?;
+        .map_err(wrong)?;
     let size = image.layer_data.first().ok_or("it has no layer")?.size;
     let several = image.layer_data.len() > 1;
     let mut channels = BTreeMap::new();
@@ -46,13 +50,20 @@ pub fn decode(bytes: &[u8]) -> std::result::Result<Channels, String> {
     Ok(Channels { width: size.0, height: size.1, channels, attributes, encoding: Encoding::Linear })
 }
 
+/// Samples of a part, as its head says.
+fn samples(head: &exr::meta::header::Header) -> u128 {
+    let Vec2(width, height) = head.layer_size;
+    // Three factors below 2^32 each: sizes are 32-bit numbers in the file.
+    width as u128 * height as u128 * head.channels.list.len() as u128
+}
+
 /// The texts and numbers among attributes.
 fn texts<'a>(
     attributes: impl IntoIterator<Item = (&'a Text, &'a AttributeValue)>,
 ) -> impl Iterator<Item = (String, String)> {
     attributes.into_iter().filter_map(|(name, value)| {
         let value = match value {
-            AttributeValue::Text(text) => text.to_string(),
+            AttributeValue::Text(text) => attributes::decode(text),
             AttributeValue::I32(number) => number.to_string(),
             AttributeValue::F32(number) => number.to_string(),
             AttributeValue::F64(number) => number.to_string(),

@@ -1,17 +1,21 @@
 //! PNG to display colours.
 
-use image::ImageFormat;
+use std::io::Cursor;
 
-use super::{Channels, Encoding};
+use image::{ImageFormat, ImageReader};
+
+use super::{Channels, Encoding, check_samples};
 
 /// The first bytes of a file.
 pub const MAGIC: &[u8] = b"\x89PNG\r\n\x1a\n";
 
 /// Decodes a PNG file of any colour type to `R`, `G`, `B` in [0, 1]; an alpha channel is left out.
 pub fn decode(bytes: &[u8]) -> Result<Channels, String> {
-    let picture = image::load_from_memory_with_format(bytes, ImageFormat::Png)
-        .map_err(|error| format!("it cannot be read as PNG: {error}"))?
-        .into_rgb32f();
+    let wrong = |error| format!("it cannot be read as PNG: {error}");
+    let reader = || ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
+    let (width, height) = reader().into_dimensions().map_err(wrong)?;
+    check_samples(3 * u128::from(width) * u128::from(height))?;
+    let picture = reader().decode().map_err(wrong)?.into_rgb32f();
     let lane = |lane: usize| picture.pixels().map(|pixel| pixel.0[lane]).collect();
     Ok(Channels {
         width: picture.width() as usize,

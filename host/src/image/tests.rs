@@ -114,3 +114,24 @@ fn damaged_files_are_named() {
     let error = Channels::read(&folder.path().join("none.exr")).unwrap_err();
     assert!(matches!(error, ImageError::Read { .. }) && error.to_string().contains("none.exr"));
 }
+
+/// The file of a picture whose header says another size; the rest stays.
+fn resized(bytes: &[u8], width: i32, height: i32) -> Vec<u8> {
+    let mut bytes = bytes.to_vec();
+    for name in [&b"dataWindow\0box2i\0"[..], b"displayWindow\0box2i\0"] {
+        let at = bytes.windows(name.len()).position(|window| window == name).unwrap() + name.len() + 4 + 8;
+        bytes[at..at + 8].copy_from_slice(&[width - 1, height - 1].map(i32::to_le_bytes).concat());
+    }
+    bytes
+}
+
+/// Decoding would first ask for 1 GB a channel.
+#[test]
+fn a_header_that_speaks_of_too_many_samples_is_refused() {
+    let names: Vec<String> = (0..15).map(|index| format!("c{index:02}")).collect();
+    let channels = names.iter().map(|name| (name.as_str(), FlatSamples::F32(vec![1.0; 16])));
+    let file = parts(&[(None, (4, 4), channels.collect())]);
+    assert!(Channels::decode(&resized(&file, 4, 4)).is_ok());
+    let error = Channels::decode(&resized(&file, 30_000_000, 9)).unwrap_err();
+    assert!(file.len() < 4096 && error.contains("4050000000 samples"), "{error}");
+}

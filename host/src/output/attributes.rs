@@ -1,20 +1,68 @@
-//! The attributes in the header of an EXR file: in the order of their names, so that equal pictures are equal files, and
-//! read back without the pixels.
+//! The attributes in the header of an EXR file: in the order of their names, so that equal pictures are equal files; texts
+//! in UTF-8, which is what OpenEXR's own tools expect; and a checksum of the file among them.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::io::Cursor;
 
 use ::exr::meta::MetaData;
-use ::exr::meta::attribute::AttributeValue;
+use ::exr::meta::attribute::{AttributeValue, Text};
 use anyhow::Context;
 
 /// Where the attributes begin: behind magic number and version [bytes].
 const START: usize = 8;
 
-/// A text as an EXR attribute holds it: Latin-1, other characters escaped.
-pub fn latin(text: &str) -> String {
-    let latin = |c: char| if u32::from(c) < 256 { c.to_string() } else { c.escape_unicode().to_string() };
-    text.chars().map(latin).collect()
+/// Name of the attribute that holds the CRC-32 of the file, taken with zeros in its own place.
+pub const CHECKSUM: &str = "crc32";
+/// Its value before it is known: as long as the checksum in hexadecimal digits.
+const UNKNOWN: &str = "00000000";
+
+/// A text as an EXR attribute holds it.
+pub fn text(text: &str) -> Text {
+    Text::from_slice_unchecked(text.as_bytes())
+}
+
+/// A text of an EXR file: UTF-8, or Latin-1 where it is not that.
+pub fn decode(text: &Text) -> String {
+    String::from_utf8(text.bytes().to_vec()).unwrap_or_else(|_| text.to_string())
+}
+
+/// The place of the checksum that is not yet known: a name and a value.
+pub fn unknown_checksum() -> (Text, AttributeValue) {
+    (text(CHECKSUM), AttributeValue::Text(text(UNKNOWN)))
+}
+
+/// Writes the checksum into its place.
+pub fn seal(mut bytes: Vec<u8>) -> anyhow::Result<Vec<u8>> {
+    let place = checksum_at(&bytes).context("an EXR header has no place for a checksum")?;
+    let checksum = format!("{:08x}", crc32fast::hash(&bytes));
+    bytes[place..place + UNKNOWN.len()].copy_from_slice(checksum.as_bytes());
+    Ok(bytes)
+}
+
+/// Whether a file is the one that was sealed, to the last bit; none of a file without a checksum.
+pub fn is_whole(bytes: &[u8]) -> Option<bool> {
+    let place = checksum_at(bytes)?;
+    let (head, rest) = bytes.split_at(place);
+    let (known, tail) = rest.split_at(UNKNOWN.len());
+    let mut hasher = crc32fast::Hasher::new();
+    for part in [head, UNKNOWN.as_bytes(), tail] {
+        hasher.update(part);
+    }
+    Some(known == format!("{:08x}", hasher.finalize()).as_bytes())
+}
+
+/// Where the value of the checksum begins in a file of one part.
+fn checksum_at(bytes: &[u8]) -> Option<usize> {
+    let head = [CHECKSUM.as_bytes(), b"\0string\0", &(UNKNOWN.len() as u32).to_le_bytes()].concat();
+    let mut at = START;
+    while bytes.get(at).is_some_and(|&byte| byte != 0) {
+        let end = end(bytes, at).filter(|&end| end <= bytes.len())?;
+        if bytes[at..end].starts_with(&head) {
+            return Some(at + head.len());
+        }
+        at = end;
+    }
+    None
 }
 
 /// Sorts the attributes of a file of one part; nothing else moves.
@@ -41,14 +89,13 @@ fn end(bytes: &[u8], at: usize) -> Option<usize> {
 }
 
 /// The texts in the header of a file.
-pub fn read(path: &Path) -> anyhow::Result<BTreeMap<String, String>> {
-    let meta = MetaData::read_from_file(path, false)
-        .with_context(|| format!("{} cannot be read as EXR; give --force or another -o", path.display()))?;
+pub fn read(bytes: &[u8]) -> anyhow::Result<BTreeMap<String, String>> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)?;
     let headers = meta.headers.iter();
     let all = headers.flat_map(|head| head.own_attributes.other.iter().chain(&head.shared_attributes.other));
     Ok(all
         .filter_map(|(name, value)| match value {
-            AttributeValue::Text(text) => Some((name.to_string(), text.to_string())),
+            AttributeValue::Text(text) => Some((name.to_string(), decode(text))),
             _ => None,
         })
         .collect())
@@ -69,12 +116,22 @@ mod tests {
         let files: Vec<_> = (0..4).map(|_| exr::encode(&picture, None, &attributes).unwrap()).collect();
         assert!(files.iter().all(|file| *file == files[0]));
 
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.exr");
-        std::fs::write(&path, &files[0]).unwrap();
-        let back = read(&path).unwrap();
-        assert!(attributes.iter().all(|(name, value)| back[name] == latin(value)), "{back:?}");
-        assert_eq!(back["name_3"], "\\u{3ba} 3");
+        let back = read(&files[0]).unwrap();
+        assert!(attributes.iter().all(|(name, value)| back[name] == *value), "{back:?}");
+        assert_eq!(decode(&Text::new_or_panic("bür")), "bür", "Latin-1, as older files have it");
         assert!(sort(b"12345678name\0type\0\xff\xff\xff\xffvalue".to_vec()).is_err());
+    }
+
+    #[test]
+    fn every_flipped_bit_of_a_file_is_found() {
+        let picture = Picture { width: 2, height: 1, path: vec![Vec3::ONE; 2], ..Picture::default() };
+        let file = exr::encode(&picture, None, &BTreeMap::new()).unwrap();
+        assert_eq!(is_whole(&file), Some(true));
+        for bit in 0..8 * file.len() {
+            let mut bytes = file.clone();
+            bytes[bit / 8] ^= 1 << (bit % 8);
+            assert_ne!(is_whole(&bytes), Some(true), "bit {bit}");
+        }
+        assert_eq!(is_whole(&file[..file.len() - 1]), Some(false));
     }
 }

@@ -7,7 +7,7 @@ use anyhow::Context;
 use exr::prelude::*;
 use glam::Vec3;
 
-use super::attributes::{latin, sort};
+use super::attributes::{CHECKSUM, seal, sort, text, unknown_checksum};
 use crate::picture::Picture;
 
 /// Encodes a picture, with the variance of its mean and the number of samples in it where they are known;
@@ -38,12 +38,9 @@ pub fn encode(
     number("deposits.count", picture.deposits.clone());
     number("samples.count", vec![samples as f32; variance.len()]);
 
-    let mut other = std::collections::HashMap::new();
-    for (name, value) in attributes {
-        // EXR texts are Latin-1; a name must not cost the run.
-        let value =
-            Text::new_or_none(latin(value)).with_context(|| format!("attribute {name} is no EXR text"))?;
-        other.insert(Text::from(name.as_str()), AttributeValue::Text(value));
+    let mut other = std::collections::HashMap::from([unknown_checksum()]);
+    for (name, value) in attributes.iter().filter(|(name, _)| *name != CHECKSUM) {
+        other.insert(text(name), AttributeValue::Text(text(value)));
     }
     let size = (picture.width, picture.height);
     let layer_attributes =
@@ -59,5 +56,5 @@ pub fn encode(
     let mut bytes = std::io::Cursor::new(Vec::new());
     image.write().to_buffered(&mut bytes).context("encoding EXR")?;
     // The crate keeps them in the order of a hash map.
-    sort(bytes.into_inner())
+    seal(sort(bytes.into_inner())?)
 }

@@ -1,7 +1,10 @@
 //! A file that appears whole or not at all.
 
+use std::collections::BTreeSet;
+use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
 use anyhow::Context;
 use tempfile::NamedTempFile;
@@ -13,6 +16,20 @@ pub enum TargetError {
     /// It is there already.
     #[error("{} exists; give --force to overwrite it", .0.display())]
     Exists(PathBuf),
+    /// It is a link that leads nowhere.
+    #[error("{} is a link to what is not there; remove it, or give --force to replace it", .0.display())]
+    Dangling(PathBuf),
+    /// It is a device, a pipe or a folder: nobody's to replace.
+    #[error("{} is no regular file; give another name", .0.display())]
+    NoFile(PathBuf),
+    /// Another run is about to write it.
+    #[error("another run writes {} and holds {}; wait for it, or give another -o", output.display(), lock.display())]
+    Busy {
+        /// The file.
+        output: PathBuf,
+        /// What the other run holds.
+        lock: PathBuf,
+    },
     /// Its folder cannot be written.
     #[error("cannot write {}: {source}; choose another -o, or create the folder", path.display())]
     Write {
@@ -22,6 +39,16 @@ pub enum TargetError {
         source: std::io::Error,
     },
 }
+
+impl TargetError {
+    /// Whether the command line names a file that is not to be had.
+    pub fn is_usage(&self) -> bool {
+        matches!(self, TargetError::Exists(_) | TargetError::Dangling(_) | TargetError::NoFile(_))
+    }
+}
+
+/// How names of files that are not yet in their place begin.
+pub(super) const PREFIX: &str = ".caustics-";
 
 /// A file to be, claimed before any work is done for it.
 #[derive(Debug)]
@@ -35,15 +62,13 @@ impl Target {
     /// Checks that `path` may be written and opens a temporary file beside it.
     pub fn claim(path: &Path, force: bool) -> Result<Target, TargetError> {
         let path = path.to_path_buf();
-        // A device or a pipe is nobody's to replace.
-        if path.exists() && (!force || !path.is_file()) {
-            return Err(TargetError::Exists(path));
+        match (path.symlink_metadata(), path.metadata()) {
+            (Ok(_), Ok(file)) if !file.is_file() => return Err(TargetError::NoFile(path)),
+            (Ok(_), Err(_)) if !force => return Err(TargetError::Dangling(path)),
+            (Ok(_), Ok(_)) if !force => return Err(TargetError::Exists(path)),
+            _ => {}
         }
-        let folder = match path.parent() {
-            Some(parent) if parent != Path::new("") => parent,
-            _ => Path::new("."),
-        };
-        match tempfile::Builder::new().prefix(".caustics-").tempfile_in(folder) {
+        match part(folder(&path)) {
             Ok(part) => Ok(Target { path, force, part }),
             Err(source) => Err(TargetError::Write { path, source }),
         }
@@ -68,6 +93,46 @@ impl Target {
             std::io::ErrorKind::AlreadyExists => TargetError::Exists(self.path),
             _ => fail(&self.path, error.error),
         })
+    }
+}
+
+/// The folder of a file.
+pub(super) fn folder(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
+    }
+}
+
+/// A temporary file that is locked as long as it is in use, and by that told from one that a killed run left.
+fn part(folder: &Path) -> std::io::Result<NamedTempFile> {
+    remove_stale(folder);
+    loop {
+        let part = tempfile::Builder::new().prefix(PREFIX).tempfile_in(folder)?;
+        // Where the system has no locks, nobody gets one to remove it either.
+        let _ = part.as_file().lock();
+        // Another run may have taken it for a stale one before it was locked.
+        if part.path().exists() {
+            return Ok(part);
+        }
+    }
+}
+
+/// Removes what killed runs left in a folder, once in a process: files of ours that nobody has locked.
+fn remove_stale(folder: &Path) {
+    static SEEN: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+    let is_new = SEEN.lock().is_ok_and(|mut seen| seen.insert(folder.into()));
+    for entry in folder.read_dir().into_iter().flatten().flatten().filter(|_| is_new) {
+        let is_ours = entry.file_name().to_string_lossy().starts_with(PREFIX);
+        if !is_ours || !entry.file_type().is_ok_and(|kind| kind.is_file()) {
+            continue;
+        }
+        // Held until it is removed: who creates it at this moment waits for that.
+        if let Ok(file) = File::open(entry.path())
+            && file.try_lock().is_ok()
+        {
+            let _ = std::fs::remove_file(entry.path());
+        }
     }
 }
 
@@ -98,5 +163,36 @@ mod tests {
         assert_eq!(folder.path().read_dir().unwrap().count(), 1);
         let nowhere = folder.path().join("missing/a.exr");
         assert!(matches!(Target::claim(&nowhere, true), Err(TargetError::Write { .. })));
+        assert!(matches!(Target::claim(folder.path(), true), Err(TargetError::NoFile(_))));
+    }
+
+    #[test]
+    fn what_a_killed_run_left_is_removed_and_what_is_in_use_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let [stale, used, other] =
+            [".caustics-a1", ".caustics-b2", "caustics-c3"].map(|name| folder.path().join(name));
+        for path in [&stale, &used, &other] {
+            std::fs::write(path, "part").unwrap();
+        }
+        let holder = File::open(&used).unwrap();
+        holder.lock().unwrap();
+        let target = Target::claim(&folder.path().join("a.exr"), false).unwrap();
+        assert_eq!([&stale, &used, &other].map(|path| path.exists()), [false, true, true]);
+        // Its own is locked too.
+        let own = File::open(target.part.path()).unwrap();
+        assert!(own.try_lock().is_err());
+        target.finish(b"whole").unwrap();
+        assert_eq!(std::fs::read(folder.path().join("a.exr")).unwrap(), b"whole");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_that_leads_nowhere_is_refused_at_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        std::os::unix::fs::symlink("nowhere", &path).unwrap();
+        assert!(matches!(Target::claim(&path, false), Err(TargetError::Dangling(_))));
+        Target::claim(&path, true).unwrap().finish(b"whole").unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"whole");
     }
 }

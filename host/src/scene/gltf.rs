@@ -19,6 +19,7 @@ mod accessor;
 mod animation;
 mod buffer;
 mod document;
+pub mod files;
 mod image;
 mod material;
 pub mod mesh;

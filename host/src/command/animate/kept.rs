@@ -1,9 +1,12 @@
-//! Which frames are there already, and whether they are of this run.
+//! Which frames are there already, whether they are of this run, and whole.
 
 use std::ops::Range;
+use std::path::Path;
 
+use anyhow::Context;
 use caustics::checkpoint::{Difference, Identity, difference};
 use caustics::image::Channels;
+use caustics::input;
 use caustics::output::attributes;
 use caustics::output::target::TargetError;
 use caustics::picture::Picture;
@@ -12,23 +15,29 @@ use glam::Vec3;
 use super::pattern::Pattern;
 use crate::cli::Usage;
 
-/// The frames that are missing, in order. A file that is not of this run is refused.
+/// The frames that are missing or damaged, in order. A file that is not of this run is refused.
 pub fn missing(
     pattern: &Pattern,
     frames: &Range<u32>,
     identity: &Identity,
     pngs: bool,
 ) -> anyhow::Result<Vec<u32>> {
-    let mut missing = Vec::new();
+    let (mut missing, mut damaged) = (Vec::new(), Vec::new());
     for frame in frames.clone() {
         let path = pattern.frame(frame, "exr");
         if path.exists() {
             let mut ours = identity.clone();
             ours.insert("frame".into(), frame.to_string());
-            let mut theirs = attributes::read(&path)?;
+            let (mut theirs, is_whole) = read(&path).with_context(|| {
+                format!("{} cannot be read as EXR; give --force or another -o", path.display())
+            })?;
             theirs.retain(|name, _| ours.contains_key(name));
             if let Some(other) = difference(&ours, &theirs) {
                 return Err(refusal(&path.display().to_string(), &other).into());
+            }
+            if !is_whole {
+                damaged.push(path.display().to_string());
+                missing.push(frame);
             }
         } else {
             let png = pattern.frame(frame, "png");
@@ -38,7 +47,24 @@ pub fn missing(
             missing.push(frame);
         }
     }
+    if let Some(first) = damaged.first() {
+        let count = damaged.len();
+        eprintln!("warning: {first} is damaged and rendered anew; {count} of the frames that are there are");
+    }
     Ok(missing)
+}
+
+/// Whether a file is a frame that is not whole.
+pub fn is_damaged(path: &Path) -> bool {
+    read(path).is_ok_and(|(_, is_whole)| !is_whole)
+}
+
+/// The attributes of a frame, and whether it is to the last bit what was written.
+fn read(path: &Path) -> anyhow::Result<(Identity, bool)> {
+    let bytes = input::read(path, input::PICTURE)?;
+    // A file without a checksum is an older version's.
+    let is_whole = attributes::is_whole(&bytes).unwrap_or_else(|| Channels::decode(&bytes).is_ok());
+    Ok((attributes::read(&bytes)?, is_whole))
 }
 
 /// Says what differs.

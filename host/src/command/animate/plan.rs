@@ -1,19 +1,19 @@
 //! What is to be rendered: the options, checked.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use caustics::checkpoint::Identity;
 use caustics::method::settings::Settings;
 use caustics::method::{self, Method, filter, history};
-use caustics::output::attributes::latin;
 use caustics::output::target::TargetError;
-use caustics::scene::Scene;
+use caustics::scene::{self, Scene};
 
 use super::pattern::Pattern;
 use crate::cli::{Animate, Usage};
-use crate::command::options::{duration, same_file, settings};
+use crate::command::options::{check_scene_files, duration, settings};
 
 /// Most frames of a run.
 const MOST_FRAMES: f64 = 1e6;
@@ -100,14 +100,19 @@ impl Plan {
             return Err(Usage(format!("{count} frames: at most {MOST_FRAMES}; give --frames A..B")).into());
         }
         let whole = ["mp4", "state"].map(|extension| self.pattern.whole(extension));
-        let mut files =
-            self.frames.clone().flat_map(|k| ["exr", "png"].map(|end| self.pattern.frame(k, end)));
-        if whole.iter().any(|path| same_file(path, file)) || files.any(|path| same_file(&path, file)) {
-            return Err(Usage(format!("{} is the scene; give another -o", file.display())).into());
+        let frames = self.frames.clone().flat_map(|k| ["exr", "png"].map(|end| self.pattern.frame(k, end)));
+        // Of many frames only those are looked at that share a name with a file of the scene.
+        let scene = scene::files(file);
+        let real = scene.iter().filter_map(|file| file.canonicalize().ok()).collect::<Vec<_>>();
+        let scene: Vec<_> = scene.into_iter().chain(real).collect();
+        let names: BTreeSet<_> = scene.iter().filter_map(|file| file.file_name()).collect();
+        let is_named = |path: &PathBuf| path.file_name().is_some_and(|name| names.contains(name));
+        for path in whole.iter().cloned().chain(frames).filter(is_named) {
+            check_scene_files(&scene, "-o", &path)?;
         }
         let mut files = self.frames.clone().map(|k| self.pattern.frame(k, "exr")).chain(whole);
         if let Some(path) = files.find(|path| path.exists() && !path.is_file()) {
-            return Err(TargetError::Exists(path).into());
+            return Err(TargetError::NoFile(path).into());
         }
         Ok(())
     }
@@ -145,7 +150,6 @@ impl Plan {
             ("fps", self.fps.to_string()),
             ("first_frame", first),
         ];
-        let all = shared.into_iter().chain(own.map(|(name, value)| (name.to_string(), value)));
-        all.map(|(name, value)| (name, latin(&value))).collect()
+        shared.into_iter().chain(own.map(|(name, value)| (name.to_string(), value))).collect()
     }
 }

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use caustics::checkpoint::{Identity, difference};
+use caustics::input;
 use caustics::output::target::{Target, remove};
 use caustics::output::{exr, png};
 use caustics::picture::Picture;
@@ -14,6 +15,7 @@ use super::plan::Plan;
 use super::record::Record;
 use super::state::State;
 use crate::command::bar::bar;
+use crate::command::keeper::Keeper;
 use crate::command::options::camera;
 
 /// An animation in the making.
@@ -28,6 +30,8 @@ pub struct Run {
     pub session: Session,
     /// All that decides the bits.
     pub identity: Identity,
+    /// Whether what a history lends is on disk.
+    pub keeper: Keeper,
 }
 
 impl Run {
@@ -88,7 +92,8 @@ impl Run {
             let last = records.last().map(|record| record.frame).filter(|_| self.plan.lends());
             let stop = is_interrupted();
             if let Some(last) = last.filter(|_| stop || saved.elapsed() >= self.plan.every) {
-                self.save(last, &path)?;
+                let kept = self.save(last, &path);
+                self.keeper.keep(kept);
                 saved = Instant::now();
             }
             if stop {
@@ -130,7 +135,8 @@ impl Run {
             ("time_s".into(), self.plan.time_of(frame).to_string()),
             ("commit".into(), env!("CAUSTICS_COMMIT").to_string()),
         ]);
-        let target = Target::claim(&self.plan.pattern.frame(frame, "exr"), false)?;
+        let path = self.plan.pattern.frame(frame, "exr");
+        let target = Target::claim(&path, kept::is_damaged(&path))?;
         target.finish(&exr::encode(&picture, None, &attributes)?)?;
         if self.plan.pngs {
             self.write_png(frame, &picture)?;
@@ -142,7 +148,7 @@ impl Run {
         let colors = self.session.display(picture)?;
         let bytes = png::encode(self.plan.settings.width, self.plan.settings.height, &colors)?;
         let path = self.plan.pattern.frame(frame, "png");
-        if std::fs::read(&path).is_ok_and(|there| there == bytes) {
+        if input::read(&path, input::PICTURE).is_ok_and(|there| there == bytes) {
             return Ok(());
         }
         Ok(Target::claim(&path, true)?.finish(&bytes)?)

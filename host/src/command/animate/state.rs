@@ -1,13 +1,20 @@
 //! What a history keeps from frame to frame, on disk: a run goes on from it to the same bits.
 //!
-//! A line of JSON (what the run is, the frame, names and sizes of buffers), then the buffers.
+//! A sealed file: what the run is, the frame, names and sizes of buffers, then the buffers.
 
 use std::path::Path;
 
 use anyhow::Context;
 use caustics::checkpoint::Identity;
+use caustics::input;
 use caustics::output::target::Target;
+use caustics::sealed::{self, Unusable};
 use serde::{Deserialize, Serialize};
+
+use crate::cli::Usage;
+
+/// Kind of the file.
+const KIND: &str = "animation";
 
 #[derive(Serialize, Deserialize)]
 struct Head {
@@ -32,9 +39,11 @@ impl State {
     pub fn save(&self, path: &Path) -> anyhow::Result<()> {
         let buffers = self.buffers.iter().map(|(name, bytes)| (name.clone(), bytes.len())).collect();
         let head = Head { identity: self.identity.clone(), frame: self.frame, buffers };
-        let mut file = serde_json::to_vec(&head)?;
-        file.push(b'\n');
-        file.extend(self.buffers.iter().flat_map(|(_, bytes)| bytes));
+        let file = sealed::seal(KIND, &head, |file| {
+            for (_, bytes) in &self.buffers {
+                file.extend_from_slice(bytes);
+            }
+        })?;
         Ok(Target::claim(path, true)?.finish(&file)?)
     }
 
@@ -43,19 +52,26 @@ impl State {
         if !path.exists() {
             return Ok(None);
         }
-        let damaged = || format!("{} is no whole state of an animation; remove it", path.display());
-        let file = std::fs::read(path).with_context(damaged)?;
-        let end = file.iter().position(|&byte| byte == b'\n').with_context(damaged)?;
-        let head: Head = serde_json::from_slice(&file[..end]).with_context(damaged)?;
-        let mut rest = &file[end + 1..];
+        let file =
+            input::read(path, input::PICTURE).with_context(|| format!("cannot read {}", path.display()))?;
+        let state = State::parse(&file);
+        Ok(Some(state.map_err(|why| Usage(format!("{}: the state {why}", path.display())))?))
+    }
+
+    /// The same from the bytes of a file.
+    fn parse(file: &[u8]) -> Result<State, Unusable> {
+        let (head, mut rest) = sealed::open::<Head>(KIND, file)?;
         let mut buffers = Vec::with_capacity(head.buffers.len());
         for (name, size) in head.buffers {
-            let (bytes, behind) = rest.split_at_checked(size).with_context(damaged)?;
+            let split = rest.split_at_checked(size);
+            let (bytes, behind) = split.ok_or_else(|| Unusable::damaged(format!("{name} is cut off")))?;
             buffers.push((name, bytes.to_vec()));
             rest = behind;
         }
-        anyhow::ensure!(rest.is_empty(), damaged());
-        Ok(Some(State { identity: head.identity, frame: head.frame, buffers }))
+        if !rest.is_empty() {
+            return Err(Unusable::damaged("there is more behind its buffers"));
+        }
+        Ok(State { identity: head.identity, frame: head.frame, buffers })
     }
 }
 
@@ -74,9 +90,18 @@ mod tests {
         assert_eq!(State::load(&path).unwrap(), Some(state));
         let whole = std::fs::read(&path).unwrap();
         let long = [&whole[..], b"x"].concat();
-        for file in [&whole[..whole.len() - 1], &whole[..10], &long] {
+        let mut flipped = whole.clone();
+        flipped[whole.len() - 5] ^= 1;
+        for file in [&whole[..whole.len() - 1], &whole[..10], &long, &flipped] {
             std::fs::write(&path, file).unwrap();
-            assert!(State::load(&path).unwrap_err().to_string().contains("no whole state"));
+            let error = State::load(&path).unwrap_err().to_string();
+            assert!(error.contains("a.state: the state is damaged"), "{error}");
+        }
+        // The checksum is right, the sizes are not.
+        for size in [0, 9, usize::MAX] {
+            let head = Head { identity: Identity::new(), frame: 0, buffers: vec![("lent".into(), size)] };
+            let file = sealed::seal(KIND, &head, |bytes| bytes.extend([0; 8])).unwrap();
+            assert!(matches!(State::parse(&file), Err(Unusable::Damaged(_))), "{size}");
         }
     }
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use anyhow::{Context, bail};
+use caustics::input;
 use caustics::output::target::{Target, TargetError};
 
 use super::pattern::Pattern;
@@ -24,7 +25,7 @@ pub fn check(path: &Path, force: bool) -> anyhow::Result<()> {
     if force || !path.exists() {
         return Ok(());
     }
-    let bytes = std::fs::read(path).unwrap_or_default();
+    let bytes = input::read(path, input::PICTURE).unwrap_or_default();
     let is_ours = bytes.windows(MARK.len()).any(|window| window == MARK.as_bytes());
     if is_ours { Ok(()) } else { Err(TargetError::Exists(path.into()).into()) }
 }

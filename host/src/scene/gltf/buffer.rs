@@ -52,7 +52,8 @@ pub fn fetch(uri: &str, folder: &Path) -> Result<Vec<u8>, String> {
     read_file(&path).map_err(|error| format!("({}) cannot be read: {error}", path.display()))
 }
 
-fn decode_percent(uri: &str) -> String {
+/// A uri as the path that it stands for.
+pub fn decode_percent(uri: &str) -> String {
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();
     while let [first, tail @ ..] = rest {

@@ -1,0 +1,85 @@
+//! One run at a time writes a file.
+
+use std::fs::{File, OpenOptions, TryLockError};
+use std::path::{Path, PathBuf};
+use std::thread::sleep;
+use std::time::Duration;
+
+use super::target::{PREFIX, TargetError, folder};
+
+/// How often a lock is asked for: who tidies up holds it for a moment.
+const ATTEMPTS: u32 = 20;
+/// Time between.
+const PAUSE: Duration = Duration::from_millis(10);
+
+/// The right to write a file and what belongs to it: a locked file beside it, which the system unlocks when the process
+/// ends, however it ends. It is removed with the right, or by a later run.
+#[derive(Debug)]
+pub struct Lock {
+    path: PathBuf,
+    // Locked as long as it is open.
+    _file: File,
+}
+
+impl Lock {
+    /// Takes it; an error where another run has it.
+    pub fn take(output: &Path) -> Result<Lock, TargetError> {
+        let fail = |source| TargetError::Write { path: output.into(), source };
+        let name = output.file_name().unwrap_or_default().to_string_lossy();
+        let path = folder(output).join(format!("{PREFIX}{name}.lock"));
+        for _ in 0..ATTEMPTS {
+            let file =
+                OpenOptions::new().create(true).truncate(false).write(true).open(&path).map_err(fail)?;
+            match file.try_lock() {
+                // Who had it before may have removed it after it was opened here.
+                Ok(()) if !is_at(&file, &path) => {}
+                // On a drive without locks runs are not told apart.
+                Ok(()) | Err(TryLockError::Error(_)) => return Ok(Lock { path, _file: file }),
+                Err(TryLockError::WouldBlock) => sleep(PAUSE),
+            }
+        }
+        Err(TargetError::Busy { output: output.into(), lock: path })
+    }
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
+
+/// Whether an open file is the one of this path.
+#[cfg(unix)]
+fn is_at(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let id = |data: std::fs::Metadata| (data.dev(), data.ino());
+    file.metadata().map(id).ok() == path.metadata().map(id).ok()
+}
+
+/// Elsewhere an open file is not removed.
+#[cfg(not(unix))]
+fn is_at(_: &File, path: &Path) -> bool {
+    path.exists()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_one_has_it_and_nothing_is_left() {
+        let desk = tempfile::tempdir().unwrap();
+        let output = desk.path().join("a.exr");
+        let first = Lock::take(&output).unwrap();
+        let error = Lock::take(&output).unwrap_err();
+        assert!(matches!(error, TargetError::Busy { .. }), "{error}");
+        assert!(error.to_string().contains(".caustics-a.exr.lock"), "{error}");
+        Lock::take(&desk.path().join("b.exr")).unwrap();
+        drop(first);
+        drop(Lock::take(&output).unwrap());
+        // What a killed run leaves is locked by nobody.
+        std::fs::write(desk.path().join(".caustics-a.exr.lock"), "").unwrap();
+        drop(Lock::take(&output).unwrap());
+        assert_eq!(desk.path().read_dir().unwrap().count(), 0);
+    }
+}

@@ -1,0 +1,148 @@
+//! Files that a run goes on from: a line that names their kind, a line of JSON (which program wrote them, and a head), a
+//! payload, and a checksum over all of it.
+//!
+//! The checksum is CRC-32 (IEEE): it finds any one or two flipped bits of a file up to 512 MB, any damage within 32
+//! consecutive bits, and all but one in 2^32 of whatever else happens to a file; the crate computes it at the speed of memory.
+//! It guards against accidents, not against people.
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// Bytes of the checksum, at the end and little-endian.
+const CHECKSUM_BYTES: usize = 4;
+
+/// Why such a file cannot be used, whatever run it belongs to.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum Unusable {
+    /// Its bytes are not those that were written.
+    #[error("is damaged: {0}; remove it and begin anew")]
+    Damaged(String),
+    /// Another version of the program wrote it, whose frames may have other bits.
+    #[error("was written by {theirs}, and this is {ours}; go on with that one, or remove it and begin anew")]
+    Version {
+        /// What wrote it.
+        theirs: String,
+        /// What reads it.
+        ours: String,
+    },
+}
+
+impl Unusable {
+    /// Damaged in this way.
+    pub fn damaged(what: impl ToString) -> Unusable {
+        Unusable::Damaged(what.to_string())
+    }
+}
+
+/// A build of the program.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Program {
+    version: String,
+    commit: String,
+    /// Hash of the host's sources: a commit says nothing of changes that were not committed, and too much where only a
+    /// document changed.
+    sources: String,
+}
+
+impl Program {
+    fn this() -> Program {
+        Program {
+            version: env!("CARGO_PKG_VERSION").into(),
+            commit: env!("CAUSTICS_COMMIT").into(),
+            sources: env!("CAUSTICS_HOST_HASH").into(),
+        }
+    }
+
+    fn name(&self) -> String {
+        format!("caustics {} (commit {}, sources {})", self.version, self.commit, self.sources)
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+struct Line<H> {
+    program: Program,
+    head: H,
+}
+
+/// The bytes of a file of this kind; `payload` appends what comes after the head.
+pub fn seal<H: Serialize>(
+    kind: &str,
+    head: &H,
+    payload: impl FnOnce(&mut Vec<u8>),
+) -> serde_json::Result<Vec<u8>> {
+    let mut bytes = format!("caustics {kind}\n").into_bytes();
+    serde_json::to_writer(&mut bytes, &Line { program: Program::this(), head })?;
+    bytes.push(b'\n');
+    payload(&mut bytes);
+    let checksum = crc32fast::hash(&bytes);
+    bytes.extend(checksum.to_le_bytes());
+    Ok(bytes)
+}
+
+/// Head and payload of the bytes of a file of this kind, if this program wrote them and they are whole.
+pub fn open<'a, H: DeserializeOwned>(kind: &str, bytes: &'a [u8]) -> Result<(H, &'a [u8]), Unusable> {
+    // The first line is too far from these two bytes for a few flipped bits.
+    if bytes.starts_with(b"{\"") {
+        let theirs = "an older version that wrote no checksum".into();
+        return Err(Unusable::Version { theirs, ours: Program::this().name() });
+    }
+    let (content, checksum) =
+        bytes.split_last_chunk::<CHECKSUM_BYTES>().ok_or_else(|| Unusable::damaged("it is cut off"))?;
+    if crc32fast::hash(content) != u32::from_le_bytes(*checksum) {
+        return Err(Unusable::damaged("its checksum is another"));
+    }
+    let content = content
+        .strip_prefix(format!("caustics {kind}\n").as_bytes())
+        .ok_or_else(|| Unusable::damaged(format!("it is no {kind}")))?;
+    let end = content.iter().position(|&byte| byte == b'\n');
+    let (line, payload) = content.split_at(end.ok_or_else(|| Unusable::damaged("it has no head"))?);
+    let line: Line<serde_json::Value> = serde_json::from_slice(line).map_err(Unusable::damaged)?;
+    let ours = Program::this();
+    if (&line.program.version, &line.program.sources) != (&ours.version, &ours.sources) {
+        return Err(Unusable::Version { theirs: line.program.name(), ours: ours.name() });
+    }
+    Ok((serde_json::from_value(line.head).map_err(Unusable::damaged)?, &payload[1..]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file() -> Vec<u8> {
+        seal("note", &("head", 7), |bytes| bytes.extend(b"pay\nload")).unwrap()
+    }
+
+    #[test]
+    fn what_is_sealed_is_opened() {
+        assert_eq!(open::<(String, u32)>("note", &file()), Ok((("head".into(), 7), &b"pay\nload"[..])));
+        assert!(matches!(open::<(String, u32)>("song", &file()), Err(Unusable::Damaged(_))));
+        assert!(matches!(open::<u32>("note", &file()), Err(Unusable::Damaged(_))));
+    }
+
+    #[test]
+    fn every_flipped_bit_and_every_cut_is_found() {
+        let whole = file();
+        for bit in 0..8 * whole.len() {
+            let mut bytes = whole.clone();
+            bytes[bit / 8] ^= 1 << (bit % 8);
+            assert!(matches!(open::<(String, u32)>("note", &bytes), Err(Unusable::Damaged(_))), "bit {bit}");
+        }
+        for length in 0..whole.len() {
+            assert!(matches!(open::<(String, u32)>("note", &whole[..length]), Err(Unusable::Damaged(_))));
+        }
+    }
+
+    #[test]
+    fn another_version_is_named() {
+        let mut other = file();
+        other.truncate(other.len() - CHECKSUM_BYTES);
+        let text = String::from_utf8(other).unwrap();
+        let other = text.replace(env!("CAUSTICS_HOST_HASH"), "0123456789abcdef").into_bytes();
+        let other = [&other[..], &crc32fast::hash(&other).to_le_bytes()].concat();
+        let error = open::<(String, u32)>("note", &other).unwrap_err();
+        assert!(error.to_string().contains("sources 0123456789abcdef"), "{error}");
+        let old = open::<(String, u32)>("note", b"{\"identity\":{}}\nxx").unwrap_err();
+        assert!(old.to_string().contains("older version"), "{old}");
+    }
+}

@@ -137,7 +137,7 @@ impl Session {
         let largest = settings.largest(scene, camera);
         let scene_bytes = tables(scene).iter().map(|(_, bytes)| bytes.len() as u64).sum();
         let on_gpu = matches!(choice, RunnerChoice::Gpu { .. });
-        Need::of(method, parts, largest, scene_bytes, on_gpu).check_available(settings)?;
+        Need::of(method, parts, largest, scene_bytes, on_gpu).check_available(&settings)?;
         let buffers = (method.buffers)(parts, &(method.frame)(largest, 0));
         // Every frame writes its settings anew.
         let mut kept = if method.gathers { (settings.history.buffers)(&largest) } else { Vec::new() };

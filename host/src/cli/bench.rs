@@ -185,7 +185,7 @@ impl Common {
             height: 540,
             max_bounces: 5,
             specular_roughness: 0.25,
-            pixel_filter: PixelFilter::Centre,
+            pixel_filter: Some(PixelFilter::Centre),
             texture_filter: None,
             seed: 0,
             camera: None,

@@ -6,7 +6,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use anyhow::{Context, ensure};
 
 use super::result::{CellResult, Provenance};
-use crate::file::read_file;
+use crate::file;
 use crate::kernels;
 use crate::output::target::Target;
 
@@ -40,7 +40,7 @@ pub fn read(folder: &Path, identity: &str) -> Option<CellResult> {
 
 /// The result in a file.
 pub fn read_file(path: &Path) -> anyhow::Result<CellResult> {
-    let bytes = read_file(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let bytes = file::read_file(path).with_context(|| format!("cannot read {}", path.display()))?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     parse(&bytes, &stem)
         .with_context(|| format!("{} is no result of a cell; measure it again", path.display()))

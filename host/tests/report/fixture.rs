@@ -83,6 +83,7 @@ fn cell(scene: &str, names: [&str; 4], paths: f64, ms: f64, error: f64, is_movin
             paths_per_pixel: paths,
             radius_px: 1.0,
             max_bounces: 5,
+            texture_filter: "cone".into(),
         },
         time: Some(CellTime {
             width: 1920,

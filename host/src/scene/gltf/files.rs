@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::{buffer, document};
+use crate::file::read_file;
 
 /// The document, and the files of its buffers and images. Of what cannot be read nothing is said: loading it will.
 pub fn files(path: &Path) -> Vec<PathBuf> {
-    let bytes = buffer::read_file(path).unwrap_or_default();
+    let bytes = read_file(path).unwrap_or_default();
     let json = document::split("", &bytes).map(|(json, _)| json).unwrap_or_default();
     let document: Value = serde_json::from_slice(json).unwrap_or_default();
     let folder = path.parent().unwrap_or(Path::new(""));

@@ -316,7 +316,7 @@ fn ledgers_of_cpu_and_gpu_agree() {
 #[test]
 #[ignore = "two minutes"]
 fn the_validated_history_keeps_the_energy_of_what_moves() {
-    for (width, height, paths, frames) in [(192, 108, 0.5, 24), (96, 54, 10.0, 24), (64, 36, 200.0, 12)] {
+    for (width, height, paths, frames) in [(192, 108, 0.5, 24), (96, 54, 10.0, 16), (64, 36, 200.0, 8)] {
         let light_paths = (paths * f64::from(width * height)) as u32;
         let settings = Settings { width, height, light_paths, ..Settings::default() };
         for moving in Moving::ALL {

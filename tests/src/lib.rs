@@ -12,6 +12,7 @@ pub mod frames;
 pub mod gpu;
 pub mod lobes;
 pub mod matching;
+pub mod moving;
 pub mod quadrature;
 pub mod rays;
 pub mod scenes;

@@ -3,6 +3,7 @@
 
 use caustics::energy::Energy;
 use caustics::method::basic::BASIC;
+use caustics::method::history::{PAPER, VALIDATED};
 use caustics::method::settings::Settings;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
@@ -12,6 +13,7 @@ use caustics_kernels::interface::needs::Needs;
 use caustics_tests::direct::{Beam, World};
 use caustics_tests::energy::{ledger, ledgers, share};
 use caustics_tests::gpu::gpu;
+use caustics_tests::moving::{Moving, kept};
 use caustics_tests::quadrature::glass_by_quadrature;
 use caustics_tests::scenes::*;
 use caustics_tests::statistics::Mean;
@@ -337,6 +339,31 @@ fn ledgers_of_cpu_and_gpu_agree() {
         let parts = |e: &Energy| [e.emitted, e.absorbed, e.escaped, e.cut, e.shading_normals];
         for (a, b) in parts(&cpu).iter().zip(parts(&gpu)) {
             assert!((a - b).abs() < 2e-3 * cpu.emitted, "{a} {b}");
+        }
+    }
+}
+
+/// The validated history keeps the energy of caustics, whatever moves and however many light paths there are: seeds until
+/// the standard error is below 1 %. What the published one keeps is shown beside it.
+#[test]
+#[ignore = "two minutes"]
+fn the_validated_history_keeps_the_energy_of_what_moves() {
+    for (width, height, paths, frames) in [(192, 108, 0.5, 24), (96, 54, 10.0, 16), (64, 36, 200.0, 8)] {
+        let light_paths = (paths * f64::from(width * height)) as u32;
+        let settings = Settings { width, height, light_paths, ..Settings::default() };
+        for moving in Moving::ALL {
+            let mut seeds = 2;
+            let [mut validated, paper] = kept(moving, [&VALIDATED, &PAPER], &settings, frames, seeds);
+            while validated.error > 0.01 {
+                seeds *= 2;
+                assert!(seeds < 100, "the test has lost its subject: {validated:?}");
+                [validated] = kept(moving, [&VALIDATED], &settings, frames, seeds);
+            }
+            println!(
+                "{moving:?}, {paths} paths a pixel: {:.4} +- {:.4}, {seeds} seeds; paper {:.3}",
+                validated.value, validated.error, paper.value
+            );
+            assert!((validated.value - 1.0).abs() < (3.0 * validated.error).max(0.02), "{moving:?}");
         }
     }
 }

@@ -90,16 +90,16 @@ pub const PAPER: History = History {
 /// Light of the nearest previous point, counted by the frames that it holds, as far as light paths with the same random
 /// numbers say that it still arrives.
 ///
-/// Cost: as `paper`, and an eighth more light paths that give no light. Where it is wrong: light that moves counts up to six
-/// frames while a point takes few deposits, and lags by half of that; where few validation paths deposit, cells are
-/// large, and a change in a part of one is seen late; how far light moved is judged by the radius of a direct view,
-/// behind curved mirrors too.
+/// Cost: as `paper`, and an eighth more light paths that give no light. Where it gives nothing: light that moves by more than
+/// a disc or so a frame is as noisy as without a history, since light that is late is lost where its old place is hidden.
+/// Where it is wrong: where few validation paths deposit, cells are large, and a change in a part of one is seen late; how
+/// far light moved is judged by the radius of a direct view, behind curved mirrors too.
 pub const VALIDATED: History = History {
     name: "validated",
     about: "all frames that still hold by the validation paths, from the nearest point",
     settings: Some(HistorySettings {
         reach: 1.3,
-        lag: 16.0,
+        lag: 0.25,
         most_samples: 1024.0,
         demodulates: 1,
         camera: NOWHERE,

@@ -40,7 +40,7 @@ pub struct Lent {
 pub struct HistorySettings {
     /// Distance up to which a point lends, relative to its radius.
     pub reach: f32,
-    /// Size of what light looks like: a lag of so many radii of a point seen directly is all wrong.
+    /// Way by which lent light may be late, at most [radii of a point seen directly].
     pub lag: f32,
     /// Frames' worth of light that is lent at most.
     pub most_samples: f32,

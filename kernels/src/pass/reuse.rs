@@ -9,7 +9,7 @@ use spirv_std::num_traits::Float;
 
 use crate::gather::contribution::{DISC_THICKNESS, MIN_NORMAL_COS};
 use crate::interface::frame::FrameParams;
-use crate::interface::history::{HistoryPoint, HistorySettings, Lent, validation_paths};
+use crate::interface::history::{HistoryPoint, HistorySettings, Lent};
 use crate::interface::instance::Instance;
 use crate::interface::material::Material;
 use crate::interface::needs::Needs;
@@ -33,10 +33,8 @@ const NEAR: f32 = 0.85;
 const FLAT: f32 = 0.3;
 /// Share of the light that is lost a frame, above which nothing is lent.
 const MOST_LOST: f32 = 0.25;
-/// Frames' worth that light counts at most where it moves.
-const MOST_MOVING: f32 = 6.0;
-/// Way of light that is none [radii].
-const REST: f32 = 0.1;
+/// Share of the light by which that of a place which fades may be late.
+const MOST_LATE: f32 = 0.02;
 /// Turn of the view that light of a glossy lobe stands, relative to the lobe's width (squared roughness).
 const VIEW_LAG: f32 = 0.5;
 
@@ -163,7 +161,7 @@ pub fn validated(
     if shading.instance != 0 {
         let carrier = Carrier::world_below(shading.instance);
         let below = cells::change(validation_cells, point.position, carrier, params);
-        if most_samples(&below, settings, params) > most_samples(&change, settings, params) {
+        if most_samples(&below, settings) > most_samples(&change, settings) {
             change = below;
             borrower.position = point.position;
             borrower.normal = point.normal;
@@ -185,7 +183,7 @@ pub fn validated(
     }
     let lender = history_points[visit.pixel as usize];
 
-    let mut most = most_samples(&change, settings, params);
+    let mut most = most_samples(&change, settings);
     let material = material_of(shading, materials, needs);
     if is_glossy(&material, params.specular_roughness) {
         let mut to_viewer = shading.to_viewer;
@@ -204,25 +202,19 @@ pub fn validated(
 
 /// Frames' worth that lent light counts at most, by how it changed.
 ///
-/// Where a share c of the light is lost a frame, what stays is worth 1/c - 4 frames: from a quarter on a light went out, and
-/// nothing is kept. Light that moves by d radii a frame lags behind by n d / 2 after n frames, a bias of about
-/// n d / (2 LAG) of it; the noise of n frames is 1 / (m n), m the deposits that a point takes. The sum of the bias's square
-/// and the noise is least at n = (2 LAG^2 / (m d^2))^(1/3).
+/// Light that counts n frames is n frames late. What is late is not only blurred: where its old place is hidden by what
+/// moved, as behind the wall of a ring that carries its caustic along, it is lost, frame by frame. No weighing of that loss
+/// against noise is safe, so the lag itself is bounded, to a part of a disc for light that moves and to a part of its
+/// brightness for light that fades; from a quarter a frame on a light went out, and nothing is kept. Validation paths alone
+/// decide, with random numbers of their own: a choice that knew the noise of what it averages would be biased.
 #[inline(always)]
-fn most_samples(change: &Change, settings: &HistorySettings, params: &FrameParams) -> f32 {
-    let paths = params.light_path_count;
-    let deposits_per_validation = paths as f32 / validation_paths(paths) as f32;
+fn most_samples(change: &Change, settings: &HistorySettings) -> f32 {
     let mut most = settings.most_samples;
     if change.lost > 0.0 {
-        most = most.min((1.0 / change.lost - 1.0 / MOST_LOST).max(0.0));
+        most = most.min(MOST_LATE * (1.0 / change.lost - 1.0 / MOST_LOST).max(0.0));
     }
-    let square = change.moved / settings.lag;
-    let square = square * square * change.density * deposits_per_validation;
-    if square > 0.0 {
-        most = most.min((2.0 / square).powf(1.0 / 3.0));
-    }
-    if change.moved > REST {
-        most = most.min(MOST_MOVING);
+    if change.moved > 0.0 {
+        most = most.min(settings.lag / change.moved);
     }
     most
 }
@@ -271,6 +263,32 @@ impl Look for Nearest {
             self.pixel = pixel;
             self.square = square;
             self.found = true;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn samples(lost: f32, moved: f32) -> f32 {
+        let settings = HistorySettings { lag: 0.25, most_samples: 1024.0, ..Default::default() };
+        most_samples(&Change { lost, moved }, &settings)
+    }
+
+    #[test]
+    fn lent_light_is_late_by_a_part_of_a_disc_or_of_its_brightness() {
+        assert_eq!(samples(0.0, 0.0), 1024.0);
+        for moved in [0.001, 0.1, 2.5, cells::LONGEST] {
+            assert!((samples(0.0, moved) * moved - 0.25).abs() < 1.0e-6, "{moved}");
+        }
+        for lost in [0.001, 0.02, 0.1, 0.2] {
+            assert!(samples(lost, 0.0) * lost <= MOST_LATE);
+            // Whatever says less counts.
+            assert_eq!(samples(lost, 2.5), samples(lost, 0.0).min(0.1));
+        }
+        for lost in [0.25, 0.5, 1.0] {
+            assert_eq!(samples(lost, 0.0), 0.0);
         }
     }
 }

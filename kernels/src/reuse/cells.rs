@@ -26,7 +26,7 @@ const ENOUGH: u32 = 12;
 const UNIT: f32 = 256.0;
 /// Longest way that is told from longer ones [radii of a point seen directly]; so far moved what came from elsewhere.
 pub const LONGEST: f32 = 8.0;
-/// Way that counts as rest [radii].
+/// Way of light that comes and goes by chance, rather than at rest [radii].
 const REST: f32 = 0.1;
 /// Sizes of cells, from the first with enough marks on, that may find light lost.
 const JUDGES: u32 = 4;
@@ -40,10 +40,8 @@ const BRIGHTEST: f32 = 4.0;
 pub struct Change {
     /// Share of the light that is gone or came anew, beyond chance, in [0, 1].
     pub lost: f32,
-    /// Mean way of deposits [radii of a point seen directly].
+    /// Mean way of deposits [radii of a point seen directly], the longest of the cells that judge.
     pub moved: f32,
-    /// Validation deposits that a point can expect.
-    pub density: f32,
 }
 
 /// What moves with the light that is judged.
@@ -129,11 +127,11 @@ pub fn mark<A: Atomics>(
 }
 
 /// How light changed at a place: by the smallest cell with enough marks, else by the largest; not at all without a mark.
-/// What is lost may be beyond chance only in some of the larger cells: the largest share counts.
+/// What is lost may be beyond chance only in some of the larger cells, and a mark that moved is no chance at all, however
+/// few there are: the largest share and the longest way count.
 #[inline(always)]
 pub fn change(cells: &[u32], position: Vec3, carrier: Carrier, params: &FrameParams) -> Change {
     let exponent = finest(position, params);
-    let disc = direct_radius(position, params);
     let mut change = Change::default();
     let (mut size, mut judges) = (0, 0);
     let largest = slot(position, carrier, exponent + SIZES - 1) as usize;
@@ -145,18 +143,14 @@ pub fn change(cells: &[u32], position: Vec3, carrier: Carrier, params: &FramePar
         let first = slot(position, carrier, exponent + size) as usize;
         let marks = cells[first];
         let is_last = size + 1 == SIZES;
+        if marks > 0 && judges == 0 {
+            change.moved = change.moved.max(cells[first + 3] as f32 / (marks as f32 * UNIT));
+        }
         if marks >= ENOUGH || (is_last && marks > 0 && judges == 0) {
-            let marks = marks as f32;
             let (before, now) = (cells[first + 1] as f32, cells[first + 2] as f32);
-            let chance = CHANCE * (cells[first + 4] as f32).sqrt() * (before + now) / marks;
+            let chance = CHANCE * (cells[first + 4] as f32).sqrt() * (before + now) / marks as f32;
             let lost = ((now - before).abs() - chance).max(0.0) / before.max(now).max(1.0);
             change.lost = change.lost.max(lost);
-            if judges == 0 {
-                let edge = f32::from_bits((exponent + size) << 23);
-                change.moved = cells[first + 3] as f32 / (marks * UNIT);
-                // Each deposit has two marks.
-                change.density = 0.5 * marks * (PI * disc / edge) * (disc / edge);
-            }
             if change.moved <= 0.0 {
                 // Nothing moved here: what larger cells saw happened elsewhere.
                 judges = JUDGES;
@@ -214,10 +208,6 @@ mod tests {
         vec![0; (WORDS * VALIDATION_CELLS) as usize]
     }
 
-    fn expected_density(marks: f32, edge: f32) -> f32 {
-        0.5 * marks * PI * (direct_radius(place(), &params()) / edge).powi(2)
-    }
-
     const WORLD: Carrier = Carrier(0);
 
     #[test]
@@ -237,7 +227,6 @@ mod tests {
         let found = change(&cells, place(), WORLD, &params());
         // Means of sums in 1/256, which these numbers are.
         assert_eq!((found.lost, found.moved), (0.0, 2.0));
-        assert!((found.density / expected_density(12.0, edge()) - 1.0).abs() < 1.0e-5);
         assert_eq!(change(&cells, beside, WORLD, &params()).moved, 4.0);
     }
 
@@ -245,12 +234,12 @@ mod tests {
     fn too_few_marks_are_judged_with_those_around() {
         let mut cells = empty();
         let beside = place() + Vec3::X * edge();
-        add(&mut cells, 2, place(), WORLD, true, 4.0);
-        add(&mut cells, 6, beside, WORLD, true, 0.0);
-        let found = change(&cells, place(), WORLD, &params());
-        // Four marks of sixteen, in a cell of twice the edge.
-        assert_eq!(found.moved, 1.0);
-        assert!((found.density / expected_density(16.0, 2.0 * edge()) - 1.0).abs() < 1.0e-5);
+        add(&mut cells, 2, place(), WORLD, true, 0.0);
+        add(&mut cells, 6, beside, WORLD, true, 4.0);
+        // Twelve marks of sixteen, in a cell of twice the edge.
+        assert_eq!(change(&cells, place(), WORLD, &params()).moved, 3.0);
+        // Few that moved are not hidden by many that rest around them.
+        assert_eq!(change(&cells, beside, WORLD, &params()).moved, 4.0);
         // Fewer than enough in all: the largest cell judges, also far from the marks. Beyond it there is nothing.
         let mut cells = empty();
         add(&mut cells, 2, place(), WORLD, true, 4.0);

@@ -156,7 +156,8 @@ fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
     if scene.lights.is_empty() && !scene.motion.as_ref().is_some_and(Motion::has_light) {
         return Err(SceneError::NoLight { file: file.into() });
     }
-    Ok(Scene { origin, background: document.background, warnings: document.warnings, ..scene })
+    let warnings = document.warnings.into_iter().chain(scene.warnings).collect();
+    Ok(Scene { origin, background: document.background, warnings, ..scene })
 }
 
 /// A vector of the file.

@@ -15,12 +15,10 @@ use crate::surface::vertex::vertex;
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
 
-/// Unit vectors along three edges of a cube that stands along no axis; the rays go to its corners.
-const EDGES: [Vec3; 3] = [
-    Vec3::new(-0.279_759, 0.911_838_1, 0.300_476_5),
-    Vec3::new(-0.055_185_6, -0.327_728_9, 0.943_158_7),
-    Vec3::new(0.958_482_9, 0.247_275_1, 0.142_005_5),
-];
+/// Unit vectors along the edges of a cube that stands along no axis; the rays go to its corners.
+const RIGHT: Vec3 = Vec3::new(-0.279_759, 0.911_838_1, 0.300_476_5);
+const UP: Vec3 = Vec3::new(-0.055_185_6, -0.327_728_9, 0.943_158_7);
+const BACK: Vec3 = Vec3::new(0.958_482_9, 0.247_275_1, 0.142_005_5);
 /// Faces on the way out of one ray, at most.
 const MOST_FACES: u32 = 256;
 
@@ -50,7 +48,7 @@ pub fn enclosing<T: Tracer>(
 ) -> MediaStack {
     let none = Winding { material: NONE, sum: 0 };
     let mut around = Windings { first: none, second: none, third: none, fourth: none };
-    let rays = if needs.has(Needs::SHEETS) { 8 } else { 1 };
+    let rays: i32 = if needs.has(Needs::SHEETS) { 8 } else { 1 };
     let mut corner = 0;
     while corner < rays {
         let direction = to_corner(corner);
@@ -79,9 +77,9 @@ pub fn enclosing<T: Tracer>(
 
 /// Unit direction to a corner of the cube, 0 to 7; corner 7 - c is opposite to c.
 #[inline(always)]
-fn to_corner(corner: u32) -> Vec3 {
-    let sign = |bit: u32| if corner & bit == 0 { 1.0 } else { -1.0 };
-    ((EDGES[0] * sign(1)) + (EDGES[1] * sign(2)) + (EDGES[2] * sign(4))).normalize()
+fn to_corner(corner: i32) -> Vec3 {
+    let sign = |bit: i32| if corner & bit == 0 { 1.0 } else { -1.0 };
+    (RIGHT * sign(1) + UP * sign(2) + BACK * sign(4)).normalize()
 }
 
 impl Winding {

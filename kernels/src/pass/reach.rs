@@ -3,6 +3,7 @@
 //! Such a face is no vertex: it takes no bounce and draws no number, so that overlapping solids give what one surface
 //! between them gives. Camera paths, light paths and direct connections all pass by this one rule.
 
+use crate::interface::NONE;
 use crate::interface::needs::Needs;
 use crate::interface::scene::SceneTables;
 use crate::math::offset;
@@ -56,7 +57,8 @@ pub fn reach<T: Tracer>(
                 let sides = reached.media.at_face(material, here.front, scene.materials);
                 reached.unexpected += u32::from(!sides.is_expected);
                 reached.media = sides.before;
-                if sides.is_covered() && covered < MOST_COVERED {
+                // What emits is seen, covered or not.
+                if sides.is_covered() && here.light == NONE && covered < MOST_COVERED {
                     follows = true;
                     covered += 1;
                     reached.overflows += u32::from(sides.overflow);

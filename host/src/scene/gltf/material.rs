@@ -19,7 +19,7 @@ pub fn read_all(document: &mut Document) -> (Vec<Material>, Vec<String>) {
         let name = material.name.clone().unwrap_or_else(|| format!("material {index}"));
         let label = unsupported::label("material", index, material.name.as_deref());
         let mut resolved = resolve(material, |what| document.warn(format!("{label}: {what}")));
-        resolved.priority = priority(&document.sections.materials[index]).unwrap_or_else(|what| {
+        resolved.priority = priority(document.sections.materials.get(index)).unwrap_or_else(|what| {
             document.warn(format!("{label}: {what}"));
             0
         });
@@ -30,11 +30,10 @@ pub fn read_all(document: &mut Document) -> (Vec<Material>, Vec<String>) {
 }
 
 /// `extras.priority` of a material, else 0: where media overlap, that of the highest is there.
-fn priority(material: &Value) -> Result<i32, String> {
-    let priority = &material["extras"]["priority"];
-    if priority.is_null() {
+fn priority(material: Option<&Value>) -> Result<i32, String> {
+    let Some(priority) = material.and_then(|material| material["extras"].get("priority")) else {
         return Ok(0);
-    }
+    };
     let integer = priority.as_i64().and_then(|number| i32::try_from(number).ok());
     integer.ok_or_else(|| format!("extras.priority is {priority} and should be an integer; taken as 0"))
 }

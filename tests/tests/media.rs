@@ -250,7 +250,7 @@ fn a_path_and_its_reverse_have_the_same_throughput() {
         });
         if let Some(back) = same {
             let off = ((forth - back) / back).abs().max_element();
-            // The way back starts 0.1 mm further and ends within 2 cm of air.
+            // f32 over some ten faces that are metres from the origin.
             assert!(off < 2e-3, "path {index}: {forth} there, {back} back over {}", at.scatterings);
             compared += 1;
         }

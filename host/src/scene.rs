@@ -20,6 +20,7 @@ pub use self::error::SceneError;
 pub use self::find::{MADE, names, resolve};
 pub use self::gltf::files::files;
 pub(crate) use self::gltf::read_alone as read;
+use self::media::Media;
 use self::motion::Motion;
 use self::moving::MovingMesh;
 pub use self::punctual::{LightShape, PunctualLight};
@@ -33,10 +34,12 @@ mod find;
 mod geometry;
 mod gltf;
 mod light;
+mod media;
 pub mod motion;
 pub mod moving;
 mod needs;
 mod punctual;
+mod solids;
 #[cfg(test)]
 mod tests;
 pub mod texture;
@@ -77,7 +80,9 @@ pub struct Scene {
     pub origin: DVec3,
     /// Emitted flux of each channel [W].
     pub flux: Vec3,
-    /// What the file asks for and is not rendered, each once.
+    /// Whether a path can be inside of two solids at once, or of an open sheet.
+    pub has_nested_media: bool,
+    /// What the file asks for and is not rendered, each once; what in it should be repaired.
     pub warnings: Vec<String>,
     /// Triangles without an area, left out.
     pub dropped_triangles: usize,
@@ -95,7 +100,7 @@ impl Scene {
     /// Makes the tables of geometry that is centred already. A scene may be dark or have no camera.
     ///
     /// Drops triangles without an area, computes curvatures, clears normals that are the face's, orders triangles by the tree, and builds the light table;
-    /// `curvature` and `light` of the given surfaces are overwritten.
+    /// `curvature` and `light` of the given surfaces are overwritten, and the materials' priorities by a strict order.
     pub fn from_parts(
         name: &str,
         triangles: Vec<Triangle>,
@@ -168,6 +173,9 @@ impl Scene {
         let moving: usize = meshes.iter().map(|mesh| mesh.corners.len()).sum();
         texture::check(name, &parts, triangles.len() + moving, &material_names)?;
         texture::set_flags(&mut materials, &parts);
+        let media = Media::of(&materials, &triangles, &surfaces, motion.as_ref());
+        let warnings = media.warnings(name, &material_names);
+        media.rank(&mut materials);
         let has_coordinates = !parts.coordinates.is_empty();
         parts.coordinates.truncate(triangles.len());
         let dropped_triangles =
@@ -218,6 +226,8 @@ impl Scene {
             nodes: vec![TreeNode::default(); top],
             cameras,
             origin,
+            has_nested_media: media.are_nested(),
+            warnings,
             dropped_triangles,
             ..Scene::default()
         };

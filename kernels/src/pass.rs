@@ -7,6 +7,7 @@ pub mod enclosing;
 pub mod filter;
 pub mod gather;
 pub mod ledger;
+pub mod reach;
 pub mod reference;
 pub mod remember;
 pub mod resolve;

@@ -15,7 +15,7 @@ const BASE: Material = Material {
     transmission: 0.0,
     specular: 0.0,
     flags: 0,
-    padding: 0,
+    priority: 0,
 };
 
 /// The materials with their names; the first is the floor's, the last the light's.

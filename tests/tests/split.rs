@@ -181,6 +181,20 @@ fn room_of_nested_glass_is_the_reference() {
     agrees("nested glass", &b.build(), &LARGE_LAMP);
 }
 
+/// Two absorbing solids that overlap, and a sheet that hangs over them.
+#[test]
+#[ignore = "thousands of samples a pixel: half a minute on two cores"]
+fn room_of_overlapping_media_is_the_reference() {
+    let mut b = room(0.5);
+    let tinted = |ior, sigma| Material { absorption: sigma * Vec3::new(0.5, 1.0, 2.0), ..glass(ior) };
+    let (ball, block) = (b.material(tinted(1.5, 1.0)), b.material(tinted(1.33, 2.0)));
+    let sheet = b.material(tinted(1.33, 1.0));
+    b.sphere(ball, DVec3::new(-0.15, -0.5, -0.2), 0.4, 64, 32);
+    b.block(block, DVec3::new(-0.1, -0.9, -0.5), DVec3::new(0.5, -0.3, 0.1), false);
+    b.panel(sheet, DVec3::new(0.0, 0.2, -0.2), 0.5 * DVec3::Z, 0.5 * DVec3::X);
+    agrees_at(&[0.25], "overlapping media", &b.build(), &LARGE_LAMP);
+}
+
 #[test]
 #[ignore = "thousands of samples a pixel: a minute on two cores"]
 fn smooth_ball_of_32_segments_is_the_reference() {

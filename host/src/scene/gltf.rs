@@ -179,7 +179,8 @@ fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
     if scene.lights.is_empty() && !scene.motion.as_ref().is_some_and(Motion::has_light) {
         return Err(SceneError::NoLight { file: file.into() });
     }
-    Ok(Scene { origin, background: document.background, warnings: document.warnings.lines(file), ..scene })
+    let warnings = document.warnings.lines(file).into_iter().chain(scene.warnings).collect();
+    Ok(Scene { origin, background: document.background, warnings, ..scene })
 }
 
 /// Takes memory for all triangles, by the accessors of every mesh and the nodes that place it. How many there are.

@@ -58,7 +58,7 @@ impl MovingMesh {
     }
 
     /// Its triangles in its own space.
-    fn own_triangles(&self) -> Vec<Triangle> {
+    pub fn own_triangles(&self) -> Vec<Triangle> {
         let own = |corner: Corner| (corner.position - self.centre).as_vec3();
         self.corners.iter().map(|&[a, b, c]| Triangle { a: own(a), b: own(b), c: own(c) }).collect()
     }

@@ -4,7 +4,7 @@ use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::light::{LIGHT_DIRECTIONAL, LIGHT_SPOT, Light};
 use caustics_kernels::interface::material::{
     FLAG_COLOR_TEXTURE, FLAG_CUT_OUT, FLAG_EMISSIVE_TEXTURE, FLAG_NORMAL_MAP, FLAG_ROUGHNESS_TEXTURE,
-    FLAG_THIN, Material,
+    FLAG_SHEET, FLAG_THIN, Material,
 };
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::packed::{from_byte, to_byte};
@@ -50,6 +50,9 @@ impl Scene {
         }
         // Where things move, somebody may be inside of glass at some time.
         needs = self.motion.as_ref().map_or(needs, |motion| needs | motion.needs());
+        if needs.has(Needs::GLASS) && self.has_nested_media {
+            needs = needs | Needs::NESTED;
+        }
         if needs.has(Needs::GLASS) && (self.is_animated() || self.starts_inside(needs)) {
             needs = needs | Needs::ENCLOSED;
         }
@@ -62,7 +65,8 @@ impl Scene {
         let cut_outs = CutOuts::of(tables, needs);
         let mut tracer =
             BvhTracer { nodes: &self.nodes, blocks: &self.blocks, instances: &self.instances, cut_outs };
-        let mut is_inside = |position: Vec3| enclosing(position, tables, &mut tracer) != MediaStack::VACUUM;
+        let mut is_inside =
+            |position: Vec3| enclosing(position, needs, tables, &mut tracer) != MediaStack::VACUUM;
         let beside = |light: &Light| {
             let Some(Triangle { a, b, c }) = self.triangles.get(light.triangle as usize) else {
                 return [light.position; 2];
@@ -118,6 +122,7 @@ fn of_material(material: &Material, specular_roughness: f32) -> Needs {
         (material.flags & FLAGS_TEXTURES != 0, Needs::TEXTURES),
         (material.flags & FLAG_NORMAL_MAP != 0, Needs::NORMAL_MAPS),
         (material.flags & FLAG_CUT_OUT != 0, Needs::CUT_OUTS),
+        (glass && material.flags & FLAG_SHEET != 0, Needs::SHEETS),
         (glass || (reflects && is_specular), Needs::CASTERS),
         (diffuse || ((reflects || glass) && !is_specular), Needs::RECEIVERS),
     ];

@@ -28,13 +28,15 @@ pub enum Counter {
     Cut,
     /// Paths whose stack of nested media overflowed.
     MediaOverflow,
+    /// Faces of media that did not fit to the media around the path that met them.
+    UnexpectedFaces,
 }
 
 /// Slots of the counter buffer, those of the energy ledger included.
 pub const COUNTER_COUNT: usize = (LEDGER_FIRST + 2 * ENTRY_COUNT * LEDGER_BANKS) as usize;
 
 /// Names of the counters that a person wants to see.
-pub const COUNTER_NAMES: [(Counter, &str); 11] = [
+pub const COUNTER_NAMES: [(Counter, &str); 12] = [
     (Counter::Deposits, "deposits"),
     (Counter::DepositsDropped, "deposits_dropped"),
     (Counter::Gathered, "gathered"),
@@ -46,6 +48,7 @@ pub const COUNTER_NAMES: [(Counter, &str); 11] = [
     (Counter::LightPaths, "light_paths"),
     (Counter::Cut, "cut"),
     (Counter::MediaOverflow, "media_overflow"),
+    (Counter::UnexpectedFaces, "unexpected_faces"),
 ];
 
 /// A slot of the buffer `deposit_state`.

@@ -25,14 +25,24 @@ pub struct Material {
     pub specular: f32,
     /// Bits `FLAG_*`.
     pub flags: u32,
-    /// Keeps rows at 16 bytes.
-    pub padding: u32,
+    /// Where media overlap, that of the highest priority is there. The loader makes the file's numbers a strict order.
+    pub priority: i32,
+}
+
+impl Material {
+    /// Whether its surface bounds a medium.
+    #[inline]
+    pub fn is_medium(&self) -> bool {
+        self.transmission > 0.0 && self.metallic < 1.0 && self.flags & FLAG_THIN == 0
+    }
 }
 
 /// Emission leaves both faces.
 pub const FLAG_EMIT_BOTH_SIDES: u32 = 1;
 /// Transmission without a volume: an infinitely thin wall that does not bend light.
 pub const FLAG_THIN: u32 = 2;
+/// A medium whose surface is open, or inside out: it bounds no solid, and its faces alone say where the medium is.
+pub const FLAG_SHEET: u32 = 4;
 /// A texture scales the base colour.
 pub const FLAG_COLOR_TEXTURE: u32 = 1 << 16;
 /// A texture scales roughness and metallic.

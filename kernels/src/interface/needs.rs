@@ -45,10 +45,14 @@ impl Needs {
     pub const ENCLOSED: Needs = Needs(1 << 17);
     /// Some mesh moves.
     pub const INSTANCES: Needs = Needs(1 << 18);
+    /// Solids of media may overlap, or some medium is a sheet.
+    pub const NESTED: Needs = Needs(1 << 19);
+    /// Some medium is a sheet: its surface is open.
+    pub const SHEETS: Needs = Needs(1 << 20);
     /// Everything.
-    pub const ALL: Needs = Needs((1 << 19) - 1);
+    pub const ALL: Needs = Needs((1 << 21) - 1);
     /// Bits and names, for printing.
-    pub const NAMES: [(Needs, &'static str); 19] = [
+    pub const NAMES: [(Needs, &'static str); 21] = [
         (Self::METAL, "metal"),
         (Self::MIRROR, "mirror"),
         (Self::COAT, "coat"),
@@ -68,6 +72,8 @@ impl Needs {
         (Self::LEDGER, "ledger"),
         (Self::ENCLOSED, "enclosed"),
         (Self::INSTANCES, "instances"),
+        (Self::NESTED, "nested"),
+        (Self::SHEETS, "sheets"),
     ];
 
     /// Whether any bit of `other` is set.

@@ -15,6 +15,7 @@ use crate::math::offset;
 use crate::math::ray::Ray;
 use crate::math::rng::{Rng, Stream};
 use crate::pass::enclosing::enclosing;
+use crate::pass::reach::{reach, unblocked};
 use crate::seam::Atomics;
 use crate::surface::class::Classes;
 use crate::surface::media::MediaStack;
@@ -88,17 +89,21 @@ pub fn follow<T: Tracer, C: Atomics>(
     let mut throughput = Vec3::ONE;
     let mut media = MediaStack::VACUUM;
     if needs.has(Needs::ENCLOSED) {
-        media = enclosing(ray.origin, scene, tracer);
+        media = enclosing(ray.origin, needs, scene, tracer);
     }
     let (mut prefix, mut distance) = (true, 0.0);
     let mut pdf_scattered = 0.0;
-    let (mut rays, mut shadow_rays, mut overflows) = (0, 0, 0);
+    let (mut rays, mut shadow_rays, mut overflows, mut unexpected) = (0, 0, 0, 0);
 
     // Vertex `depth` is scattered at; the last one may only emit.
     let mut depth = 1;
     while depth <= params.max_bounces + 1 {
         rays += 1;
-        let hit = tracer.closest(&ray);
+        let reached = reach(&ray, media, needs, scene, tracer);
+        let hit = reached.hit;
+        media = reached.media;
+        overflows += reached.overflows;
+        unexpected += reached.unexpected;
         if hit.is_miss() {
             if prefix {
                 collected.radiance += throughput * params.background;
@@ -119,7 +124,7 @@ pub fn follow<T: Tracer, C: Atomics>(
             collected.geometry.position = here.position;
         }
         if needs.has(Needs::ABSORPTION) {
-            throughput *= media.transmittance(scene.materials, hit.distance);
+            throughput *= reached.left;
         }
 
         // Emission, shared with the direct connections of the vertex before.
@@ -151,13 +156,10 @@ pub fn follow<T: Tracer, C: Atomics>(
             if direct.max_element() > 0.0 {
                 shadow_rays += 1;
                 let shadow = shadow_ray(&here, &connection);
-                if !tracer.occluded(&shadow) {
-                    let mut light = throughput * direct;
-                    if needs.has(Needs::ABSORPTION) {
-                        let media = site.media_towards(connection.to_light);
-                        light *= media.transmittance(scene.materials, shadow.length);
-                    }
-                    collected.radiance += light;
+                let media = site.media_towards(connection.to_light);
+                let left = unblocked(&shadow, media, needs, scene, tracer);
+                if left.max_element() > 0.0 {
+                    collected.radiance += throughput * direct * left;
                 }
             }
         }
@@ -224,6 +226,9 @@ pub fn follow<T: Tracer, C: Atomics>(
     counters.add(Counter::ShadowRays as u32, shadow_rays);
     if overflows != 0 {
         counters.add(Counter::MediaOverflow as u32, overflows);
+    }
+    if unexpected != 0 {
+        counters.add(Counter::UnexpectedFaces as u32, unexpected);
     }
     collected
 }

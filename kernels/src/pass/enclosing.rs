@@ -1,6 +1,11 @@
-//! The media around a point where a path starts: the eye or a light.
+//! The media around a place where a path starts: the eye or a light.
+//!
+//! A place is inside of a medium where the medium's faces wind around it more than half a time. Around a solid that is
+//! an integer, which any ray out counts; around an open sheet it is the mean of all rays [Jacobson et al. 2013], here of
+//! eight that come in opposite pairs: nowhere does a flat sheet wind around more than half.
 
-use crate::interface::material::FLAG_THIN;
+use crate::interface::NONE;
+use crate::interface::material::{FLAG_SHEET, Material};
 use crate::interface::needs::Needs;
 use crate::interface::scene::SceneTables;
 use crate::math::offset;
@@ -10,37 +15,147 @@ use crate::surface::vertex::vertex;
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
 
-/// A direction along no axis, of unit length.
-const OUT: Vec3 = Vec3::new(0.36, 0.48, 0.8);
-/// Faces on the way out, at most.
-const MOST_FACES: u32 = 64;
+/// Unit vectors along the edges of a cube that stands along no axis; the rays go to its corners.
+const RIGHT: Vec3 = Vec3::new(-0.279_759, 0.911_838_1, 0.300_476_5);
+const UP: Vec3 = Vec3::new(-0.055_185_6, -0.327_728_9, 0.943_158_7);
+const BACK: Vec3 = Vec3::new(0.958_482_9, 0.247_275_1, 0.142_005_5);
+/// Faces on the way out of one ray, at most.
+const MOST_FACES: u32 = 256;
 
-/// Media whose faces a ray from `position` leaves without having entered them, the innermost first. Faces without a
-/// back of their own count as closed.
+/// How often a medium winds around a place, summed over rays.
+#[derive(Clone, Copy)]
+struct Winding {
+    material: u32,
+    sum: i32,
+}
+
+/// Windings of up to four media; one of zero says nothing and makes room.
+#[derive(Clone, Copy)]
+struct Windings {
+    first: Winding,
+    second: Winding,
+    third: Winding,
+    fourth: Winding,
+}
+
+/// The media around `position`.
 #[inline(always)]
-pub fn enclosing<T: Tracer>(position: Vec3, scene: SceneTables<'_>, tracer: &mut T) -> MediaStack {
-    let mut around = MediaStack::VACUUM;
-    let mut entered = MediaStack::VACUUM;
-    let mut ray = Ray::endless(position, OUT);
-    let mut faces = 0;
-    while faces < MOST_FACES {
-        let hit = tracer.closest(&ray);
-        if hit.is_miss() {
-            break;
+pub fn enclosing<T: Tracer>(
+    position: Vec3,
+    needs: Needs,
+    scene: SceneTables<'_>,
+    tracer: &mut T,
+) -> MediaStack {
+    let none = Winding { material: NONE, sum: 0 };
+    let mut around = Windings { first: none, second: none, third: none, fourth: none };
+    let rays: i32 = if needs.has(Needs::SHEETS) { 8 } else { 1 };
+    let mut corner = 0;
+    while corner < rays {
+        let direction = to_corner(corner);
+        let mut ray = Ray::endless(position, direction);
+        let mut faces = 0;
+        while faces < MOST_FACES {
+            let hit = tracer.closest(&ray);
+            if hit.is_miss() {
+                break;
+            }
+            let here = vertex(scene, Needs(0), &ray, &hit, 0.0);
+            if scene.materials[here.material as usize].is_medium() {
+                around = around.crossed(here.material, if here.front { -1 } else { 1 });
+            }
+            let origin = offset::leave(here.position, here.face_normal, direction, here.clearance);
+            ray = Ray::endless(origin, direction);
+            faces += 1;
         }
-        let here = vertex(scene, Needs(0), &ray, &hit, 0.0);
-        let material = scene.materials[here.material as usize];
-        if material.transmission > 0.0 && material.flags & FLAG_THIN == 0 {
-            if here.front {
-                entered = entered.entered(here.material).0;
-            } else if entered.holds(here.material) {
-                entered = entered.left(here.material);
-            } else {
-                around = around.inside_of(here.material);
+        corner += 1;
+    }
+    let media = around.first.inside(MediaStack::VACUUM, rays, scene.materials);
+    let media = around.second.inside(media, rays, scene.materials);
+    let media = around.third.inside(media, rays, scene.materials);
+    around.fourth.inside(media, rays, scene.materials)
+}
+
+/// Unit direction to a corner of the cube, 0 to 7; corner 7 - c is opposite to c.
+#[inline(always)]
+fn to_corner(corner: i32) -> Vec3 {
+    let sign = |bit: i32| if corner & bit == 0 { 1.0 } else { -1.0 };
+    (RIGHT * sign(1) + UP * sign(2) + BACK * sign(4)).normalize()
+}
+
+impl Winding {
+    /// The media inside of this one too, as often as it winds around by more than half.
+    #[inline(always)]
+    fn inside(self, mut media: MediaStack, rays: i32, materials: &[Material]) -> MediaStack {
+        if self.sum > 0 {
+            let mut times = (2 * self.sum + rays - 1) / (2 * rays);
+            if times > 1 && materials[self.material as usize].flags & FLAG_SHEET != 0 {
+                times = 1;
+            }
+            while times > 0 {
+                media = media.entered(self.material, materials).0;
+                times -= 1;
             }
         }
-        ray = Ray::endless(offset::leave(here.position, here.face_normal, OUT, here.clearance), OUT);
-        faces += 1;
+        media
     }
-    around
+
+    #[inline(always)]
+    fn plus(self, by: i32) -> Winding {
+        Winding { sum: self.sum + by, ..self }
+    }
+}
+
+impl Windings {
+    /// After a ray out crossed a face: a back (1) ends what it came out of, a front (-1) begins what it passes.
+    #[inline(always)]
+    fn crossed(mut self, material: u32, by: i32) -> Self {
+        let fresh = Winding { material, sum: by };
+        if self.first.material == material {
+            self.first = self.first.plus(by);
+        } else if self.second.material == material {
+            self.second = self.second.plus(by);
+        } else if self.third.material == material {
+            self.third = self.third.plus(by);
+        } else if self.fourth.material == material {
+            self.fourth = self.fourth.plus(by);
+        } else if self.first.sum == 0 {
+            self.first = fresh;
+        } else if self.second.sum == 0 {
+            self.second = fresh;
+        } else if self.third.sum == 0 {
+            self.third = fresh;
+        } else if self.fourth.sum == 0 {
+            self.fourth = fresh;
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_are_unit_vectors_in_opposite_pairs() {
+        for corner in 0..8 {
+            let direction = to_corner(corner);
+            assert!((direction.length() - 1.0).abs() < 1e-6);
+            assert!((direction + to_corner(7 - corner)).length() < 1e-6);
+            let components = direction.abs();
+            assert!(components.min_element() > 0.1, "{direction}");
+        }
+    }
+
+    #[test]
+    fn a_winding_of_half_is_outside() {
+        let materials = [Material::default()];
+        for (sum, rays, times) in
+            [(0, 1, 0), (1, 1, 1), (2, 1, 2), (4, 8, 0), (5, 8, 1), (12, 8, 1), (13, 8, 2)]
+        {
+            let inside = Winding { material: 0, sum }.inside(MediaStack::VACUUM, rays, &materials);
+            let mut expected = MediaStack::VACUUM;
+            (0..times).for_each(|_| expected = expected.entered(0, &materials).0);
+            assert_eq!(inside, expected, "{sum} of {rays}");
+        }
+    }
 }

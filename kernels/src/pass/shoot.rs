@@ -12,6 +12,7 @@ use crate::math::is_finite;
 use crate::math::rng::{Rng, Stream};
 use crate::pass::enclosing::enclosing;
 use crate::pass::ledger::Ledger;
+use crate::pass::reach::reach;
 use crate::seam::Atomics;
 use crate::surface::class::Classes;
 use crate::surface::media::MediaStack;
@@ -59,18 +60,22 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     let mut ray = leaving.ray;
     let mut media = MediaStack::VACUUM;
     if needs.has(Needs::ENCLOSED) {
-        media = enclosing(ray.origin, scene, tracer);
+        media = enclosing(ray.origin, needs, scene, tracer);
     }
     let mut ledger = Ledger::new(params, path, needs);
     ledger.emit(flux);
     let mut caustic = false;
-    let (mut rays, mut deposits, mut cut, mut overflows) = (0, 0, 0, 0);
+    let (mut rays, mut deposits, mut cut, mut overflows, mut unexpected) = (0, 0, 0, 0, 0);
 
     // Hit `hit_count` lies behind `hit_count - 1` scatterings; one more is left for the collection point.
     let mut hit_count = 1;
     while hit_count <= params.max_bounces {
         rays += 1;
-        let hit = tracer.closest(&ray);
+        let reached = reach(&ray, media, needs, scene, tracer);
+        let hit = reached.hit;
+        media = reached.media;
+        overflows += reached.overflows;
+        unexpected += reached.unexpected;
         if hit.is_miss() {
             ledger.escape(flux);
             break;
@@ -80,7 +85,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
         let material = material_at(scene, &here, needs);
         if needs.has(Needs::ABSORPTION) {
             let before = flux;
-            flux *= media.transmittance(scene.materials, hit.distance);
+            flux *= reached.left;
             ledger.pass(before, flux);
         }
         let site =
@@ -163,6 +168,9 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     }
     if overflows != 0 {
         counters.add(Counter::MediaOverflow as u32, overflows);
+    }
+    if unexpected != 0 {
+        counters.add(Counter::UnexpectedFaces as u32, unexpected);
     }
     way
 }

@@ -40,7 +40,7 @@ pub fn scatter(input: &ScatterIn, params: &FrameParams, needs: Needs, scene: Sce
     let here = vertex(scene, needs, &input.ray, &input.hit, 0.0);
     let mut media = MediaStack::VACUUM;
     if input.inside != NONE {
-        media = media.entered(input.inside).0;
+        media = media.entered(input.inside, scene.materials).0;
     }
     let material = material_at(scene, &here, needs);
     let all = Classes::ALL;

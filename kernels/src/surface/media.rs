@@ -1,86 +1,125 @@
-//! The stack of nested media that a path is inside of: up to four materials, innermost first.
+//! The media around a place: up to four materials, that of the highest priority first [Schmidt and Budge 2002].
+//!
+//! They are a function of the place, whatever way a path took there: light and camera paths find the same ones. Light
+//! travels in the first; a face whose first medium is the same on both sides does nothing.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
 use crate::interface::NONE;
-use crate::interface::material::Material;
+use crate::interface::material::{FLAG_SHEET, Material};
 use spirv_std::glam::Vec3;
 
-/// Materials around a point, innermost first; `NONE` where the stack ends.
+/// Materials around a place by falling priority, one twice where two of its solids overlap; `NONE` behind the last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MediaStack {
-    inner: u32,
+    first: u32,
     second: u32,
     third: u32,
     fourth: u32,
 }
 
+/// The media on both sides of a face.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sides {
+    /// On the side that the path came from.
+    pub before: MediaStack,
+    /// On the other.
+    pub behind: MediaStack,
+    /// Whether the face fits to where the path came from: it leaves no medium that the path was not in.
+    pub is_expected: bool,
+    /// Whether a fifth medium was forgotten.
+    pub overflow: bool,
+}
+
+impl Sides {
+    /// Whether a medium of higher priority lies on both sides: the face does nothing.
+    #[inline(always)]
+    pub fn is_covered(self) -> bool {
+        self.before.first == self.behind.first
+    }
+}
+
 impl MediaStack {
     /// Vacuum.
-    pub const VACUUM: MediaStack = MediaStack { inner: NONE, second: NONE, third: NONE, fourth: NONE };
+    pub const VACUUM: MediaStack = MediaStack { first: NONE, second: NONE, third: NONE, fourth: NONE };
 
-    /// The stack inside `material`; the outermost is forgotten if four are there already (second value true).
-    #[inline]
-    pub fn entered(self, material: u32) -> (Self, bool) {
-        let inside =
-            MediaStack { inner: material, second: self.inner, third: self.second, fourth: self.third };
-        (inside, self.fourth != NONE)
+    /// The media inside of `material` too; the last is forgotten if four are there already (second value true).
+    #[inline(always)]
+    pub fn entered(self, material: u32, materials: &[Material]) -> (Self, bool) {
+        let MediaStack { first, second, third, fourth } = self;
+        let overflow = fourth != NONE;
+        let inside = if outranks(material, first, materials) {
+            MediaStack { first: material, second: first, third: second, fourth: third }
+        } else if outranks(material, second, materials) {
+            MediaStack { first, second: material, third: second, fourth: third }
+        } else if outranks(material, third, materials) {
+            MediaStack { first, second, third: material, fourth: third }
+        } else if outranks(material, fourth, materials) {
+            MediaStack { first, second, third, fourth: material }
+        } else {
+            self
+        };
+        (inside, overflow)
     }
 
-    /// The stack after leaving `material`; unchanged if the path was not inside.
+    /// The media outside of `material`; the same if it is not around.
     #[inline]
     pub fn left(self, material: u32) -> Self {
-        let MediaStack { inner, second, third, fourth } = self;
-        if inner == material {
-            MediaStack { inner: second, second: third, third: fourth, fourth: NONE }
+        let MediaStack { first, second, third, fourth } = self;
+        if first == material {
+            MediaStack { first: second, second: third, third: fourth, fourth: NONE }
         } else if second == material {
-            MediaStack { inner, second: third, third: fourth, fourth: NONE }
+            MediaStack { first, second: third, third: fourth, fourth: NONE }
         } else if third == material {
-            MediaStack { inner, second, third: fourth, fourth: NONE }
+            MediaStack { first, second, third: fourth, fourth: NONE }
         } else if fourth == material {
-            MediaStack { inner, second, third, fourth: NONE }
+            MediaStack { first, second, third, fourth: NONE }
         } else {
             self
         }
     }
 
-    /// Whether the path is inside `material`.
+    /// Whether `material` is around.
     #[inline]
     pub fn holds(self, material: u32) -> bool {
-        self.inner == material || self.second == material || self.third == material || self.fourth == material
+        self.first == material || self.second == material || self.third == material || self.fourth == material
     }
 
-    /// The stack inside `material` that is around all of it; forgotten if four are there already.
-    #[inline]
-    pub fn inside_of(self, material: u32) -> Self {
-        let MediaStack { inner, second, third, fourth } = self;
-        if inner == NONE {
-            MediaStack { inner: material, ..self }
-        } else if second == NONE {
-            MediaStack { second: material, ..self }
-        } else if third == NONE {
-            MediaStack { third: material, ..self }
-        } else if fourth == NONE {
-            MediaStack { inner, second, third, fourth: material }
+    /// The media on both sides of a face of the medium `material`, for a path that comes through these.
+    ///
+    /// The back of a solid that the path is not in does nothing: nothing is made up. An open sheet has no inside that
+    /// a path could be in: its face alone says where its medium is, so that a path and its reverse agree.
+    #[inline(always)]
+    pub fn at_face(self, material: u32, front: bool, materials: &[Material]) -> Sides {
+        let is_expected = self.holds(material) != front;
+        let is_sheet = materials[material as usize].flags & FLAG_SHEET != 0;
+        if front {
+            let before = if is_sheet { self.left(material) } else { self };
+            let (behind, overflow) = before.entered(material, materials);
+            Sides { before, behind, is_expected: is_expected || !is_sheet, overflow }
         } else {
-            self
+            let (mut before, mut overflow) = (self, false);
+            if is_sheet && !is_expected {
+                (before, overflow) = self.entered(material, materials);
+            }
+            Sides { before, behind: before.left(material), is_expected, overflow }
         }
     }
 
     /// Index of refraction here.
     #[inline(always)]
     pub fn ior(self, materials: &[Material]) -> f32 {
-        if self.inner == NONE { 1.0 } else { materials[self.inner as usize].ior }
+        if self.first == NONE { 1.0 } else { materials[self.first as usize].ior }
     }
 
     /// Share of light left after `distance` [m] here.
     #[inline(always)]
     pub fn transmittance(self, materials: &[Material], distance: f32) -> Vec3 {
-        if self.inner == NONE {
+        if self.first == NONE {
             return Vec3::ONE;
         }
-        let absorption = materials[self.inner as usize].absorption;
+        let absorption = materials[self.first as usize].absorption;
         Vec3::new(
             (-absorption.x * distance).exp(),
             (-absorption.y * distance).exp(),
@@ -89,45 +128,79 @@ impl MediaStack {
     }
 }
 
+/// Whether a medium stands before another; the same one may.
+#[inline(always)]
+fn outranks(material: u32, other: u32, materials: &[Material]) -> bool {
+    other == NONE || materials[material as usize].priority >= materials[other as usize].priority
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn media_may_be_left_out_of_order() {
-        let (stack, _) = MediaStack::VACUUM.entered(1);
-        let (stack, overflow) = stack.entered(2);
-        assert!(!overflow);
-        assert_eq!(stack.left(1), MediaStack::VACUUM.entered(2).0);
-        assert_eq!(stack.left(2), MediaStack::VACUUM.entered(1).0);
-        assert_eq!(stack.left(9), stack);
+    /// Five media; the later, the higher its priority. The last is a sheet.
+    fn five() -> [Material; 5] {
+        let mut materials = [0, 1, 2, 3, 4].map(|priority| Material { priority, ..Material::default() });
+        materials[4].flags = FLAG_SHEET;
+        materials
+    }
+
+    fn within(ids: &[u32]) -> MediaStack {
+        ids.iter().fold(MediaStack::VACUUM, |media, &id| media.entered(id, &five()).0)
     }
 
     #[test]
-    fn a_stack_grows_from_both_ends() {
-        let (stack, _) = MediaStack::VACUUM.inside_of(2).inside_of(3).entered(1);
-        let (same, _) = MediaStack::VACUUM.entered(3).0.entered(2).0.entered(1);
-        assert_eq!(stack, same);
-        assert!(stack.holds(3) && !stack.holds(4) && stack.inside_of(4).inside_of(5).holds(4));
-        assert!(!stack.inside_of(4).inside_of(5).holds(5), "only four fit");
+    fn media_are_the_same_in_whatever_order_they_are_entered() {
+        assert_eq!(within(&[2, 0, 3]), within(&[3, 2, 0]));
+        assert_eq!(within(&[1, 2, 1, 0]), within(&[0, 1, 1, 2]));
+        assert_eq!(within(&[1, 2, 1]).left(2).left(1), within(&[1]));
+        assert_eq!(within(&[1, 2]).left(3), within(&[1, 2]));
+        assert!(within(&[0, 2]).holds(0) && !within(&[0, 2]).holds(1));
     }
 
     #[test]
-    fn the_fifth_medium_is_counted() {
-        let mut stack = MediaStack::VACUUM;
-        for id in 0..4 {
-            let (inside, overflow) = stack.entered(id);
-            assert!(!overflow);
-            stack = inside;
+    fn the_fifth_medium_is_counted_and_the_lowest_forgotten() {
+        let full = within(&[0, 1, 2, 3]);
+        assert_eq!(full.entered(4, &five()), (within(&[1, 2, 3, 4]), true));
+        assert_eq!(within(&[1, 2, 3, 4]).entered(0, &five()), (within(&[1, 2, 3, 4]), true));
+        assert!(!within(&[1, 2, 3]).entered(0, &five()).1);
+    }
+
+    #[test]
+    fn a_face_below_a_higher_medium_is_covered() {
+        let materials = five();
+        assert!(within(&[2]).at_face(1, true, &materials).is_covered());
+        assert!(within(&[1, 2]).at_face(1, false, &materials).is_covered());
+        assert!(!within(&[1]).at_face(2, true, &materials).is_covered());
+        assert!(within(&[1]).at_face(1, true, &materials).is_covered(), "two solids of one medium");
+    }
+
+    #[test]
+    fn the_back_of_a_solid_that_the_path_is_not_in_does_nothing() {
+        let sides = within(&[1]).at_face(2, false, &five());
+        assert!(!sides.is_expected && sides.is_covered() && sides.behind == within(&[1]));
+    }
+
+    #[test]
+    fn a_sheet_has_the_same_sides_for_a_path_and_its_reverse() {
+        let materials = five();
+        for outside in [within(&[]), within(&[1])] {
+            let inside = outside.entered(4, &materials).0;
+            for wrong in [false, true] {
+                let down = if wrong { inside } else { outside }.at_face(4, true, &materials);
+                let up = if wrong { outside } else { inside }.at_face(4, false, &materials);
+                assert_eq!((down.before, down.behind), (outside, inside));
+                assert_eq!((up.before, up.behind), (inside, outside));
+                assert!(down.is_expected != wrong && up.is_expected != wrong);
+            }
         }
-        assert!(stack.entered(4).1);
     }
 
     #[test]
     fn absorption_follows_beer() {
         let mut material = Material { absorption: Vec3::new(0.0, 1.0, 2.0), ..Default::default() };
         material.ior = 1.5;
-        let inside = MediaStack::VACUUM.entered(0).0;
+        let inside = MediaStack::VACUUM.entered(0, &[material]).0;
         let left = inside.transmittance(&[material], 0.5);
         assert!((left - Vec3::new(1.0, (-0.5f32).exp(), (-1.0f32).exp())).length() < 1e-6);
         assert_eq!(inside.ior(&[material]), 1.5);

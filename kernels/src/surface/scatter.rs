@@ -1,6 +1,6 @@
 //! One scattering event: from a vertex and the media around it to the ray that leaves.
 
-use crate::interface::material::{FLAG_THIN, Material};
+use crate::interface::material::Material;
 use crate::interface::needs::Needs;
 use crate::math::frame::ShadingFrame;
 use crate::math::offset;
@@ -22,7 +22,8 @@ pub struct Site {
     frame: ShadingFrame,
     glass: GlassInterface,
     media: MediaStack,
-    thin: bool,
+    behind: MediaStack,
+    media_overflow: bool,
 }
 
 /// A ray that leaves a site.
@@ -51,19 +52,17 @@ impl Site {
         needs: Needs,
     ) -> Self {
         let frame = ShadingFrame::new(vertex.shading_normal);
-        let thin = material.flags & FLAG_THIN != 0;
         let mut eta = 1.0;
-        if needs.has(Needs::GLASS) && !thin {
-            eta = if vertex.front {
-                media.ior(materials) / material.ior
-            } else {
-                material.ior / media.left(vertex.material).ior(materials)
-            };
+        let (mut media, mut behind, mut media_overflow) = (media, media, false);
+        if needs.has(Needs::GLASS) && materials[vertex.material as usize].is_medium() {
+            let sides = media.at_face(vertex.material, vertex.front, materials);
+            (media, behind, media_overflow) = (sides.before, sides.behind, sides.overflow);
+            eta = media.ior(materials) / behind.ior(materials);
         }
         // Paths come from above the face.
         let to_origin = folded(frame.to_local(vertex.to_origin), true);
         let (surface, glass) = Surface::new(material, to_origin, eta, specular_roughness, classes, needs);
-        Site { vertex, surface, frame, glass, media, thin }
+        Site { vertex, surface, frame, glass, media, behind, media_overflow }
     }
 
     /// The non-delta lobes of `class` towards a world direction.
@@ -73,22 +72,10 @@ impl Site {
         self.surface.eval(folded(self.frame.to_local(direction), above), class)
     }
 
-    /// Media behind the surface, and whether their stack overflows.
-    #[inline(always)]
-    fn behind(&self) -> (MediaStack, bool) {
-        if self.thin {
-            (self.media, false)
-        } else if self.vertex.front {
-            self.media.entered(self.vertex.material)
-        } else {
-            (self.media.left(self.vertex.material), false)
-        }
-    }
-
     /// Media on the side that a world direction leaves to.
     #[inline(always)]
     pub fn media_towards(&self, direction: Vec3) -> MediaStack {
-        if direction.dot(self.vertex.face_normal) < 0.0 { self.behind().0 } else { self.media }
+        if direction.dot(self.vertex.face_normal) < 0.0 { self.behind } else { self.media }
     }
 
     /// Samples a lobe and leaves.
@@ -101,11 +88,8 @@ impl Site {
         if (direction.dot(vertex.face_normal) > 0.0) == sampled.transmitted {
             direction = -direction;
         }
-        let mut media = self.media;
-        let mut media_overflow = false;
-        if sampled.transmitted {
-            (media, media_overflow) = self.behind();
-        }
+        let media = if sampled.transmitted { self.behind } else { self.media };
+        let media_overflow = sampled.transmitted && self.media_overflow;
         let origin = offset::leave(vertex.position, vertex.face_normal, direction, vertex.clearance);
         Departure { ray: Ray::endless(origin, direction), sampled, media, media_overflow }
     }

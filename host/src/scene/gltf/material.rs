@@ -3,6 +3,7 @@
 use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAG_THIN, Material};
 use glam::Vec3;
 use gltf::json;
+use serde_json::Value;
 
 use super::document::Document;
 use super::unsupported;
@@ -17,11 +18,24 @@ pub fn read_all(document: &mut Document) -> (Vec<Material>, Vec<String>) {
     for (index, material) in all.iter().enumerate() {
         let name = material.name.clone().unwrap_or_else(|| format!("material {index}"));
         let label = unsupported::label("material", index, material.name.as_deref());
-        let resolved = resolve(material, |what| document.warn(&label, what));
+        let mut resolved = resolve(material, |what| document.warn(&label, what));
+        resolved.priority = priority(document.sections.materials.get(index)).unwrap_or_else(|what| {
+            document.warn(&label, what);
+            0
+        });
         read.push((resolved, name));
     }
     read.push((resolve(&json::Material::default(), |_| {}), "default".into()));
     read.into_iter().unzip()
+}
+
+/// `extras.priority` of a material, else 0: where media overlap, that of the highest is there.
+fn priority(material: Option<&Value>) -> Result<i32, String> {
+    let Some(priority) = material.and_then(|material| material["extras"].get("priority")) else {
+        return Ok(0);
+    };
+    let integer = priority.as_i64().and_then(|number| i32::try_from(number).ok());
+    integer.ok_or_else(|| format!("extras.priority is {priority} and should be an integer; taken as 0"))
 }
 
 /// Resolves a material's factors. Values out of range stay as they are: `Scene::from_parts` refuses them.
@@ -67,6 +81,6 @@ fn resolve(material: &json::Material, mut warn: impl FnMut(&str)) -> Material {
         transmission,
         specular: extensions.specular.map_or(1.0, |specular| specular.specular_factor.0),
         flags,
-        padding: 0,
+        priority: 0,
     }
 }

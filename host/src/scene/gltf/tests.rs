@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::light::{LIGHT_DIRECTIONAL, LIGHT_SPOT};
-use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAG_THIN};
+use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAG_SHEET, FLAG_THIN};
 use caustics_kernels::interface::needs::Needs;
 use serde_json::{Value, json};
 
@@ -109,6 +109,48 @@ fn a_triangle_is_read_and_recentred() {
 }
 
 #[test]
+fn priorities_of_media_are_read_and_open_ones_named() {
+    let scene = |high: Value| {
+        let mut document = tiny();
+        let medium = |name: &str, priority: Value| {
+            json!({
+                "name": name,
+                "extras": { "priority": priority, "other": [null, "x"] },
+                "pbrMetallicRoughness": { "metallicFactor": 0 },
+                "extensions": {
+                    "KHR_materials_transmission": { "transmissionFactor": 1 },
+                    "KHR_materials_volume": { "thicknessFactor": 1 },
+                },
+            })
+        };
+        let materials = document["materials"].as_array_mut().unwrap();
+        materials.extend([medium("high", high), medium("low", json!(-7))]);
+        let mut primitives = document["meshes"][0]["primitives"].clone();
+        let first = primitives[0].clone();
+        primitives.as_array_mut().unwrap().extend([first.clone(), first]);
+        (primitives[1]["material"], primitives[2]["material"]) = (json!(1), json!(2));
+        document["meshes"][0]["primitives"] = primitives;
+        load(&document, &tiny_binary()).unwrap()
+    };
+    let named = scene(json!(3));
+    assert!(named.materials[1].priority > named.materials[2].priority);
+    assert_eq!(named.warnings.len(), 2, "{:?}", named.warnings);
+    for (warning, name) in named.warnings.iter().zip(["\"high\"", "\"low\""]) {
+        assert!(
+            ["tiny.glb", name, "open", "thicknessFactor"].iter().all(|word| warning.contains(word)),
+            "{warning}"
+        );
+    }
+    // The lowest there is, and what is no integer.
+    let lowest = scene(json!(-8));
+    assert!(lowest.materials[1].priority < lowest.materials[2].priority);
+    for wrong in [json!("first"), json!(1.5), json!(1e30), json!(null)] {
+        let warnings = scene(wrong).warnings;
+        assert!(warnings.iter().any(|warning| warning.contains("extras.priority")), "{warnings:?}");
+    }
+}
+
+#[test]
 fn far_scenes_are_as_fine_as_near_ones() {
     let mut document = tiny();
     document["nodes"][0]["translation"] = json!([100_000, 0, 0]);
@@ -176,7 +218,7 @@ fn materials_are_resolved() {
         },
     }));
     assert_eq!((glass.base_color, glass.emission), (Vec3::new(0.1, 0.2, 0.3), Vec3::new(0.0, 3.0, 0.0)));
-    assert_eq!((glass.ior, glass.specular, glass.flags), (1.7, 0.5, FLAG_EMIT_BOTH_SIDES));
+    assert_eq!((glass.ior, glass.specular, glass.flags), (1.7, 0.5, FLAG_EMIT_BOTH_SIDES | FLAG_SHEET));
     let expected = Vec3::new(0.0, 2_f32.ln() / 2.0, 1e6_f32.ln() / 2.0);
     assert!((glass.absorption - expected).length() < 1e-5);
 

@@ -1,0 +1,99 @@
+//! The next face that does anything: segments of paths pass faces that a medium of higher priority covers.
+//!
+//! Such a face is no vertex: it takes no bounce and draws no number, so that overlapping solids give what one surface
+//! between them gives. Camera paths, light paths and direct connections all pass by this one rule.
+
+use crate::interface::NONE;
+use crate::interface::needs::Needs;
+use crate::interface::scene::SceneTables;
+use crate::math::offset;
+use crate::math::ray::{Hit, Ray};
+use crate::surface::media::MediaStack;
+use crate::surface::vertex::vertex;
+use crate::trace::Tracer;
+use spirv_std::glam::Vec3;
+
+/// Covered faces that one segment passes; the next one is a vertex that passes straight on. A bound for loops alone.
+const MOST_COVERED: u32 = 256;
+
+/// The end of a segment.
+#[derive(Clone, Copy, Debug)]
+pub struct Reached {
+    /// What was hit, at its distance from the segment's start.
+    pub hit: Hit,
+    /// The media before it.
+    pub media: MediaStack,
+    /// Share of light that the media on the way left.
+    pub left: Vec3,
+    /// Faces on the way that did not fit to the media around the path.
+    pub unexpected: u32,
+    /// Media on the way that were forgotten.
+    pub overflows: u32,
+}
+
+/// Follows `ray` through `media` to the first face that is not covered, or to its end.
+#[inline(always)]
+pub fn reach<T: Tracer>(
+    ray: &Ray,
+    media: MediaStack,
+    needs: Needs,
+    scene: SceneTables<'_>,
+    tracer: &mut T,
+) -> Reached {
+    let mut reached = Reached { hit: Hit::MISS, media, left: Vec3::ONE, unexpected: 0, overflows: 0 };
+    let mut part = *ray;
+    let (mut passed, mut covered) = (0.0, 0);
+    let mut follows = true;
+    while follows {
+        follows = false;
+        let hit = tracer.closest(&part);
+        let mut length = part.length;
+        let mut behind = reached.media;
+        if !hit.is_miss() {
+            length = hit.distance;
+            let material = scene.surfaces[hit.triangle as usize].material;
+            if needs.has(Needs::NESTED) && scene.materials[material as usize].is_medium() {
+                let here = vertex(scene, Needs(0), &part, &hit, 0.0);
+                let sides = reached.media.at_face(material, here.front, scene.materials);
+                reached.unexpected += u32::from(!sides.is_expected);
+                reached.media = sides.before;
+                // What emits is seen, covered or not.
+                if sides.is_covered() && here.light == NONE && covered < MOST_COVERED {
+                    follows = true;
+                    covered += 1;
+                    reached.overflows += u32::from(sides.overflow);
+                    behind = sides.behind;
+                    let origin =
+                        offset::leave(here.position, here.face_normal, part.direction, here.clearance);
+                    part = Ray { origin, length: part.length - length, ..part };
+                }
+            }
+        }
+        if needs.has(Needs::ABSORPTION) {
+            reached.left *= reached.media.transmittance(scene.materials, length);
+        }
+        reached.media = behind;
+        reached.hit = Hit { distance: passed + hit.distance, ..hit };
+        passed += length;
+    }
+    reached
+}
+
+/// Share of light that a ray through `media` brings to its end; zero where anything but a covered face is on its way.
+#[inline(always)]
+pub fn unblocked<T: Tracer>(
+    ray: &Ray,
+    media: MediaStack,
+    needs: Needs,
+    scene: SceneTables<'_>,
+    tracer: &mut T,
+) -> Vec3 {
+    if needs.has(Needs::NESTED) && media != MediaStack::VACUUM {
+        let reached = reach(ray, media, needs, scene, tracer);
+        return if reached.hit.is_miss() { reached.left } else { Vec3::ZERO };
+    }
+    if tracer.occluded(ray) {
+        return Vec3::ZERO;
+    }
+    if needs.has(Needs::ABSORPTION) { media.transmittance(scene.materials, ray.length) } else { Vec3::ONE }
+}

@@ -1,0 +1,417 @@
+//! Media: where solids overlap, that of the highest priority is there; and where a surface is open, nothing depends on
+//! where one stands.
+
+use caustics::method::basic::BASIC;
+use caustics::method::path::PATH;
+use caustics::method::settings::Settings;
+use caustics::scene::Scene;
+use caustics::session::{RunnerChoice, Session};
+use caustics_kernels::gather::receive::Receive;
+use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::interface::counters::Counter;
+use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
+use caustics_kernels::interface::material::Material;
+use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
+use caustics_kernels::light::emit::Leaving;
+use caustics_kernels::math::cone::RayCone;
+use caustics_kernels::math::ray::Ray;
+use caustics_kernels::math::rng::{Rng, Stream};
+use caustics_kernels::pass::enclosing::enclosing;
+use caustics_kernels::pass::{collect, shoot};
+use caustics_kernels::surface::class::Classes;
+use caustics_kernels::surface::media::MediaStack;
+use caustics_tests::direct::{Tally, World};
+use caustics_tests::scenes::*;
+use caustics_tests::statistics::Mean;
+use glam::{DVec3, Vec3, Vec4};
+
+const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
+
+/// A medium of this index and priority.
+fn medium(ior: f32, priority: i32) -> Material {
+    Material { priority, ..glass(ior) }
+}
+
+/// The same, red absorbed the least [1/m].
+fn tinted(ior: f32, priority: i32, sigma: f32) -> Material {
+    Material { absorption: sigma * Vec3::new(0.5, 1.0, 2.0), ..medium(ior, priority) }
+}
+
+/// Glass over water on y = -1 to 1; glass reaches down to `bottom`, water up to `top`.
+fn plates(glass: Material, water: Material, bottom: f64, top: f64) -> Builder {
+    let mut b = Builder::default();
+    let (glass, water) = (b.material(glass), b.material(water));
+    b.block(glass, DVec3::new(-20.0, bottom, -20.0), DVec3::new(20.0, 1.0, 20.0), false);
+    b.block(water, DVec3::new(-21.0, -1.0, -21.0), DVec3::new(21.0, top, 21.0), false);
+    b
+}
+
+/// Through overlapping plates a line of sight at 45 degrees meets the floor where one interface between glass and water
+/// would send it, whichever of them has the overlap.
+#[test]
+fn overlapping_plates_bend_once() {
+    for overlap in [0.001, 0.01, 0.1] {
+        for (of_glass, of_water) in [(1, 0), (0, 1)] {
+            let (bottom, top) = (-0.5 * overlap, 0.5 * overlap);
+            let mut b = plates(medium(1.5, of_glass), medium(1.33, of_water), bottom, top);
+            let floor = b.material(emitter(1.0));
+            b.panel(floor, DVec3::new(0.0, -3.0, 0.0), 20.0 * DVec3::Z, 20.0 * DVec3::X);
+            b.camera(DVec3::new(-2.0, 3.0, 0.0), DVec3::new(0.0, 1.0, 0.0), 1e-4);
+            let scene = b.build();
+            let settings = Settings { max_bounces: 5, ..settings(8, 8) };
+            let seen = World::new(&scene, &settings).collect();
+            let on_floor = seen.iter().map(|path| path.geometry.position).filter(|place| place.y < -2.9);
+            let mut on_floor: Vec<_> = on_floor.map(|place| f64::from(place.x)).collect();
+            assert!(on_floor.len() > 40, "{}", on_floor.len());
+            // Most of 64 paths are refracted and end at one place; few are reflected on their way.
+            on_floor.sort_by(f64::total_cmp);
+            let seen = on_floor[on_floor.len() / 2];
+            let tan = |ior: f64| {
+                let sin = 0.5f64.sqrt() / ior;
+                sin / (1.0 - sin * sin).sqrt()
+            };
+            let split = if of_glass > of_water { bottom } else { top };
+            let expected = (1.0 - split) * tan(1.5) + (split + 1.0) * tan(1.33) + 2.0;
+            println!("overlap {overlap} m, of glass {of_glass}: {seen} m, by one interface {expected} m");
+            // 1e-4 of view over 5 m.
+            assert!((seen - expected).abs() < 1e-3);
+        }
+    }
+}
+
+/// A white furnace: whatever stack of plates stands in a room of radiance 1, one sees 1. Where faces coincide, one of
+/// them is met and the other lost to rounding: still no path gains anything, and the loss is counted.
+#[test]
+fn a_passive_stack_shows_no_more_than_its_surroundings() {
+    for (bottom, top, coincide) in [(-0.05, 0.05, false), (-0.0005, 0.0005, false), (0.0, 0.0, true)] {
+        let mut b = plates(medium(1.5, 0), medium(1.33, 0), bottom, top);
+        let sky = b.material(emitter(1.0));
+        b.block(sky, DVec3::splat(-30.0), DVec3::splat(30.0), true);
+        b.camera(DVec3::new(-2.0, 4.0, 0.5), DVec3::new(0.0, 1.0, 0.0), 1.2);
+        let scene = b.build();
+        let settings = Settings { max_bounces: 60, ..settings(48, 32) };
+        let needs = scene.needs(0.25);
+        let mut session =
+            Session::new(&CPU, &scene, &scene.cameras[0], &settings, &PATH, &PHOTONS_GRID, needs)
+                .expect("a session opens");
+        session.frame(0).expect("a frame runs");
+        let radiance: Vec<f32> = session.picture().expect("a picture").path.iter().map(|v| v.x).collect();
+        let most = radiance.iter().copied().fold(0.0, f32::max);
+        let mean = radiance.iter().sum::<f32>() / radiance.len() as f32;
+        let unexpected = session.counters().expect("counters").get(Counter::UnexpectedFaces);
+        println!("from {bottom} to {top}: mean {mean}, at most {most}, unexpected {unexpected}");
+        // f32 through some ten interfaces.
+        assert!(most < 1.0 + 1e-5, "{most}");
+        assert_eq!(unexpected > 0, coincide);
+        if !coincide {
+            assert!(mean > 0.999, "{mean}");
+        }
+    }
+}
+
+/// A bottle is a shell of glass full of water. Water that reaches into the glass shows what water that fills a hole of
+/// a whole block shows, which needs no overlap.
+#[test]
+fn a_bottle_of_water_is_a_hole_full_of_water() {
+    let cavity = DVec3::new(0.5, 0.7, 0.4);
+    let build = |explicit: bool| {
+        let mut b = Builder::default();
+        // Ids do not decide: priorities do.
+        let water = b.material(tinted(1.33, if explicit { 1 } else { 0 }, 0.5));
+        let glass = b.material(tinted(1.5, if explicit { 0 } else { 1 }, 0.2));
+        let wall = b.material(lambert(0.5));
+        b.block(wall, DVec3::splat(-2.0), DVec3::splat(2.0), true);
+        b.light(DVec3::new(0.3, 1.7, 0.4), 4.0);
+        b.block(glass, -cavity - 0.1, cavity + 0.1, false);
+        if explicit {
+            b.block(water, -cavity, cavity, false);
+        } else {
+            b.block(glass, -cavity, cavity, true);
+            b.block(water, -cavity - 0.04, cavity + 0.04, false);
+        }
+        b.camera(DVec3::new(0.3, 0.6, 1.9), DVec3::ZERO, 0.9);
+        b.build()
+    };
+    let settings = Settings { max_bounces: 8, light_paths: 20_000, ..settings(48, 36) };
+    let frame = |scene: &Scene| {
+        let needs = scene.needs(0.25);
+        let mut session =
+            Session::new(&CPU, scene, &scene.cameras[0], &settings, &BASIC, &PHOTONS_GRID, needs)
+                .expect("a session opens");
+        session.frame(0).expect("a frame runs");
+        let counters = session.counters().expect("counters");
+        // At edges, by rounding: few of some 60,000 segments.
+        assert!(counters.get(Counter::UnexpectedFaces) <= 3 && counters.get(Counter::MediaOverflow) == 0);
+        session.picture().expect("a picture").beauty()
+    };
+    let (overlapping, explicit) = (frame(&build(false)), frame(&build(true)));
+    let sum = |picture: &[Vec3]| picture.iter().map(|v| f64::from(v.element_sum())).sum::<f64>();
+    let ratio = sum(&overlapping) / sum(&explicit);
+    let close = |(a, b): (&Vec3, &Vec3)| (*a - *b).abs().max_element() <= 1e-2 * b.max_element();
+    let same = overlapping.iter().zip(&explicit).filter(|&pair| close(pair)).count();
+    let share = same as f64 / explicit.len() as f64;
+    println!("overlapping / explicit {ratio:.5}, pixels within 1 %: {share:.4}");
+    // Both draw the same numbers; rounding sends few paths elsewhere.
+    assert!((ratio - 1.0).abs() < 2e-3 && share > 0.97);
+}
+
+/// Without a word in the file the smaller solid wins; the file's number wins over that.
+#[test]
+fn the_smaller_solid_wins_unless_the_file_says_otherwise() {
+    let half = |x: f64| DVec3::splat(x);
+    let build = |ice_priority: i32| {
+        let mut b = Builder::default();
+        let bubble = b.material(glass(1.0));
+        let cup = b.material(glass(1.5));
+        let water = b.material(glass(1.33));
+        let ice = b.material(medium(1.31, ice_priority));
+        // A cup of five walls; water reaches into them; many pieces of ice, which fill as much as the cup in all.
+        b.block(cup, half(-1.0), half(1.0), false);
+        b.block(cup, half(-0.9), half(0.9), true);
+        b.block(water, half(-0.91), DVec3::new(0.91, 0.5, 0.91), false);
+        for piece in 0..9 {
+            let at = DVec3::new(2.5 * f64::from(piece), 0.4, 0.0);
+            b.block(ice, at - 0.45, at + 0.45, false);
+        }
+        b.sphere(bubble, DVec3::new(0.0, -0.95, 0.0), 0.02, 16, 8);
+        let lamp = b.material(emitter(1.0));
+        b.panel(lamp, 3.0 * DVec3::Y, DVec3::X, DVec3::Z);
+        b.camera(4.0 * DVec3::Z, DVec3::ZERO, 0.5);
+        b.build()
+    };
+    let order = |scene: &Scene| {
+        let mut ids = [0, 1, 2, 3];
+        ids.sort_by_key(|&id| scene.materials[id].priority);
+        ids
+    };
+    let scene = build(0);
+    assert_eq!(order(&scene), [1, 2, 3, 0], "cup < water < ice < bubble");
+    assert!(scene.warnings.is_empty() && scene.needs(0.25).has(Needs::NESTED), "{:?}", scene.warnings);
+    assert_eq!(order(&build(-1)), [3, 1, 2, 0]);
+}
+
+/// Two absorbing blocks that overlap, in a room: what a light path carries from one wall to another is what a camera path
+/// carries back.
+#[test]
+fn a_path_and_its_reverse_have_the_same_throughput() {
+    let mut b = Builder::default();
+    let wall = b.material(lambert(0.5));
+    let (one, other) = (b.material(tinted(1.5, 0, 1.0)), b.material(tinted(1.33, 0, 2.0)));
+    b.block(wall, DVec3::splat(-2.0), DVec3::splat(2.0), true);
+    b.block(one, DVec3::new(-0.8, -0.5, -0.6), DVec3::new(0.3, 0.6, 0.5), false);
+    b.block(other, DVec3::new(-0.2, -0.7, -0.5), DVec3::new(0.7, 0.4, 0.6), false);
+    b.light(DVec3::new(0.0, 1.9, 0.0), 1.0);
+    b.camera(DVec3::new(0.0, 0.0, 1.9), DVec3::ZERO, 0.5);
+    let scene = b.build();
+    let world = World::new(&scene, &Settings { max_bounces: 12, ..settings(1, 1) });
+    let mut compared = 0;
+    for index in 0..400 {
+        let mut rng = Rng::new(Stream::Camera, 5, index, 0);
+        let u = rng.next4() - 0.5;
+        let target = Vec3::new(u.x, 0.8 * u.y, 0.8 * u.z);
+        let origin = Vec3::new(3.0 * u.w, 1.99, 2.0 * u.x);
+        let ray = Ray::endless(origin, (target - origin).normalize());
+        let mut last = Last::default();
+        let params = caustics_kernels::interface::frame::FrameParams { light_path_count: 1, ..world.params };
+        let mut tracer = world.tracer();
+        let emit = Single(ray);
+        shoot::shoot(
+            index,
+            &params,
+            world.needs,
+            world.tables(),
+            &emit,
+            &mut tracer,
+            &mut last,
+            &mut Tally::default(),
+        );
+        let Some((at, light)) = last.0 else { continue };
+        let forth = light.flux * light.to_light.dot(at.normal);
+        // Back along the light; which lobe a path takes is drawn anew until it is the same path.
+        let back = Ray::endless(at.position + 1e-4 * light.to_light, light.to_light);
+        let same = (0..64).find_map(|attempt| {
+            let rng = Rng::new(Stream::Reference, 6, attempt, index);
+            let cone = RayCone::at_eye(0.001);
+            let all = Classes::NON_SPECULAR;
+            let path = collect::follow(
+                back,
+                cone,
+                rng,
+                all,
+                &world.params,
+                world.needs,
+                world.tables(),
+                &mut tracer,
+                &mut Tally::default(),
+            );
+            let arrived = (path.geometry.position - origin).length() < 2e-2;
+            (arrived && path.geometry.depth == at.scatterings + 1).then_some(path.shading.throughput)
+        });
+        if let Some(back) = same {
+            let off = ((forth - back) / back).abs().max_element();
+            // f32 over some ten faces that are metres from the origin.
+            assert!(off < 2e-3, "path {index}: {forth} there, {back} back over {}", at.scatterings);
+            compared += 1;
+        }
+    }
+    println!("{compared} paths");
+    assert!(compared > 100, "{compared}");
+}
+
+/// A ray that a light path starts with.
+struct Single(Ray);
+
+impl caustics_kernels::light::emit::Emit for Single {
+    fn leave(&self, _place: Vec4, _direction: Vec4) -> Leaving {
+        Leaving { ray: self.0, flux: Vec3::ONE, solid_angle: 0.0, area: 1.0, texel: 0 }
+    }
+}
+
+/// The first deposit of a path.
+#[derive(Default)]
+struct Last(Option<(DepositGeometry, DepositLight)>);
+
+impl Receive for Last {
+    type Way = ();
+
+    fn receive(&mut self, _way: &mut (), geometry: DepositGeometry, light: DepositLight) {
+        self.0.get_or_insert((geometry, light));
+    }
+}
+
+/// A lamp in water lights a floor there, whatever lies between them and does nothing.
+#[test]
+fn direct_light_passes_a_covered_face() {
+    let seen = |covered: bool| {
+        let mut b = Builder::default();
+        let floor = b.material(lambert(0.5));
+        let water = b.material(tinted(1.33, 1, 1.0));
+        let glass = b.material(medium(1.5, 0));
+        b.block(water, DVec3::new(-2.0, -0.5, -2.0), DVec3::new(2.0, 1.0, 2.0), false);
+        if covered {
+            b.block(glass, DVec3::new(-1.0, 0.2, -1.0), DVec3::new(1.0, 0.7, 1.0), false);
+        }
+        b.panel(floor, DVec3::ZERO, 1.5 * DVec3::Z, 1.5 * DVec3::X);
+        b.light(DVec3::new(0.0, 0.8, 0.0), 1.0);
+        b.camera(DVec3::new(0.0, 4.0, 0.0), DVec3::ZERO, 0.1);
+        let scene = b.build();
+        let settings = Settings { max_bounces: 3, ..settings(16, 16) };
+        World::new(&scene, &settings).collect().iter().map(|path| path.radiance.as_dvec3()).sum::<DVec3>()
+    };
+    let (covered, open) = (seen(true), seen(false));
+    // Clearances of 16 ulp at two faces, and their absorption.
+    assert!(open.x > 0.0 && ((covered - open) / open).abs().max_element() < 1e-4, "{covered} {open}");
+}
+
+/// Inside is where a medium winds around a place by more than half: nowhere about a sheet, whichever way it lies.
+#[test]
+fn no_place_about_an_open_sheet_is_inside() {
+    let mut open = 0;
+    for index in 0..200 {
+        let mut rng = Rng::new(Stream::Camera, 9, index, 0);
+        let (u, v) = (rng.next4() - 0.5, rng.next4() - 0.5);
+        let mut b = Builder::default();
+        let water = b.material(medium(1.33, 0));
+        let right = DVec3::new(u.x.into(), u.y.into(), u.z.into()).normalize();
+        b.panel(water, DVec3::ZERO, right, right.any_orthonormal_vector());
+        b.camera(DVec3::Z, DVec3::ZERO, 0.5);
+        b.light(DVec3::Y, 1.0);
+        let scene = b.build();
+        open += scene.warnings.len();
+        let needs = scene.needs(0.25) | Needs::ENCLOSED;
+        let mut tracer = caustics_tests::direct::tracer(&scene, needs);
+        let around = enclosing(0.3 * v.truncate(), needs, scene.tables(), &mut tracer);
+        assert_eq!(around, MediaStack::VACUUM, "{index}");
+    }
+    assert_eq!(open, 200, "an open medium is named");
+}
+
+/// An aquarium without a lid holds its water; above it there is none.
+#[test]
+fn a_box_without_a_lid_has_an_inside() {
+    let mut b = Builder::default();
+    let water = b.material(medium(1.33, 0));
+    for axis in 0..3 {
+        for sign in [1.0, -1.0] {
+            if (axis, sign) != (1, 1.0) {
+                let unit = |axis: usize| DVec3::AXES[axis % 3];
+                b.panel(water, sign * unit(axis), sign * unit(axis + 1), unit(axis + 2));
+            }
+        }
+    }
+    b.camera(4.0 * DVec3::Z, DVec3::ZERO, 0.5);
+    b.light(4.0 * DVec3::Y, 1.0);
+    let scene = b.build();
+    let needs = scene.needs(0.25) | Needs::ENCLOSED;
+    let mut tracer = caustics_tests::direct::tracer(&scene, needs);
+    let mut is_inside = |place: Vec3| enclosing(place, needs, scene.tables(), &mut tracer).holds(water);
+    for index in 0..200 {
+        let u = Rng::new(Stream::Camera, 10, index, 0).next4() - 0.5;
+        let place = Vec3::new(1.8 * u.x, 1.2 * u.y - 0.3, 1.8 * u.z);
+        assert!(is_inside(place), "{place}");
+        assert!(!is_inside(place + 2.5 * Vec3::Y) && !is_inside(place + 3.0 * Vec3::X), "{place}");
+    }
+}
+
+/// Under a sheet of tinted water that hangs in the air: a floor, and a camera that looks at it from below the sheet.
+fn under_a_sheet(eye: DVec3) -> Scene {
+    let mut b = Builder::default();
+    let water = b.material(tinted(1.33, 0, 2.0));
+    let floor = b.material(lambert(0.5));
+    let lamp = b.material(emitter(20.0));
+    b.panel(floor, DVec3::NEG_Y, 3.0 * DVec3::Z, 3.0 * DVec3::X);
+    b.panel(water, DVec3::new(0.1, 0.0, 0.2), 0.9 * DVec3::Z, 0.9 * DVec3::X);
+    b.panel(lamp, DVec3::new(0.0, 2.0, 0.0), 0.5 * DVec3::X, 0.5 * DVec3::Z);
+    b.camera(eye, DVec3::new(0.0, -1.0, 0.0), 0.7);
+    b.build()
+}
+
+/// Mean of all pixels, and its error over the frames.
+fn mean_of(scene: &Scene, seed: u32, progressive: bool, frames: u32) -> [Mean; 3] {
+    let settings = Settings { seed, light_paths: 8000, pixel_filter: PIXEL_FILTER_BOX, ..settings(24, 18) };
+    let method = if progressive { &caustics::method::progressive::PROGRESSIVE } else { &PATH };
+    let needs = scene.needs(0.25);
+    let mut session = Session::new(&CPU, scene, &scene.cameras[0], &settings, method, &PHOTONS_GRID, needs)
+        .expect("a session opens");
+    let mut sums = [const { Vec::new() }; 3];
+    for frame in 0..frames {
+        session.frame(frame).expect("a frame runs");
+        let beauty = session.picture().expect("a picture").beauty();
+        for (channel, sums) in sums.iter_mut().enumerate() {
+            sums.push(beauty.iter().map(|v| f64::from(v[channel])).sum::<f64>());
+        }
+    }
+    sums.map(|sums| Mean::of(&sums))
+}
+
+#[test]
+fn an_open_sheet_looks_alike_from_nearby() {
+    let hues: Vec<f64> = [-0.2, -0.1, 0.0, 0.1, 0.2]
+        .map(|x| {
+            let scene = under_a_sheet(DVec3::new(x, -0.3, 0.6 + x));
+            let [red, _, blue] = mean_of(&scene, 1, false, 60);
+            red.value / blue.value
+        })
+        .into();
+    println!("red over blue: {hues:?}");
+    let (low, high) = hues.iter().fold((f64::MAX, 0.0f64), |(low, high), &hue| (low.min(hue), high.max(hue)));
+    // Noise of 60 frames is about 3 %.
+    assert!(high / low < 1.2, "{hues:?}");
+}
+
+#[test]
+fn progressive_and_reference_agree_under_an_open_sheet() {
+    let scene = under_a_sheet(DVec3::new(0.1, -0.3, 0.7));
+    let (split, truth) = (mean_of(&scene, 2, true, 120), mean_of(&scene, 3, false, 900));
+    for channel in 0..3 {
+        let (split, truth) = (&split[channel], &truth[channel]);
+        println!("{split:?} {truth:?}: {:.4}", split.value / truth.value);
+        assert!(split.agrees(truth, 3.5), "channel {channel}");
+        assert!(split.error.hypot(truth.error) < 0.02 * truth.value, "the test is blunt");
+    }
+}
+
+fn settings(width: u32, height: u32) -> Settings {
+    Settings { width, height, light_paths: 1, ..Settings::default() }
+}

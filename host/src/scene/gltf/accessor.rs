@@ -100,16 +100,31 @@ fn float(bytes: &[u8]) -> f32 {
 
 /// One unsigned integer an element.
 pub fn integers(document: &Document, index: Index<Accessor>, owner: &str) -> Result<Vec<u32>, SceneError> {
-    let accessor = document.get(&document.root.accessors, index, "accessor", owner)?;
-    let is_scalar = matches!(accessor.type_, Checked::Valid(Type::Scalar));
-    let size = match component(accessor).filter(|_| is_scalar) {
-        Some(ComponentType::U8) => 1,
-        Some(ComponentType::U16) => 2,
-        Some(ComponentType::U32) => 4,
-        _ => return Err(wrong(document, index, owner, "should hold one unsigned integer an element")),
-    };
+    let (accessor, size) = integer(document, index, owner)?;
     let read = |e: &[u8]| e.iter().rev().fold(0, |number, &byte| (number << 8) | u32::from(byte));
     elements(document, index, accessor, owner, size).map(|elements| elements.map(read).collect())
+}
+
+/// How many there are, once they are known to be there; none is read.
+pub fn integer_count(document: &Document, index: Index<Accessor>, owner: &str) -> Result<u64, SceneError> {
+    let (accessor, size) = integer(document, index, owner)?;
+    elements(document, index, accessor, owner, size).map(|_| accessor.count.0)
+}
+
+/// An accessor of unsigned integers, and the bytes of one.
+fn integer<'a>(
+    document: &'a Document,
+    index: Index<Accessor>,
+    owner: &str,
+) -> Result<(&'a Accessor, usize), SceneError> {
+    let accessor = document.get(&document.root.accessors, index, "accessor", owner)?;
+    let is_scalar = matches!(accessor.type_, Checked::Valid(Type::Scalar));
+    match component(accessor).filter(|_| is_scalar) {
+        Some(ComponentType::U8) => Ok((accessor, 1)),
+        Some(ComponentType::U16) => Ok((accessor, 2)),
+        Some(ComponentType::U32) => Ok((accessor, 4)),
+        _ => Err(wrong(document, index, owner, "should hold one unsigned integer an element")),
+    }
 }
 
 fn component(accessor: &Accessor) -> Option<ComponentType> {

@@ -63,10 +63,11 @@ pub fn extent(document: &Document, instance: &MeshInstance) -> Result<Extent, Sc
     let mut extent = Extent::default();
     for (index, primitive) in mesh.primitives.iter().enumerate() {
         let owner = format!("{label}, primitive {index}");
-        let count = |accessor| accessor::count(document, accessor, &owner);
         let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions)).copied();
-        let vertices = positions.map_or(Ok(0), count)?;
-        let corners = primitive.indices.map_or(Ok(vertices), count)?;
+        let vertices = positions.map_or(Ok(0), |positions| accessor::count(document, positions, &owner))?;
+        let indices = primitive.indices;
+        let corners =
+            indices.map_or(Ok(vertices), |indices| accessor::integer_count(document, indices, &owner))?;
         extent.triangles = extent.triangles.saturating_add(match primitive.mode {
             Checked::Valid(Mode::Triangles) => corners / 3,
             Checked::Valid(Mode::TriangleStrip | Mode::TriangleFan) => corners.saturating_sub(2),

@@ -72,13 +72,14 @@ fn cells_are_measured_in_turns_and_written() {
 
     let (code, _, stderr) = bench(folder.path(), &["--runner", "cpu", "-o", "out"]);
     assert!(code == 2 && stderr.contains("--force"), "{stderr}");
+    let another = "00000000000000aa";
     // By force: the cells of the run before are gone, those of others are not.
-    store::write(&out, &CellResult { identity: "another".into(), ..CellResult::default() }).unwrap();
+    store::write(&out, &CellResult { identity: another.into(), ..CellResult::default() }).unwrap();
     let (code, _, stderr) =
         bench(folder.path(), &["--runner", "cpu", "-o", "out", "--frames", "1", "--force"]);
     assert_eq!(code, 0, "{stderr}");
     let left: Vec<String> = store::read_all(&out).unwrap().into_iter().map(|of| of.identity).collect();
-    assert!(left.len() == 2 && left.contains(&"another".into()), "{left:?}");
+    assert!(left.len() == 2 && left.contains(&another.into()), "{left:?}");
 }
 
 #[test]

@@ -212,7 +212,8 @@ fn more_frames_have_less_noise() {
     let folder = tempfile::tempdir().unwrap();
     let noise = |frames: &str| {
         let [a, b] = ["1", "2"].map(|seed| {
-            let options = [&TINY[..], &["--frames", frames, "--seed", seed, "--force"]].concat();
+            let options = ["--frames", frames, "--seed", seed, "--pixel-filter", "centre", "--force"];
+            let options = [&TINY[..], &options].concat();
             render(folder.path(), "mirror-room", "out.exr", &options);
             Picture::read(&folder.path().join("out.exr"))
         });

@@ -346,9 +346,9 @@ fn ledgers_of_cpu_and_gpu_agree() {
 /// The validated history keeps the energy of caustics, whatever moves and however many light paths there are: seeds until
 /// the standard error is below 1 %. What the published one keeps is shown beside it.
 #[test]
-#[ignore = "four minutes"]
+#[ignore = "minutes"]
 fn the_validated_history_keeps_the_energy_of_what_moves() {
-    for (width, height, paths, frames) in [(192, 108, 0.5, 24), (96, 54, 10.0, 16), (64, 36, 200.0, 8)] {
+    for (width, height, paths, frames) in [(192, 108, 0.5, 24), (64, 36, 200.0, 8)] {
         let light_paths = (paths * f64::from(width * height)) as u32;
         let settings = Settings { width, height, light_paths, ..Settings::default() };
         for moving in Moving::ALL {

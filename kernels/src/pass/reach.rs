@@ -88,7 +88,8 @@ pub fn unblocked<T: Tracer>(
     scene: SceneTables<'_>,
     tracer: &mut T,
 ) -> Vec3 {
-    if needs.has(Needs::NESTED) && media != MediaStack::VACUUM {
+    // One way for all rays of a scene, so that a device holds the code of one traversal.
+    if needs.has(Needs::NESTED) {
         let reached = reach(ray, media, needs, scene, tracer);
         return if reached.hit.is_miss() { reached.left } else { Vec3::ZERO };
     }

@@ -159,8 +159,9 @@ fn compare(what: &str, things: &Builder, events: &[Event], eye: DVec3, screen: f
             let neighbour = bent(turned, events);
             let apart = neighbour.origin + screen * neighbour.direction - centre;
             let width = (apart - behind.direction * apart.dot(behind.direction)).length() / 1e-6 * spread;
-            // Discs are not much larger than in a direct view.
-            width.min(32.0 * spread * f64::from(collected.shading.distance))
+            // Discs are neither much smaller nor much larger than in a direct view.
+            let direct = spread * f64::from(collected.shading.distance);
+            width.clamp(0.25 * direct, 32.0 * direct)
         };
         let (in_plane, across) =
             (width / parted(sideways.cross(direction)) - 1.0, width / parted(sideways) - 1.0);

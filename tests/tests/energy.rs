@@ -228,7 +228,7 @@ fn coarse_smooth_meshes_balance() {
             let (thing, lamp) = (b.material(material), b.material(emitter(3.0)));
             add(&mut b, thing);
             b.panel(lamp, DVec3::new(0.1, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
-            let all = of(&b.build(), 8, 8);
+            let all = of(&b.build(), 8, 16);
             let (normals, residual) =
                 (share(&all, |e| e.shading_normals), share(&all, |e| e.residual * e.emitted));
             println!("{shape}, {name}: shading normals {normals:?}, residual {residual:?}");

@@ -49,7 +49,7 @@ impl Axis {
             }
             Scale::Linear => {
                 low = low.min(0.0);
-                high = if high > low { high + 0.05 * (high - low) } else { low + 1.0 };
+                high = if high > low { (high + 0.05 * (high - low)).min(f64::MAX) } else { low + 1.0 };
             }
         }
         Some(Axis { scale, low, high, start, end })
@@ -63,7 +63,8 @@ impl Axis {
     /// Where a value is drawn [px].
     pub fn place(&self, value: f64) -> f64 {
         let part = match self.scale {
-            Scale::Log => (value / self.low).ln() / (self.high / self.low).ln(),
+            // Differences of logarithms: a ratio may be beyond all numbers.
+            Scale::Log => (value.ln() - self.low.ln()) / (self.high.ln() - self.low.ln()),
             Scale::Linear => (value - self.low) / (self.high - self.low),
         };
         self.start + part * (self.end - self.start)

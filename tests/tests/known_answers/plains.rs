@@ -98,16 +98,25 @@ fn plain(half: f64, tilt_degrees: f64, scale: f64) -> Scene {
     Scene::load(&file).unwrap()
 }
 
-/// Means of the path-traced light and of the caustics.
+/// Frames of one picture: few paths take another turn where rays are rounded otherwise, and each weighs as many deposits.
+const FRAMES: u32 = 16;
+
+/// Sums of the path-traced light and of the caustics.
 fn means(scene: &Scene, choice: &RunnerChoice) -> [f64; 2] {
     let settings = settings(64, 48, 60_000);
     let needs = scene.needs(settings.specular_roughness);
     let gather = variant::find("photons-grid").unwrap();
     let mut session =
         Session::new(choice, scene, &scene.cameras[0], &settings, &BASIC, gather, needs).unwrap();
-    session.frame(0).unwrap();
-    let picture = session.picture().unwrap();
-    [mean_of(&picture.path), mean_of(&picture.caustics)]
+    let mut sums = [0.0; 2];
+    for frame in 0..FRAMES {
+        session.frame(frame).unwrap();
+        let picture = session.picture().unwrap();
+        let each = [mean_of(&picture.path), mean_of(&picture.caustics)];
+        println!("{each:?}");
+        sums = [0, 1].map(|layer| sums[layer] + each[layer]);
+    }
+    sums
 }
 
 fn is_as_a_small_one(choice: &RunnerChoice) {

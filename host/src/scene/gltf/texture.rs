@@ -80,6 +80,7 @@ pub fn read(document: &mut Document) -> Result<Read, SceneError> {
         mappings.push(mapping);
     }
     mappings.push(None);
+    reader.document.sections.materials = materials;
     let mut parts = reader.load()?;
     parts.materials.push(MaterialTextures::default());
     let is_plain = |row: &MaterialTextures| *row == MaterialTextures::default();

@@ -38,7 +38,7 @@ mod warning;
 
 /// Triangles of a scene at most: ids have 31 bits, and this many fill the memory of a large machine.
 const MOST_TRIANGLES: u64 = 1 << 28;
-/// Memory that a triangle takes while its scene is read, at most [bytes]: measured.
+/// Memory that a triangle takes while its scene is read, at most [bytes]: the sum of the structures it goes through.
 const TRIANGLE_BYTES: u64 = 700;
 /// Memory that a vertex or an index of a primitive takes until its triangles are made [bytes]: corners are of 80.
 const VERTEX_BYTES: u64 = 120;

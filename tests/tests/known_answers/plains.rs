@@ -113,7 +113,6 @@ fn means(scene: &Scene, choice: &RunnerChoice) -> [f64; 2] {
         session.frame(frame).unwrap();
         let picture = session.picture().unwrap();
         let each = [mean_of(&picture.path), mean_of(&picture.caustics)];
-        println!("{each:?}");
         sums = [0, 1].map(|layer| sums[layer] + each[layer]);
     }
     sums

@@ -24,7 +24,7 @@ const FRAMES: u32 = 4;
 
 /// Means of the caustics and of all else over an image, frame by frame.
 fn means(choice: &RunnerChoice, scene: &Scene, variant: &'static Variant) -> [Mean; 2] {
-    let settings = settings();
+    let settings = Settings { width: 80, height: 45, light_paths: 32_768, ..settings() };
     let needs = scene.needs(settings.specular_roughness);
     let mut session =
         Session::new(choice, scene, &scene.cameras[0], &settings, &BASIC, variant, needs).unwrap();
@@ -97,7 +97,7 @@ fn gathers_on_the_gpu_equal_each_other() {
     let Some(gpu) = gpu() else { return };
     for &hardware in gpu.tracers() {
         let scene = load("mirror-room");
-        let fewer = Settings { light_paths: 32_768, ..settings() };
+        let fewer = Settings { width: 80, height: 45, light_paths: 16_384, ..settings() };
         let mut twin = Twin::open(&gpu, hardware, &scene, &fewer);
         let params = twin.params;
         let mut table = Table::new(&format!("gathers against brute force on {}", gpu.info.name));
@@ -106,7 +106,7 @@ fn gathers_on_the_gpu_equal_each_other() {
             twin::rows::<u32>(&mut *twin.gpu, "accumulator")
         };
         let brute = sums(&variant::BRUTE);
-        assert!(brute.chunks(WORDS as usize).map(|point| point[6]).sum::<u32>() > 5000);
+        assert!(brute.chunks(WORDS as usize).map(|point| point[6]).sum::<u32>() > 2000);
         let others = variant::ALL.iter().filter(|variant| variant.name != "brute");
         for variant in others.filter(|variant| hardware || !variant.hardware) {
             // One device decides a pair in every gather by the same numbers, so not even pairs on the bound differ.

@@ -79,6 +79,18 @@ fn no_baseline_lets_a_caustic_through_a_thin_wall() {
     }
 }
 
+/// The same room by a wide strip of a view, which sees where a wall of 3 % of its distance stands on the side walls: a pixel
+/// there reaches along a side wall from before the thin wall to behind it.
+#[test]
+fn kim_follows_a_plane_no_further_than_to_a_wall_that_stands_on_it() {
+    let caustics = |mut scene: Scene| {
+        scene.cameras[0].fov_y = 0.4;
+        sum(&picture(&scene, &settings(23, 3), &KIM2019).caustics)
+    };
+    assert_eq!(caustics(half_room(Some(0.02))), 0.0);
+    assert!(caustics(half_room(None)) > 1.0, "the test has lost its subject");
+}
+
 #[test]
 fn baselines_render_odd_sizes_and_nothing_where_nothing_is() {
     for method in BASELINES {

@@ -100,9 +100,11 @@ fn conserves_energy(scene: &Scene, width: u32, height: u32, paths: u32, truth_pa
         println!("seed {seed}: first frame {:.4}, frames 4 to 7 {mean:.4}", sums[0] / reference.value);
         later.push(mean);
     }
-    assert!(later.iter().all(|mean: &f64| (mean - 1.0).abs() < 0.02), "{later:?} of the truth");
     let (first, later) = (Mean::of(&first), Mean::of(&later));
     println!("truth {reference:?}, first {first:?}, later {later:?}");
+    // Four frames of one seed may have a noise of 1.5 %, four seeds have half of that.
+    assert!(later.error < 0.01, "the test has lost its sharpness: {later:?}");
+    assert!((later.value - 1.0).abs() < 0.02, "{later:?} of the truth");
     assert!((first.value - 1.0).abs() < 0.02 + 3.0 * first.error, "{first:?}");
 }
 
@@ -116,10 +118,11 @@ fn energy_in_the_ring_is_the_truths() {
     conserves_energy(&committed("ring"), 480, 270, 131_072, 1 << 20, 12);
 }
 
-/// Several lamps, each with a map of its own: a spot and a directional light.
+/// Several lamps, each with a map of its own: a spot and a directional light. Few of their paths meet a caster, so that a
+/// frame of the truth has a noise of 2.5 %, and more with a bright path through the coarse ball: 48 frames leave 0.4 %.
 #[test]
 fn energy_of_several_lamps_is_the_truths() {
-    conserves_energy(&open_air().build(), 320, 180, 262_144, 262_144, 24);
+    conserves_energy(&open_air().build(), 320, 180, 262_144, 262_144, 48);
 }
 
 /// FLIP of the caustics, in place, frame by frame against the truth.

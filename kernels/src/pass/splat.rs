@@ -3,7 +3,8 @@
 //! Source: [Kim 2019, Caustics using screen-space photon mapping, Ray Tracing Gems, ch. 30]. Cost: a projection a deposit,
 //! whatever the number of pixels. Where it is wrong: receivers are primary surfaces only, so that caustics in mirrors,
 //! through glass and off glossy surfaces are missing; a pixel is a sharp box, so that few light paths are grains; light
-//! leaks between surfaces whose distances from the eye agree within 1 %, or that lie in one plane.
+//! leaks between surfaces whose distances from the eye agree within 1 %. Beyond that a pixel at a slant takes the depth of
+//! its plane, where its neighbours see that plane too.
 
 use crate::gather::accumulator::Sum;
 use crate::gather::contribution::contribution;
@@ -13,7 +14,7 @@ use crate::interface::point::{DepositGeometry, PointGeometry};
 use crate::math::PI;
 use crate::seam::Atomics;
 use crate::surface::textured::material_of;
-use spirv_std::glam::Vec3;
+use spirv_std::glam::{Vec2, Vec3};
 
 /// Largest difference between the distances of a deposit and of the surface that its pixel sees, relative to either.
 const DISTANCE_TOLERANCE: f32 = 0.01;
@@ -34,18 +35,23 @@ pub fn kim2019<C: Atomics>(index: u32, tables: &mut Tables<'_>, counters: &mut C
     let params = tables.params;
     let deposit = tables.deposit_geometry[index as usize];
     let to = deposit.position - params.camera.position;
-    let (is_seen, pixel) = pixel_of(to, params);
+    let (is_seen, place) = place_of(to, params);
     if !is_seen {
         return;
     }
+    let pixel = pixel_of(place, params);
     let point = tables.point_geometry[pixel as usize];
     let distance = to.length();
     // The pixel's first surface must be the one whose light is collected.
     let is_primary = point.depth == 1 && deposit.scatterings < params.max_bounces;
-    if is_primary && agrees(&point, &deposit, to, params.camera.position) {
+    if is_primary && agrees(&point, &deposit, place, tables.point_geometry, params) {
+        let light = tables.deposit_light[index as usize];
+        // What lights the back of a thin wall does not light its front: `contribution` takes both ends above the face.
+        if light.to_light.dot(point.normal) <= 0.0 {
+            return;
+        }
         let shading = tables.point_shading[pixel as usize];
         let material = material_of(&shading, tables.materials, tables.needs);
-        let light = tables.deposit_light[index as usize];
         let roughness = params.specular_roughness;
         let value = contribution(&shading, material, &light, roughness, tables.needs);
         // `resolve` divides by the disc.
@@ -56,37 +62,76 @@ pub fn kim2019<C: Atomics>(index: u32, tables: &mut Tables<'_>, counters: &mut C
     }
 }
 
-/// Whether a deposit, `to` from the eye, lies on the surface of its pixel: as far from the eye as the pixel's point, or as
-/// the surface through that point is in the deposit's own direction. At a slant a pixel reaches over far more of its
-/// distance than the tolerance: a plane that leans by the mean of both normals follows it, also where it is a little curved.
+/// Whether a deposit, seen at `place`, lies on the surface that its pixel sees in `point`: as far from the eye, or on the plane
+/// that the pixels next to it on that side, in its row and in its column, see too. At a slant a pixel reaches over far more
+/// of its distance than the tolerance. What lies between places of one plane that are seen is seen; beyond the last of them
+/// something may stand before it, as a wall does.
 #[inline(always)]
-fn agrees(point: &PointGeometry, deposit: &DepositGeometry, to: Vec3, eye: Vec3) -> bool {
-    let distance = to.length();
-    let seen = (point.position - eye).length();
-    let normals = point.normal + deposit.normal;
-    let height = (deposit.position - point.position).dot(normals);
-    // Along the ray to the deposit the plane is height / (normals . to / distance) away.
-    let on_plane =
-        point.normal.dot(deposit.normal) > 0.0 && height.abs() <= DISTANCE_TOLERANCE * to.dot(normals).abs();
-    (distance - seen).abs() <= DISTANCE_TOLERANCE * distance || on_plane
+fn agrees(
+    point: &PointGeometry,
+    deposit: &DepositGeometry,
+    place: Vec2,
+    points: &[PointGeometry],
+    params: &FrameParams,
+) -> bool {
+    let eye = params.camera.position;
+    let (seen, distance) = ((point.position - eye).length(), (deposit.position - eye).length());
+    if (distance - seen).abs() <= DISTANCE_TOLERANCE * distance {
+        return true;
+    }
+    if !is_on_plane(point, deposit.position, deposit.normal, eye) {
+        return false;
+    }
+    // At the edge of the picture a pixel is beside itself.
+    let (_, own) = place_of(point.position - eye, params);
+    let pixel = pixel_of(place, params);
+    let (column, row) = (pixel % params.width, pixel / params.width);
+    let in_row = row * params.width + beside(column, place.x < own.x, params.width);
+    let in_column = beside(row, place.y < own.y, params.height) * params.width + column;
+    sees_plane(point, in_row, points, eye) && sees_plane(point, in_column, points, eye)
 }
 
-/// Whether what lies in a direction from the eye is in the picture, and in which pixel.
+/// The column or row before or behind one of `count`.
 #[inline(always)]
-fn pixel_of(to: Vec3, params: &FrameParams) -> (bool, u32) {
+fn beside(index: u32, before: bool, count: u32) -> u32 {
+    if before { index.max(1) - 1 } else { (index + 1).min(count - 1) }
+}
+
+/// Whether a place lies on the plane through a point, which leans by the mean of both normals, and so follows what is a
+/// little curved: within the tolerance of where the eye's ray to the place meets it.
+#[inline(always)]
+fn is_on_plane(point: &PointGeometry, position: Vec3, normal: Vec3, eye: Vec3) -> bool {
+    let normals = point.normal + normal;
+    let height = (position - point.position).dot(normals);
+    // Along that ray the plane is height / (normals . to / distance) away.
+    point.normal.dot(normal) > 0.0 && height.abs() <= DISTANCE_TOLERANCE * (position - eye).dot(normals).abs()
+}
+
+/// Whether pixel `beside` sees the plane through a point directly.
+#[inline(always)]
+fn sees_plane(point: &PointGeometry, beside: u32, points: &[PointGeometry], eye: Vec3) -> bool {
+    let other = points[beside as usize];
+    other.depth == 1 && is_on_plane(point, other.position, other.normal, eye)
+}
+
+/// Whether what lies in a direction from the eye is in the picture, and where [px].
+#[inline(always)]
+fn place_of(to: Vec3, params: &FrameParams) -> (bool, Vec2) {
     let camera = &params.camera;
     let depth = to.dot(camera.forward);
     if depth <= 0.0 {
-        return (false, 0);
+        return (false, Vec2::ZERO);
     }
     let x = to.dot(camera.right) / (depth * camera.right.length_squared());
     let y = to.dot(camera.up) / (depth * camera.up.length_squared());
-    if x.abs().max(y.abs()) >= 1.0 {
-        return (false, 0);
-    }
-    let column = ((0.5 + 0.5 * x) * params.width as f32) as u32;
-    let row = ((0.5 - 0.5 * y) * params.height as f32) as u32;
-    (true, row.min(params.height - 1) * params.width + column.min(params.width - 1))
+    let size = Vec2::new(params.width as f32, params.height as f32);
+    (x.abs().max(y.abs()) < 1.0, Vec2::new(0.5 + 0.5 * x, 0.5 - 0.5 * y) * size)
+}
+
+/// Pixel of a place in the picture.
+#[inline(always)]
+fn pixel_of(place: Vec2, params: &FrameParams) -> u32 {
+    (place.y as u32).min(params.height - 1) * params.width + (place.x as u32).min(params.width - 1)
 }
 
 /// Area of a pixel at the deposit [m^2].
@@ -124,31 +169,71 @@ mod tests {
             let (column, row) = ((pixel % 40) as f32 + 0.3, (pixel / 40) as f32 + 0.7);
             let Camera { right, up, forward, .. } = params.camera;
             let to = forward + right * (column / 20.0 - 1.0) + up * (1.0 - row / 15.0);
-            assert_eq!(pixel_of(to * 7.0, &params), (true, pixel));
-            assert!(!pixel_of(to * -1.0, &params).0);
+            let (is_seen, place) = place_of(to * 7.0, &params);
+            assert!(is_seen && place.distance(Vec2::new(column, row)) < 1.0e-4);
+            assert_eq!(pixel_of(place, &params), pixel);
+            assert!(!place_of(to * -1.0, &params).0);
         }
-        assert!(!pixel_of(Vec3::new(0.81, 0.0, -1.0), &params).0);
+        assert!(!place_of(Vec3::new(0.81, 0.0, -1.0), &params).0);
     }
 
-    /// From an eye a metre above a floor: two places of one pixel, a tenth of their distance apart, are on one surface; what
-    /// floats above the floor, or hangs below it with its face down, is not.
+    /// From an eye a metre above a floor, looking along it: the middle pixel of three by three sees the floor 5 m ahead, the
+    /// one above it 7 m ahead and the one below it 4 m.
+    fn floor() -> (FrameParams, [PointGeometry; 9]) {
+        let camera = Camera {
+            position: Vec3::Y,
+            right: Vec3::Z * 0.1,
+            up: Vec3::new(0.2, 1.0, 0.0).normalize() * 0.1,
+            forward: Vec3::new(1.0, -0.2, 0.0).normalize(),
+        };
+        let params = FrameParams { camera, width: 3, height: 3, ..FrameParams::default() };
+        let point = PointGeometry { normal: Vec3::Y, depth: 1, ..PointGeometry::default() };
+        let points = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|pixel| {
+            let x = [7.0, 5.0, 4.0][pixel / 3];
+            PointGeometry { position: Vec3::new(x, 0.0, x / 15.0 * (pixel as f32 % 3.0 - 1.0)), ..point }
+        });
+        (params, points)
+    }
+
+    fn takes(points: &[PointGeometry; 9], position: Vec3, normal: Vec3) -> bool {
+        let params = floor().0;
+        let (is_seen, place) = place_of(position - params.camera.position, &params);
+        assert!(is_seen && pixel_of(place, &params) == 4, "the test has lost its subject: {place}");
+        agrees(
+            &points[4],
+            &DepositGeometry { position, normal, ..DepositGeometry::default() },
+            place,
+            points,
+            &params,
+        )
+    }
+
+    /// Two places of one pixel, a tenth of their distance apart, are on one surface; what floats above the floor, or hangs
+    /// below it with its face down, is not.
     #[test]
     fn a_pixel_at_a_slant_has_the_depth_of_its_plane() {
-        let eye = Vec3::Y;
-        let point = PointGeometry { position: Vec3::X * 5.0, normal: Vec3::Y, ..PointGeometry::default() };
-        let at = |position: Vec3, normal| {
-            agrees(
-                &point,
-                &DepositGeometry { position, normal, ..DepositGeometry::default() },
-                position - eye,
-                eye,
-            )
-        };
+        let at = |position, normal| takes(&floor().1, position, normal);
         assert!(at(Vec3::X * 5.5, Vec3::Y) && at(Vec3::X * 4.5, Vec3::Y));
         // A hill of radius 5 m, where the plane through the point alone is 2.4 % off.
         assert!(at(Vec3::new(4.5, -0.025, 0.0), Vec3::new(-0.1, 1.0, 0.0).normalize()));
         assert!(!at(Vec3::new(5.5, 0.05, 0.0), Vec3::Y) && !at(Vec3::X * 5.5, Vec3::NEG_Y));
         assert!(at(Vec3::new(5.0, 0.05, 0.0), Vec3::Y), "the published tolerance stays");
+    }
+
+    /// A wall stands on the floor 5.2 m ahead, or to the right, so that the next pixel sees it; or a mirror does.
+    #[test]
+    fn a_plane_ends_where_the_next_pixel_sees_something_else() {
+        let (_, floor) = floor();
+        let wall =
+            PointGeometry { position: Vec3::new(5.2, 0.3, 0.0), normal: Vec3::NEG_X, depth: 1, ..floor[4] };
+        let mirror = PointGeometry { depth: 2, ..floor[1] };
+        let (behind, before) = (Vec3::new(5.5, 0.0, 0.05), Vec3::new(4.5, 0.0, -0.05));
+        for (beside, other) in [(1, wall), (5, wall), (1, mirror)] {
+            let mut points = floor;
+            points[beside] = other;
+            assert!(takes(&floor, behind, Vec3::Y) && !takes(&points, behind, Vec3::Y), "{beside}");
+            assert!(takes(&points, before, Vec3::Y), "{beside}: the floor before it is seen");
+        }
     }
 
     /// The footprints of all pixels on a plane across the whole view add up to what of it is seen.

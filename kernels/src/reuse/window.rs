@@ -3,9 +3,9 @@
 //! The collection points of a frame are a picture too: neighbours on a surface, seen the same way, are neighbours in it. A
 //! point is carried back to the previous camera as the eye sees it: at its image, which lies on its own ray at the length of
 //! its path behind plane mirrors, and where `math::pencil` says behind curved mirrors and glass, to first order in the eye's
-//! way. Cost: nine rows of 32 bytes a point, and no structure. A structure in space finds more (a place seen directly and in a mirror lends to both), but pixels behind
-//! curved glass scatter over the room and are in every search's way: over mirror-room's points, a tree in the order of the
-//! pixels cost 1.2 frames.
+//! way. Cost: nine rows of 32 bytes a point, and no structure. A structure in space finds more (a place seen directly and in
+//! a mirror lends to both), but pixels behind curved glass scatter over the room and are in every search's way: over
+//! mirror-room's points, a tree in the order of the pixels cost 1.2 frames.
 
 use crate::interface::frame::{Camera, FrameParams};
 use crate::interface::history::HistoryPoint;

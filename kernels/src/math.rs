@@ -5,6 +5,7 @@ pub mod differential;
 pub mod frame;
 pub mod octahedral;
 pub mod offset;
+pub mod pencil;
 pub mod ray;
 pub mod rng;
 pub mod trig;

@@ -1,6 +1,7 @@
 //! Compares what two runners computed: slices of floats, of words, or rows of them by field.
 
 use crate::fields::{Field, Fields, Kind};
+use caustics_kernels::interface::packed::from_signed_shares;
 
 /// How far two computations of one thing may lie apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -157,6 +158,12 @@ pub fn rows<T: Fields>(
             Kind::Floats => {
                 let (left, right) = (bytemuck::cast_slice(&left), bytemuck::cast_slice(&right));
                 floats(field.name, field.words, left, right, tolerance(field))
+            }
+            Kind::Shares => {
+                let shares = |words: Vec<u32>| -> Vec<f32> {
+                    words.into_iter().flat_map(|word| from_signed_shares(word).to_array()).collect()
+                };
+                floats(field.name, 2 * field.words, &shares(left), &shares(right), tolerance(field))
             }
             Kind::Words => words(field.name, field.words, &left, &right, words_tolerance),
         }

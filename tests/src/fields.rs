@@ -14,6 +14,8 @@ pub enum Kind {
     Floats,
     /// Ids, counts, flags.
     Words,
+    /// Two signed shares of one (`interface::packed`) in each word.
+    Shares,
 }
 
 /// A field of a row of 4-byte words.
@@ -65,7 +67,7 @@ fields!(PointGeometry { position: 3 Floats, radius: 1 Floats, normal: 3 Floats, 
 fields!(PointShading {
     to_viewer: 3 Floats, material: 1 Words, shading_normal: 3 Floats, red_green: 1 Words,
     throughput: 3 Floats, blue_roughness_metallic: 1 Words, eta: 1 Floats,
-    instance: 1 Words, distance: 1 Floats,
+    instance: 1 Words, distance: 1 Floats, astigmatism: 1 Shares,
 });
 fields!(DepositGeometry { position: 3 Floats, scatterings: 1 Words, normal: 3 Floats, });
 fields!(DepositLight { to_light: 3 Floats, flux: 3 Floats, });

@@ -1,5 +1,8 @@
 //! Histories: what the frame before lends, in scenes that stand still and under a moving camera.
 
+#[path = "reuse/curved.rs"]
+mod curved;
+
 use caustics::method::history::{NONE, PAPER, VALIDATED};
 use caustics::method::settings::Settings;
 use caustics::scene::{Scene, SceneCamera};

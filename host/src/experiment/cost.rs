@@ -8,7 +8,7 @@
 //! | `shoot` | N r_l closest hits, r_l <= b; 1.6 in a room whose walls reflect half |
 //! | `shoot.store`, `grid.*`, `gather` | 64 bytes a deposit: written once, moved to its cell, read by each point nearby |
 //! | `reuse`, `validate` | the previous points near each of W H points, at the bytes of the history's buffers a pixel, read once and written once; `validate` also re-traces its share of N r_l rays |
-//! | `resolve`, `display` | 112 and 36 bytes a pixel: a point's 88, its sum of 12, and colours of 12, in and out |
+//! | `resolve`, `display` | 120 and 36 bytes a pixel: a point's 96, its sum of 12, and colours of 12, in and out |
 //!
 //! A pass of rays should take its rays over the rate of the tracer alone; what it takes more is shading. A pass of bytes
 //! should take its bytes over the memory's bandwidth; where it does not come near, it computes or jumps about.

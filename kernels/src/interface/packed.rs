@@ -1,6 +1,8 @@
 //! Numbers in few bits, by integer arithmetic alone: every runner rounds alike. Materials of textured surfaces are
 //! rounded to what a collection point can store, so that camera paths and light paths see one material.
 
+use spirv_std::glam::Vec2;
+
 /// A value in [0, 1] as a half float, to the nearest, without its sign.
 #[inline]
 pub fn to_half(value: f32) -> u32 {
@@ -34,9 +36,42 @@ pub fn from_byte(byte: u32) -> f32 {
     byte as f32 * (1.0 / 255.0)
 }
 
+/// Two values in [-1, 1] as shares of 32767, to the nearest.
+#[inline]
+pub fn to_signed_shares(values: Vec2) -> u32 {
+    let share = |value: f32| {
+        // Truncation rounds to the nearest: it is towards zero.
+        let steps = value * 32_767.0;
+        (steps + if steps < 0.0 { -0.5 } else { 0.5 }) as i32 as u32 & 0xffff
+    };
+    share(values.x) | share(values.y) << 16
+}
+
+/// The values of two signed shares of 32767.
+#[inline]
+pub fn from_signed_shares(word: u32) -> Vec2 {
+    // A shift to the right repeats the sign.
+    let share = |shares: u32| (shares as i32 >> 16) as f32 * (1.0 / 32_767.0);
+    Vec2::new(share(word << 16), share(word))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn signed_shares_come_back_and_are_the_nearest() {
+        assert_eq!(to_signed_shares(Vec2::ZERO), 0);
+        for step in -32_767..=32_767 {
+            let value = step as f32 / 32_767.0;
+            for values in [Vec2::new(value, -value), Vec2::new(0.3, value), Vec2::new(value, -1.0)] {
+                let off = |values: Vec2| from_signed_shares(to_signed_shares(values)) - values;
+                // Half a step of rounding, and ulps.
+                assert!(off(values).abs().max_element() < 1.0e-7 + 0.5 / 32_767.0);
+                assert!(off(Vec2::splat(value)).abs().max_element() < 1.0e-7, "a share itself is exact");
+            }
+        }
+    }
 
     #[test]
     fn halves_come_back_and_are_the_nearest() {

@@ -37,8 +37,10 @@ pub struct PointShading {
     pub eta: f32,
     /// Index into the instances; 0 is the world, which does not move.
     pub instance: u32,
-    /// Length of the camera path up to here [m].
+    /// Distance at which the eye sees the point [m] (`math::pencil::Image`): the camera path's length, unless it is bent.
     pub distance: f32,
+    /// Astigmatism of that image, as two signed shares of 32767.
+    pub astigmatism: u32,
 }
 
 /// Where a deposit lies: all that a gather reads of deposits it does not take.
@@ -70,6 +72,6 @@ pub struct DepositLight {
 }
 
 const _: () = assert!(size_of::<PointGeometry>() == 32);
-const _: () = assert!(size_of::<PointShading>() == 60);
+const _: () = assert!(size_of::<PointShading>() == 64);
 const _: () = assert!(size_of::<DepositGeometry>() == 32);
 const _: () = assert!(size_of::<DepositLight>() == 32);

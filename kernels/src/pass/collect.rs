@@ -6,13 +6,15 @@ use crate::interface::counters::Counter;
 use crate::interface::frame::{FrameParams, PIXEL_FILTER_BOX, TEXTURE_FILTER_FINEST};
 use crate::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAGS_SCATTER_TEXTURE, Material};
 use crate::interface::needs::Needs;
+use crate::interface::packed::to_signed_shares;
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::interface::scene::SceneTables;
 use crate::light::connect::{Connection, connect, pdf_solid_angle};
 use crate::math::cone::RayCone;
 use crate::math::is_finite;
 use crate::math::offset;
-use crate::math::ray::Ray;
+use crate::math::pencil::Pencil;
+use crate::math::ray::{Hit, Ray};
 use crate::math::rng::{Rng, Stream};
 use crate::pass::enclosing::enclosing;
 use crate::pass::reach::{reach, unblocked};
@@ -21,9 +23,13 @@ use crate::surface::class::Classes;
 use crate::surface::media::MediaStack;
 use crate::surface::scatter::{Departure, Site};
 use crate::surface::textured::{material_at, packed};
+use crate::surface::turn::normal_change;
 use crate::surface::vertex::{Vertex, vertex};
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
+
+/// Where there is none of these, all that bends a path is plane mirrors.
+const BENDS: Needs = Needs(Needs::GLASS.0 | Needs::SMOOTH_NORMALS.0);
 
 /// What a camera path brings home.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -84,6 +90,7 @@ pub fn follow<T: Tracer, C: Atomics>(
     counters: &mut C,
 ) -> Collected {
     let direct = cone;
+    let mut pencil = Pencil::at_eye(ray.direction, params.camera.right);
     let mut collected = Collected::default();
     collected.geometry.position = ray.origin;
     let mut throughput = Vec3::ONE;
@@ -113,6 +120,9 @@ pub fn follow<T: Tracer, C: Atomics>(
         let mut width = 0.0;
         if prefix {
             cone = cone.advance(hit.distance);
+            if needs.has(BENDS) {
+                pencil = pencil.advance(hit.distance);
+            }
             distance += hit.distance;
             if !params.has_filter(TEXTURE_FILTER_FINEST) {
                 width = cone.total_width();
@@ -175,6 +185,7 @@ pub fn follow<T: Tracer, C: Atomics>(
             let chance = site.surface.class_chance(Classes::NON_SPECULAR);
             if depth < params.max_bounces && chance > 0.0 {
                 let cos = here.to_origin.dot(here.normal);
+                let image = pencil.image(distance);
                 collected.geometry = PointGeometry {
                     position: here.position,
                     radius: cone.radius(cos, params.radius_px, here.position, direct.advance(distance).width),
@@ -190,7 +201,8 @@ pub fn follow<T: Tracer, C: Atomics>(
                     blue_roughness_metallic: 0,
                     eta: site.surface.eta,
                     instance: here.instance,
-                    distance,
+                    distance: image.distance,
+                    astigmatism: to_signed_shares(image.astigmatism),
                 };
                 if needs.has(Needs::TEXTURES) && material.flags & FLAGS_SCATTER_TEXTURE != 0 {
                     let (first, second) = packed(&material);
@@ -205,6 +217,9 @@ pub fn follow<T: Tracer, C: Atomics>(
             break;
         }
         if prefix {
+            if needs.has(BENDS) {
+                pencil = scatter_pencil(pencil, scene, needs, &hit, &here, &departure);
+            }
             cone = scatter_cone(cone, &here, &departure);
         }
         if departure.sampled.transmitted {
@@ -311,4 +326,30 @@ fn scatter_cone(cone: RayCone, vertex: &Vertex, departure: &Departure) -> RayCon
     } else {
         cone.refract(vertex.curvature, cos, -sampled.direction.z, sampled.eta)
     }
+}
+
+/// The pencil behind a specular event.
+#[inline(always)]
+fn scatter_pencil(
+    pencil: Pencil,
+    scene: SceneTables<'_>,
+    needs: Needs,
+    hit: &Hit,
+    vertex: &Vertex,
+    departure: &Departure,
+) -> Pencil {
+    let sampled = &departure.sampled;
+    let (from, to) = (-vertex.to_origin, departure.ray.direction);
+    if sampled.straight {
+        return pencil;
+    }
+    if sampled.transmitted && sampled.eta == 1.0 {
+        // A rough thin wall bends nothing on the whole.
+        return pencil.turn(from, to);
+    }
+    let eta = if sampled.transmitted { sampled.eta } else { 1.0 };
+    let (step_x, step_y) = pencil.steps(from, vertex.face_normal);
+    let change_x = normal_change(scene, needs, hit, vertex.front, step_x);
+    let change_y = normal_change(scene, needs, hit, vertex.front, step_y);
+    pencil.bend(from, to, eta, !sampled.transmitted, change_x, change_y)
 }

@@ -9,7 +9,7 @@
 //! pixels a side by then: what is compared is no longer noise, and a rare bright sample does not stay alone.
 //!
 //! Cost: a level reads 60 bytes of itself and of 24 neighbours (1500 B a pixel from caches, 60 from memory) and
-//! writes 12; the guide reads 112 and writes 72. Wrong: shadows blur by 2 pixels (standard deviation) and a bit more.
+//! writes 12; the guide reads 120 and writes 72. Wrong: shadows blur by 2 pixels (standard deviation) and a bit more.
 
 use crate::interface::NONE;
 use crate::interface::filter::{FILTER_LEVELS, FilterGuide};

@@ -16,7 +16,7 @@ use crate::interface::needs::Needs;
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::math::octahedral;
 use crate::reuse::cells::{self, Carrier, Change};
-use crate::reuse::window::{History, Look, WIDE, for_each_around, project, seen_at};
+use crate::reuse::window::{History, Look, WIDE, for_each_around, project, seen_from};
 use crate::surface::class::{self, Classes};
 use crate::surface::textured::material_of;
 use spirv_std::glam::Vec3;
@@ -95,8 +95,8 @@ pub fn paper(
     let borrower = Borrower::new(point, shading, instances);
     let history = History { points: history_points, mean: history_mean };
     let mut visit = Overlap { borrower, sum: Vec3::ZERO, weights: 0.0 };
-    let seen = seen_at(pixel, point, shading, borrower.position, params);
-    let at = project(seen, &settings.camera, params);
+    let before = &settings.camera;
+    let at = project(seen_from(before, pixel, point, shading, borrower.position, params), before, params);
     // Discs are 0.56 pixels wide head on, and 2.5 across where they lie flat.
     let half = if shading.to_viewer.dot(point.normal) < FLAT { WIDE } else { 1 };
     for_each_around(at, half, params, history, &mut visit);
@@ -169,8 +169,8 @@ pub fn validated(
     }
     let history = History { points: history_points, mean: history_mean };
     let mut visit = Nearest { borrower, pixel: 0, square: f32::MAX, reach: settings.reach, found: false };
-    let seen = seen_at(pixel, point, shading, borrower.position, params);
-    let at = project(seen, &settings.camera, params);
+    let before = &settings.camera;
+    let at = project(seen_from(before, pixel, point, shading, borrower.position, params), before, params);
     for_each_around(at, 0, params, history, &mut visit);
     if !visit.is_near() {
         for_each_around(at, 1, params, history, &mut visit);

@@ -1,23 +1,26 @@
 //! Where a point of today stood in the picture of the frame before, and the pixels around that place.
 //!
 //! The collection points of a frame are a picture too: neighbours on a surface, seen the same way, are neighbours in it. A
-//! point is carried back to the previous camera as the eye sees it, in a mirror at its virtual image: on its own ray at the
-//! length of its path. For plane mirrors that is exact, for others near. Cost: nine rows of 32 bytes a point, and no
-//! structure. A structure in space finds more (a place seen directly and in a mirror lends to both), but pixels behind
-//! curved glass scatter over the room and are in every search's way: over mirror-room's points, a tree in the order of the
-//! pixels cost 1.2 frames.
+//! point is carried back to the previous camera as the eye sees it: at its image, which lies on its own ray at the length of
+//! its path behind plane mirrors, and where `math::pencil` says behind curved mirrors and glass, to first order in the eye's
+//! way. Cost: nine rows of 32 bytes a point, and no structure. A structure in space finds more (a place seen directly and in
+//! a mirror lends to both), but pixels behind curved glass scatter over the room and are in every search's way: over
+//! mirror-room's points, a tree in the order of the pixels cost 1.2 frames.
 
 use crate::interface::frame::{Camera, FrameParams};
 use crate::interface::history::HistoryPoint;
 use crate::interface::point::{PointGeometry, PointShading};
+use crate::math::pencil::Image;
 use spirv_std::glam::{Vec2, Vec3};
 
 /// Half width of the window [px] where light was seen through specular events and none lends in the small one.
 pub const WIDE: i32 = 3;
 
-/// Where the eye sees the point: itself, or its virtual image [m]. `position` is the point in the frame before.
+/// Where the eye of the frame before saw the point, from there: any length along the way to it, or to its image.
+/// `position` is the point in the frame before.
 #[inline(always)]
-pub fn seen_at(
+pub fn seen_from(
+    before: &Camera,
     pixel: u32,
     point: &PointGeometry,
     shading: &PointShading,
@@ -25,7 +28,7 @@ pub fn seen_at(
     params: &FrameParams,
 ) -> Vec3 {
     if point.depth == 1 {
-        return position;
+        return position - before.position;
     }
     let camera = &params.camera;
     let column = (pixel % params.width) as f32 + 0.5;
@@ -33,13 +36,17 @@ pub fn seen_at(
     let along = camera.forward
         + camera.right * (2.0 * column / params.width as f32 - 1.0)
         + camera.up * (1.0 - 2.0 * row / params.height as f32);
-    camera.position + along.normalize() * shading.distance
+    let along = along.normalize();
+    if shading.astigmatism == 0 && shading.distance > 0.0 {
+        return camera.position + along * shading.distance - before.position;
+    }
+    let image = Image::of(shading.distance, shading.astigmatism);
+    image.from_eye(camera.position - before.position, along, camera.right)
 }
 
-/// A place in a camera's picture [px], far outside of it if it lies behind the eye.
+/// Where a camera's picture shows what lies along `from_eye` [px], far outside of it if that is behind the eye.
 #[inline(always)]
-pub fn project(place: Vec3, camera: &Camera, params: &FrameParams) -> Vec2 {
-    let from_eye = place - camera.position;
+pub fn project(from_eye: Vec3, camera: &Camera, params: &FrameParams) -> Vec2 {
     let depth = from_eye.dot(camera.forward);
     if depth <= 0.0 {
         return Vec2::splat(-1.0e6);
@@ -131,14 +138,14 @@ mod tests {
         let params = params(Vec3::new(0.1, -1.0, -0.9));
         for pixel in (0..160 * 90).step_by(77) {
             let (point, shading, image) = mirrored(pixel, &params);
-            let seen = seen_at(pixel, &point, &shading, point.position, &params);
+            let seen = seen_from(&params.camera, pixel, &point, &shading, point.position, &params);
             // A few ulp of 40 m.
-            assert!((seen - image).length() < 2.0e-5, "{seen} should be {image}");
+            assert!((EYE + seen - image).length() < 2.0e-5, "{seen} should lead to {image}");
             let at = project(seen, &params.camera, &params);
             let centre = ray(pixel, &params).0;
             assert!((at - centre).length() < 1.0e-3, "{at} should be {centre}");
             // The point itself stands elsewhere.
-            assert!((project(point.position, &params.camera, &params) - centre).length() > 1.0);
+            assert!((project(point.position - EYE, &params.camera, &params) - centre).length() > 1.0);
         }
     }
 
@@ -147,7 +154,9 @@ mod tests {
         let params = params(Vec3::NEG_Z);
         let point = PointGeometry { position: Vec3::ONE, depth: 1, ..Default::default() };
         let before = Vec3::new(0.5, 1.0, -1.0);
-        assert_eq!(seen_at(7, &point, &PointShading::default(), before, &params), before);
+        let camera = Camera { position: EYE + Vec3::X, ..params.camera };
+        let seen = seen_from(&camera, 7, &point, &PointShading::default(), before, &params);
+        assert_eq!(seen, before - camera.position);
     }
 
     #[test]
@@ -155,21 +164,22 @@ mod tests {
         let params = params(Vec3::NEG_Z);
         let place = EYE + Vec3::new(0.0, 0.0, -4.0);
         let middle = Vec2::new(80.0, 45.0);
-        assert!((project(place, &params.camera, &params) - middle).length() < 1.0e-4);
+        let project = |camera: &Camera| project(place - camera.position, camera, &params);
+        assert!((project(&params.camera) - middle).length() < 1.0e-4);
         // The eye stood 0.1 m further left: the place was 0.1 / (4 0.8) of half a picture further right.
         let left = Camera { position: EYE - Vec3::X * 0.1, ..params.camera };
         let right = Vec2::new(80.0 * 0.1 / 3.2, 0.0);
-        assert!((project(place, &left, &params) - middle - right).length() < 1.0e-3);
+        assert!((project(&left) - middle - right).length() < 1.0e-3);
         // 0.1 m further down: the place was higher, in smaller rows.
         let below = Camera { position: EYE - Vec3::Y * 0.1, ..params.camera };
         let up = Vec2::new(0.0, -45.0 * 0.1 / (4.0 * 0.45));
-        assert!((project(place, &below, &params) - middle - up).length() < 1.0e-3);
+        assert!((project(&below) - middle - up).length() < 1.0e-3);
         // It looked further left by 0.2 rad: tan(0.2) / 0.8 of half a picture.
         let (sin, cos) = 0.2f32.sin_cos();
         let forward = Vec3::new(-sin, 0.0, -cos);
         let panned = Camera { forward, right: forward.cross(Vec3::Y) * 0.8, ..params.camera };
         let right = Vec2::new(80.0 * 0.2f32.tan() / 0.8, 0.0);
-        assert!((project(place, &panned, &params) - middle - right).length() < 1.0e-3);
+        assert!((project(&panned) - middle - right).length() < 1.0e-3);
     }
 
     struct Pixels(Vec<u32>);
@@ -190,11 +200,11 @@ mod tests {
     fn places_behind_the_eye_are_in_no_pixel() {
         let params = params(Vec3::NEG_Z);
         for place in [EYE + Vec3::Z, EYE, EYE + Vec3::X] {
-            let at = project(place, &params.camera, &params);
+            let at = project(place - EYE, &params.camera, &params);
             assert_eq!(around(at, WIDE, &params), []);
         }
         // So are places far beside the picture, whatever their distance.
-        let beside = project(EYE + Vec3::new(1.0e9, 0.0, -1.0e-5), &params.camera, &params);
+        let beside = project(Vec3::new(1.0e9, 0.0, -1.0e-5), &params.camera, &params);
         assert_eq!((beside.x, around(beside, WIDE, &params)), (1.0e6, vec![]));
     }
 

@@ -29,6 +29,8 @@ const RATIOS: Tolerance = Tolerance::relative(
     2.0e-3,
     "curved vertices and grazing cosines amplify ulps along a path, and 0.2 % of the paths may diverge",
 );
+/// Parts of one.
+const SHARES: Tolerance = Tolerance { absolute: RATIOS.relative, relative: 0.0, ..RATIOS };
 /// Distance within which deposits are the same [m]: a tenth of a typical radius of a point.
 const REACH: f32 = 1.0e-3;
 /// Divergences that are printed.
@@ -43,7 +45,7 @@ pub fn collect(twin: &mut Twin, paths: Paths<'_>, table: &mut Table) {
         Tolerance { reason: PATHS.reason, ..Tolerance::EXACT.except(PATHS.share, PATHS.reason) };
     let mut all = vec![floats("path_radiance", 3, &cpu_radiance, &gpu_radiance, PATHS)];
     all.extend(rows(&cpu_geometry, &gpu_geometry, words_tolerance, |field| path_field(field.name)));
-    all.extend(rows(&cpu_shading, &gpu_shading, words_tolerance, |_| PATHS));
+    all.extend(rows(&cpu_shading, &gpu_shading, words_tolerance, |field| path_field(field.name)));
 
     let pixels: BTreeSet<usize> =
         all.iter().flat_map(|difference| difference.indices.iter().copied()).collect();
@@ -62,14 +64,20 @@ pub fn collect(twin: &mut Twin, paths: Paths<'_>, table: &mut Table) {
 }
 
 fn path_field(name: &str) -> Tolerance {
-    if name == "radius" || name == "flux" { RATIOS } else { PATHS }
+    if ["radius", "flux", "distance"].contains(&name) {
+        RATIOS
+    } else if name == "astigmatism" {
+        SHARES
+    } else {
+        PATHS
+    }
 }
 
 /// Whether two camera paths are as far apart as the comparison forbids.
 fn diverges(a: &Collected, b: &Collected) -> bool {
     let radiance = floats("", 3, &a.radiance.to_array(), &b.radiance.to_array(), NEAR);
     let geometry = rows(&[a.geometry], &[b.geometry], Tolerance::EXACT, |field| path_field(field.name));
-    let shading = rows(&[a.shading], &[b.shading], Tolerance::EXACT, |_| NEAR);
+    let shading = rows(&[a.shading], &[b.shading], Tolerance::EXACT, |field| path_field(field.name));
     geometry.iter().chain(&shading).chain([&radiance]).any(|difference| difference.exceeding > 0)
 }
 

@@ -1,0 +1,404 @@
+//! Pencils: where rays beside a camera ray go, to first order, and so where the eye sees the image of a point.
+//!
+//! A ray that leaves the eye at y0 [m] beside it, turned by a0 [rad], reaches A y0 + B a0 beside the camera ray: A and B are
+//! two by two, their slopes go along. The rays from a point reach it with 0: at the eye they turn by a0 = -B^-1 A y0, as from
+//! an image of vergence B^-1 A [1/m], which is symmetric. Its principal values are one over the distances of two images: one
+//! for a lens seen straight or plane mirrors (the path's length), two in a curved mirror seen obliquely (Coddington: powers
+//! 2 k / cos in the plane of incidence, 2 k cos across) or in a cylinder. No image is a vergence of zero, and no special case.
+//!
+//! The steps are Igehy's [Tracing ray differentials, 1999] in axes that go along with the ray.
+
+#[cfg(target_arch = "spirv")]
+use spirv_std::num_traits::Float;
+
+use crate::interface::packed;
+use crate::math::is_finite;
+use spirv_std::glam::{Vec2, Vec3};
+
+/// A ray beside another, in that one's axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beside {
+    /// Its place [m], for a metre or a radian at the eye.
+    pub place: Vec2,
+    /// Its slope [rad], for the same.
+    pub slope: Vec2,
+}
+
+/// Four rays beside a camera ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pencil {
+    /// Unit axes across the ray.
+    pub x: Vec3,
+    /// The other.
+    pub y: Vec3,
+    /// Leaves a metre beside the eye, along x.
+    pub moved_x: Beside,
+    /// The same along y.
+    pub moved_y: Beside,
+    /// Leaves the eye, turned by a radian along x.
+    pub turned_x: Beside,
+    /// The same along y.
+    pub turned_y: Beside,
+    /// Whether anything but plane mirrors bent it.
+    pub is_bent: bool,
+}
+
+/// Smallest cosine of incidence that surfaces bend with.
+const MIN_COS: f32 = 1.0e-3;
+/// An image is at most this many times as far as the path is long, and at least as near by the same factor.
+const MOST_DISTANT: f32 = 1.0e6;
+
+/// Unit axes across a direction, the first along the picture's rows.
+#[inline]
+pub fn axes(direction: Vec3, right: Vec3) -> (Vec3, Vec3) {
+    let x = (right - direction * right.dot(direction)).normalize();
+    (x, x.cross(direction))
+}
+
+/// Where the eye sees a point: the vergence is 1 / `distance` times the symmetric matrix of trace 2 m, difference of the
+/// diagonal 2 x and off the diagonal y, where (x, y) is `astigmatism` and m = 1 - |(x, y)|, negative like `distance`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Image {
+    /// Distance of the nearer of the two images [m]; negative where their mean vergence is, behind the eye.
+    pub distance: f32,
+    /// What tells the two apart, in the unit disc.
+    pub astigmatism: Vec2,
+}
+
+impl Pencil {
+    /// At the eye, in the axes of `axes`.
+    #[inline]
+    pub fn at_eye(direction: Vec3, right: Vec3) -> Self {
+        let (x, y) = axes(direction, right);
+        let moved = |place: Vec2| Beside { place, slope: Vec2::ZERO };
+        let turned = |slope: Vec2| Beside { place: Vec2::ZERO, slope };
+        Pencil {
+            x,
+            y,
+            moved_x: moved(Vec2::X),
+            moved_y: moved(Vec2::Y),
+            turned_x: turned(Vec2::X),
+            turned_y: turned(Vec2::Y),
+            is_bent: false,
+        }
+    }
+
+    /// After `distance` [m].
+    #[inline]
+    pub fn advance(self, distance: f32) -> Self {
+        self.each(|ray| Beside { place: ray.place + ray.slope * distance, ..ray })
+    }
+
+    /// Steps along a face [m] between a ray and those a metre beside it. `normal` is the face's.
+    #[inline]
+    pub fn steps(&self, from: Vec3, normal: Vec3) -> (Vec3, Vec3) {
+        let along = from / (-from.dot(normal)).max(MIN_COS);
+        (self.x + along * self.x.dot(normal), self.y + along * self.y.dot(normal))
+    }
+
+    /// After a mirror, or a facet that refracts, between the unit directions `from` and `to`. `eta` = index before over
+    /// index behind, 1 for mirrors; the unit normal changes by these over the `steps`.
+    #[inline]
+    pub fn bend(
+        self,
+        from: Vec3,
+        to: Vec3,
+        eta: f32,
+        is_mirror: bool,
+        change_x: Vec3,
+        change_y: Vec3,
+    ) -> Self {
+        // The facet that does it, also where it is rough: on the side of arrival.
+        let facet = from * eta - to;
+        let facet = facet / facet.length().max(1.0e-12);
+        let facet = if facet.dot(from) > 0.0 { -facet } else { facet };
+        let cos = (-facet.dot(from)).max(MIN_COS);
+        let cos_behind = -facet.dot(to);
+        // How the normal turns, as the ray sees it; in the plane of incidence it sees the face foreshortened.
+        let (step_x, step_y) = self.steps(from, facet);
+        let (xx, yy) = (step_x.dot(change_x), step_y.dot(change_y));
+        let xy = 0.5 * (step_x.dot(change_y) + step_y.dot(change_x));
+        let power = eta * cos - cos_behind;
+        let across = Vec2::new(self.x.dot(facet), self.y.dot(facet));
+        let across = across / across.length().max(1.0e-6);
+        // Refraction widens the pencil in the plane of incidence, and narrows its slopes by as much.
+        let widening = if is_mirror { 1.0 } else { cos_behind.max(MIN_COS) / cos };
+        let mut pencil = self.each(|ray| {
+            let bent = Vec2::new(xx * ray.place.x + xy * ray.place.y, xy * ray.place.x + yy * ray.place.y);
+            let slope = ray.slope * eta + bent * power;
+            Beside {
+                place: ray.place + across * (across.dot(ray.place) * (widening - 1.0)),
+                slope: slope + across * (across.dot(slope) * (1.0 / widening - 1.0)),
+            }
+        });
+        let curved = xx != 0.0 || yy != 0.0 || xy != 0.0;
+        pencil.is_bent = self.is_bent || curved || !is_mirror;
+        if is_mirror {
+            pencil.x = self.x - facet * (2.0 * self.x.dot(facet));
+            pencil.y = self.y - facet * (2.0 * self.y.dot(facet));
+            pencil
+        } else {
+            pencil.turn(from, to)
+        }
+    }
+
+    /// With its axes turned as the ray is, by the smallest angle; everything else goes along.
+    #[inline]
+    pub fn turn(self, from: Vec3, to: Vec3) -> Self {
+        let between = (from + to) / (1.0 + from.dot(to)).max(1.0e-6);
+        Pencil { x: self.x - between * self.x.dot(to), y: self.y - between * self.y.dot(to), ..self }
+    }
+
+    /// Where the eye sees the point that the ray has reached after `length` [m].
+    #[inline]
+    pub fn image(&self, length: f32) -> Image {
+        if !self.is_bent {
+            return Image { distance: length, astigmatism: Vec2::ZERO };
+        }
+        // B^-1 A by Cramer's rule, its determinant apart: where rays meet again it is zero, and the image is at the eye.
+        let (a_x, a_y) = (self.moved_x.place, self.moved_y.place);
+        let (b_x, b_y) = (self.turned_x.place, self.turned_y.place);
+        let determinant = b_x.perp_dot(b_y);
+        let (xx, yy) = (a_x.perp_dot(b_y), b_x.perp_dot(a_y));
+        let xy = 0.5 * (a_y.perp_dot(b_y) + b_x.perp_dot(a_x));
+        let sign = if determinant < 0.0 { -1.0 } else { 1.0 };
+        let mean = 0.5 * sign * (xx + yy);
+        let astigmatism = Vec2::new(0.5 * (xx - yy), xy) * sign;
+        let largest = mean.abs() + astigmatism.length();
+        if !is_finite(determinant.abs() + largest) {
+            return Image { distance: length * MOST_DISTANT, astigmatism: Vec2::ZERO };
+        }
+        let largest = largest.max(1.0e-30);
+        let distance = (determinant.abs() / largest).clamp(length / MOST_DISTANT, length * MOST_DISTANT);
+        Image { distance: if mean < 0.0 { -distance } else { distance }, astigmatism: astigmatism / largest }
+    }
+
+    #[inline(always)]
+    fn each(self, step: impl Fn(Beside) -> Beside) -> Self {
+        Pencil {
+            moved_x: step(self.moved_x),
+            moved_y: step(self.moved_y),
+            turned_x: step(self.turned_x),
+            turned_y: step(self.turned_y),
+            ..self
+        }
+    }
+}
+
+impl Image {
+    /// The image of a point of today, from the two words that its row holds.
+    #[inline]
+    pub fn of(distance: f32, astigmatism: u32) -> Self {
+        Image { distance, astigmatism: packed::from_signed_shares(astigmatism) }
+    }
+
+    /// Direction, of any length, from an eye that stands `back` [m] from today's, whose ray has the unit `direction`.
+    #[inline]
+    pub fn from_eye(&self, back: Vec3, direction: Vec3, right: Vec3) -> Vec3 {
+        let (x, y) = axes(direction, right);
+        let mean = (1.0 - self.astigmatism.length()) / self.distance;
+        let scale = 1.0 / self.distance.abs();
+        let (p, q) = (self.astigmatism.x * scale, self.astigmatism.y * scale);
+        let (along_x, along_y) = (back.dot(x), back.dot(y));
+        // A single image lies at direction / mean: seen from there, at that plus `back`.
+        direction + back * mean + x * (p * along_x + q * along_y) + y * (q * along_x - p * along_y)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use spirv_std::glam::DVec3;
+
+    /// A sphere of signed curvature [1/m], positive where the side met is convex, met at `cos` to x's side.
+    fn met(pencil: Pencil, from: Vec3, normal: Vec3, curvature: f32, eta: Option<f32>) -> (Pencil, Vec3) {
+        let cos = -from.dot(normal);
+        let to = match eta {
+            None => from + normal * (2.0 * cos),
+            Some(eta) => from * eta + normal * (eta * cos - (1.0 - eta * eta * (1.0 - cos * cos)).sqrt()),
+        };
+        let (x, y) = pencil.steps(from, normal);
+        let bent = pencil.bend(from, to, eta.unwrap_or(1.0), eta.is_none(), x * curvature, y * curvature);
+        (bent, to)
+    }
+
+    /// The image on the axis of what lies `behind` the last of the surfaces: way to each [m], curvature [1/m], eta.
+    fn on_axis(surfaces: &[(f32, f32, Option<f32>)], behind: f32) -> Image {
+        let (mut pencil, mut from) = (Pencil::at_eye(Vec3::NEG_Z, Vec3::X), Vec3::NEG_Z);
+        let mut length = behind;
+        for &(way, curvature, eta) in surfaces {
+            (pencil, from) = met(pencil.advance(way), from, -from, curvature, eta);
+            length += way;
+        }
+        pencil.advance(behind).image(length)
+    }
+
+    fn assert_single(image: Image, distance: f32) {
+        let off = (image.distance / distance - 1.0).abs();
+        assert!(off < 1.0e-5 && image.astigmatism.length() < 1.0e-5, "{image:?} should be at {distance}");
+    }
+
+    #[test]
+    fn a_plane_mirror_images_at_the_length_of_the_path() {
+        for normal in [Vec3::Z, Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.1, -0.9, 0.4).normalize()] {
+            let pencil = Pencil::at_eye(Vec3::NEG_Z, Vec3::X).advance(2.0);
+            let pencil = met(pencil, Vec3::NEG_Z, normal, 0.0, None).0.advance(1.7);
+            // To the bit, and by the rays themselves to a few ulp.
+            let length = 2.0 + 1.7;
+            assert_eq!(pencil.image(length), Image { distance: length, astigmatism: Vec2::ZERO });
+            assert_single(Pencil { is_bent: true, ..pencil }.image(length), length);
+        }
+    }
+
+    #[test]
+    fn mirrors_and_lenses_image_by_their_formulas() {
+        // 1 / s' = 1 / s + 2 / r: a ball of 0.3 m, 2 m from the eye and from what it shows.
+        assert_single(on_axis(&[(2.0, 1.0 / 0.3, None)], 2.0), 2.0 + 1.0 / (0.5 + 2.0 / 0.3));
+        // Inside of a sphere of 1 m: a real image between it and the eye, and one behind the eye.
+        assert_single(on_axis(&[(2.0, -1.0, None)], 2.0), 2.0 - 1.0 / 1.5);
+        assert_single(on_axis(&[(0.2, -1.0, None)], 1.0), 0.2 - 1.0);
+        // A slab of 0.3 m of glass looks two thirds as thick.
+        let slab = [(1.0, 0.0, Some(1.0 / 1.5)), (0.3, 0.0, Some(1.5))];
+        assert_single(on_axis(&slab, 0.5), 1.0 + 0.2 + 0.5);
+        // A ball of glass of 0.3 m has the focal length n r / (2 (n - 1)) = 0.45 m, from its centre.
+        for (eye, place) in [(2.0, 0.4), (2.0, 1.0), (0.7, 3.0)] {
+            let ball = [(eye - 0.3, 1.0 / 0.3, Some(1.0 / 1.5)), (0.6, -1.0 / 0.3, Some(1.5))];
+            assert_single(on_axis(&ball, place - 0.3), eye + 1.0 / (1.0 / place - 1.0 / 0.45));
+        }
+    }
+
+    #[test]
+    fn no_image_leaves_the_direction() {
+        // What stands in the focus of a concave mirror is seen by parallel rays.
+        let image = on_axis(&[(2.0, -1.0, None)], 0.5);
+        let turn = image.from_eye(Vec3::X, Vec3::NEG_Z, Vec3::X) - Vec3::NEG_Z;
+        assert!(image.distance.abs() > 1.0e5 && turn.length() < 1.0e-5, "{image:?}");
+        // And an eye whose rays meet again on a point sees it all over the mirror.
+        let image = on_axis(&[(2.0, -1.0, None)], 2.0 / 3.0);
+        assert!(image.distance.abs() < 1.0e-5 && is_finite(image.astigmatism.element_sum()), "{image:?}");
+        // Nonsense is no image either.
+        let lost = Pencil {
+            moved_x: Beside { place: Vec2::splat(f32::NAN), slope: Vec2::ZERO },
+            is_bent: true,
+            ..Pencil::at_eye(Vec3::NEG_Z, Vec3::X)
+        };
+        assert_eq!(lost.image(2.0), Image { distance: 2.0 * MOST_DISTANT, astigmatism: Vec2::ZERO });
+    }
+
+    /// Coddington: 1 / s' = 1 / s + 2 / (r cos) in the plane of incidence, 1 / s + 2 cos / r across.
+    #[test]
+    fn a_curved_mirror_seen_obliquely_has_two_images() {
+        let (eye, place, radius, cos) = (1.5f32, 0.8f32, 0.7f32, 0.6f32);
+        for turn in [0.0f32, 0.4, 1.3, 2.0] {
+            let (sin_turn, cos_turn) = turn.sin_cos();
+            let normal = Vec3::new(0.8 * cos_turn, 0.8 * sin_turn, cos);
+            let (pencil, _) = met(
+                Pencil::at_eye(Vec3::NEG_Z, Vec3::X).advance(eye),
+                Vec3::NEG_Z,
+                normal,
+                1.0 / radius,
+                None,
+            );
+            let image = pencil.advance(place).image(eye + place);
+            let vergence = |power: f32| 1.0 / (eye + 1.0 / (1.0 / place + power));
+            let expected = [vergence(2.0 / (radius * cos)), vergence(2.0 * cos / radius)];
+            let incidence = Vec3::new(cos_turn, sin_turn, 0.0);
+            for (axis, expected) in [incidence, Vec3::Z.cross(incidence)].into_iter().zip(expected) {
+                let turned = image.from_eye(axis, Vec3::NEG_Z, Vec3::X) - Vec3::NEG_Z;
+                assert!((turned - axis * expected).length() < 1.0e-5, "{turned} along {axis}, {expected}");
+            }
+            // Words keep it.
+            let kept = Image::of(image.distance, packed::to_signed_shares(image.astigmatism));
+            assert!((kept.astigmatism - image.astigmatism).length() < 1.0e-4);
+        }
+    }
+
+    /// A sphere that a ray meets at its first or second crossing, and how it leaves: mirrored, or refracted by eta.
+    struct Ball {
+        centre: DVec3,
+        radius: f64,
+        second: bool,
+        eta: Option<f64>,
+    }
+
+    impl Ball {
+        /// Way to it [m], unit normal on the side met, direction behind.
+        fn meet(&self, origin: DVec3, from: DVec3) -> (f64, DVec3, DVec3) {
+            let to_centre = self.centre - origin;
+            let nearest = to_centre.dot(from);
+            let half = (self.radius * self.radius - (to_centre - from * nearest).length_squared()).sqrt();
+            let way = nearest + if self.second { half } else { -half };
+            let normal = (from * way - to_centre) / self.radius * if self.second { -1.0 } else { 1.0 };
+            let cos = -from.dot(normal);
+            let to = match self.eta {
+                None => from + normal * (2.0 * cos),
+                Some(eta) => from * eta + normal * (eta * cos - (1.0 - eta * eta * (1.0 - cos * cos)).sqrt()),
+            };
+            (way, normal, to)
+        }
+    }
+
+    /// The mirror of 0.5 m, 3 m away, that three of the chains begin with.
+    fn mirror() -> Ball {
+        Ball { centre: DVec3::new(0.1, 0.1, -3.0), radius: 0.5, second: false, eta: None }
+    }
+
+    fn glass(centre: DVec3) -> [Ball; 2] {
+        [(false, 1.0 / 1.5), (true, 1.5)].map(|(second, eta)| Ball {
+            centre,
+            radius: 0.6,
+            second,
+            eta: Some(eta),
+        })
+    }
+
+    /// The last vertex of a path from `origin`, its direction there, and the way up to it.
+    fn trace(chain: &[Ball], mut origin: DVec3, mut from: DVec3) -> (DVec3, DVec3, f64) {
+        let mut length = 0.0;
+        for ball in chain {
+            let (way, _, to) = ball.meet(origin, from);
+            (origin, from, length) = (origin + from * way, to, length + way);
+        }
+        (origin, from, length)
+    }
+
+    /// Rays are traced from an eye that moved, through curved mirrors and glass with planes of incidence of their own: turned
+    /// as the image says they meet the place again.
+    #[test]
+    fn an_eye_that_moves_finds_the_place_where_its_image_is() {
+        let direction = (mirror().centre + DVec3::new(0.17, 0.23, 0.0)).normalize();
+        let (at, along, _) = trace(&[mirror()], DVec3::ZERO, direction);
+        let [enter, leave] = glass(at + along * 1.5 + DVec3::new(0.2, -0.1, 0.15));
+        let [ahead, behind] = glass(direction * 1.5 + DVec3::new(0.1, 0.3, 0.0));
+        let centre = at + along * 0.5 + DVec3::new(0.3, 0.2, -0.6);
+        let hollow = Ball { centre, radius: 2.5, second: true, eta: None };
+        let chains =
+            [vec![mirror()], vec![ahead, behind], vec![mirror(), enter, leave], vec![mirror(), hollow]];
+        for (index, chain) in chains.iter().enumerate() {
+            let (last, end, length) = trace(chain, DVec3::ZERO, direction);
+            let place = last + end * 0.9;
+            let (mut pencil, mut origin, mut from) =
+                (Pencil::at_eye(direction.as_vec3(), Vec3::X), DVec3::ZERO, direction);
+            for ball in chain {
+                let (way, normal, to) = ball.meet(origin, from);
+                let curvature = (if ball.second { -1.0 } else { 1.0 } / ball.radius) as f32;
+                let eta = ball.eta.map(|eta| eta as f32);
+                pencil = met(pencil.advance(way as f32), from.as_vec3(), normal.as_vec3(), curvature, eta).0;
+                (origin, from) = (origin + from * way, to);
+            }
+            let image = pencil.advance(0.9).image(length as f32 + 0.9);
+
+            let (x, y) = axes(direction.as_vec3(), Vec3::X);
+            for way in [x, y, (x - y) * 0.7].map(|way| way * 1.0e-4) {
+                let miss = |towards: DVec3| {
+                    let (last, end, _) = trace(chain, way.as_dvec3(), towards.normalize());
+                    (place - last).reject_from(end).length()
+                };
+                let found = miss(image.from_eye(-way, direction.as_vec3(), Vec3::X).as_dvec3());
+                let by_length = miss(direction * (length + 0.9) - way.as_dvec3());
+                // What is left is the square of the way, and ulps.
+                assert!(found < 0.01 * by_length, "chain {index}: {found:.1e} m off, not {by_length:.1e}");
+            }
+        }
+    }
+}

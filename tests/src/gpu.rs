@@ -28,12 +28,23 @@ impl Gpu {
     }
 }
 
-/// The device, or none after saying why the test is skipped; with `CAUSTICS_REQUIRE_GPU=1` that panics.
+/// The device, watched by the validation layer, or none after saying why the test is skipped; with
+/// `CAUSTICS_REQUIRE_GPU=1` that panics.
+pub fn watched_gpu() -> Option<Gpu> {
+    device(true)
+}
+
+/// The same without the layer, which takes longer over modules as large as ours than lavapipe does: for tests whose passes
+/// another test runs watched.
 pub fn gpu() -> Option<Gpu> {
+    device(false)
+}
+
+fn device(watched: bool) -> Option<Gpu> {
     static TURN: Mutex<()> = Mutex::new(());
     // A test that failed leaves nothing behind that the next one could stumble over.
     let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
-    match find() {
+    match find(watched) {
         Ok((info, validation)) => {
             eprintln!("on {} ({}), validation {validation}", info.name, info.driver);
             Some(Gpu { info, validation, _turn: turn })
@@ -45,7 +56,7 @@ pub fn gpu() -> Option<Gpu> {
     }
 }
 
-fn find() -> Result<(DeviceInfo, bool), String> {
+fn find(watched: bool) -> Result<(DeviceInfo, bool), String> {
     kernels::modules().map_err(|stale| stale.to_string())?;
     let open = |validation| {
         let context = Context::new(None, true, validation).or_else(|error| match error {
@@ -54,8 +65,8 @@ fn find() -> Result<(DeviceInfo, bool), String> {
         });
         context.map(|context| context.info().clone())
     };
-    match open(true) {
-        Ok(info) => Ok((info, true)),
+    match open(watched) {
+        Ok(info) => Ok((info, watched)),
         Err(error @ VulkanError::NoValidationLayer) => {
             assert!(!is_required(), "CAUSTICS_REQUIRE_GPU=1, but {error}");
             eprintln!("without validation: {error}");

@@ -14,7 +14,7 @@ use caustics_kernels::interface::point::{PointGeometry, PointShading};
 use caustics_kernels::interface::texture::MaterialTextures;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_tests::compare::{Tolerance, floats};
-use caustics_tests::gpu::gpu;
+use caustics_tests::gpu::watched_gpu;
 use caustics_tests::scenes::{Builder, lambert};
 use caustics_tests::table::Table;
 use caustics_tests::twin::{self, Twin, load};
@@ -403,7 +403,7 @@ fn a_room_keeps_its_energy_and_loses_its_noise() {
 /// The features of a room, on the CPU and on the GPU.
 #[test]
 fn twins_agree() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = watched_gpu() else { return };
     for &hardware in gpu.tracers() {
         let mut table = Table::new(&format!("filter, CPU against {} (hardware {hardware})", gpu.info.name));
         for name in ["mirror-room", "textured-room"] {

@@ -13,7 +13,7 @@ use caustics::session::{RunnerChoice, Session};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_tests::direct::mean_and_error;
-use caustics_tests::gpu::gpu;
+use caustics_tests::gpu::watched_gpu;
 use caustics_tests::scenes::{Builder, committed, lambert, metal};
 use glam::{DVec3, Vec3};
 
@@ -153,7 +153,7 @@ fn kim_shows_no_caustic_in_a_perfect_mirror() {
 
 #[test]
 fn a_gpu_splats_as_the_cpu_does() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = watched_gpu() else { return };
     let scene = committed("ring");
     let small = Settings { width: 96, height: 54, light_paths: 40_000, ..settings(1) };
     let expected = direct(&pictures(&scene, &small, &KIM2019, 3)).iter().sum::<f64>();

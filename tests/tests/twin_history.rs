@@ -13,7 +13,7 @@ use caustics::upload::Upload;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::frame::{Camera, FrameParams};
 use caustics_kernels::interface::history::HistorySettings;
-use caustics_tests::gpu::{Gpu, gpu};
+use caustics_tests::gpu::{Gpu, watched_gpu};
 use caustics_tests::table::Table;
 use caustics_tests::twin::{Twin, load};
 
@@ -87,7 +87,7 @@ fn runners_agree_on_light_that_is_carried_along() {
 }
 
 fn runners_agree(scene: &str, light_paths: u32) {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = watched_gpu() else { return };
     for &hardware in gpu.tracers() {
         let tracer = if hardware { "hardware" } else { "software" };
         // On software Vulkan, opening takes longer than all frames.

@@ -9,7 +9,7 @@ use caustics::session::{self, RunnerChoice, Session};
 use caustics::vulkan::context::Context;
 use caustics_kernels::gather::variant;
 use caustics_kernels::interface::counters::Counter;
-use caustics_tests::gpu::gpu;
+use caustics_tests::gpu::watched_gpu;
 use caustics_tests::twin::load;
 
 /// The talk's size of picture, with fewer light paths than its 1024^2.
@@ -19,7 +19,7 @@ fn full() -> Settings {
 
 #[test]
 fn base_module_renders_on_a_device_without_ray_queries() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = watched_gpu() else { return };
     assert!(!Context::new(None, false, gpu.validation).unwrap().is_hardware());
     let (scene, settings) =
         (load("mirror-room"), Settings { width: 96, height: 54, light_paths: 8192, ..full() });
@@ -37,7 +37,7 @@ fn base_module_renders_on_a_device_without_ray_queries() {
 
 #[test]
 fn module_with_ray_queries_is_refused_on_a_device_without() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = watched_gpu() else { return };
     let modules = kernels::modules().unwrap();
     // As `base`, the module is loaded although the device was opened without the feature.
     let options = GpuOptions { validation: gpu.validation, base: modules.rayquery, ..GpuOptions::default() };
@@ -51,7 +51,7 @@ fn module_with_ray_queries_is_refused_on_a_device_without() {
 #[test]
 #[ignore = "a frame of two million pixels takes tens of seconds on lavapipe"]
 fn full_hd_frame_runs() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = watched_gpu() else { return };
     let scene = load("mirror-room");
     let needs = scene.needs(full().specular_roughness);
     for variant in variant::ALL.iter().filter(|variant| variant.name != "brute") {

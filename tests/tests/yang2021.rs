@@ -19,7 +19,7 @@ use caustics_kernels::surface::turn::normal_change;
 use caustics_kernels::surface::vertex::vertex;
 use caustics_kernels::trace::Tracer;
 use caustics_tests::direct::World;
-use caustics_tests::gpu::gpu;
+use caustics_tests::gpu::watched_gpu;
 use caustics_tests::scenes::*;
 use caustics_tests::statistics::Mean;
 use glam::{DVec3, Vec3};
@@ -193,7 +193,7 @@ fn threads_change_no_bit() {
 /// Three frames on a GPU, by every tracer it has, are the CPU's, map and all; a frame of another seed is not.
 #[test]
 fn a_gpu_spreads_as_the_cpu_does() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = watched_gpu() else { return };
     let scene = committed("ring");
     let frames = |choice: &RunnerChoice, seed| {
         let mut session = open_on(choice, &scene, &settings(96, 54, 16_384, seed), &YANG2021);

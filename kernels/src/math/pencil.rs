@@ -8,9 +8,6 @@
 //!
 //! The steps are Igehy's [Tracing ray differentials, 1999] in axes that go along with the ray.
 
-#[cfg(target_arch = "spirv")]
-use spirv_std::num_traits::Float;
-
 use crate::interface::packed;
 use crate::math::is_finite;
 use spirv_std::glam::{Vec2, Vec3};

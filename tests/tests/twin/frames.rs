@@ -10,7 +10,7 @@ use caustics_kernels::gather::accumulator::WORDS;
 use caustics_kernels::gather::variant::{self, Variant};
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_tests::compare::{Tolerance, floats, words};
-use caustics_tests::gpu::gpu;
+use caustics_tests::gpu::{gpu, watched_gpu};
 use caustics_tests::scenes::open_air;
 use caustics_tests::statistics::Mean;
 use caustics_tests::table::Table;
@@ -76,7 +76,7 @@ fn image_means_agree(scene: &Scene) {
 /// The reference traces whole paths, 0.2 % of which may diverge; the others bring the same light.
 #[test]
 fn references_agree() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = watched_gpu() else { return };
     for &hardware in gpu.tracers() {
         let scene = load("glossy-room");
         let mut twin = Twin::open(&gpu, hardware, &scene, &settings());
@@ -119,7 +119,7 @@ fn gathers_on_the_gpu_equal_each_other() {
 
 #[test]
 fn odd_sizes_run_and_the_validation_layer_is_silent() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = watched_gpu() else { return };
     let scene = load("mirror-room");
     for (width, height) in [(1, 1), (191, 107)] {
         for &hardware in gpu.tracers() {

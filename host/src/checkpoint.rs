@@ -19,7 +19,7 @@ use crate::sealed::{self, Unusable};
 pub type Identity = BTreeMap<String, String>;
 
 /// Kind of the file.
-const KIND: &str = "checkpoint";
+pub(crate) const KIND: &str = "checkpoint";
 /// Most frames that a checkpoint is believed to hold: the rest of 32 bits is for those that follow.
 const MOST_FRAMES: u32 = 1 << 31;
 /// Longest time that it is believed to have taken [s].

@@ -9,10 +9,12 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 use crate::file::read_file;
+use crate::memory;
 
 /// Most samples of a picture, those of all channels of all parts: 16 channels of the largest frame.
 const MOST_SAMPLES: u128 = 1 << 30;
-
+/// Samples from which on a picture is held against the memory that is there.
+const LARGE: u128 = 1 << 22;
 /// What the numbers of a picture mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Encoding {
@@ -108,17 +110,29 @@ impl Channels {
     }
 }
 
-/// Refuses a picture of more samples than can be, or than there is room for, before it is decoded: a header of few bytes
-/// may speak of any number.
-fn check_samples(samples: u128) -> Result<(), String> {
+/// Refuses a picture of more samples than can be, or than there is memory for, before it is decoded: a header of few bytes may
+/// speak of any number.
+///
+/// Reading takes `each` of a sample [bytes], measured as the growth of the peak of `compare`.
+fn check_samples(samples: u128, each: u64) -> Result<(), String> {
+    // The system is asked for what may be much only.
+    check_samples_within(samples, each, if samples > LARGE { memory::available() } else { None })
+}
+
+fn check_samples_within(samples: u128, each: u64, available: Option<u64>) -> Result<(), String> {
     if samples > MOST_SAMPLES {
         return Err(format!(
             "it has {samples} samples in all its channels, and at most {MOST_SAMPLES} are read"
         ));
     }
-    let bytes = samples as usize * size_of::<f32>();
-    let room = Vec::<u8>::new().try_reserve_exact(bytes);
-    room.map_err(|_| format!("there is no room for the {bytes} bytes of its samples"))
+    let needed = samples as u64 * each;
+    match available.filter(|&available| needed > available) {
+        Some(available) => {
+            let (needed, available) = (memory::shown(needed), memory::shown(available));
+            Err(format!("its {samples} samples would take {needed} of memory, but {available} are available"))
+        }
+        None => Ok(()),
+    }
 }
 
 #[cfg(test)]

@@ -30,7 +30,10 @@ mod strip;
 mod table;
 mod tip;
 
+use crate::experiment::result::CellResult;
+
 use figure::Figure;
+use load::Measured;
 use name::Names;
 use page::Section;
 use picture::Pictures;
@@ -88,16 +91,27 @@ impl Report {
 /// Makes the report.
 pub fn report(request: &Request) -> anyhow::Result<Report> {
     let (cells, warnings) = load::load(&request.folders)?;
-    let names = Names::new(&cells);
-    let scenes = scene::scenes(&cells);
-    let mut report = Report { warnings, cells: cells.len(), ..Report::default() };
+    let report = of_cells(&cells, request)?;
+    Ok(Report { warnings: [warnings, report.warnings].concat(), ..report })
+}
+
+/// Makes the report of results that lie in no folder.
+pub(crate) fn of_results(results: Vec<CellResult>, request: &Request) -> anyhow::Result<Report> {
+    let measured = |result| Measured { result, folder: "/no folder".into() };
+    of_cells(&results.into_iter().map(measured).collect::<Vec<_>>(), request)
+}
+
+fn of_cells(cells: &[Measured], request: &Request) -> anyhow::Result<Report> {
+    let names = Names::new(cells);
+    let scenes = scene::scenes(cells);
+    let mut report = Report { cells: cells.len(), ..Report::default() };
     let mut pictures = Pictures::default();
     let mut sections = Vec::new();
     for scene in &scenes {
         let content = of_scene(scene, &names, &mut pictures, request.pictures, &mut report)?;
         sections.push(Section { id: format!("scene-{}", scene.slug), title: scene.title.clone(), content });
     }
-    if let Some((figures, table)) = growth::growth(&cells) {
+    if let Some((figures, table)) = growth::growth(cells) {
         let mut parts = Vec::new();
         for figure in &figures {
             parts.push(report.figure(figure, &figure.title, "")?);
@@ -123,9 +137,9 @@ pub fn report(request: &Request) -> anyhow::Result<Report> {
         };
         sections.push(Section { id: "stability".into(), title: "Stability".into(), content });
     }
-    report.add_rows("cells", &cells::all(&cells, &names))?;
-    let commands = provenance::commands(&cells, &request.folders, &request.output);
-    let content = provenance::inline(&cells, &commands);
+    report.add_rows("cells", &cells::all(cells, &names))?;
+    let commands = provenance::commands(cells, &request.folders, &request.output);
+    let content = provenance::inline(cells, &commands);
     sections.push(Section { id: "provenance".into(), title: "Provenance".into(), content });
 
     let count = |count: usize, one: &str| format!("{count} {one}{}", if count == 1 { "" } else { "s" });

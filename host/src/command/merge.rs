@@ -20,7 +20,8 @@ const OWN: [&str; 8] =
 /// Joins references: means by their samples, variances by the square of that share.
 pub fn run(options: &Merge) -> anyhow::Result<ExitCode> {
     if let Some(input) = options.inputs.iter().find(|input| same_file(input, &options.output)) {
-        return Err(Usage(format!("-o {} is one of the inputs; give another name", input.display())).into());
+        let (out, input) = (options.output.display(), input.display());
+        return Err(Usage(format!("-o {out} is the input {input}; give another name")).into());
     }
     check_ending("-o", &options.output, "exr")?;
     let target = Target::claim(&options.output, options.force)?;

@@ -10,11 +10,14 @@ use crate::output::attributes;
 /// The first bytes of a file.
 pub const MAGIC: [u8; 4] = exr::meta::magic_number::BYTES;
 
+/// Memory that reading a sample takes [bytes]: 7.8 of 32 bits, 7.3 of 16.
+const SAMPLE_BYTES: u64 = 8;
+
 /// Decodes a flat file. Channels of a named part among several are called `part.channel`.
 pub fn decode(bytes: &[u8]) -> std::result::Result<Channels, String> {
     let wrong = |error: Error| format!("it cannot be read as EXR: {error}");
     let meta = MetaData::read_from_buffered(std::io::Cursor::new(bytes), false).map_err(wrong)?;
-    check_samples(meta.headers.iter().map(samples).sum())?;
+    check_samples(meta.headers.iter().map(samples).sum(), SAMPLE_BYTES)?;
     let image = read()
         .no_deep_data()
         .largest_resolution_level()

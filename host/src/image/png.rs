@@ -9,12 +9,15 @@ use super::{Channels, Encoding, check_samples};
 /// The first bytes of a file.
 pub const MAGIC: &[u8] = b"\x89PNG\r\n\x1a\n";
 
+/// Memory that reading one of the three colours of a texel takes [bytes]: 11.5 to 12.1.
+const SAMPLE_BYTES: u64 = 13;
+
 /// Decodes a PNG file of any colour type to `R`, `G`, `B` in [0, 1]; an alpha channel is left out.
 pub fn decode(bytes: &[u8]) -> Result<Channels, String> {
     let wrong = |error| format!("it cannot be read as PNG: {error}");
     let reader = || ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
     let (width, height) = reader().into_dimensions().map_err(wrong)?;
-    check_samples(3 * u128::from(width) * u128::from(height))?;
+    check_samples(3 * u128::from(width) * u128::from(height), SAMPLE_BYTES)?;
     let picture = reader().decode().map_err(wrong)?.into_rgb32f();
     let lane = |lane: usize| picture.pixels().map(|pixel| pixel.0[lane]).collect();
     Ok(Channels {

@@ -149,16 +149,38 @@ fn parsed_bytes(json: &[u8]) -> u64 {
 /// Brackets that stand around each other in what is read; the parser of JSON ends at 128, and glTF needs a dozen.
 const DEEPEST: usize = 100;
 
-/// The JSON. `extras` and unknown extensions may nest as deep as they like; what nobody reads is left out then.
+/// The JSON. `extras` and unknown extensions may nest as deep as they like and hold any number; what nobody reads is left
+/// out then.
 fn parse(json: &[u8]) -> Result<Value, serde_json::Error> {
-    match serde_json::from_slice(json) {
-        Err(error) if error.to_string().starts_with("recursion limit exceeded") => {
-            // Without recursion: whether it is JSON all through.
-            serde_json::from_slice::<serde::de::IgnoredAny>(json)?;
-            serde_json::from_slice(&shallow(json))
+    serde_json::from_slice(json).or_else(|_| {
+        // Without recursion and values: whether it is JSON all through.
+        serde_json::from_slice::<serde::de::IgnoredAny>(json)?;
+        serde_json::from_slice(&finite(&shallow(json)))
+    })
+}
+
+/// The same document with numbers that f64 holds: those beyond become very large ones.
+fn finite(json: &[u8]) -> Vec<u8> {
+    let (mut is_text, mut is_escaped) = (false, false);
+    let mut kept = Vec::with_capacity(json.len());
+    let mut rest = json;
+    while let Some(&byte) = rest.first() {
+        let is_digit = |byte: &&u8| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b'e' | b'E');
+        let digits = if is_text { 0 } else { rest.iter().take_while(is_digit).count() };
+        let (token, behind) = rest.split_at(digits.max(1));
+        let number = std::str::from_utf8(token).ok().and_then(|token| token.parse::<f64>().ok());
+        kept.extend_from_slice(match number {
+            Some(f64::INFINITY) => b"1e308",
+            Some(f64::NEG_INFINITY) => b"-1e308",
+            _ => token,
+        });
+        if byte == b'"' && !is_escaped {
+            is_text = !is_text;
         }
-        result => result,
+        is_escaped = is_text && byte == b'\\' && !is_escaped;
+        rest = behind;
     }
+    kept
 }
 
 /// The same document with empty lists and objects where they stand in as many others as are read.
@@ -269,5 +291,15 @@ mod tests {
         for broken in ["[".repeat(100_000), format!("{}}}", deep(300)), deep(300).replacen(']', "}", 1)] {
             assert!(parse(broken.as_bytes()).is_err());
         }
+    }
+
+    #[test]
+    fn numbers_beyond_all_bounds_are_very_large_ones() {
+        let text =
+            r#"{"1e999":["1e999\\\"1e999",1e999,-1e999,{"a":123456789e400}],"b":[true,false,1.5e3,-0]}"#;
+        let read = parse(text.as_bytes()).unwrap();
+        assert_eq!(read["1e999"], serde_json::json!(["1e999\\\"1e999", 1e308, -1e308, { "a": 1e308 }]));
+        assert_eq!(read["b"], serde_json::json!([true, false, 1500.0, -0.0]));
+        assert!(parse(b"[1e999,1e]").is_err() && parse(b"[1e999").is_err());
     }
 }

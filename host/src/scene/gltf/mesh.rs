@@ -52,7 +52,7 @@ pub struct Part {
 pub struct Extent {
     /// Triangles.
     pub triangles: u64,
-    /// Vertices and indices of the largest primitive.
+    /// Vertices of the largest primitive.
     pub vertices: u64,
 }
 
@@ -73,7 +73,7 @@ pub fn extent(document: &Document, instance: &MeshInstance) -> Result<Extent, Sc
             Checked::Valid(Mode::TriangleStrip | Mode::TriangleFan) => corners.saturating_sub(2),
             _ => 0,
         });
-        extent.vertices = extent.vertices.max(vertices.saturating_add(corners));
+        extent.vertices = extent.vertices.max(vertices);
     }
     Ok(extent)
 }

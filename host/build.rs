@@ -34,6 +34,11 @@ fn main() {
     let host = fingerprint::fingerprint(Path::new("src")).unwrap_or(commit);
     println!("cargo::rustc-env=CAUSTICS_HOST_HASH={host}");
     println!("cargo::rerun-if-changed=src");
-    println!("cargo::rerun-if-changed=../.git/HEAD");
-    println!("cargo::rerun-if-changed=../.git/logs/HEAD");
+    // Where git keeps them: in a worktree `.git` is a file.
+    for watched in ["HEAD", "logs/HEAD"] {
+        let path = std::process::Command::new("git").args(["rev-parse", "--git-path", watched]).output();
+        if let Some(output) = path.ok().filter(|output| output.status.success()) {
+            println!("cargo::rerun-if-changed={}", String::from_utf8_lossy(&output.stdout).trim());
+        }
+    }
 }

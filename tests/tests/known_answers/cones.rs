@@ -151,6 +151,9 @@ fn compare(what: &str, things: &Builder, events: &[Event], eye: DVec3, screen: f
         let receiving = f64::from(collected.shading.to_viewer.dot(collected.geometry.normal));
         let width = f64::from(collected.geometry.radius) * (PI * receiving).sqrt();
 
+        let place = |count| bent(chief, &events[..count]).origin;
+        let length = screen + (1..=events.len()).map(|k| place(k).distance(place(k - 1))).sum::<f64>();
+
         // Finite differences at the same distance behind the last event.
         let (_, normal) = events[0].0.hit(chief);
         let sideways = direction.cross(normal).normalize();
@@ -160,8 +163,7 @@ fn compare(what: &str, things: &Builder, events: &[Event], eye: DVec3, screen: f
             let apart = neighbour.origin + screen * neighbour.direction - centre;
             let width = (apart - behind.direction * apart.dot(behind.direction)).length() / 1e-6 * spread;
             // Discs are neither much smaller nor much larger than in a direct view.
-            let direct = spread * f64::from(collected.shading.distance);
-            width.clamp(0.25 * direct, 32.0 * direct)
+            width.clamp(0.25 * spread * length, 32.0 * spread * length)
         };
         let (in_plane, across) =
             (width / parted(sideways.cross(direction)) - 1.0, width / parted(sideways) - 1.0);

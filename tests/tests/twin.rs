@@ -10,7 +10,7 @@ mod paths;
 mod steps;
 
 use caustics::method::settings::Settings;
-use caustics_tests::gpu::{gpu, watched_gpu};
+use caustics_tests::gpu::gpu;
 use caustics_tests::lobes;
 use caustics_tests::table::Table;
 use caustics_tests::twin::{Twin, load};
@@ -22,7 +22,7 @@ fn settings() -> Settings {
 
 #[test]
 fn steps_and_passes_agree() {
-    let Some(gpu) = watched_gpu() else { return };
+    let Some(gpu) = gpu() else { return };
     for &hardware in gpu.tracers() {
         let tracer = if hardware { "hardware" } else { "software" };
         let scene = load("mirror-room");

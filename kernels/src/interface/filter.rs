@@ -14,7 +14,7 @@ pub struct FilterGuide {
     pub position: Vec3,
     /// Its radius [m]: the scale of distances.
     pub radius: f32,
-    /// Its unit interpolated normal, on the viewer's side.
+    /// The unit normal of its face, on the viewer's side.
     pub normal: Vec3,
     /// Index into the materials, or `NONE`: this pixel neither gives nor takes.
     pub material: u32,

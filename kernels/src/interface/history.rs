@@ -12,7 +12,7 @@ pub struct HistoryPoint {
     pub position: Vec3,
     /// Radius of its disc [m].
     pub radius: f32,
-    /// Unit interpolated geometric normal, octahedral.
+    /// Unit normal of the face, octahedral.
     pub normal: u32,
     /// Unit direction to the viewer, octahedral.
     pub to_viewer: u32,

@@ -11,7 +11,7 @@ pub struct PointGeometry {
     pub position: Vec3,
     /// Radius of the disc [m]; 0 marks "no point here".
     pub radius: f32,
-    /// Unit interpolated geometric normal, on the viewer's side.
+    /// Unit normal of the face, on the viewer's side.
     pub normal: Vec3,
     /// Camera vertex: 1 is the primary hit; 0 marks "no point here".
     pub depth: u32,
@@ -51,7 +51,7 @@ pub struct DepositGeometry {
     pub position: Vec3,
     /// Scatterings between the light and this hit.
     pub scatterings: u32,
-    /// Unit interpolated geometric normal, on the side of arrival.
+    /// Unit normal of the face, on the side of arrival.
     pub normal: Vec3,
     /// Index into the instances; 0 is the world, which does not move.
     pub instance: u32,

@@ -184,12 +184,12 @@ pub fn follow<T: Tracer, C: Atomics>(
             prefix = false;
             let chance = site.surface.class_chance(Classes::NON_SPECULAR);
             if depth < params.max_bounces && chance > 0.0 {
-                let cos = here.to_origin.dot(here.normal);
+                let cos = here.to_origin.dot(here.face_normal);
                 let image = pencil.image(distance);
                 collected.geometry = PointGeometry {
                     position: here.position,
                     radius: cone.radius(cos, params.radius_px, here.position, direct.advance(distance).width),
-                    normal: here.normal,
+                    normal: here.face_normal,
                     depth,
                 };
                 collected.shading = PointShading {

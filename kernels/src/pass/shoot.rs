@@ -102,7 +102,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
                 DepositGeometry {
                     position: here.position,
                     scatterings: hit_count - 1,
-                    normal: here.normal,
+                    normal: here.face_normal,
                     instance: here.instance,
                 },
                 DepositLight {

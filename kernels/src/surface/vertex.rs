@@ -12,8 +12,8 @@ use crate::surface::normal_map;
 use crate::texture::cut_out::uv;
 use spirv_std::glam::{Vec2, Vec3};
 
-/// A vertex of a path on a triangle. The face's normal lies on the side that the path came from, the others on the
-/// same side of their own surfaces, which may face away from the path (`surface/fold.rs`).
+/// A vertex of a path on a triangle. The face's normal lies on the side that the path came from, the shading
+/// normal on the same side of its own surface, which may face away from the path (`surface/fold.rs`).
 #[derive(Clone, Copy, Debug)]
 pub struct Vertex {
     /// Position [m], interpolated from the corners.
@@ -22,9 +22,7 @@ pub struct Vertex {
     pub to_origin: Vec3,
     /// Unit normal of the face.
     pub face_normal: Vec3,
-    /// Unit interpolated normal, never normal-mapped.
-    pub normal: Vec3,
-    /// Unit normal that lobes are around: the interpolated, turned by the normal map.
+    /// Unit normal that lobes are around: that of the face or the interpolated, turned by the normal map.
     pub shading_normal: Vec3,
     /// Signed curvature [1/m], positive where the side met is convex.
     pub curvature: f32,
@@ -60,7 +58,7 @@ pub fn vertex(scene: SceneTables<'_>, needs: Needs, ray: &Ray, hit: &Hit, width:
     let side = if front { 1.0 } else { -1.0 };
     let face_normal = outward * side;
 
-    let mut normal = face_normal;
+    let mut shading_normal = face_normal;
     if needs.has(Needs::SMOOTH_NORMALS) {
         let a = 1.0 - hit.u - hit.v;
         let smooth = surface.normal_a * a + surface.normal_b * hit.u + surface.normal_c * hit.v;
@@ -68,11 +66,10 @@ pub fn vertex(scene: SceneTables<'_>, needs: Needs, ray: &Ray, hit: &Hit, width:
         let length_squared = smooth.length_squared();
         // Zeros ask for the face's own normal.
         if length_squared > 1.0e-12 {
-            normal = smooth / length_squared.sqrt();
+            shading_normal = smooth / length_squared.sqrt();
         }
     }
 
-    let mut shading_normal = normal;
     let (mut at, mut uv_footprint) = (Vec2::ZERO, 0.0);
     if needs.has(Needs::TEXTURES | Needs::NORMAL_MAPS) {
         let flags = scene.materials[surface.material as usize].flags;
@@ -88,7 +85,7 @@ pub fn vertex(scene: SceneTables<'_>, needs: Needs, ray: &Ray, hit: &Hit, width:
                     &row,
                     &coordinates,
                     hit,
-                    normal * side,
+                    shading_normal * side,
                     at,
                     uv_footprint,
                 );
@@ -100,7 +97,6 @@ pub fn vertex(scene: SceneTables<'_>, needs: Needs, ray: &Ray, hit: &Hit, width:
         position: triangle.a + edge_b * hit.u + edge_c * hit.v,
         to_origin,
         face_normal,
-        normal,
         shading_normal,
         curvature: surface.curvature * side,
         front,

@@ -7,10 +7,13 @@ use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::instance::Instance;
 use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::material::Material;
+use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::scene::{SceneTables, TextureTables};
 use caustics_kernels::interface::texture::TextureCoordinates;
 use caustics_kernels::interface::tree::{TreeNode, TriangleBlock};
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
+use caustics_kernels::texture::cut_out::CutOuts;
+use caustics_kernels::trace::bvh::BvhTracer;
 use glam::{DVec3, Vec3};
 
 use crate::hash::fnv1a;
@@ -39,6 +42,7 @@ pub mod motion;
 pub mod moving;
 mod needs;
 mod punctual;
+mod sheets;
 mod solids;
 #[cfg(test)]
 mod tests;
@@ -174,7 +178,6 @@ impl Scene {
         texture::check(name, &parts, triangles.len() + moving, &material_names)?;
         texture::set_flags(&mut materials, &parts);
         let media = Media::of(&materials, &triangles, &surfaces, motion.as_ref());
-        let warnings = media.warnings(name, &material_names);
         media.rank(&mut materials);
         let has_coordinates = !parts.coordinates.is_empty();
         parts.coordinates.truncate(triangles.len());
@@ -227,7 +230,6 @@ impl Scene {
             cameras,
             origin,
             has_nested_media: media.are_nested(),
-            warnings,
             dropped_triangles,
             ..Scene::default()
         };
@@ -235,6 +237,8 @@ impl Scene {
         let Some(motion) = &mut motion else {
             let emitters = light::emitters(&scene);
             light::apply(&mut scene, &emitters, &punctual_lights);
+            scene.mark_hanging_sheets();
+            scene.warnings = media.warnings(&scene);
             return Ok(scene);
         };
 
@@ -252,6 +256,8 @@ impl Scene {
         motion.emitters = light::emitters(&scene);
         motion.prepare();
         motion.pose(&mut scene, 0.0)?;
+        scene.mark_hanging_sheets();
+        scene.warnings = media.warnings(&scene);
         Ok(Scene { motion: Some(std::mem::take(motion)), ..scene })
     }
 
@@ -272,6 +278,12 @@ impl Scene {
         let posed = motion.pose(self, time);
         self.motion = Some(motion);
         posed
+    }
+
+    /// Its software tracer, with the holes of cut-out textures where these needs have them.
+    pub fn tracer(&self, needs: Needs) -> BvhTracer<'_> {
+        let cut_outs = CutOuts::of(self.tables(), needs);
+        BvhTracer { nodes: &self.nodes, blocks: &self.blocks, instances: &self.instances, cut_outs }
     }
 
     /// The tables as kernels take them.

@@ -10,9 +10,7 @@ use assert_cmd::Command;
 use caustics::scene::{Scene, resolve};
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::math::ray::Ray;
-use caustics_kernels::texture::cut_out::CutOuts;
 use caustics_kernels::trace::Tracer;
-use caustics_kernels::trace::bvh::BvhTracer;
 use serde_json::{Value, json};
 
 const TINY: [&str; 6] = ["--width", "32", "--height", "18", "--light-paths", "2000"];
@@ -258,9 +256,7 @@ fn mirror_region(width: usize, height: usize) -> Vec<bool> {
     let scene = Scene::load(&resolve("mirror-room").unwrap()).unwrap();
     let camera = scene.cameras[0].camera(width as u32, height as u32);
     let mirror = scene.material_names.iter().position(|name| name == "mirror").unwrap() as u32;
-    let cut_outs = CutOuts::of(scene.tables(), Needs(0));
-    let mut tracer =
-        BvhTracer { nodes: &scene.nodes, blocks: &scene.blocks, instances: &scene.instances, cut_outs };
+    let mut tracer = scene.tracer(Needs(0));
     let mut is_mirror = |pixel: usize| {
         let x = ((pixel % width) as f32 + 0.5) / width as f32 * 2.0 - 1.0;
         let y = 1.0 - ((pixel / width) as f32 + 0.5) / height as f32 * 2.0;

@@ -27,7 +27,6 @@ use caustics_kernels::pass::gather::stage_count;
 use caustics_kernels::pass::resolve::resolve;
 use caustics_kernels::pass::shoot;
 use caustics_kernels::seam::{AtomicWords, Atomics, ScatterSlots};
-use caustics_kernels::texture::cut_out::CutOuts;
 use caustics_kernels::trace::bvh::BvhTracer;
 use glam::{Vec3, Vec4};
 
@@ -141,12 +140,6 @@ impl Receive for Deposits {
     }
 }
 
-/// The software tracer of a scene.
-pub fn tracer(scene: &Scene, needs: Needs) -> BvhTracer<'_> {
-    let cut_outs = CutOuts::of(scene.tables(), needs);
-    BvhTracer { nodes: &scene.nodes, blocks: &scene.blocks, instances: &scene.instances, cut_outs }
-}
-
 /// A scene with the settings of a frame.
 pub struct World<'a> {
     /// The scene.
@@ -160,7 +153,7 @@ pub struct World<'a> {
 impl<'a> World<'a> {
     /// Through the scene's first camera. Light paths are shot whatever the scene's lights are.
     pub fn new(scene: &'a Scene, settings: &Settings) -> Self {
-        let needs = scene.needs(settings.specular_roughness);
+        let needs = scene.needs(settings.specular_roughness) | Needs::HISTORY;
         let mut params = settings.params(scene, &scene.cameras[0], 0);
         params.light_path_count = settings.light_paths;
         World { scene, needs, params }
@@ -173,7 +166,7 @@ impl<'a> World<'a> {
 
     /// The software tracer.
     pub fn tracer(&self) -> BvhTracer<'a> {
-        tracer(self.scene, self.needs)
+        self.scene.tracer(self.needs)
     }
 
     /// Emission by power.

@@ -335,6 +335,20 @@ pub fn mixed_room() -> Builder {
     b
 }
 
+/// A basin of 2 x 2 x 2 m around the origin under a lamp, half full of tinted water: an open sheet that leaves gaps of 1 mm
+/// to the walls.
+pub fn pool(eye: DVec3, target: DVec3) -> Builder {
+    let mut b = Builder::default();
+    let water = b.material(Material { absorption: Vec3::new(0.5, 1.0, 2.0), ..glass(1.33) });
+    let concrete = b.material(lambert(0.5));
+    let lamp = b.material(emitter(8.0));
+    b.block(concrete, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+    b.panel(water, DVec3::ZERO, 0.999 * DVec3::Z, 0.999 * DVec3::X);
+    b.panel(lamp, DVec3::new(0.1, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
+    b.camera(eye, target, 1.0);
+    b
+}
+
 /// Things on a floor under an open sky, by a spot and a directional light: a glass ball and a metal ring cast caustics.
 pub fn open_air() -> Builder {
     let mut b = Builder::default();

@@ -16,7 +16,6 @@ use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::pass::collect::{Collected, collect};
 use caustics_kernels::pass::shoot::follow;
 use caustics_kernels::seam::Atomics;
-use caustics_kernels::texture::cut_out::CutOuts;
 use caustics_kernels::trace::Tracer;
 use caustics_kernels::trace::bvh::BvhTracer;
 use glam::Vec3;
@@ -106,11 +105,9 @@ impl<'a> Paths<'a> {
     }
 
     fn tracer(&self, attempt: u32) -> Trembling<'a> {
-        let Scene { nodes, blocks, instances, .. } = self.scene;
         let amount = if attempt == 0 { 0.0 } else { AMOUNT };
         let rng = Rng::new(Stream::Camera, 99, attempt, 0);
-        let cut_outs = CutOuts::of(self.tables(), self.needs);
-        Trembling { tracer: BvhTracer { nodes, blocks, instances, cut_outs }, rng, amount, answers: vec![] }
+        Trembling { tracer: self.scene.tracer(self.needs), rng, amount, answers: vec![] }
     }
 
     /// The camera path of a pixel; attempt 0 does not tremble.

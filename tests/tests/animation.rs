@@ -15,7 +15,6 @@ use caustics_kernels::math::ray::{Hit, Ray};
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::warp::uniform_sphere;
 use caustics_kernels::trace::Tracer;
-use caustics_tests::direct::tracer;
 use caustics_tests::gpu::gpu;
 use caustics_tests::rays;
 use caustics_tests::twin::Twin;
@@ -179,7 +178,7 @@ fn instances_are_hit_where_their_triangles_are() {
     assert!(needs.has(Needs::INSTANCES) && scene.is_animated());
     for time in [0.0, 0.7, 1.9, 1.2] {
         scene.pose(time).unwrap();
-        let mut tracer = tracer(&scene, needs);
+        let mut tracer = scene.tracer(needs);
         let (mut hits, mut others) = (0, 0);
         for ray in aimed(&scene, 4000) {
             let hit = tracer.closest(&ray);
@@ -284,7 +283,7 @@ fn posed_scenes_are_static_scenes_with_the_same_places() {
     assert_eq!((moving.lights.len(), moving.flux), (1, still.flux));
     assert!((moving.lights[0].position - still.lights[0].position - shift).length() < 1e-6);
     let (needs, still_needs) = (moving.needs(0.25), still.needs(0.25));
-    let (mut tracer_a, mut tracer_b) = (tracer(&moving, needs), tracer(&still, still_needs));
+    let (mut tracer_a, mut tracer_b) = (moving.tracer(needs), still.tracer(still_needs));
     let (mut met, mut others) = (0, 0);
     for ray in aimed(&moving, 4000) {
         let (a, b) = (tracer_a.closest(&ray), tracer_b.closest(&Ray { origin: ray.origin - shift, ..ray }));
@@ -337,7 +336,7 @@ fn flux_follows_the_area_and_a_lamp_of_no_size_is_out() {
     assert_eq!((scene.lights.len(), ids(&scene)), (0, 0));
     let rows = scene.instances.iter();
     assert!(rows.flat_map(|row| [row.to_previous.x, row.to_previous.offset]).all(Vec3::is_finite));
-    let mut tracer = tracer(&scene, scene.needs(0.25));
+    let mut tracer = scene.tracer(scene.needs(0.25));
     let through = Ray::endless(Vec3::new(0.0, 0.0, 9.0), Vec3::NEG_Z);
     let hit = tracer.closest(&through);
     assert_eq!(scene.surfaces[hit.triangle as usize].instance, 0, "the lamp is not there");

@@ -10,7 +10,7 @@ use caustics_kernels::gather::receive::Receive;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
-use caustics_kernels::interface::material::Material;
+use caustics_kernels::interface::material::{FLAG_HANGING, Material};
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
 use caustics_kernels::light::emit::Leaving;
@@ -320,7 +320,7 @@ fn no_place_about_an_open_sheet_is_inside() {
         let scene = b.build();
         open += scene.warnings.len();
         let needs = scene.needs(0.25) | Needs::ENCLOSED;
-        let mut tracer = caustics_tests::direct::tracer(&scene, needs);
+        let mut tracer = scene.tracer(needs);
         let around = enclosing(0.3 * v.truncate(), needs, scene.tables(), &mut tracer);
         assert_eq!(around, MediaStack::VACUUM, "{index}");
     }
@@ -344,7 +344,7 @@ fn a_box_without_a_lid_has_an_inside() {
     b.light(4.0 * DVec3::Y, 1.0);
     let scene = b.build();
     let needs = scene.needs(0.25) | Needs::ENCLOSED;
-    let mut tracer = caustics_tests::direct::tracer(&scene, needs);
+    let mut tracer = scene.tracer(needs);
     let mut is_inside = |place: Vec3| enclosing(place, needs, scene.tables(), &mut tracer).holds(water);
     for index in 0..200 {
         let u = Rng::new(Stream::Camera, 10, index, 0).next4() - 0.5;
@@ -352,6 +352,36 @@ fn a_box_without_a_lid_has_an_inside() {
         assert!(is_inside(place), "{place}");
         assert!(!is_inside(place + 2.5 * Vec3::Y) && !is_inside(place + 3.0 * Vec3::X), "{place}");
     }
+}
+
+/// What is below the surface of a pool is in its water, as a camera there is; a sheet in the same room that leaves a way
+/// round it hangs, and no place is in it.
+#[test]
+fn a_pool_has_an_inside_and_a_hanging_sheet_has_none() {
+    let scene = pool(DVec3::new(0.2, 0.5, 0.9), DVec3::NEG_Y).build();
+    let hangs = |scene: &Scene| scene.materials[0].flags & FLAG_HANGING != 0;
+    assert!(!hangs(&scene));
+    let needs = scene.needs(0.25);
+    assert!(!needs.has(Needs::ENCLOSED));
+    let mut tracer = scene.tracer(needs);
+    for index in 0..200 {
+        let u = 1.9 * (Rng::new(Stream::Camera, 11, index, 0).next4() - 0.5);
+        let inside = enclosing(Vec3::new(u.x, u.y, u.z), needs, scene.tables(), &mut tracer).holds(0);
+        assert_eq!(inside, u.y < 0.0, "{u}");
+    }
+    let diver = pool(DVec3::new(0.2, -0.5, 0.9), DVec3::ZERO).build();
+    assert!(diver.needs(0.25).has(Needs::ENCLOSED));
+
+    let mut b = Builder::default();
+    let water = b.material(tinted(1.33, 0, 1.0));
+    let concrete = b.material(lambert(0.5));
+    b.block(concrete, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+    b.panel(water, DVec3::ZERO, 0.6 * DVec3::Z, 0.6 * DVec3::X);
+    b.light(0.9 * DVec3::Y, 1.0);
+    b.camera(DVec3::new(0.0, -0.2, 0.0), DVec3::NEG_Y, 0.9);
+    let scene = b.build();
+    assert!(hangs(&scene) && scene.warnings[0].contains("round its border"), "{:?}", scene.warnings);
+    assert!(!scene.needs(0.25).has(Needs::ENCLOSED));
 }
 
 /// Under a sheet of tinted water that hangs in the air: a floor, and a camera that looks at it from below the sheet.

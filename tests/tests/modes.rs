@@ -15,7 +15,7 @@ use caustics_kernels::math::ray::Ray;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::warp::uniform_sphere;
 use caustics_kernels::trace::Tracer;
-use caustics_tests::direct::{World, tracer};
+use caustics_tests::direct::World;
 use caustics_tests::frames::sums;
 use caustics_tests::scenes::{Builder, committed, emitter, lambert, metal};
 use caustics_tests::statistics::Mean;
@@ -130,7 +130,7 @@ fn rays_from_shared_edges_neither_meet_their_faces_nor_leak() {
         b.light(centre + 5.0 * size * DVec3::Y, 1.0);
         b.camera(centre + 5.0 * size * DVec3::Z, centre, 0.5);
         let scene = b.build();
-        let mut tracer = tracer(&scene, Needs::ALL);
+        let mut tracer = scene.tracer(Needs::ALL);
         for path in 0..20_000 {
             let mut rng = Rng::new(Stream::Light, 5, path, 0);
             let (u, v) = (rng.next4(), rng.next4());

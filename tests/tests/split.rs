@@ -195,6 +195,18 @@ fn room_of_overlapping_media_is_the_reference() {
     agrees_at(&[0.25], "overlapping media", &b.build(), &LARGE_LAMP);
 }
 
+/// A glass ball in a pool, seen from above its water and from in it.
+#[test]
+#[ignore = "thousands of samples a pixel: a minute on two cores"]
+fn a_pool_is_the_reference() {
+    for (what, height) in [("pool", 0.4), ("in a pool", -0.3)] {
+        let mut b = pool(DVec3::new(0.1, height, 0.95), DVec3::new(0.0, -0.5, 0.0));
+        let ball = b.material(glass(1.5));
+        b.sphere(ball, DVec3::new(-0.3, -0.6, -0.2), 0.3, 64, 32);
+        agrees_at(&[0.25], what, &b.build(), &LARGE_LAMP);
+    }
+}
+
 #[test]
 #[ignore = "thousands of samples a pixel: a minute on two cores"]
 fn smooth_ball_of_32_segments_is_the_reference() {

@@ -1,9 +1,10 @@
 //! Media: which of them is there where solids overlap, and which surfaces bound no solid. Imports interface.
 
-use caustics_kernels::interface::material::{FLAG_SHEET, Material};
+use caustics_kernels::interface::material::{FLAG_HANGING, FLAG_SHEET, Material};
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::Vec3;
 
+use super::Scene;
 use super::motion::Motion;
 use super::solids::Solids;
 
@@ -71,7 +72,7 @@ impl Media {
             by_number.then(self.sizes[b].total_cmp(&self.sizes[a])).then(a.cmp(&b))
         });
         for (id, material) in materials.iter_mut().enumerate() {
-            material.flags &= !FLAG_SHEET;
+            material.flags &= !(FLAG_SHEET | FLAG_HANGING);
             material.flags |= if self.open[id] || self.inside_out[id] { FLAG_SHEET } else { 0 };
             material.priority = 0;
         }
@@ -88,15 +89,22 @@ impl Media {
     }
 
     /// What a person should repair.
-    pub fn warnings(&self, file: &str, names: &[String]) -> Vec<String> {
-        let named = |which: &[bool], what: &str| {
-            let names = names.iter().zip(which).filter(|(_, is)| **is).map(|(name, _)| name);
-            names.map(|name| format!("{file}: material {name:?} {what}")).collect::<Vec<_>>()
+    pub fn warnings(&self, scene: &Scene) -> Vec<String> {
+        let named = |id: usize, what: &str| {
+            format!("{}: material {:?} has a volume, but {what}", scene.name, scene.material_names[id])
         };
-        let open = "has a volume, but its surface is open: where its inside is can only be guessed; close the \
-                    mesh, or set thicknessFactor to 0";
-        let inside_out = "has a volume, but its fronts look inwards; turn its faces over";
-        [named(&self.open, open), named(&self.inside_out, inside_out)].concat()
+        let open = (0..self.open.len()).filter(|&id| self.open[id]).map(|id| {
+            let hangs = scene.materials[id].flags & FLAG_HANGING != 0;
+            let ends = if hangs {
+                "light comes round its border: it is taken to end at the next face"
+            } else {
+                "what lies behind it is taken to be inside"
+            };
+            named(id, &format!("its surface is open; {ends}; close the mesh, or set thicknessFactor to 0"))
+        });
+        let inside_out = (0..self.inside_out.len()).filter(|&id| self.inside_out[id]);
+        let turned = inside_out.map(|id| named(id, "its fronts look inwards; turn its faces over"));
+        open.chain(turned).collect()
     }
 }
 

@@ -14,8 +14,6 @@ use caustics_kernels::pass::enclosing::enclosing;
 use caustics_kernels::surface::class::{self, Classes};
 use caustics_kernels::surface::ggx::DELTA_ROUGHNESS;
 use caustics_kernels::surface::media::MediaStack;
-use caustics_kernels::texture::cut_out::CutOuts;
-use caustics_kernels::trace::bvh::BvhTracer;
 use glam::Vec3;
 
 use super::Scene;
@@ -62,9 +60,7 @@ impl Scene {
     /// Whether a camera or a light stands inside of a medium.
     fn starts_inside(&self, needs: Needs) -> bool {
         let tables = self.tables();
-        let cut_outs = CutOuts::of(tables, needs);
-        let mut tracer =
-            BvhTracer { nodes: &self.nodes, blocks: &self.blocks, instances: &self.instances, cut_outs };
+        let mut tracer = self.tracer(needs);
         let mut is_inside =
             |position: Vec3| enclosing(position, needs, tables, &mut tracer) != MediaStack::VACUUM;
         let beside = |light: &Light| {

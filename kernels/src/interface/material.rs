@@ -30,10 +30,16 @@ pub struct Material {
 }
 
 impl Material {
+    /// Whether light passes its surface.
+    #[inline]
+    pub fn transmits(&self) -> bool {
+        self.transmission > 0.0 && self.metallic < 1.0
+    }
+
     /// Whether its surface bounds a medium.
     #[inline]
     pub fn is_medium(&self) -> bool {
-        self.transmission > 0.0 && self.metallic < 1.0 && self.flags & FLAG_THIN == 0
+        self.transmits() && self.flags & FLAG_THIN == 0
     }
 }
 
@@ -43,6 +49,9 @@ pub const FLAG_EMIT_BOTH_SIDES: u32 = 1;
 pub const FLAG_THIN: u32 = 2;
 /// A medium whose surface is open, or inside out: it bounds no solid, and its faces alone say where the medium is.
 pub const FLAG_SHEET: u32 = 4;
+/// A sheet past whose border paths come from one side to the other: its medium fills only what lies between its inner
+/// side and the next face.
+pub const FLAG_HANGING: u32 = 8;
 /// A texture scales the base colour.
 pub const FLAG_COLOR_TEXTURE: u32 = 1 << 16;
 /// A texture scales roughness and metallic.

@@ -1,11 +1,13 @@
 //! The media around a place where a path starts: the eye or a light.
 //!
 //! A place is inside of a medium where the medium's faces wind around it more than half a time. Around a solid that is
-//! an integer, which any ray out counts; around an open sheet it is the mean of all rays [Jacobson et al. 2013], here of
-//! eight that come in opposite pairs: nowhere does a flat sheet wind around more than half.
+//! an integer, which any ray out counts. Around an open sheet it is the mean of all rays [Jacobson et al. 2013], here of
+//! eight that come in opposite pairs, and of those only that no opaque thing stops before: below a pool's surface half
+//! the rays end at its floor, and the other half tell. Nowhere does a flat sheet in the air wind around more than half,
+//! and a hanging one has no inside.
 
 use crate::interface::NONE;
-use crate::interface::material::{FLAG_SHEET, Material};
+use crate::interface::material::{FLAG_HANGING, FLAG_SHEET, Material};
 use crate::interface::needs::Needs;
 use crate::interface::scene::SceneTables;
 use crate::math::offset;
@@ -49,30 +51,39 @@ pub fn enclosing<T: Tracer>(
     let none = Winding { material: NONE, sum: 0 };
     let mut around = Windings { first: none, second: none, third: none, fourth: none };
     let rays: i32 = if needs.has(Needs::SHEETS) { 8 } else { 1 };
+    // Rays that say where a sheet is: that meet one, or nothing opaque.
+    let mut telling = 0;
     let mut corner = 0;
     while corner < rays {
         let direction = to_corner(corner);
         let mut ray = Ray::endless(position, direction);
-        let mut faces = 0;
+        let (mut faces, mut free, mut tells) = (0, true, false);
         while faces < MOST_FACES {
             let hit = tracer.closest(&ray);
             if hit.is_miss() {
                 break;
             }
             let here = vertex(scene, Needs(0), &ray, &hit, 0.0);
-            if scene.materials[here.material as usize].is_medium() {
-                around = around.crossed(here.material, if here.front { -1 } else { 1 });
+            let material = scene.materials[here.material as usize];
+            if material.is_medium() {
+                let is_sheet = material.flags & FLAG_SHEET != 0;
+                tells |= is_sheet && free;
+                if free || !is_sheet {
+                    around = around.crossed(here.material, if here.front { -1 } else { 1 });
+                }
             }
+            free &= material.transmits();
             let origin = offset::leave(here.position, here.face_normal, direction, here.clearance);
             ray = Ray::endless(origin, direction);
             faces += 1;
         }
+        telling += i32::from(free || tells);
         corner += 1;
     }
-    let media = around.first.inside(MediaStack::VACUUM, rays, scene.materials);
-    let media = around.second.inside(media, rays, scene.materials);
-    let media = around.third.inside(media, rays, scene.materials);
-    around.fourth.inside(media, rays, scene.materials)
+    let media = around.first.inside(MediaStack::VACUUM, rays, telling, scene.materials);
+    let media = around.second.inside(media, rays, telling, scene.materials);
+    let media = around.third.inside(media, rays, telling, scene.materials);
+    around.fourth.inside(media, rays, telling, scene.materials)
 }
 
 /// Unit direction to a corner of the cube, 0 to 7; corner 7 - c is opposite to c.
@@ -85,11 +96,14 @@ fn to_corner(corner: i32) -> Vec3 {
 impl Winding {
     /// The media inside of this one too, as often as it winds around by more than half.
     #[inline(always)]
-    fn inside(self, mut media: MediaStack, rays: i32, materials: &[Material]) -> MediaStack {
+    fn inside(self, mut media: MediaStack, rays: i32, telling: i32, materials: &[Material]) -> MediaStack {
         if self.sum > 0 {
+            let flags = materials[self.material as usize].flags;
             let mut times = (2 * self.sum + rays - 1) / (2 * rays);
-            if times > 1 && materials[self.material as usize].flags & FLAG_SHEET != 0 {
-                times = 1;
+            if flags & FLAG_HANGING != 0 {
+                times = 0;
+            } else if flags & FLAG_SHEET != 0 {
+                times = i32::from(2 * self.sum > telling);
             }
             while times > 0 {
                 media = media.entered(self.material, materials).0;
@@ -148,14 +162,27 @@ mod tests {
 
     #[test]
     fn a_winding_of_half_is_outside() {
-        let materials = [Material::default()];
-        for (sum, rays, times) in
-            [(0, 1, 0), (1, 1, 1), (2, 1, 2), (4, 8, 0), (5, 8, 1), (12, 8, 1), (13, 8, 2)]
-        {
-            let inside = Winding { material: 0, sum }.inside(MediaStack::VACUUM, rays, &materials);
+        let hanging = FLAG_SHEET | FLAG_HANGING;
+        for (flags, sum, rays, telling, times) in [
+            (0, 0, 1, 1, 0),
+            (0, 1, 1, 1, 1),
+            (0, 2, 1, 0, 2),
+            (0, 4, 8, 8, 0),
+            (0, 5, 8, 8, 1),
+            (0, 12, 8, 8, 1),
+            (0, 13, 8, 8, 2),
+            (FLAG_SHEET, 4, 8, 8, 0),
+            (FLAG_SHEET, 4, 8, 7, 1),
+            (FLAG_SHEET, 8, 8, 8, 1),
+            (FLAG_SHEET, 0, 8, 0, 0),
+            (hanging, 8, 8, 8, 0),
+        ] {
+            let materials = [Material { flags, ..Material::default() }];
+            let winding = Winding { material: 0, sum };
+            let inside = winding.inside(MediaStack::VACUUM, rays, telling, &materials);
             let mut expected = MediaStack::VACUUM;
             (0..times).for_each(|_| expected = expected.entered(0, &materials).0);
-            assert_eq!(inside, expected, "{sum} of {rays}");
+            assert_eq!(inside, expected, "{sum} of {rays}, {telling} telling");
         }
     }
 }

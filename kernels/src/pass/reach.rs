@@ -21,7 +21,7 @@ const MOST_COVERED: u32 = 256;
 pub struct Reached {
     /// What was hit, at its distance from the segment's start.
     pub hit: Hit,
-    /// The media before it.
+    /// The media that the segment came through.
     pub media: MediaStack,
     /// Share of light that the media on the way left.
     pub left: Vec3,
@@ -48,15 +48,15 @@ pub fn reach<T: Tracer>(
         follows = false;
         let hit = tracer.closest(&part);
         let mut length = part.length;
-        let mut behind = reached.media;
+        let (mut along, mut behind) = (reached.media, reached.media);
         if !hit.is_miss() {
             length = hit.distance;
             let material = scene.surfaces[hit.triangle as usize].material;
             if needs.has(Needs::NESTED) && scene.materials[material as usize].is_medium() {
                 let here = vertex(scene, Needs(0), &part, &hit, 0.0);
-                let sides = reached.media.at_face(material, here.front, scene.materials);
+                let sides = reached.media.at_face(material, here.front, needs, scene.materials);
                 reached.unexpected += u32::from(!sides.is_expected);
-                reached.media = sides.before;
+                along = sides.along;
                 // What emits is seen, covered or not.
                 if sides.is_covered() && here.light == NONE && covered < MOST_COVERED {
                     follows = true;
@@ -70,7 +70,7 @@ pub fn reach<T: Tracer>(
             }
         }
         if needs.has(Needs::ABSORPTION) {
-            reached.left *= reached.media.transmittance(scene.materials, length);
+            reached.left *= along.transmittance(scene.materials, length);
         }
         reached.media = behind;
         reached.hit = Hit { distance: passed + hit.distance, ..hit };

@@ -7,7 +7,8 @@
 use spirv_std::num_traits::Float;
 
 use crate::interface::NONE;
-use crate::interface::material::{FLAG_SHEET, Material};
+use crate::interface::material::{FLAG_HANGING, FLAG_SHEET, Material};
+use crate::interface::needs::Needs;
 use spirv_std::glam::Vec3;
 
 /// Materials around a place by falling priority, one twice where two of its solids overlap; `NONE` behind the last.
@@ -26,6 +27,8 @@ pub struct Sides {
     pub before: MediaStack,
     /// On the other.
     pub behind: MediaStack,
+    /// Along the segment that ends at the face.
+    pub along: MediaStack,
     /// Whether the face fits to where the path came from: it leaves no medium that the path was not in.
     pub is_expected: bool,
     /// Whether a fifth medium was forgotten.
@@ -86,25 +89,40 @@ impl MediaStack {
         self.first == material || self.second == material || self.third == material || self.fourth == material
     }
 
+    /// The media at a face, for a path that comes through these: that of a hanging sheet has ended there.
+    #[inline(always)]
+    pub fn settled(self, needs: Needs, materials: &[Material]) -> Self {
+        let mut settled = self;
+        if needs.has(Needs::SHEETS) {
+            let hangs = |id: u32| id != NONE && materials[id as usize].flags & FLAG_HANGING != 0;
+            settled = if hangs(self.first) { settled.left(self.first) } else { settled };
+            settled = if hangs(self.second) { settled.left(self.second) } else { settled };
+            settled = if hangs(self.third) { settled.left(self.third) } else { settled };
+            settled = if hangs(self.fourth) { settled.left(self.fourth) } else { settled };
+        }
+        settled
+    }
+
     /// The media on both sides of a face of the medium `material`, for a path that comes through these.
     ///
-    /// The back of a solid that the path is not in does nothing: nothing is made up. An open sheet has no inside that
-    /// a path could be in: its face alone says where its medium is, so that a path and its reverse agree.
+    /// The back of a solid that the path is not in does nothing: nothing is made up. The face of a sheet alone says where
+    /// its medium is, whatever the path came through, so that a path and its reverse agree.
     #[inline(always)]
-    pub fn at_face(self, material: u32, front: bool, materials: &[Material]) -> Sides {
+    pub fn at_face(self, material: u32, front: bool, needs: Needs, materials: &[Material]) -> Sides {
         let is_expected = self.holds(material) != front;
         let is_sheet = materials[material as usize].flags & FLAG_SHEET != 0;
+        let around = self.settled(needs, materials);
         if front {
-            let before = if is_sheet { self.left(material) } else { self };
+            let before = if is_sheet { around.left(material) } else { around };
             let (behind, overflow) = before.entered(material, materials);
-            Sides { before, behind, is_expected: is_expected || !is_sheet, overflow }
-        } else {
-            let (mut before, mut overflow) = (self, false);
-            if is_sheet && !is_expected {
-                (before, overflow) = self.entered(material, materials);
-            }
-            Sides { before, behind: before.left(material), is_expected, overflow }
+            return Sides { before, behind, along: self, is_expected: is_expected || !is_sheet, overflow };
         }
+        let (mut before, mut along, mut overflow) = (around, self, false);
+        if is_sheet {
+            (before, overflow) = around.left(material).entered(material, materials);
+            along = self.left(material).entered(material, materials).0;
+        }
+        Sides { before, behind: before.left(material), along, is_expected, overflow }
     }
 
     /// Index of refraction here.
@@ -138,6 +156,8 @@ fn outranks(material: u32, other: u32, materials: &[Material]) -> bool {
 mod tests {
     use super::*;
 
+    const NEEDS: Needs = Needs::SHEETS;
+
     /// Five media; the later, the higher its priority. The last is a sheet.
     fn five() -> [Material; 5] {
         let mut materials = [0, 1, 2, 3, 4].map(|priority| Material { priority, ..Material::default() });
@@ -169,15 +189,15 @@ mod tests {
     #[test]
     fn a_face_below_a_higher_medium_is_covered() {
         let materials = five();
-        assert!(within(&[2]).at_face(1, true, &materials).is_covered());
-        assert!(within(&[1, 2]).at_face(1, false, &materials).is_covered());
-        assert!(!within(&[1]).at_face(2, true, &materials).is_covered());
-        assert!(within(&[1]).at_face(1, true, &materials).is_covered(), "two solids of one medium");
+        assert!(within(&[2]).at_face(1, true, NEEDS, &materials).is_covered());
+        assert!(within(&[1, 2]).at_face(1, false, NEEDS, &materials).is_covered());
+        assert!(!within(&[1]).at_face(2, true, NEEDS, &materials).is_covered());
+        assert!(within(&[1]).at_face(1, true, NEEDS, &materials).is_covered(), "two solids of one medium");
     }
 
     #[test]
     fn the_back_of_a_solid_that_the_path_is_not_in_does_nothing() {
-        let sides = within(&[1]).at_face(2, false, &five());
+        let sides = within(&[1]).at_face(2, false, NEEDS, &five());
         assert!(!sides.is_expected && sides.is_covered() && sides.behind == within(&[1]));
     }
 
@@ -187,13 +207,32 @@ mod tests {
         for outside in [within(&[]), within(&[1])] {
             let inside = outside.entered(4, &materials).0;
             for wrong in [false, true] {
-                let down = if wrong { inside } else { outside }.at_face(4, true, &materials);
-                let up = if wrong { outside } else { inside }.at_face(4, false, &materials);
+                let down = if wrong { inside } else { outside }.at_face(4, true, NEEDS, &materials);
+                let up = if wrong { outside } else { inside }.at_face(4, false, NEEDS, &materials);
                 assert_eq!((down.before, down.behind), (outside, inside));
                 assert_eq!((up.before, up.behind), (inside, outside));
                 assert!(down.is_expected != wrong && up.is_expected != wrong);
             }
         }
+    }
+
+    #[test]
+    fn the_medium_of_a_hanging_sheet_ends_at_the_next_face() {
+        let mut materials = five();
+        materials[4].flags = FLAG_SHEET | FLAG_HANGING;
+        let (outside, below) = (within(&[1]), within(&[1, 4]));
+        assert_eq!(below.settled(NEEDS, &materials), outside);
+        assert_eq!(outside.settled(NEEDS, &materials), outside);
+        // Into another solid, and back out of it to the sheet: both ways the same.
+        let down = below.at_face(2, true, NEEDS, &materials);
+        assert_eq!((down.along, down.before, down.behind), (below, outside, within(&[1, 2])));
+        let up = down.behind.at_face(2, false, NEEDS, &materials);
+        assert_eq!((up.along, up.behind), (down.behind, outside));
+        let up = up.behind.at_face(4, false, NEEDS, &materials);
+        assert_eq!((up.along, up.before, up.behind), (below, below, outside));
+        // From one sheet to the next: the segment is the same from both ends.
+        let next = below.at_face(4, true, NEEDS, &materials);
+        assert_eq!((next.along, next.before, next.behind), (below, outside, below));
     }
 
     #[test]

@@ -53,9 +53,10 @@ impl Site {
     ) -> Self {
         let frame = ShadingFrame::new(vertex.shading_normal);
         let mut eta = 1.0;
-        let (mut media, mut behind, mut media_overflow) = (media, media, false);
+        let around = media.settled(needs, materials);
+        let (mut media, mut behind, mut media_overflow) = (around, around, false);
         if needs.has(Needs::GLASS) && materials[vertex.material as usize].is_medium() {
-            let sides = media.at_face(vertex.material, vertex.front, materials);
+            let sides = around.at_face(vertex.material, vertex.front, needs, materials);
             (media, behind, media_overflow) = (sides.before, sides.behind, sides.overflow);
             eta = media.ior(materials) / behind.ior(materials);
         }

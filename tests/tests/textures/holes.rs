@@ -50,7 +50,7 @@ fn holes_are_the_same_for_all_rays() {
     let scene = screened(true, 0.5);
     let needs = scene.needs(0.25);
     assert!(needs.has(Needs::CUT_OUTS) && !screened(true, 0.0).needs(0.25).has(Needs::CUT_OUTS));
-    let mut tracer = tracer(&scene, needs);
+    let mut tracer = scene.tracer(needs);
     let mut passed = 0;
     let count = 100_000;
     for path in 0..count {
@@ -70,7 +70,7 @@ fn holes_are_the_same_for_all_rays() {
 #[test]
 fn holes_are_there_only_where_they_are_needed() {
     let scene = screened(true, 0.5);
-    let mut tracer = tracer(&scene, Needs(0));
+    let mut tracer = scene.tracer(Needs(0));
     for path in 0..1000 {
         let u = Rng::new(Stream::Light, 3, path, 0).next4();
         let origin = Vec3::new(7.9 * u.x - 3.95, 0.75, 7.9 * u.y - 3.95);

@@ -14,7 +14,6 @@ use caustics_kernels::surface::textured::{material_at, material_of, packed};
 use caustics_kernels::surface::vertex::vertex;
 use caustics_kernels::texture::sample::{level_of, sample};
 use caustics_kernels::trace::Tracer;
-use caustics_tests::direct::tracer;
 use caustics_tests::scenes::*;
 use glam::{DVec3, Vec2, Vec3};
 
@@ -189,7 +188,7 @@ fn level_grows_by_one_when_the_distance_doubles() {
         let direction = Vec3::new(slant, 0.0, -1.0).normalize();
         let level = |distance: f32| {
             let ray = Ray::endless(Vec3::new(0.1, 0.2, 0.0) - direction * distance, direction);
-            let hit = tracer(&scene, needs).closest(&ray);
+            let hit = scene.tracer(needs).closest(&ray);
             let cone = RayCone::at_eye(0.01).advance(hit.distance);
             let here = vertex(scene.tables(), needs, &ray, &hit, cone.total_width());
             level_of(&scene.textures.textures[0], here.uv_footprint)
@@ -222,7 +221,7 @@ fn points_keep_the_material_that_paths_see() {
         let u = Rng::new(Stream::Camera, 1, path, 0).next4();
         let z = 0.5 - (path % 3) as f32;
         let ray = Ray::endless(Vec3::new(2.0 * u.x - 1.0, 2.0 * u.y - 1.0, z), Vec3::NEG_Z);
-        let hit = tracer(&scene, needs).closest(&ray);
+        let hit = scene.tracer(needs).closest(&ray);
         let here = vertex(scene.tables(), needs, &ray, &hit, u.z);
         let material = material_at(scene.tables(), &here, needs);
         let (red_green, blue_roughness_metallic) = packed(&material);

@@ -1,0 +1,104 @@
+//! Open surfaces of media: whether they close off an inside, with the opaque things around them. Imports interface.
+//!
+//! A pool's water does: whatever lies below its surface was reached through it. Past the border of a sheet that hangs in
+//! the air paths come from one side to the other, and what they carry would depend on their way.
+
+use caustics_kernels::interface::material::{FLAG_HANGING, FLAG_SHEET};
+use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::math::frame::ShadingFrame;
+use caustics_kernels::math::offset;
+use caustics_kernels::math::ray::Ray;
+use caustics_kernels::math::rng::{Rng, Stream};
+use caustics_kernels::math::warp;
+use caustics_kernels::surface::vertex::vertex;
+use caustics_kernels::trace::Tracer;
+use glam::Vec3;
+
+use super::{Scene, geometry};
+
+/// Random walks from each sheet's faces.
+const WALKS: u32 = 2048;
+/// Faces that each of them meets, at most.
+const MOST_FACES: u32 = 16;
+/// A sheet hangs where one in so many walks comes round its border.
+const ROUND: u32 = 100;
+
+impl Scene {
+    /// Marks the sheets that hang, as the scene is posed.
+    pub(super) fn mark_hanging_sheets(&mut self) {
+        let hangs = |&id: &usize| self.materials[id].flags & FLAG_SHEET != 0 && self.hangs(id);
+        let hanging: Vec<usize> = (0..self.materials.len()).filter(hangs).collect();
+        for id in hanging {
+            self.materials[id].flags |= FLAG_HANGING;
+        }
+    }
+
+    /// Whether walks from the faces of this material come to the wrong side of one.
+    fn hangs(&self, material: usize) -> bool {
+        let of_material = |&id: &usize| self.surfaces[id].material as usize == material;
+        let faces: Vec<usize> = (0..self.triangles.len()).filter(of_material).collect();
+        let mut area = 0.0;
+        let areas = faces.iter().map(|&id| {
+            let [a, b, c] = geometry::corners(&self.triangles[id]);
+            area += (b - a).cross(c - a).length();
+            area
+        });
+        let areas: Vec<f64> = areas.collect();
+        let came_round = (0..WALKS).filter(|&walk| {
+            let mut rng = Rng::new(Stream::Camera, 0, walk, 0);
+            let [face, u, v, side] = rng.next4().to_array();
+            let at = areas.partition_point(|&up_to| up_to <= f64::from(face) * area);
+            let Some(&triangle) = faces.get(at) else { return false };
+            let place = self.place(triangle, warp::uniform_triangle(u, v).to_array());
+            self.comes_round(material, place, side < 0.5, &mut rng)
+        });
+        came_round.count() as u32 >= WALKS / ROUND
+    }
+
+    /// A point of a triangle, its normal and clearance.
+    fn place(&self, triangle: usize, [u, v]: [f32; 2]) -> (Vec3, Vec3, f32) {
+        let triangle = &self.triangles[triangle];
+        let (b, c) = (triangle.b - triangle.a, triangle.c - triangle.a);
+        let magnitude = offset::magnitude(triangle.a, triangle.b, triangle.c);
+        (triangle.a + b * u + c * v, b.cross(c).normalize(), offset::clearance(magnitude))
+    }
+
+    /// Whether a walk from a face, `inside` of it or outside, meets one on the side where it is not: through whatever
+    /// transmits, and diffusely off the rest.
+    fn comes_round(
+        &self,
+        material: usize,
+        (position, front, clearance): (Vec3, Vec3, f32),
+        mut inside: bool,
+        rng: &mut Rng,
+    ) -> bool {
+        let tables = self.tables();
+        let mut tracer = self.tracer(Needs::CUT_OUTS);
+        let leave = |position, normal: Vec3, clearance, rng: &mut Rng| {
+            let u = rng.next4();
+            let direction = ShadingFrame::new(normal).to_world(warp::cosine_hemisphere(u.x, u.y));
+            Ray::endless(offset::leave(position, normal, direction, clearance), direction)
+        };
+        let mut ray = leave(position, if inside { -front } else { front }, clearance, rng);
+        for _ in 0..MOST_FACES {
+            let hit = tracer.closest(&ray);
+            if hit.is_miss() {
+                return false;
+            }
+            let here = vertex(tables, Needs(0), &ray, &hit, 0.0);
+            if here.material as usize == material {
+                if here.front == inside {
+                    return true;
+                }
+                inside = here.front;
+            }
+            ray = if self.materials[here.material as usize].transmits() {
+                let origin = offset::leave(here.position, here.face_normal, ray.direction, here.clearance);
+                Ray::endless(origin, ray.direction)
+            } else {
+                leave(here.position, here.face_normal, here.clearance, rng)
+            };
+        }
+        false
+    }
+}

@@ -143,7 +143,8 @@ impl Session {
         let mut kept = if method.gathers { (settings.history.buffers)(&largest) } else { Vec::new() };
         kept.retain(|spec| spec.name != "history_settings");
         kept.extend(buffers.iter().filter(|spec| method.keeps.contains(&spec.name)));
-        let mut runner = open(choice, scene, needs, &buffers)?;
+        let of_history = parts.history.settings.map_or(Needs(0), |_| Needs::HISTORY);
+        let mut runner = open(choice, scene, needs | of_history, &buffers)?;
         runner.write("pixel_order", cast_slice(&basic::pixel_order(params.width, params.height)))?;
         let previous_camera = params.camera;
         let upload = Upload::new(scene);

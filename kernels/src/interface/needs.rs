@@ -49,10 +49,12 @@ impl Needs {
     pub const NESTED: Needs = Needs(1 << 19);
     /// Some medium is a sheet: its surface is open.
     pub const SHEETS: Needs = Needs(1 << 20);
+    /// Points lend to those of the next frame: where mirrors and lenses image them is known.
+    pub const HISTORY: Needs = Needs(1 << 21);
     /// Everything.
-    pub const ALL: Needs = Needs((1 << 21) - 1);
+    pub const ALL: Needs = Needs((1 << 22) - 1);
     /// Bits and names, for printing.
-    pub const NAMES: [(Needs, &'static str); 21] = [
+    pub const NAMES: [(Needs, &'static str); 22] = [
         (Self::METAL, "metal"),
         (Self::MIRROR, "mirror"),
         (Self::COAT, "coat"),
@@ -74,6 +76,7 @@ impl Needs {
         (Self::INSTANCES, "instances"),
         (Self::NESTED, "nested"),
         (Self::SHEETS, "sheets"),
+        (Self::HISTORY, "history"),
     ];
 
     /// Whether any bit of `other` is set.

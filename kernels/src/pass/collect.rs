@@ -31,6 +31,12 @@ use spirv_std::glam::Vec3;
 /// Where there is none of these, all that bends a path is plane mirrors.
 const BENDS: Needs = Needs(Needs::GLASS.0 | Needs::SMOOTH_NORMALS.0);
 
+/// Whether somebody asks where a point is imaged, and that is not where its path's length says.
+#[inline(always)]
+fn images(needs: Needs) -> bool {
+    needs.has(Needs::HISTORY) && needs.has(BENDS)
+}
+
 /// What a camera path brings home.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Collected {
@@ -120,7 +126,7 @@ pub fn follow<T: Tracer, C: Atomics>(
         let mut width = 0.0;
         if prefix {
             cone = cone.advance(hit.distance);
-            if needs.has(BENDS) {
+            if images(needs) {
                 pencil = pencil.advance(hit.distance);
             }
             distance += hit.distance;
@@ -217,7 +223,7 @@ pub fn follow<T: Tracer, C: Atomics>(
             break;
         }
         if prefix {
-            if needs.has(BENDS) {
+            if images(needs) {
                 pencil = scatter_pencil(pencil, scene, needs, &hit, &here, &departure);
             }
             cone = scatter_cone(cone, &here, &departure);

@@ -265,7 +265,8 @@ fn textured_room_is_the_reference() {
     b.block(glossy, DVec3::new(-0.6, -0.9, -0.7), DVec3::new(0.1, -0.2, -0.1), false);
     b.panel(wall, DVec3::new(0.0, 0.0, -0.97), 0.95 * DVec3::X, 0.95 * DVec3::Y);
     b.panel(wall, DVec3::new(0.0, -0.97, 0.0), 0.95 * DVec3::Z, 0.95 * DVec3::X);
-    agrees("textured", &b.build(), &SHARP_LOBES);
+    // What a disc of half a pixel loses is beyond this room's noise.
+    agrees("textured", &b.build(), &Budget { limit: Limit::Extrapolated(0.5), ..LARGE_LAMP });
 }
 
 /// Without a size lights are found by connections and light paths only, so `progressive` is the truth; OurBasic at two

@@ -357,7 +357,7 @@ fn normals_turn_as_they_are_interpolated() {
     for (u, v) in [(0.01, 0.0), (0.0, 0.01), (-0.01, 0.02)] {
         let (ahead, behind) = (at(u, v), at(-u, -v));
         let step = 0.5 * (ahead.position - behind.position);
-        let want = 0.5 * (ahead.normal - behind.normal);
+        let want = 0.5 * (ahead.shading_normal - behind.shading_normal);
         let got = normal_change(world.tables(), world.needs, &hit, here.front, step);
         // Unit normals carry an ulp of 1: 6e-8 each, against changes of 1e-4.
         assert!((got - want).length() < 3e-7, "{got} {want}");

@@ -280,7 +280,7 @@ impl Scene {
         posed
     }
 
-    /// Its software tracer, with the holes of cut-out textures where these needs have them.
+    /// Its software tracer; `CUT_OUTS` and `INSTANCES` decide whether it looks for holes and for what moves.
     pub fn tracer(&self, needs: Needs) -> BvhTracer<'_> {
         let cut_outs = CutOuts::of(self.tables(), needs);
         BvhTracer { nodes: &self.nodes, blocks: &self.blocks, instances: &self.instances, cut_outs }

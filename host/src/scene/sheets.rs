@@ -20,8 +20,21 @@ use super::{Scene, geometry};
 const WALKS: u32 = 2048;
 /// Faces that each of them meets, at most.
 const MOST_FACES: u32 = 16;
-/// A sheet hangs where one in so many walks comes round its border.
+/// A sheet hangs where one in so many walks comes round its border to the wrong side,
 const ROUND: u32 = 100;
+/// or one in so many escapes from its inside past its border: a hull that lacks one of six sides loses one in ten.
+const OPEN: u32 = 6;
+
+/// Where a walk ends.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum End {
+    /// On the wrong side of the sheet.
+    Round,
+    /// Out of the scene, from inside.
+    Open,
+    /// Anywhere else.
+    Consistent,
+}
 
 impl Scene {
     /// Marks the sheets that hang, as the scene is posed.
@@ -44,15 +57,17 @@ impl Scene {
             area
         });
         let areas: Vec<f64> = areas.collect();
-        let came_round = (0..WALKS).filter(|&walk| {
+        let ends = (0..WALKS).map(|walk| {
             let mut rng = Rng::new(Stream::Camera, 0, walk, 0);
             let [face, u, v, side] = rng.next4().to_array();
             let at = areas.partition_point(|&up_to| up_to <= f64::from(face) * area);
-            let Some(&triangle) = faces.get(at) else { return false };
+            let Some(&triangle) = faces.get(at) else { return End::Consistent };
             let place = self.place(triangle, warp::uniform_triangle(u, v).to_array());
-            self.comes_round(material, place, side < 0.5, &mut rng)
+            self.walk(material, place, side < 0.5, &mut rng)
         });
-        came_round.count() as u32 >= WALKS / ROUND
+        let ends: Vec<End> = ends.collect();
+        let count = |end| ends.iter().filter(|&&found| found == end).count() as u32;
+        count(End::Round) >= WALKS / ROUND || count(End::Open) >= WALKS / OPEN
     }
 
     /// A point of a triangle, its normal and clearance.
@@ -63,17 +78,16 @@ impl Scene {
         (triangle.a + b * u + c * v, b.cross(c).normalize(), offset::clearance(magnitude))
     }
 
-    /// Whether a walk from a face, `inside` of it or outside, meets one on the side where it is not: through whatever
-    /// transmits, and diffusely off the rest.
-    fn comes_round(
+    /// Walks from a face, `inside` of it or outside, through whatever transmits and diffusely off the rest.
+    fn walk(
         &self,
         material: usize,
         (position, front, clearance): (Vec3, Vec3, f32),
         mut inside: bool,
         rng: &mut Rng,
-    ) -> bool {
+    ) -> End {
         let tables = self.tables();
-        let mut tracer = self.tracer(Needs::CUT_OUTS);
+        let mut tracer = self.tracer(Needs::ALL);
         let leave = |position, normal: Vec3, clearance, rng: &mut Rng| {
             let u = rng.next4();
             let direction = ShadingFrame::new(normal).to_world(warp::cosine_hemisphere(u.x, u.y));
@@ -83,12 +97,12 @@ impl Scene {
         for _ in 0..MOST_FACES {
             let hit = tracer.closest(&ray);
             if hit.is_miss() {
-                return false;
+                return if inside { End::Open } else { End::Consistent };
             }
             let here = vertex(tables, Needs(0), &ray, &hit, 0.0);
             if here.material as usize == material {
                 if here.front == inside {
-                    return true;
+                    return End::Round;
                 }
                 inside = here.front;
             }
@@ -99,6 +113,6 @@ impl Scene {
                 leave(here.position, here.face_normal, here.clearance, rng)
             };
         }
-        false
+        End::Consistent
     }
 }

@@ -1,10 +1,9 @@
 //! The media around a place where a path starts: the eye or a light.
 //!
-//! A place is inside of a medium where the medium's faces wind around it more than half a time. Around a solid that is
-//! an integer, which any ray out counts. Around an open sheet it is the mean of all rays [Jacobson et al. 2013], here of
-//! eight that come in opposite pairs, and of those only that no opaque thing stops before: below a pool's surface half
-//! the rays end at its floor, and the other half tell. Nowhere does a flat sheet in the air wind around more than half,
-//! and a hanging one has no inside.
+//! A place is inside of a solid as often as the solid's faces wind around it, which any ray out counts. Around an open
+//! sheet that is no integer: a place is inside where more of eight rays meet the sheet's back first than its front, or
+//! nothing [as winding numbers above one half, Jacobson et al. 2013]. What is opaque turns them back: below a pool's surface
+//! all come to its back. Nowhere about a flat sheet in the open more than half do, and a hanging sheet has no inside.
 
 use crate::interface::NONE;
 use crate::interface::material::{FLAG_HANGING, FLAG_SHEET, Material};
@@ -21,10 +20,12 @@ use spirv_std::glam::Vec3;
 const RIGHT: Vec3 = Vec3::new(-0.279_759, 0.911_838_1, 0.300_476_5);
 const UP: Vec3 = Vec3::new(-0.055_185_6, -0.327_728_9, 0.943_158_7);
 const BACK: Vec3 = Vec3::new(0.958_482_9, 0.247_275_1, 0.142_005_5);
-/// Faces on the way out of one ray, at most.
+/// Faces on the way out of a ray, at most.
 const MOST_FACES: u32 = 256;
+/// Faces on the way of one that looks for sheets, at most.
+const MOST_BOUNCES: u32 = 16;
 
-/// How often a medium winds around a place, summed over rays.
+/// How often a solid winds around a place; of a sheet, backs less fronts that are met.
 #[derive(Clone, Copy)]
 struct Winding {
     material: u32,
@@ -50,43 +51,46 @@ pub fn enclosing<T: Tracer>(
 ) -> MediaStack {
     let none = Winding { material: NONE, sum: 0 };
     let mut around = Windings { first: none, second: none, third: none, fourth: none };
-    let rays: i32 = if needs.has(Needs::SHEETS) { 8 } else { 1 };
-    // Rays that say where a sheet is: that meet one, or nothing opaque.
-    let mut telling = 0;
-    let mut corner = 0;
-    while corner < rays {
-        let direction = to_corner(corner);
-        let mut ray = Ray::endless(position, direction);
-        let (mut faces, mut free, mut tells) = (0, true, false);
-        while faces < MOST_FACES {
+    let rays = if needs.has(Needs::SHEETS) { 9 } else { 1 };
+    let (mut index, mut escaped) = (0, 0);
+    while index < rays {
+        // The first goes straight out and counts faces of solids; the others look for sheets.
+        let straight = index == 0;
+        let most = if straight { MOST_FACES } else { MOST_BOUNCES };
+        let mut ray = Ray::endless(position, to_corner(index));
+        let mut faces = 0;
+        while faces < most {
             let hit = tracer.closest(&ray);
             if hit.is_miss() {
+                escaped += i32::from(!straight);
                 break;
             }
             let here = vertex(scene, Needs(0), &ray, &hit, 0.0);
             let material = scene.materials[here.material as usize];
-            if material.is_medium() {
-                let is_sheet = material.flags & FLAG_SHEET != 0;
-                tells |= is_sheet && free;
-                if free || !is_sheet {
-                    around = around.crossed(here.material, if here.front { -1 } else { 1 });
+            let counts = (material.flags & FLAG_SHEET == 0) == straight && material.flags & FLAG_HANGING == 0;
+            if material.is_medium() && counts {
+                around = around.crossed(here.material, if here.front { -1 } else { 1 });
+                if !straight {
+                    break;
                 }
             }
-            free &= material.transmits();
+            let mut direction = ray.direction;
+            if !straight && !material.transmits() {
+                direction -= here.face_normal * (2.0 * direction.dot(here.face_normal));
+            }
             let origin = offset::leave(here.position, here.face_normal, direction, here.clearance);
             ray = Ray::endless(origin, direction);
             faces += 1;
         }
-        telling += i32::from(free || tells);
-        corner += 1;
+        index += 1;
     }
-    let media = around.first.inside(MediaStack::VACUUM, rays, telling, scene.materials);
-    let media = around.second.inside(media, rays, telling, scene.materials);
-    let media = around.third.inside(media, rays, telling, scene.materials);
-    around.fourth.inside(media, rays, telling, scene.materials)
+    let media = around.first.inside(MediaStack::VACUUM, escaped, scene.materials);
+    let media = around.second.inside(media, escaped, scene.materials);
+    let media = around.third.inside(media, escaped, scene.materials);
+    around.fourth.inside(media, escaped, scene.materials)
 }
 
-/// Unit direction to a corner of the cube, 0 to 7; corner 7 - c is opposite to c.
+/// Unit direction to a corner of the cube, 0 to 7; corner 7 - c is opposite to c. Corner 8 is corner 0.
 #[inline(always)]
 fn to_corner(corner: i32) -> Vec3 {
     let sign = |bit: i32| if corner & bit == 0 { 1.0 } else { -1.0 };
@@ -94,16 +98,13 @@ fn to_corner(corner: i32) -> Vec3 {
 }
 
 impl Winding {
-    /// The media inside of this one too, as often as it winds around by more than half.
+    /// The media inside of this one too, as often as it winds around; `escaped` rays met no sheet.
     #[inline(always)]
-    fn inside(self, mut media: MediaStack, rays: i32, telling: i32, materials: &[Material]) -> MediaStack {
+    fn inside(self, mut media: MediaStack, escaped: i32, materials: &[Material]) -> MediaStack {
         if self.sum > 0 {
-            let flags = materials[self.material as usize].flags;
-            let mut times = (2 * self.sum + rays - 1) / (2 * rays);
-            if flags & FLAG_HANGING != 0 {
-                times = 0;
-            } else if flags & FLAG_SHEET != 0 {
-                times = i32::from(2 * self.sum > telling);
+            let mut times = self.sum;
+            if materials[self.material as usize].flags & FLAG_SHEET != 0 {
+                times = i32::from(self.sum > escaped);
             }
             while times > 0 {
                 media = media.entered(self.material, materials).0;
@@ -161,28 +162,22 @@ mod tests {
     }
 
     #[test]
-    fn a_winding_of_half_is_outside() {
-        let hanging = FLAG_SHEET | FLAG_HANGING;
-        for (flags, sum, rays, telling, times) in [
-            (0, 0, 1, 1, 0),
-            (0, 1, 1, 1, 1),
-            (0, 2, 1, 0, 2),
-            (0, 4, 8, 8, 0),
-            (0, 5, 8, 8, 1),
-            (0, 12, 8, 8, 1),
-            (0, 13, 8, 8, 2),
-            (FLAG_SHEET, 4, 8, 8, 0),
-            (FLAG_SHEET, 4, 8, 7, 1),
-            (FLAG_SHEET, 8, 8, 8, 1),
-            (FLAG_SHEET, 0, 8, 0, 0),
-            (hanging, 8, 8, 8, 0),
+    fn half_of_the_rays_are_not_enough_for_a_sheet() {
+        for (flags, sum, escaped, times) in [
+            (0, 0, 0, 0),
+            (0, 1, 8, 1),
+            (0, 2, 8, 2),
+            (0, -1, 0, 0),
+            (FLAG_SHEET, 4, 4, 0),
+            (FLAG_SHEET, 4, 3, 1),
+            (FLAG_SHEET, 8, 0, 1),
+            (FLAG_SHEET, 0, 0, 0),
         ] {
             let materials = [Material { flags, ..Material::default() }];
-            let winding = Winding { material: 0, sum };
-            let inside = winding.inside(MediaStack::VACUUM, rays, telling, &materials);
+            let inside = Winding { material: 0, sum }.inside(MediaStack::VACUUM, escaped, &materials);
             let mut expected = MediaStack::VACUUM;
             (0..times).for_each(|_| expected = expected.entered(0, &materials).0);
-            assert_eq!(inside, expected, "{sum} of {rays}, {telling} telling");
+            assert_eq!(inside, expected, "{sum}, {escaped} escaped");
         }
     }
 }

@@ -93,7 +93,7 @@ fn the_image_in_a_ball_is_where_the_mirror_equation_says() {
     scene.cameras[0] =
         SceneCamera::look_at("main", Vec3::new(0.0, 0.0, 2.3), Vec3::new(0.002, 0.003, 0.0), Vec3::Y, 0.02);
     let settings = Settings { width: 9, height: 9, light_paths: 100, ..Settings::default() };
-    let mut frames = Frames::new(&scene, &settings, &NONE);
+    let mut frames = Frames::new(&scene, &settings, &VALIDATED);
     frames.render();
     let points: Vec<PointGeometry> = frames.session.read("point_geometry").unwrap();
     let shading: Vec<PointShading> = frames.session.read("point_shading").unwrap();
@@ -145,7 +145,7 @@ fn misses(scene: &Scene) -> Vec<f32> {
     let settings = Settings { width: 96, height: 96, light_paths: 100, ..Settings::default() };
     let cameras = [0.0, 1.0].map(|frame| moved(&scene.cameras[0], STEP * frame));
     let [before, params] = cameras.each_ref().map(|camera| settings.params(scene, camera, 0));
-    let mut frames = Frames::new(scene, &settings, &NONE);
+    let mut frames = Frames::new(scene, &settings, &VALIDATED);
     let mut read = |camera: &SceneCamera| {
         frames.pose(scene, camera);
         let points: Vec<PointGeometry> = frames.session.read("point_geometry").unwrap();

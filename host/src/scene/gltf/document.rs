@@ -155,54 +155,58 @@ fn parse(json: &[u8]) -> Result<Value, serde_json::Error> {
     serde_json::from_slice(json).or_else(|_| {
         // Without recursion and values: whether it is JSON all through.
         serde_json::from_slice::<serde::de::IgnoredAny>(json)?;
-        serde_json::from_slice(&finite(&shallow(json)))
+        serde_json::from_slice(&tamed(json))
     })
 }
 
-/// The same document with numbers that f64 holds: those beyond become very large ones.
-fn finite(json: &[u8]) -> Vec<u8> {
-    let (mut is_text, mut is_escaped) = (false, false);
+/// The same document with numbers that f64 holds, those beyond being very large ones, and with empty lists and objects where
+/// they stand in as many others as are read.
+fn tamed(json: &[u8]) -> Vec<u8> {
+    let mut depth = 0_usize;
     let mut kept = Vec::with_capacity(json.len());
-    let mut rest = json;
-    while let Some(&byte) = rest.first() {
-        let is_digit = |byte: &&u8| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b'e' | b'E');
-        let digits = if is_text { 0 } else { rest.iter().take_while(is_digit).count() };
-        let (token, behind) = rest.split_at(digits.max(1));
-        let number = std::str::from_utf8(token).ok().and_then(|token| token.parse::<f64>().ok());
-        kept.extend_from_slice(match number {
-            Some(f64::INFINITY) => b"1e308",
-            Some(f64::NEG_INFINITY) => b"-1e308",
-            _ => token,
-        });
-        if byte == b'"' && !is_escaped {
-            is_text = !is_text;
+    for token in tokens(json) {
+        if matches!(token, b"]" | b"}") {
+            depth = depth.saturating_sub(1);
         }
-        is_escaped = is_text && byte == b'\\' && !is_escaped;
-        rest = behind;
+        if depth < DEEPEST {
+            let number = std::str::from_utf8(token).ok().and_then(|token| token.parse::<f64>().ok());
+            kept.extend_from_slice(match number {
+                Some(f64::INFINITY) => b"1e308",
+                Some(f64::NEG_INFINITY) => b"-1e308",
+                _ => token,
+            });
+        }
+        if matches!(token, b"[" | b"{") {
+            depth += 1;
+        }
     }
     kept
 }
 
-/// The same document with empty lists and objects where they stand in as many others as are read.
-fn shallow(json: &[u8]) -> Vec<u8> {
-    let (mut depth, mut is_text, mut is_escaped) = (0_usize, false, false);
-    let mut kept = Vec::with_capacity(json.len());
-    for &byte in json {
-        if !is_text && matches!(byte, b']' | b'}') {
-            depth = depth.saturating_sub(1);
-        }
-        if depth < DEEPEST {
-            kept.push(byte);
-        }
-        if !is_text && matches!(byte, b'[' | b'{') {
-            depth += 1;
-        }
-        if byte == b'"' && !is_escaped {
-            is_text = !is_text;
-        }
-        is_escaped = is_text && byte == b'\\' && !is_escaped;
-    }
-    kept
+/// The JSON in pieces: texts with their quotes, numbers, and single bytes.
+fn tokens(json: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut rest = json;
+    std::iter::from_fn(move || {
+        let length = match *rest.first()? {
+            b'"' => {
+                let mut is_escaped = false;
+                let is_end = |&byte: &u8| {
+                    let is_end = byte == b'"' && !is_escaped;
+                    is_escaped = byte == b'\\' && !is_escaped;
+                    is_end
+                };
+                rest[1..].iter().position(is_end).map_or(rest.len(), |at| at + 2)
+            }
+            _ => {
+                let is_of_number =
+                    |byte: &&u8| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b'e' | b'E');
+                rest.iter().take_while(is_of_number).count().max(1)
+            }
+        };
+        let (token, behind) = rest.split_at(length);
+        rest = behind;
+        Some(token)
+    })
 }
 
 /// Removes all `extras`: they may be any JSON, which the document types do not know.
@@ -279,7 +283,7 @@ mod tests {
         let deep = |depth: usize| format!("{}1{}", "[".repeat(depth), "]".repeat(depth));
         let text = |depth: usize| format!(r#"{{"a":{},"b":"[\\\"[","c":[[2]]}}"#, deep(depth));
         let (near, far) = (text(DEEPEST - 2), text(100_000));
-        assert_eq!(shallow(near.as_bytes()), near.as_bytes());
+        assert_eq!(tamed(near.as_bytes()), near.as_bytes());
         let read = parse(far.as_bytes()).unwrap();
         assert_eq!((&read["b"], &read["c"][0][0]), (&"[\\\"[".into(), &2.into()));
         let mut depth = 0;

@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::light::{LIGHT_DIRECTIONAL, LIGHT_SPOT};
-use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAG_SHEET, FLAG_THIN};
+use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAG_HANGING, FLAG_SHEET, FLAG_THIN};
 use caustics_kernels::interface::needs::Needs;
 use serde_json::{Value, json};
 
@@ -218,7 +218,10 @@ fn materials_are_resolved() {
         },
     }));
     assert_eq!((glass.base_color, glass.emission), (Vec3::new(0.1, 0.2, 0.3), Vec3::new(0.0, 3.0, 0.0)));
-    assert_eq!((glass.ior, glass.specular, glass.flags), (1.7, 0.5, FLAG_EMIT_BOTH_SIDES | FLAG_SHEET));
+    assert_eq!(
+        (glass.ior, glass.specular, glass.flags),
+        (1.7, 0.5, FLAG_EMIT_BOTH_SIDES | FLAG_SHEET | FLAG_HANGING)
+    );
     let expected = Vec3::new(0.0, 2_f32.ln() / 2.0, 1e6_f32.ln() / 2.0);
     assert!((glass.absorption - expected).length() < 1e-5);
 

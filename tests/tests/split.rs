@@ -317,8 +317,8 @@ fn split_is_the_reference_on_the_gpu() {
         let variant = if hardware { &POINTS_RT } else { &PHOTONS_GRID };
         let choice = gpu.choice(hardware);
         let settings = |seed| Settings { width: 32, height: 24, light_paths: 15_000, ..settings(seed, 0.25) };
-        let truth = Blocks::render(&choice, &scene, &settings(1), &PATH, variant, 1500);
-        let split = Blocks::render(&choice, &scene, &settings(2), &PROGRESSIVE, variant, 300);
+        let truth = Blocks::render(&choice, &scene, &settings(5), &PATH, variant, 1500);
+        let split = Blocks::render(&choice, &scene, &settings(6), &PROGRESSIVE, variant, 300);
         let scores = split.scores(&truth);
         println!("on {}, {}: {scores:?}", gpu.info.name, variant.name);
         assert!(scores.ratio_error < 0.02 && split.caustic_share > 0.02);

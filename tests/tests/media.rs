@@ -384,6 +384,26 @@ fn a_pool_has_an_inside_and_a_hanging_sheet_has_none() {
     assert!(!scene.needs(0.25).has(Needs::ENCLOSED));
 }
 
+/// A block whose fronts look inwards does not fill the room around it.
+#[test]
+fn no_place_is_inside_of_what_is_turned_inside_out() {
+    let mut b = Builder::default();
+    let (wall, turned) = (b.material(lambert(0.5)), b.material(tinted(1.5, 0, 1.0)));
+    b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+    b.block(turned, DVec3::splat(-0.3), DVec3::splat(0.3), true);
+    b.light(0.9 * DVec3::Y, 1.0);
+    b.camera(0.9 * DVec3::Z, DVec3::ZERO, 0.9);
+    let scene = b.build();
+    assert!(scene.warnings[0].contains("look inwards"), "{:?}", scene.warnings);
+    let needs = scene.needs(0.25);
+    let mut tracer = scene.tracer(needs);
+    for index in 0..100 {
+        let u = 1.9 * (Rng::new(Stream::Camera, 12, index, 0).next4() - 0.5);
+        let around = enclosing(u.truncate(), needs, scene.tables(), &mut tracer);
+        assert_eq!(around, MediaStack::VACUUM, "{u}");
+    }
+}
+
 /// Under a sheet of tinted water that hangs in the air: a floor, and a camera that looks at it from below the sheet.
 fn under_a_sheet(eye: DVec3, view: f32) -> Scene {
     let mut b = Builder::default();

@@ -73,7 +73,12 @@ impl Media {
         });
         for (id, material) in materials.iter_mut().enumerate() {
             material.flags &= !(FLAG_SHEET | FLAG_HANGING);
-            material.flags |= if self.open[id] || self.inside_out[id] { FLAG_SHEET } else { 0 };
+            material.flags |= match (self.inside_out[id], self.open[id]) {
+                // What lies around it is no inside.
+                (true, _) => FLAG_SHEET | FLAG_HANGING,
+                (_, true) => FLAG_SHEET,
+                _ => 0,
+            };
             material.priority = 0;
         }
         for (rank, &id) in order.iter().enumerate() {

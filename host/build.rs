@@ -7,7 +7,7 @@ use std::path::Path;
 
 fn main() {
     let kernels = Path::new("../kernels");
-    for watched in ["src", "base.spv", "rayquery.spv", "kernels.lock"] {
+    for watched in fingerprint::KERNELS.into_iter().chain(["base.spv", "rayquery.spv", "kernels.lock"]) {
         println!("cargo::rerun-if-changed={}", kernels.join(watched).display());
     }
     println!("cargo::rerun-if-changed=../kernels/builder/src/fingerprint.rs");
@@ -16,7 +16,7 @@ fn main() {
         let line = lock.lines().find(|line| line.starts_with(&format!("{key} = ")));
         line.and_then(|line| line.split('"').rev().nth(1)).map(str::to_string)
     };
-    let sources = fingerprint::fingerprint(&kernels.join("src")).ok();
+    let sources = fingerprint::fingerprint(kernels, &fingerprint::KERNELS).ok();
     let module = |name: &str| std::fs::read(kernels.join(name)).ok().map(|bytes| fingerprint::hash(&bytes));
     let fresh = sources.is_some()
         && locked("sources") == sources
@@ -31,7 +31,7 @@ fn main() {
         commit.map_or("unknown".into(), |output| String::from_utf8_lossy(&output.stdout).trim().to_string());
     println!("cargo::rustc-env=CAUSTICS_COMMIT={commit}");
     // By this a checkpoint knows the program that wrote it.
-    let host = fingerprint::fingerprint(Path::new("src")).unwrap_or(commit);
+    let host = fingerprint::fingerprint(Path::new(""), &["src"]).unwrap_or(commit);
     println!("cargo::rustc-env=CAUSTICS_HOST_HASH={host}");
     println!("cargo::rerun-if-changed=src");
     // Where git keeps them: in a worktree `.git` is a file.

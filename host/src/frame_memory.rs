@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use crate::memory::{self, shown};
 use crate::method::settings::Settings;
-use crate::method::{BufferSpec, Method, Parts};
+use crate::method::{BufferSpec, Method, Parts, frame_buffers};
 use caustics_kernels::interface::frame::FrameParams;
 
 /// Memory of a pixel beside the buffers [bytes]: sums and sums of squares in f64 (120), a picture (44) as it is read, as a
@@ -43,7 +43,7 @@ impl Need {
     /// What frames of these settings need. A GPU has its buffers in memory of its own.
     pub fn of(method: &Method, parts: Parts, largest: FrameParams, tables: u64, on_gpu: bool) -> Need {
         let bytes = |params: FrameParams| -> u64 {
-            let buffers = (method.buffers)(parts, &(method.frame)(params, 0));
+            let buffers = frame_buffers(method, parts, &params);
             buffers.iter().map(|BufferSpec { bytes, .. }| *bytes as u64).sum()
         };
         let all = bytes(largest);

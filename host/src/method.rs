@@ -1,7 +1,11 @@
 //! A method is data: the buffers and the ordered list of steps that every runner executes.
 
-use caustics_kernels::gather::variant::{Side, Variant};
-use caustics_kernels::interface::frame::FrameParams;
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+use caustics_kernels::declare::{Access, Pass, Work};
+use caustics_kernels::gather::variant::{self, Side, Variant};
+use caustics_kernels::interface::frame::{Dispatch, FrameParams};
 
 pub mod basic;
 pub mod filter;
@@ -34,10 +38,8 @@ pub struct Method {
     pub keeps: &'static [&'static str],
     /// The settings of the frame of this index, made of those of the run.
     pub frame: fn(FrameParams, u32) -> FrameParams,
-    /// The steps of a frame.
-    pub steps: fn(Parts, FrameParams) -> Vec<Step>,
-    /// The buffers of a frame, scene tables aside.
-    pub buffers: fn(Parts, &FrameParams) -> Vec<BufferSpec>,
+    /// The steps of a frame; what they bind is what is allocated.
+    pub steps: fn(Parts, &FrameParams) -> Vec<Step>,
 }
 
 /// The parts of a frame that can be exchanged.
@@ -76,30 +78,19 @@ pub fn find(name: &str) -> Option<&'static Method> {
 /// One step of a frame. Every step sees all that earlier steps wrote.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Step {
-    /// Runs the pass of this name once for each index below `count`.
+    /// Runs a pass.
     Dispatch {
-        /// Name of the pass: entry point, profiler scope, debug label, column.
-        pass: &'static str,
-        /// Invocations.
-        count: u32,
-        /// Its push constants.
-        params: FrameParams,
+        /// Which.
+        pass: &'static Pass,
+        /// Name behind that of the pass, where it has stages; else empty.
+        stage: &'static str,
+        /// Where this dispatch stands in its pass.
+        dispatch: Dispatch,
     },
     /// Fills a buffer with zeros.
     Clear {
         /// Name of the buffer.
         buffer: &'static str,
-    },
-    /// Runs a stage of building a gather's index.
-    Index {
-        /// The gather.
-        gather: &'static Variant,
-        /// The stage's name behind that of the pass.
-        stage: &'static str,
-        /// Invocations, at most: `params` say how many.
-        count: u32,
-        /// Its push constants.
-        params: FrameParams,
     },
     /// Builds the acceleration structure `neighbour_structure` over the boxes in `index_0`.
     Structure {
@@ -108,29 +99,72 @@ pub enum Step {
         /// Boxes, at most.
         count: u32,
     },
-    /// Brings deposits and points together.
-    Gather {
-        /// How.
-        gather: &'static Variant,
-        /// Invocations.
-        count: u32,
-        /// Its push constants.
-        params: FrameParams,
-    },
 }
 
 impl Step {
+    /// All invocations that a pass has in a frame.
+    pub fn of(pass: &'static Pass, params: &FrameParams) -> Step {
+        Step::dispatch(pass, Dispatch { count: (pass.over)(params), ..Dispatch::default() })
+    }
+
+    /// A dispatch of a pass without stages.
+    pub const fn dispatch(pass: &'static Pass, dispatch: Dispatch) -> Step {
+        Step::Dispatch { pass, stage: "", dispatch }
+    }
+
     /// Its name in profiles and messages.
     pub fn label(&self) -> String {
         match *self {
-            Step::Dispatch { pass, .. } => pass.into(),
+            Step::Dispatch { pass, stage: "", .. } => pass.name.into(),
+            Step::Dispatch { pass, stage, .. } => format!("{}.{stage}", pass.name),
             Step::Clear { buffer } => format!("clear.{buffer}"),
-            Step::Index { gather, stage, .. } => format!("{}.{stage}", gather.index_pass),
             Step::Structure { side: Side::Points, .. } => "build.points".into(),
             Step::Structure { side: Side::Photons, .. } => "build.photons".into(),
-            Step::Gather { gather, .. } => gather.gather_pass.into(),
         }
     }
+
+    /// What kind of work it does; none of one that clears what no index consists of.
+    fn work(&self) -> Option<Work> {
+        match self {
+            Step::Dispatch { pass, .. } => Some(pass.work),
+            Step::Clear { buffer } => gather::INDEX.contains(buffer).then_some(Work::Index),
+            Step::Structure { .. } => Some(Work::Index),
+        }
+    }
+}
+
+/// What kind of work the step of a label does, of all that frames can consist of.
+pub fn work(label: &str) -> Option<Work> {
+    static WORK: LazyLock<BTreeMap<String, Work>> =
+        LazyLock::new(|| all_steps().iter().filter_map(|step| Some((step.label(), step.work()?))).collect());
+    WORK.get(label).copied()
+}
+
+/// The steps of frames of every method with every gather, history and filter.
+fn all_steps() -> Vec<Step> {
+    let params = FrameParams {
+        width: 1,
+        height: 1,
+        light_path_count: 1,
+        light_path_batch: 1,
+        deposit_capacity: 1,
+        light_count: 1,
+        ..FrameParams::default()
+    };
+    let mut steps = Vec::new();
+    for method in ALL {
+        for gather in variant::ALL {
+            for history in history::ALL {
+                for filter in filter::ALL {
+                    steps.extend((method.steps)(
+                        Parts { gather, history, filter },
+                        &(method.frame)(params, 0),
+                    ));
+                }
+            }
+        }
+    }
+    steps
 }
 
 /// A buffer of a plan, by the name that entry points bind it with.
@@ -140,4 +174,31 @@ pub struct BufferSpec {
     pub name: &'static str,
     /// Size [bytes].
     pub bytes: usize,
+}
+
+/// The buffers that steps bind or clear, scene tables aside: as large as the pass says that needs most. What nobody gives a
+/// size is empty.
+pub fn buffers(steps: &[Step], params: &FrameParams) -> Vec<BufferSpec> {
+    let mut sizes: BTreeMap<&'static str, usize> = BTreeMap::new();
+    for step in steps {
+        match *step {
+            Step::Dispatch { pass, .. } => {
+                for bound in pass.buffers.iter().filter(|bound| bound.access != Access::Table) {
+                    let size = sizes.entry(bound.name).or_default();
+                    *size = bound.bytes(params).max(*size);
+                }
+            }
+            Step::Clear { buffer } => {
+                sizes.entry(buffer).or_default();
+            }
+            Step::Structure { .. } => {}
+        }
+    }
+    sizes.into_iter().map(|(name, bytes)| BufferSpec { name, bytes }).collect()
+}
+
+/// The buffers of a frame of a method.
+pub fn frame_buffers(method: &Method, parts: Parts, params: &FrameParams) -> Vec<BufferSpec> {
+    let params = (method.frame)(*params, 0);
+    buffers(&(method.steps)(parts, &params), &params)
 }

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use caustics_kernels::interface::frame::FrameParams;
+
 use crate::method::Step;
 use crate::scene::motion::Placement;
 
@@ -31,6 +33,6 @@ pub trait Runner {
     fn place(&mut self, placements: &[Placement]) -> anyhow::Result<()>;
     /// A whole buffer.
     fn read(&mut self, buffer: &str) -> anyhow::Result<Vec<u8>>;
-    /// Executes the steps in order and returns the time of each.
-    fn run(&mut self, steps: &[Step]) -> anyhow::Result<Vec<StepTime>>;
+    /// Executes the steps of a frame with these settings in order and returns the time of each.
+    fn run(&mut self, params: &FrameParams, steps: &[Step]) -> anyhow::Result<Vec<StepTime>>;
 }

@@ -31,6 +31,7 @@ pub use self::texture::TextureParts;
 use self::tree::top;
 
 pub mod animation;
+mod buffers;
 mod camera;
 mod error;
 mod find;
@@ -95,7 +96,7 @@ pub struct Scene {
 impl Scene {
     /// A hash of all that paths can meet: FNV-1a, 64 bits, of the tables' bytes.
     pub fn fingerprint(&self) -> String {
-        let tables = crate::session::tables(self);
+        let tables = self.buffers();
         let bytes = tables.iter().flat_map(|(_, bytes)| *bytes).copied();
         let channels = self.motion.iter().flat_map(|motion| motion.rig.bytes());
         fnv1a(bytes.chain(channels))

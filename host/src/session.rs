@@ -5,10 +5,10 @@ use bytemuck::cast_slice;
 use caustics_kernels::gather::accumulator;
 use caustics_kernels::gather::variant::Variant;
 use caustics_kernels::interface::frame::{Camera, FrameParams};
-use caustics_kernels::interface::history::HistorySettings;
 use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::point::PointGeometry;
+use caustics_kernels::pass::display::DISPLAY;
 use glam::Vec3;
 
 use crate::counters::Counters;
@@ -16,14 +16,15 @@ use crate::energy::Energy;
 use crate::frame_memory::Need;
 use crate::kernels;
 use crate::method::settings::Settings;
-use crate::method::{BufferSpec, Method, Parts, basic};
+use crate::method::{self, BufferSpec, Method, Parts, Step, basic};
 use crate::picture::Picture;
 use crate::runner::cpu::CpuRunner;
-use crate::runner::gpu::{GpuOptions, GpuRunner};
+use crate::runner::gpu::GpuRunner;
 use crate::runner::{Runner, StepTime};
 use crate::scene::motion::Motion;
 use crate::scene::{Scene, SceneCamera};
 use crate::upload::Upload;
+use crate::vulkan::passes::DeviceOptions;
 
 /// Which runner to open.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -51,7 +52,7 @@ pub fn open(
     needs: Needs,
     buffers: &[BufferSpec],
 ) -> anyhow::Result<Box<dyn Runner>> {
-    let mut tables = tables(scene);
+    let mut tables = scene.buffers();
     // Lights go out and on again: the table has room for all.
     let most = scene.motion.as_ref().map_or(0, Motion::most_lights).max(scene.lights.len());
     let mut lights = scene.lights.clone();
@@ -63,7 +64,7 @@ pub fn open(
         RunnerChoice::Cpu { threads } => Ok(Box::new(CpuRunner::new(*threads, needs, buffers, &tables)?)),
         RunnerChoice::Gpu { device, hardware, validation } => {
             let modules = kernels::modules()?;
-            let options = GpuOptions {
+            let options = DeviceOptions {
                 device: device.clone(),
                 hardware: *hardware,
                 validation: *validation,
@@ -73,31 +74,9 @@ pub fn open(
             let motion = scene.motion.as_ref();
             let triangles = motion.map_or(scene.triangles.len(), |motion| motion.still) as u32;
             let placements = motion.map_or(&[][..], |motion| &motion.placements);
-            Ok(Box::new(GpuRunner::new(options, needs, buffers, &tables, triangles, placements)?))
+            Ok(Box::new(GpuRunner::new(&options, needs, buffers, &tables, triangles, placements)?))
         }
     }
-}
-
-/// The scene's tables as buffers.
-pub fn tables(scene: &Scene) -> [(&'static str, &[u8]); 15] {
-    let textures = &scene.textures;
-    [
-        ("triangles", cast_slice(&scene.triangles)),
-        ("surfaces", cast_slice(&scene.surfaces)),
-        ("materials", cast_slice(&scene.materials)),
-        ("lights", cast_slice(&scene.lights)),
-        ("instances", cast_slice(&scene.instances)),
-        ("object_triangles", cast_slice(&scene.object_triangles)),
-        ("nodes", cast_slice(&scene.nodes)),
-        ("blocks", cast_slice(&scene.blocks)),
-        ("textures", cast_slice(&textures.textures)),
-        ("material_textures", cast_slice(&textures.materials)),
-        ("texture_coordinates", cast_slice(&textures.coordinates)),
-        ("texels_0", cast_slice(textures.chunk(0))),
-        ("texels_1", cast_slice(textures.chunk(1))),
-        ("texels_2", cast_slice(textures.chunk(2))),
-        ("texels_3", cast_slice(textures.chunk(3))),
-    ]
 }
 
 /// Renders frames of one view.
@@ -135,14 +114,12 @@ impl Session {
         let params = settings.params(scene, camera, 0);
         let parts = Parts { gather: variant, history: settings.history, filter: settings.filter };
         let largest = settings.largest(scene, camera);
-        let scene_bytes = tables(scene).iter().map(|(_, bytes)| bytes.len() as u64).sum();
+        let scene_bytes = scene.buffers().iter().map(|(_, bytes)| bytes.len() as u64).sum();
         let on_gpu = matches!(choice, RunnerChoice::Gpu { .. });
         Need::of(method, parts, largest, scene_bytes, on_gpu).check_available(&settings)?;
-        let buffers = (method.buffers)(parts, &(method.frame)(largest, 0));
-        // Every frame writes its settings anew.
-        let mut kept = if method.gathers { (settings.history.buffers)(&largest) } else { Vec::new() };
-        kept.retain(|spec| spec.name != "history_settings");
-        kept.extend(buffers.iter().filter(|spec| method.keeps.contains(&spec.name)));
+        let buffers = method::frame_buffers(method, parts, &largest);
+        let is_kept = |name| method.keeps.contains(&name) || parts.history.keeps.contains(&name);
+        let kept = buffers.iter().filter(|spec| is_kept(spec.name)).copied().collect();
         let of_history = parts.history.settings.map_or(Needs(0), |_| Needs::HISTORY);
         let mut runner = open(choice, scene, needs | of_history, &buffers)?;
         runner.write("pixel_order", cast_slice(&basic::pixel_order(params.width, params.height)))?;
@@ -185,18 +162,16 @@ impl Session {
         self.runner.device()
     }
 
-    /// Push constants of a frame.
+    /// Settings of a frame.
     pub fn params(&self, frame: u32) -> FrameParams {
-        (self.method.frame)(self.params, frame)
+        let params = FrameParams { previous_camera: self.previous_camera, ..self.params };
+        (self.method.frame)(params, frame)
     }
 
     /// Renders frame `index`; its time by step.
     pub fn frame(&mut self, index: u32) -> anyhow::Result<Vec<StepTime>> {
-        if let Some(settings) = self.parts.history.settings.filter(|_| self.method.gathers) {
-            let settings = HistorySettings { camera: self.previous_camera, ..settings };
-            self.runner.write("history_settings", bytemuck::bytes_of(&settings))?;
-        }
-        let times = self.runner.run(&(self.method.steps)(self.parts, self.params(index)))?;
+        let params = self.params(index);
+        let times = self.runner.run(&params, &(self.method.steps)(self.parts, &params))?;
         self.previous_camera = self.params.camera;
         Ok(times)
     }
@@ -246,9 +221,7 @@ impl Session {
         let black = vec![Vec3::ZERO; picture.path.len()];
         let caustics = if picture.caustics.is_empty() { &black } else { &picture.caustics };
         self.runner.write("caustic_radiance", cast_slice(caustics))?;
-        let steps = (self.method.steps)(self.parts, FrameParams { light_path_count: 0, ..self.params });
-        let display = steps.last().copied().context("a frame ends with display")?;
-        self.runner.run(&[display])?;
+        self.runner.run(&self.params, &[Step::of(&DISPLAY, &self.params)])?;
         self.read("display_color")
     }
 }

@@ -1,16 +1,17 @@
 //! The speed of a tracer alone.
 
 use bytemuck::cast_slice;
-use caustics_kernels::gather::variant;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::point::PointGeometry;
-use caustics_kernels::math::ray::{Hit, Ray};
+use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::{max_abs, warp};
+use caustics_kernels::pass::collect::COLLECT;
+use caustics_kernels::pass::step::STEP_HIT;
 
 use crate::method::settings::Settings;
-use crate::method::{BufferSpec, Step, basic};
+use crate::method::{Step, basic, buffers};
 use crate::scene::{Scene, SceneCamera};
 use crate::session::{RunnerChoice, open};
 
@@ -26,12 +27,10 @@ pub fn closest_hits_per_second(
     let settings = Settings { width: SIDE, height: SIDE, ..Settings::default() };
     let params = FrameParams { light_path_batch: SIDE * SIDE, ..settings.params(scene, camera, 0) };
     let pixels = params.pixel_count() as usize;
-    let mut buffers = basic::buffers(&variant::BRUTE, &FrameParams { light_path_count: 0, ..params });
-    buffers.push(BufferSpec { name: "rays", bytes: size_of::<Ray>() * pixels });
-    buffers.push(BufferSpec { name: "hits", bytes: size_of::<Hit>() * pixels });
-    let mut runner = open(choice, scene, needs, &buffers)?;
+    let (collect, hit) = (Step::of(&COLLECT, &params), Step::of(&STEP_HIT, &params));
+    let mut runner = open(choice, scene, needs, &buffers(&[collect, hit], &params))?;
     runner.write("pixel_order", cast_slice(&basic::pixel_order(SIDE, SIDE)))?;
-    runner.run(&[Step::Dispatch { pass: "collect", count: params.pixel_count(), params }])?;
+    runner.run(&params, &[collect])?;
     let points: Vec<PointGeometry> = bytemuck::pod_collect_to_vec(&runner.read("point_geometry")?);
     let rays: Vec<Ray> = points
         .iter()
@@ -45,10 +44,9 @@ pub fn closest_hits_per_second(
         })
         .collect();
     runner.write("rays", cast_slice(&rays))?;
-    let hit = Step::Dispatch { pass: "step.hit", count: params.pixel_count(), params };
     let mut best = f64::MAX;
     for _ in 0..5 {
-        let seconds: f64 = runner.run(&[hit])?.iter().map(|step| step.time.as_secs_f64()).sum();
+        let seconds: f64 = runner.run(&params, &[hit])?.iter().map(|step| step.time.as_secs_f64()).sum();
         best = best.min(seconds);
     }
     Ok(pixels as f64 / best)

@@ -1,10 +1,11 @@
 //! The only unsafe host code: Vulkan through ash. May import `caustics_kernels::interface`, nothing else of ours.
 //!
 //! A [`context::Context`] is a device opened for compute; everything else keeps it alive. [`memory`] allocates
-//! each [`buffer`], [`module`] reads what the entry points bind, [`passes`] compiles them, [`pipeline`] binds buffers to them by name, [`structure`]
-//! builds acceleration structures, and [`frame`] records steps into one command buffer, runs and times it. [`executable`] compiles
+//! each [`buffer`], [`module`] reads what the entry points bind, [`passes`] has them compiled, once a process ([`pipeline`]),
+//! and binds buffers to them by name ([`bound`]), [`structure`] builds acceleration structures, and [`frame`] records steps into one command buffer, runs and times it. [`executable`] compiles
 //! an entry point to see what it becomes, and runs nothing.
 
+pub mod bound;
 pub mod buffer;
 mod cache;
 pub mod context;
@@ -12,6 +13,7 @@ pub mod debug;
 pub mod device;
 pub mod error;
 pub mod executable;
+mod extract;
 pub mod frame;
 mod instance;
 pub mod memory;

@@ -9,7 +9,7 @@ use std::time::Duration;
 use assert_cmd::Command;
 use caustics::scene::{Scene, resolve};
 use caustics_kernels::interface::needs::Needs;
-use caustics_kernels::math::ray::Ray;
+use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::trace::Tracer;
 use serde_json::{Value, json};
 

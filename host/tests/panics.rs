@@ -3,9 +3,10 @@
 
 use bytemuck::{Zeroable, cast_slice};
 use caustics::kernels;
-use caustics::method::gather;
+use caustics::method::{buffers, gather};
 use caustics::runner::Runner;
-use caustics::runner::gpu::{GpuOptions, GpuRunner};
+use caustics::runner::gpu::GpuRunner;
+use caustics::vulkan::passes::DeviceOptions;
 use caustics_kernels::gather::variant::POINTS_RT;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::needs::Needs;
@@ -20,12 +21,13 @@ fn an_index_out_of_bounds_is_reported() {
     let tables: [(&'static str, &[u8]); 2] =
         [("pixel_order", cast_slice(&order)), ("point_geometry", cast_slice(&points))];
     let params = FrameParams { width: 1, height: 1, deposit_capacity: 1, ..FrameParams::default() };
-    let buffers = gather::buffers(&POINTS_RT, &params);
+    let step = gather::prepare(&POINTS_RT, &params).remove(0);
+    assert_eq!(step.label(), "index.points_rt.bound");
+    let mut buffers = buffers(&[step], &params);
+    buffers.retain(|spec| tables.iter().all(|(name, _)| *name != spec.name));
     // Watched by the validation layer, as the tests are that must not panic.
     let base = kernels::modules().unwrap().base;
-    let options = GpuOptions { base, validation: true, ..GpuOptions::default() };
-    let mut runner = GpuRunner::new(options, Needs::ALL, &buffers, &tables, 0, &[]).unwrap();
-    let step = gather::prepare(&POINTS_RT, params).remove(0);
-    assert_eq!(step.label(), "index.points_rt.bound");
-    runner.run(&[step]).unwrap();
+    let options = DeviceOptions { base, validation: true, ..DeviceOptions::default() };
+    let mut runner = GpuRunner::new(&options, Needs::ALL, &buffers, &tables, 0, &[]).unwrap();
+    runner.run(&params, &[step]).unwrap();
 }

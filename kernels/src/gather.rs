@@ -6,10 +6,8 @@
 
 pub mod accumulator;
 pub mod contribution;
-pub mod footprint;
 pub mod hash;
 pub mod morton_sort;
-pub mod receive;
 pub mod tables;
 pub mod variant;
 
@@ -17,20 +15,20 @@ use spirv_std::glam::Vec3;
 use tables::{Build, Tables};
 use variant::Variant;
 
-/// Calls a macro with every variant: its file, its type, its constant in `variant`, the names of its passes. Those of
-/// the first list are searched in software, those of the second by ray queries.
+/// Calls a macro with every variant: its file, its type, its constant in `variant`. Those of the first list are searched in
+/// software, those of the second by ray queries.
 macro_rules! for_each_gather {
     ($then:ident) => {
         $then! {
             [
-                brute Brute BRUTE "index.brute" "gather.brute";
-                photons_grid PhotonsGrid PHOTONS_GRID "index.photons_grid" "gather.photons_grid";
-                points_bvh PointsBvh POINTS_BVH "index.points_bvh" "gather.points_bvh";
-                points_grid PointsGrid POINTS_GRID "index.points_grid" "gather.points_grid";
+                brute Brute BRUTE;
+                photons_grid PhotonsGrid PHOTONS_GRID;
+                points_bvh PointsBvh POINTS_BVH;
+                points_grid PointsGrid POINTS_GRID;
             ]
             [
-                photons_rt PhotonsRt PHOTONS_RT "index.photons_rt" "gather.photons_rt";
-                points_rt PointsRt POINTS_RT "index.points_rt" "gather.points_rt";
+                photons_rt PhotonsRt PHOTONS_RT;
+                points_rt PointsRt POINTS_RT;
             ]
         }
     };
@@ -38,13 +36,16 @@ macro_rules! for_each_gather {
 
 /// Declares the modules of the variants.
 macro_rules! modules {
-    ($([$($file:ident $type:ident $constant:ident $index:tt $gather:tt;)*])*) => {
+    ($([$($file:ident $type:ident $constant:ident;)*])*) => {
         $($(pub mod $file;)*)*
     };
 }
 
 for_each_gather!(modules);
+#[cfg(not(target_arch = "spirv"))]
 pub(crate) use for_each_gather;
+
+pub mod exchange;
 
 /// An index over points or deposits.
 pub trait Index {

@@ -12,6 +12,7 @@ pub mod material;
 pub mod needs;
 pub mod packed;
 pub mod point;
+pub mod ray;
 pub mod scene;
 pub mod step;
 pub mod texture;

@@ -5,8 +5,7 @@
 // A gather's file is the same inside and outside of this crate.
 extern crate self as caustics_kernels;
 
-#[cfg(target_arch = "spirv")]
-pub mod entry;
+pub mod declare;
 pub mod gather;
 pub mod interface;
 pub mod light;

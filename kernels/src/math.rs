@@ -1,4 +1,5 @@
-//! Mathematics of light paths: random numbers, warps, frames, offsets, ray cones. Imports `interface` only.
+//! Mathematics of light paths: random numbers, warps, frames, offsets, ray cones, sums in fixed point. Imports `interface`
+//! and `seam` only.
 
 pub mod cone;
 pub mod differential;
@@ -6,7 +7,8 @@ pub mod frame;
 pub mod octahedral;
 pub mod offset;
 pub mod pencil;
-pub mod ray;
+pub mod quanta;
+
 pub mod rng;
 pub mod trig;
 pub mod warp;

@@ -1,19 +1,17 @@
-//! The passes of a frame, a pass a file: each is a function of an index, generic over the seams.
+//! The passes of a frame, a pass a file: each declares what it binds, and is a function of an index, generic over the seams.
+//! Imports everything but `gather`'s variants.
 
 pub mod collect;
 pub mod density;
 pub mod display;
-pub mod enclosing;
 pub mod filter;
-pub mod gather;
-pub mod ledger;
-pub mod reach;
 pub mod reference;
-pub mod remember;
 pub mod resolve;
-pub mod reuse;
-pub mod scatter_photons;
+pub mod resolve_history;
+pub mod reuse_paper;
+pub mod reuse_validated;
 pub mod shoot;
-pub mod splat;
+pub mod shoot_yang2021;
+pub mod splat_kim2019;
 pub mod step;
 pub mod validate;

@@ -2,4 +2,5 @@
 //! Imports `interface`, `math`, `gather`.
 
 pub mod cells;
+pub mod reprojected;
 pub mod window;

@@ -19,12 +19,6 @@ pub trait Words: Atomics {
     fn raise(&mut self, index: u32, value: u32);
 }
 
-/// Elements that many invocations write at once, each slot at most once a pass.
-pub trait Scatter<T> {
-    /// Writes a slot.
-    fn write(&mut self, slot: u32, value: T);
-}
-
 /// Counts nothing.
 pub struct Uncounted;
 
@@ -43,21 +37,21 @@ impl<A: Atomics + ?Sized> Atomics for &mut A {
 }
 
 #[cfg(target_arch = "spirv")]
-pub use gpu::{GpuAtomics as AtomicWords, GpuScatter as ScatterSlots};
+pub use gpu::{AtomicWords, Slots};
 
 #[cfg(not(target_arch = "spirv"))]
-pub use cpu::{CpuAtomics as AtomicWords, CpuScatter as ScatterSlots};
+pub use cpu::{AtomicWords, Slots};
 
 #[cfg(target_arch = "spirv")]
 mod gpu {
-    use super::{Atomics, Scatter, Words};
+    use super::{Atomics, Words};
     use spirv_std::arch::{atomic_i_add, atomic_u_max};
     use spirv_std::memory::{Scope, Semantics};
 
     /// Device-scope atomics on a storage buffer.
-    pub struct GpuAtomics<'a>(pub &'a mut [u32]);
+    pub struct AtomicWords<'a>(pub &'a mut [u32]);
 
-    impl Atomics for GpuAtomics<'_> {
+    impl Atomics for AtomicWords<'_> {
         #[inline(always)]
         fn add(&mut self, index: u32, value: u32) -> u32 {
             let word = &mut self.0[index as usize];
@@ -65,7 +59,7 @@ mod gpu {
         }
     }
 
-    impl Words for GpuAtomics<'_> {
+    impl Words for AtomicWords<'_> {
         #[inline(always)]
         fn get(&self, index: u32) -> u32 {
             self.0[index as usize]
@@ -88,12 +82,19 @@ mod gpu {
         }
     }
 
-    /// Plain writes to a storage buffer.
-    pub struct GpuScatter<'a, T>(pub &'a mut [T]);
+    /// Elements of a storage buffer. A slot that one invocation writes, no other reads or writes in that dispatch.
+    pub struct Slots<'a, T>(pub &'a mut [T]);
 
-    impl<T: Copy> Scatter<T> for GpuScatter<'_, T> {
+    impl<T: Copy> Slots<'_, T> {
+        /// A slot.
         #[inline(always)]
-        fn write(&mut self, slot: u32, value: T) {
+        pub fn read(&self, slot: u32) -> T {
+            self.0[slot as usize]
+        }
+
+        /// Writes a slot.
+        #[inline(always)]
+        pub fn write(&mut self, slot: u32, value: T) {
             self.0[slot as usize] = value;
         }
     }
@@ -101,16 +102,16 @@ mod gpu {
 
 #[cfg(not(target_arch = "spirv"))]
 mod cpu {
-    use super::{Atomics, Scatter, Words};
+    use super::{Atomics, Words};
     use std::marker::PhantomData;
     use std::sync::atomic::AtomicU32;
     use std::sync::atomic::Ordering::Relaxed;
 
     /// Atomic words in memory.
     #[derive(Clone, Copy)]
-    pub struct CpuAtomics<'a>(pub &'a [AtomicU32]);
+    pub struct AtomicWords<'a>(pub &'a [AtomicU32]);
 
-    impl<'a> CpuAtomics<'a> {
+    impl<'a> AtomicWords<'a> {
         /// A view of words that nobody else holds.
         pub fn new(words: &'a mut [u32]) -> Self {
             // SAFETY: AtomicU32 has the layout of u32, and the exclusive borrow lasts as long as the view.
@@ -118,14 +119,14 @@ mod cpu {
         }
     }
 
-    impl Atomics for CpuAtomics<'_> {
+    impl Atomics for AtomicWords<'_> {
         #[inline]
         fn add(&mut self, index: u32, value: u32) -> u32 {
             self.0[index as usize].fetch_add(value, Relaxed)
         }
     }
 
-    impl Words for CpuAtomics<'_> {
+    impl Words for AtomicWords<'_> {
         #[inline]
         fn get(&self, index: u32) -> u32 {
             self.0[index as usize].load(Relaxed)
@@ -146,31 +147,46 @@ mod cpu {
         }
     }
 
-    /// Slots in memory, written through a shared handle.
-    #[derive(Clone, Copy)]
-    pub struct CpuScatter<'a, T> {
+    /// Elements in memory, read and written through a shared handle. A slot that one invocation writes, no other reads or
+    /// writes in that dispatch.
+    pub struct Slots<'a, T> {
         first: *mut T,
         count: usize,
         borrow: PhantomData<&'a mut [T]>,
     }
 
-    // SAFETY: the handle only writes, and the contract of `Scatter` has each slot written by one worker.
-    unsafe impl<T: Send> Send for CpuScatter<'_, T> {}
-    // SAFETY: as above.
-    unsafe impl<T: Send> Sync for CpuScatter<'_, T> {}
+    impl<T> Clone for Slots<'_, T> {
+        fn clone(&self) -> Self {
+            *self
+        }
+    }
 
-    impl<'a, T> CpuScatter<'a, T> {
+    impl<T> Copy for Slots<'_, T> {}
+
+    // SAFETY: the contract has each slot read and written by one worker, or only read.
+    unsafe impl<T: Send> Send for Slots<'_, T> {}
+    // SAFETY: as above.
+    unsafe impl<T: Send> Sync for Slots<'_, T> {}
+
+    impl<'a, T: Copy + Send> Slots<'a, T> {
         /// A handle on slots that nobody else holds.
         pub fn new(slots: &'a mut [T]) -> Self {
             Self { first: slots.as_mut_ptr(), count: slots.len(), borrow: PhantomData }
         }
-    }
 
-    impl<T: Copy + Send> Scatter<T> for CpuScatter<'_, T> {
+        /// A slot.
         #[inline]
-        fn write(&mut self, slot: u32, value: T) {
+        pub fn read(&self, slot: u32) -> T {
             assert!((slot as usize) < self.count, "slot {slot} of {}", self.count);
             // SAFETY: in bounds, and written by no other worker.
+            unsafe { self.first.add(slot as usize).read() }
+        }
+
+        /// Writes a slot.
+        #[inline]
+        pub fn write(&mut self, slot: u32, value: T) {
+            assert!((slot as usize) < self.count, "slot {slot} of {}", self.count);
+            // SAFETY: in bounds, and read or written by no other worker.
             unsafe { self.first.add(slot as usize).write(value) };
         }
     }

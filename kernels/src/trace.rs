@@ -1,11 +1,13 @@
-//! Tracing: the seam `Tracer`, its software and hardware implementations.
-//! Imports `interface`, `math` and `texture`.
+//! Tracing: the seam `Tracer`, its software and hardware implementations, and what rays meet in media. Imports `interface`,
+//! `math`, `texture` and `surface`.
 
 pub mod bvh;
+pub mod enclosing;
 #[cfg(feature = "ray-query")]
 pub mod ray_query;
+pub mod reach;
 
-use crate::math::ray::{Hit, Ray};
+use crate::interface::ray::{Hit, Ray};
 
 /// Finds what rays hit.
 pub trait Tracer {

@@ -6,7 +6,7 @@
 use caustics_kernels::gather::tables::{Build, Tables};
 use caustics_kernels::gather::variant::{Over, Stage, Variant, Words};
 use caustics_kernels::gather::{Gather, Index, Near, Visit};
-use caustics_kernels::seam::{Atomics, Scatter, Words as _};
+use caustics_kernels::seam::{Atomics, Words as _};
 
 /// See the head of the file.
 pub struct Stripes;
@@ -34,7 +34,7 @@ impl Index for Stripes {
         // Ends of the stripes, behind a zero.
         words: [Words(1, Over::Count(COUNT + 1)), Words::NONE, Words::NONE, Words::NONE],
         sorts: true,
-        ..Variant::of::<Stripes>()
+        ..Variant::NEW
     };
 
     fn build(stage: u32, index: u32, build: &mut Build<'_>) {

@@ -1,32 +1,32 @@
 //! Kernel functions called one by one on this thread, without a runner: light paths from any emitter, camera paths,
 //! gathers of any neighbours. And frames through a [`Session`] on the CPU.
 
+use bytemuck::cast_slice;
 use caustics::counters::Counters;
 use caustics::method::basic::BASIC;
+use caustics::method::gather::{self as gathers, Batch};
 use caustics::method::settings::Settings;
-use caustics::method::{Step, gather as gathers};
+use caustics::method::{self, Step};
 use caustics::picture::Picture;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics_kernels::gather::accumulator::WORDS;
-use caustics_kernels::gather::receive::Receive;
-use caustics_kernels::gather::tables::{Build, Tables};
-use caustics_kernels::gather::variant::{self, Side, Variant};
+use caustics_kernels::declare::{Buffers, Call};
+use caustics_kernels::gather::variant::{self, Variant};
 use caustics_kernels::interface::counters::COUNTER_COUNT;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
+use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::interface::scene::SceneTables;
 use caustics_kernels::light::emit::{Emit, Leaving};
 use caustics_kernels::light::power::ByPower;
-use caustics_kernels::math::ray::Ray;
 use caustics_kernels::math::trig::sin_cos_turns;
-use caustics_kernels::pass::collect::{Collected, collect};
-use caustics_kernels::pass::gather::stage_count;
+use caustics_kernels::pass::collect::{Collected, camera_path};
 use caustics_kernels::pass::resolve::resolve;
 use caustics_kernels::pass::shoot;
-use caustics_kernels::seam::{AtomicWords, Atomics, ScatterSlots};
+use caustics_kernels::pass::shoot::receive::Receive;
+use caustics_kernels::seam::{Atomics, Slots};
 use caustics_kernels::trace::bvh::BvhTracer;
 use glam::{Vec3, Vec4};
 
@@ -209,7 +209,7 @@ impl<'a> World<'a> {
     pub fn collect(&self) -> Vec<Collected> {
         let (mut tracer, mut tally) = (self.tracer(), Tally::default());
         (0..self.params.pixel_count())
-            .map(|pixel| collect(pixel, &self.params, self.needs, self.tables(), &mut tracer, &mut tally))
+            .map(|pixel| camera_path(pixel, &self.params, self.needs, self.tables(), &mut tracer, &mut tally))
             .collect()
     }
 }
@@ -232,68 +232,40 @@ pub fn gather(
         deposit_capacity: deposits.len().max(1),
         ..*params
     };
+    let mut steps = gathers::prepare(variant, &params);
+    let batch = Batch { first: 0, count: params.light_path_batch };
+    steps.extend(gathers::batch(variant, &params, batch).into_iter().skip(gathers::shoot(batch).len()));
+    let mut buffers = Buffers::default();
+    for spec in method::buffers(&steps, &params) {
+        buffers.add(spec.name, spec.bytes);
+    }
     let order: Vec<u32> = (0..params.width).collect();
-    let specs = gathers::buffers(variant, &params);
-    let words = |name: &str| {
-        let bytes = specs.iter().find(|spec| spec.name == name).map_or(0, |spec| spec.bytes);
-        vec![0_u32; bytes / 4]
-    };
-    let mut index = ["index_0", "index_1", "index_2", "index_3"].map(words);
-    let mut sorted = deposits.clone();
-    for step in gathers::prepare(variant, params).into_iter().chain(gathers::batch(variant, params)) {
+    let state = [deposits.len(), 0, 0, 0];
+    let tables: [(&str, &[u8]); 7] = [
+        ("materials", cast_slice(materials)),
+        ("pixel_order", cast_slice(&order)),
+        ("point_geometry", cast_slice(points)),
+        ("point_shading", cast_slice(shadings)),
+        ("deposit_state", cast_slice(&state)),
+        ("deposit_geometry", cast_slice(&deposits.geometry)),
+        ("deposit_light", cast_slice(&deposits.light)),
+    ];
+    for (name, bytes) in tables {
+        buffers.add(name, bytes.len());
+        buffers.write(name, 0, bytes).expect("it fits");
+    }
+    for step in steps {
         match step {
-            Step::Clear { buffer: "deposit_state" } | Step::Dispatch { pass: "shoot.store", .. } => {}
-            Step::Clear { buffer } => {
-                let number: usize = buffer.trim_start_matches("index_").parse().expect("words of an index");
-                index[number].fill(0);
+            Step::Clear { buffer } => buffers.clear(buffer).expect("words of an index"),
+            Step::Dispatch { pass, dispatch, .. } => {
+                let run = pass.cpu.expect("a gather in software");
+                run(&Call { buffers: &buffers, params: &params, dispatch, needs })
+                    .expect("its buffers are there");
             }
-            Step::Index { params, .. } => {
-                let [index_0, index_1, index_2, index_3] =
-                    index.each_mut().map(|words| AtomicWords::new(words));
-                let mut build = Build {
-                    params: &params,
-                    pixel_order: &order,
-                    point_geometry: points,
-                    deposit_geometry: &deposits.geometry,
-                    deposit_light: &deposits.light,
-                    deposit_count: deposits.len(),
-                    index_0,
-                    index_1,
-                    index_2,
-                    index_3,
-                    sorted_geometry: ScatterSlots::new(&mut sorted.geometry),
-                    sorted_light: ScatterSlots::new(&mut sorted.light),
-                };
-                for invocation in 0..stage_count(&params, deposits.len()) {
-                    (variant.cpu.build)(params.part, invocation, &mut build);
-                }
-            }
-            Step::Gather { .. } => {}
-            other => panic!("{} is no step on this thread", other.label()),
+            other => panic!("{} is no step of the CPU", other.label()),
         }
     }
-    let deposits = if variant.sorts { &sorted } else { deposits };
-    let mut words = vec![0; WORDS as usize * points.len()];
-    let mut tables = Tables {
-        params: &params,
-        needs,
-        materials,
-        pixel_order: &order,
-        point_geometry: points,
-        point_shading: shadings,
-        deposit_geometry: &deposits.geometry,
-        deposit_light: &deposits.light,
-        deposit_count: deposits.len(),
-        index_0: &index[0],
-        index_1: &index[1],
-        index_2: &index[2],
-        index_3: &index[3],
-        accumulator: AtomicWords::new(&mut words),
-    };
-    let one = variant.cpu.gather.expect("a gather in software");
-    let count = if variant.side == Side::Points { deposits.len() } else { params.width };
-    (0..count).for_each(|index| one(index, &mut tables, &mut Tally::default()));
-    words
+    buffers.read::<u32>("accumulator").expect("sums").to_vec()
 }
 
 /// Radiance of every point from its words.
@@ -303,8 +275,10 @@ pub fn resolved(
     words: &[u32],
     params: &FrameParams,
 ) -> Vec<Vec3> {
-    let pair = points.iter().zip(shadings).enumerate();
-    pair.map(|(pixel, (point, shading))| resolve(pixel as u32, point, shading, words, params)).collect()
+    let mut radiance = vec![Vec3::ZERO; points.len()];
+    let slots = Slots::new(&mut radiance);
+    (0..points.len()).for_each(|pixel| resolve(pixel as u32, params, points, shadings, words, slots));
+    radiance
 }
 
 /// Renders `frames` frames through the first camera on the CPU, as the command line does.

@@ -1,10 +1,10 @@
 //! Energy ledgers of light paths, frame by frame, without a runner.
 
 use caustics::energy::Energy;
-use caustics_kernels::gather::receive::Receive;
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
 use caustics_kernels::light::emit::Emit;
+use caustics_kernels::pass::shoot::receive::Receive;
 use caustics_kernels::pass::shoot::shoot;
 
 use crate::direct::{Tally, World};

@@ -3,8 +3,8 @@
 use bytemuck::Pod;
 use caustics_kernels::interface::history::{Lent, ValidationDeposit};
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
+use caustics_kernels::interface::ray::Hit;
 use caustics_kernels::interface::step::{EmitStep, SampleStep, ScatterOut};
-use caustics_kernels::math::ray::Hit;
 use std::mem::offset_of;
 
 /// What the words of a field are.

@@ -3,9 +3,9 @@
 use caustics::scene::Scene;
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::ray::{Hit, Ray};
 use caustics_kernels::interface::step::ScatterIn;
 use caustics_kernels::math::offset;
-use caustics_kernels::math::ray::{Hit, Ray};
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::warp::uniform_sphere;
 use caustics_kernels::surface::vertex::vertex;

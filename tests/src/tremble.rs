@@ -4,17 +4,17 @@
 use std::convert::Infallible;
 
 use caustics::scene::Scene;
-use caustics_kernels::gather::receive::Receive;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::history::VALIDATION_PERIOD;
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
+use caustics_kernels::interface::ray::{Hit, Ray};
 use caustics_kernels::interface::scene::SceneTables;
 use caustics_kernels::light::power::ByPower;
-use caustics_kernels::math::ray::{Hit, Ray};
 use caustics_kernels::math::rng::{Rng, Stream};
-use caustics_kernels::pass::collect::{Collected, collect};
+use caustics_kernels::pass::collect::{Collected, camera_path};
 use caustics_kernels::pass::shoot::follow;
+use caustics_kernels::pass::shoot::receive::Receive;
 use caustics_kernels::seam::Atomics;
 use caustics_kernels::trace::Tracer;
 use caustics_kernels::trace::bvh::BvhTracer;
@@ -114,13 +114,12 @@ impl<'a> Paths<'a> {
     fn camera(&self, pixel: u32, attempt: u32) -> (Collected, Vec<Answer>) {
         let mut tracer = self.tracer(attempt);
         let tables = self.tables();
-        let collected = collect(pixel, self.params, self.needs, tables, &mut tracer, &mut Ignore(None));
+        let collected = camera_path(pixel, self.params, self.needs, tables, &mut tracer, &mut Ignore(None));
         (collected, tracer.answers)
     }
 
     /// The deposits of a light path; attempt 0 does not tremble.
     fn light(&self, path: u32, attempt: u32) -> (Vec<Deposit>, Vec<Answer>) {
-        let path = self.params.part + path;
         self.follow(path, Rng::new(Stream::Light, self.params.seed, path, self.params.frame), attempt)
     }
 

@@ -1,18 +1,17 @@
 //! A CPU runner and a GPU runner over the same tables and buffers.
 
-use std::collections::BTreeMap;
-
 use bytemuck::{Pod, cast_slice};
+use caustics::method::history::History;
 use caustics::method::settings::Settings;
-use caustics::method::{BufferSpec, Step, basic, filter};
+use caustics::method::{BufferSpec, Parts, Step, basic, buffers, filter};
 use caustics::runner::Runner;
 use caustics::scene::{self, Scene};
 use caustics::session::{self, RunnerChoice};
+use caustics_kernels::declare::Pass;
 use caustics_kernels::gather::variant;
-use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::interface::frame::{Dispatch, FrameParams};
 use caustics_kernels::interface::needs::Needs;
-use caustics_kernels::interface::step::{EmitStep, SampleStep, ScatterIn, ScatterOut};
-use caustics_kernels::math::ray::{Hit, Ray};
+use caustics_kernels::pass::step::{STEP_EMIT, STEP_HIT, STEP_SAMPLE, STEP_SCATTER};
 
 use crate::gpu::Gpu;
 
@@ -33,7 +32,7 @@ pub struct Twin {
     pub gpu: Box<dyn Runner>,
     /// What the scene needs.
     pub needs: Needs,
-    /// Push constants of frame 0.
+    /// Settings of frame 0.
     pub params: FrameParams,
     frame_buffers: Vec<&'static str>,
 }
@@ -44,9 +43,10 @@ impl Twin {
     pub fn open(gpu: &Gpu, hardware: bool, scene: &Scene, settings: &Settings) -> Twin {
         let needs = scene.needs(settings.specular_roughness);
         let params = settings.params(scene, &scene.cameras[0], 0);
-        let mut frame = frame_buffers(&params);
-        frame.extend((settings.history.buffers)(&params));
-        let all: Vec<_> = frame.iter().chain(&step_buffers()).copied().collect();
+        let frame = frame_buffers(settings.history, &params);
+        let steps = STEP_PASSES.map(|pass| Step::of(pass, &FrameParams::default()));
+        let of_steps = buffers(&steps, &FrameParams { light_path_batch: STEPS as u32, ..params });
+        let all: Vec<_> = frame.iter().chain(&of_steps).copied().collect();
         let open = |choice: &RunnerChoice| {
             let mut runner = session::open(choice, scene, needs, &all).expect("the runner opens");
             let order = basic::pixel_order(params.width, params.height);
@@ -67,25 +67,20 @@ impl Twin {
         &self.frame_buffers
     }
 
-    /// Runs steps on both.
-    pub fn run(&mut self, steps: &[Step]) {
-        self.cpu.run(steps).expect("the CPU runs the steps");
-        self.gpu.run(steps).expect("the GPU runs the steps and the validation layer is silent");
+    /// Runs steps of a frame with these settings on both.
+    pub fn run(&mut self, params: &FrameParams, steps: &[Step]) {
+        self.cpu.run(params, steps).expect("the CPU runs the steps");
+        self.gpu.run(params, steps).expect("the GPU runs the steps and the validation layer is silent");
     }
 
     /// Runs a single step over `count` elements on both.
-    pub fn step(&mut self, pass: &'static str, count: usize) {
-        assert!(count <= STEPS);
-        let count = count as u32;
-        let params = FrameParams { light_path_batch: count, ..self.params };
-        self.run(&[Step::Dispatch { pass, count, params }]);
+    pub fn step(&mut self, pass: &'static Pass, count: usize) {
+        self.run(&self.params.clone(), &[single(pass, count)]);
     }
 
     /// Runs a single step over `count` elements on the CPU, to make inputs of.
-    pub fn step_on_cpu(&mut self, pass: &'static str, count: usize) {
-        let count = count as u32;
-        let params = FrameParams { light_path_batch: count, ..self.params };
-        self.cpu.run(&[Step::Dispatch { pass, count, params }]).expect("the CPU runs the step");
+    pub fn step_on_cpu(&mut self, pass: &'static Pass, count: usize) {
+        self.cpu.run(&self.params, &[single(pass, count)]).expect("the CPU runs the step");
     }
 
     /// Writes the head of a buffer of both.
@@ -122,27 +117,22 @@ pub fn rows<T: Pod>(runner: &mut dyn Runner, buffer: &str) -> Vec<T> {
     bytemuck::pod_collect_to_vec(&bytes)
 }
 
-/// The buffers of every gather and filter, each once and as large as any asks for.
-pub fn frame_buffers(params: &FrameParams) -> Vec<BufferSpec> {
-    let all = variant::ALL.iter().flat_map(|variant| basic::buffers(variant, params));
-    let filters = filter::ALL.iter().flat_map(|filter| (filter.buffers)(params));
-    let mut largest = BTreeMap::new();
-    for spec in all.chain(filters) {
-        let bytes = largest.entry(spec.name).or_insert(0);
-        *bytes = spec.bytes.max(*bytes);
-    }
-    largest.into_iter().map(|(name, bytes)| BufferSpec { name, bytes }).collect()
+/// A single step over `count` elements.
+fn single(pass: &'static Pass, count: usize) -> Step {
+    assert!(count <= STEPS);
+    Step::dispatch(pass, Dispatch { count: count as u32, ..Dispatch::default() })
 }
 
-/// The buffers of the single steps.
-fn step_buffers() -> [BufferSpec; 6] {
-    [
-        ("samples", size_of::<SampleStep>()),
-        ("rays", size_of::<Ray>()),
-        ("hits", size_of::<Hit>()),
-        ("scatter_in", size_of::<ScatterIn>()),
-        ("scatter_out", size_of::<ScatterOut>()),
-        ("emit_steps", size_of::<EmitStep>()),
-    ]
-    .map(|(name, row)| BufferSpec { name, bytes: row * STEPS })
+/// The passes of single steps.
+const STEP_PASSES: [&Pass; 4] = [&STEP_SAMPLE, &STEP_HIT, &STEP_SCATTER, &STEP_EMIT];
+
+/// The buffers of every gather and filter with a history, each as large as any asks for.
+pub fn frame_buffers(history: &'static History, params: &FrameParams) -> Vec<BufferSpec> {
+    let mut steps = Vec::new();
+    for gather in variant::ALL {
+        for &filter in filter::ALL {
+            steps.extend(basic::steps(Parts { gather, history, filter }, params));
+        }
+    }
+    buffers(&steps, params)
 }

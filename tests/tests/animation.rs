@@ -5,15 +5,16 @@ use std::f64::consts::PI;
 use caustics::method::basic::BASIC;
 use caustics::method::settings::Settings;
 use caustics::scene::{Scene, SceneError};
-use caustics::session::{self, RunnerChoice, Session};
+use caustics::session::{RunnerChoice, Session};
 use caustics::upload::Upload;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::ray::{Hit, Ray};
 use caustics_kernels::interface::triangle::Triangle;
-use caustics_kernels::math::ray::{Hit, Ray};
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::warp::uniform_sphere;
+use caustics_kernels::pass::step::STEP_HIT;
 use caustics_kernels::trace::Tracer;
 use caustics_tests::gpu::gpu;
 use caustics_tests::rays;
@@ -382,7 +383,7 @@ fn runners_agree_after_every_pose() {
             device.run(&mut *twin.gpu, &scene).unwrap();
             let rays = aimed(&scene, 20_000);
             twin.write("rays", &rays);
-            twin.step("step.hit", rays.len());
+            twin.step(&STEP_HIT, rays.len());
             let (cpu, gpu) = twin.head::<Hit>("hits", rays.len());
             let same = |a: &Hit, b: &Hit| {
                 a.triangle == b.triangle
@@ -443,7 +444,7 @@ fn damaged_animations_are_errors_that_name_them() {
 #[test]
 fn sessions_take_their_buffers_for_all_times() {
     let scene = lamp().load().unwrap();
-    let tables = session::tables(&scene);
+    let tables = scene.buffers();
     let of = |name: &str| tables.iter().find(|(table, _)| *table == name).unwrap().1.len();
     assert_eq!((of("lights"), of("object_triangles")), (0, 2 * size_of::<Triangle>()));
     let settings = Settings::default();

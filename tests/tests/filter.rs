@@ -4,15 +4,16 @@ use bytemuck::cast_slice;
 use caustics::method::basic;
 use caustics::method::filter::{self, ATROUS};
 use caustics::method::settings::Settings;
+use caustics::method::{Step, buffers};
 use caustics::scene::texture::Role;
 use caustics::session::{self, RunnerChoice, Session};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
-use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::material::{FLAG_COLOR_TEXTURE, Material};
 use caustics_kernels::interface::packed::to_half;
 use caustics_kernels::interface::point::{PointGeometry, PointShading};
 use caustics_kernels::interface::texture::MaterialTextures;
 use caustics_kernels::math::rng::{Rng, Stream};
+use caustics_kernels::pass::collect::COLLECT;
 use caustics_tests::compare::{Tolerance, floats};
 use caustics_tests::gpu::watched_gpu;
 use caustics_tests::scenes::{Builder, lambert};
@@ -121,14 +122,16 @@ impl Input {
         let scene = builder.build();
         let settings = self.settings();
         let params = settings.params(&scene, &scene.cameras[0], 0);
-        let parts = caustics::method::Parts { filter: &ATROUS, ..(&PHOTONS_GRID).into() };
-        let buffers = basic::buffers(parts, &params);
+        let mut steps = (ATROUS.steps)(&params);
+        let filters = steps.len();
+        steps.push(Step::of(&COLLECT, &params));
+        let buffers = buffers(&steps, &params);
         let mut runner = session::open(choice, &scene, scene.needs(0.25), &buffers).unwrap();
         runner.write("path_radiance", cast_slice(&self.radiance)).unwrap();
         runner.write("seen_radiance", cast_slice(&self.seen)).unwrap();
         runner.write("point_geometry", cast_slice(&self.geometry)).unwrap();
         runner.write("point_shading", cast_slice(&self.shading)).unwrap();
-        runner.run(&(ATROUS.steps)(params)).unwrap();
+        runner.run(&params, &steps[..filters]).unwrap();
         twin::rows(&mut *runner, "path_radiance")
     }
 }
@@ -411,12 +414,10 @@ fn twins_agree() {
             let settings = Settings { width: 191, height: 107, light_paths: 1, ..Settings::default() };
             let mut twin = Twin::open(&gpu, hardware, &scene, &settings);
             let params = twin.params;
-            let collect =
-                caustics::method::Step::Dispatch { pass: "collect", count: params.pixel_count(), params };
-            twin.cpu.run(&[collect]).unwrap();
+            twin.cpu.run(&params, &[Step::of(&COLLECT, &params)]).unwrap();
             twin.copy_to_gpu();
             let (before, _) = twin.rows::<f32>("path_radiance");
-            twin.run(&(ATROUS.steps)(FrameParams { frame: 0, ..params }));
+            twin.run(&params, &(ATROUS.steps)(&params));
             let (cpu, gpu_rows) = twin.rows::<f32>("path_radiance");
             assert!(cpu != before, "nothing was filtered");
             let scale = cpu.iter().sum::<f32>() / cpu.len() as f32;

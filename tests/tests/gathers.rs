@@ -2,11 +2,12 @@
 
 use bytemuck::{cast_slice, pod_collect_to_vec};
 use caustics::method::basic::BASIC;
+use caustics::method::gather::{self, Batch};
 use caustics::method::settings::Settings;
-use caustics::method::{BufferSpec, Step, basic, gather};
+use caustics::method::{Step, basic, frame_buffers};
 use caustics::scene::Scene;
 use caustics::session::{self, RunnerChoice, Session};
-use caustics_kernels::gather::accumulator::{Quanta, WORDS};
+use caustics_kernels::gather::accumulator::WORDS;
 use caustics_kernels::gather::contribution::{contribution, takes};
 use caustics_kernels::gather::points_rt::bound;
 use caustics_kernels::gather::tables::{Build, Tables};
@@ -15,6 +16,7 @@ use caustics_kernels::gather::{Gather, Index, Near, Visit};
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
+use caustics_kernels::math::quanta::Quanta;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::warp::uniform_sphere;
 use caustics_tests::direct::{self, Deposits, render};
@@ -123,17 +125,17 @@ fn by_runner(
     let points = cases.iter().map(|case| case.points.len()).max().unwrap_or(0) as u32;
     let deposits = cases.iter().map(|case| case.deposits.len()).max().unwrap_or(0);
     let params = params(scene, points, deposits);
-    let buffers: Vec<BufferSpec> = basic::buffers(variant, &params);
+    let batch = Batch { first: 0, count: params.light_path_batch };
+    let mut steps = vec![Step::Clear { buffer: "accumulator" }];
+    steps.extend(gather::prepare(variant, &params));
+    steps.extend(gather::batch(variant, &params, batch));
+    let buffers = frame_buffers(&BASIC, variant.into(), &params);
     let mut runner = session::open(choice, scene, Needs::ALL, &buffers).unwrap();
     let order = basic::pixel_order(params.width, params.height);
     runner.write("pixel_order", cast_slice(&order)).unwrap();
-    let mut steps = vec![Step::Clear { buffer: "accumulator" }];
-    steps.extend(gather::prepare(variant, params));
-    steps.extend(gather::batch(variant, params));
     // The given deposits stand in for the light paths.
-    let shoots =
-        |step: &Step| matches!(step, Step::Dispatch { .. } | Step::Clear { buffer: "deposit_state" });
-    steps.retain(|step| !shoots(step));
+    let shoots = gather::shoot(batch);
+    steps.retain(|step| !shoots.contains(step));
     let mut words = |case: &Case| {
         assert_eq!(case.points.len(), points as usize);
         runner.write("point_geometry", cast_slice(&case.points)).unwrap();
@@ -141,7 +143,7 @@ fn by_runner(
         runner.write("deposit_geometry", cast_slice(&case.deposits.geometry)).unwrap();
         runner.write("deposit_light", cast_slice(&case.deposits.light)).unwrap();
         runner.write("deposit_state", cast_slice(&[case.deposits.len(), 0, 0, 0])).unwrap();
-        runner.run(&steps).unwrap();
+        runner.run(&params, &steps).unwrap();
         pod_collect_to_vec(&runner.read("accumulator").unwrap())
     };
     cases.iter().map(&mut words).collect()
@@ -200,9 +202,19 @@ fn every_gather_on_the_gpu_finds_what_brute_force_finds() {
 #[path = "../gathers/stripes.rs"]
 mod stripes;
 
+/// Its passes, which the list of the kernels makes for their own.
+mod stripes_passes {
+    caustics_kernels::index_pass!(stripes, super::stripes::Stripes);
+    caustics_kernels::gather_pass!(stripes, super::stripes::Stripes);
+}
+
 #[test]
 fn a_variant_from_outside_runs_on_the_cpu() {
-    static STRIPES: Variant = stripes::Stripes::VARIANT;
+    static STRIPES: Variant = Variant {
+        index: &stripes_passes::INDEX,
+        gather: &stripes_passes::GATHER,
+        ..stripes::Stripes::VARIANT
+    };
     let scene = lender();
     for (seed, spread) in [(1, 0.3), (2, 10.0), (3, 1000.0)] {
         let case = random_case(seed, 300, 500, 0.1, spread);
@@ -214,22 +226,23 @@ fn a_variant_from_outside_runs_on_the_cpu() {
     let scene = committed("mirror-room");
     let settings = Settings { width: 80, height: 45, light_paths: 30_000, ..Settings::default() };
     let choice = RunnerChoice::Cpu { threads: 0 };
-    let picture = |variant| {
+    let picture = |variant: &'static Variant| {
         let (camera, needs) = (&scene.cameras[0], scene.needs(settings.specular_roughness));
         let mut session = Session::new(&choice, &scene, camera, &settings, &BASIC, variant, needs).unwrap();
         let times = session.frame(0).unwrap();
-        assert!(times.iter().any(|time| time.pass.starts_with("gather")));
+        assert!(times.iter().any(|time| time.pass == variant.gather.name));
         session.picture().unwrap()
     };
     assert!(picture(&STRIPES) == picture(&BRUTE));
 }
 
-/// A gather that forgets one deposit in a thousand is found out.
-#[test]
-fn detects_a_gather_that_misses_a_deposit() {
-    struct Careless;
+/// A gather that forgets one deposit in a thousand.
+mod careless {
+    use super::*;
+
+    pub struct Careless;
     impl Index for Careless {
-        const VARIANT: Variant = Variant { name: "careless", ..Variant::of::<Careless>() };
+        const VARIANT: Variant = Variant { name: "careless", ..Variant::NEW };
         fn build(_: u32, _: u32, _: &mut Build<'_>) {}
     }
     impl Gather for Careless {
@@ -237,7 +250,13 @@ fn detects_a_gather_that_misses_a_deposit() {
             (0..tables.deposit_count).filter(|id| id % 1000 != 500).for_each(|id| visit.visit(tables, id));
         }
     }
-    static CARELESS: Variant = Careless::VARIANT;
+    caustics_kernels::gather_pass!(careless, Careless);
+}
+
+/// It is found out.
+#[test]
+fn detects_a_gather_that_misses_a_deposit() {
+    static CARELESS: Variant = Variant { gather: &careless::GATHER, ..careless::Careless::VARIANT };
     let scene = lender();
     let mut case = random_case(1, 300, 600, 0.1, 1.0);
     // One that is taken.

@@ -1,7 +1,8 @@
 //! O9: what must not change a picture, and what must scale it.
 
 use bytemuck::{cast_slice, pod_collect_to_vec};
-use caustics::method::basic;
+use caustics::method::basic::{self, BASIC};
+use caustics::method::frame_buffers;
 use caustics::method::settings::Settings;
 use caustics::picture::Picture;
 use caustics::scene::Scene;
@@ -225,11 +226,11 @@ fn batches_change_no_bit() {
             deposit_capacity: batch * (settings.max_bounces - 1),
             ..whole
         };
-        let buffers = basic::buffers(variant, &params);
+        let buffers = frame_buffers(&BASIC, variant.into(), &params);
         let mut runner = open(&RunnerChoice::Cpu { threads: 0 }, &scene, needs, &buffers).unwrap();
         let order = basic::pixel_order(params.width, params.height);
         runner.write("pixel_order", cast_slice(&order)).unwrap();
-        runner.run(&basic::steps(variant, params)).unwrap();
+        runner.run(&params, &basic::steps(variant, &params)).unwrap();
         let words: Vec<u32> = pod_collect_to_vec(&runner.read("accumulator").unwrap());
         let counters: Vec<u32> = pod_collect_to_vec(&runner.read("counters").unwrap());
         (words, counters)

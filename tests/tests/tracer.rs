@@ -2,9 +2,9 @@
 
 use caustics::scene::{Scene, resolve};
 use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::interface::triangle::Triangle;
 use caustics_kernels::math::max_abs;
-use caustics_kernels::math::ray::Ray;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::warp::uniform_sphere;
 use caustics_kernels::trace::Tracer;

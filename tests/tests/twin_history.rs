@@ -12,7 +12,6 @@ use caustics::scene::Scene;
 use caustics::upload::Upload;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::frame::{Camera, FrameParams};
-use caustics_kernels::interface::history::HistorySettings;
 use caustics_tests::gpu::{Gpu, watched_gpu};
 use caustics_tests::table::Table;
 use caustics_tests::twin::{Twin, load};
@@ -52,23 +51,23 @@ impl Animation {
     /// Starts again, with nothing to remember.
     fn restart(&mut self, history: &'static History) {
         self.settings.history = history;
-        self.twin.run(&VALIDATED.forget.iter().map(|&buffer| Step::Clear { buffer }).collect::<Vec<_>>());
+        let forget: Vec<Step> = VALIDATED.forget.iter().map(|&buffer| Step::Clear { buffer }).collect();
+        self.twin.run(&FrameParams::default(), &forget);
     }
 
-    /// Brings both runners to a frame; its push constants.
+    /// Brings both runners to a frame; its settings.
     fn pose(&mut self, frame: u32) -> FrameParams {
         self.scene.pose(f64::from(frame) / RATE).expect("a pose");
         let [cpu, gpu] = &mut self.uploads;
         cpu.run(&mut *self.twin.cpu, &self.scene).expect("the CPU takes the pose");
         gpu.run(&mut *self.twin.gpu, &self.scene).expect("the GPU takes the pose");
-        let settings = self.settings.history.settings.expect("a history that lends");
-        self.twin.write("history_settings", &[HistorySettings { camera: self.camera, ..settings }]);
         let params = self.settings.params(&self.scene, &self.scene.cameras[0], frame);
+        let params = FrameParams { previous_camera: self.camera, ..params };
         self.camera = params.camera;
         params
     }
 
-    fn steps(&self, params: FrameParams) -> Vec<Step> {
+    fn steps(&self, params: &FrameParams) -> Vec<Step> {
         let history = self.settings.history;
         basic::steps(Parts { gather: &PHOTONS_GRID, history, filter: &filter::NONE }, params)
     }
@@ -111,11 +110,11 @@ fn steps_agree(animation: &mut Animation, title: &str) {
     let mut table = Table::new(title);
     for frame in 0..3 {
         let params = animation.pose(frame);
-        animation.twin.cpu.run(&animation.steps(params)).expect("the CPU runs a frame");
+        animation.twin.cpu.run(&params, &animation.steps(&params)).expect("the CPU runs a frame");
     }
     let params = animation.pose(3);
-    for step in animation.steps(params) {
-        steps::one(animation, step, &mut table);
+    for step in animation.steps(&params) {
+        steps::one(animation, &params, step, &mut table);
     }
     table.finish();
 }

@@ -1,12 +1,13 @@
 //! What the Vulkan side promises beyond equal numbers: plain devices, large frames, small buffers, fresh kernels.
 
 use caustics::kernels;
-use caustics::method::basic;
 use caustics::method::basic::BASIC;
+use caustics::method::frame_buffers;
 use caustics::method::settings::Settings;
-use caustics::runner::gpu::{GpuOptions, GpuRunner};
+use caustics::runner::gpu::GpuRunner;
 use caustics::session::{self, RunnerChoice, Session};
 use caustics::vulkan::context::Context;
+use caustics::vulkan::passes::DeviceOptions;
 use caustics_kernels::gather::variant;
 use caustics_kernels::interface::counters::Counter;
 use caustics_tests::gpu::watched_gpu;
@@ -40,11 +41,12 @@ fn module_with_ray_queries_is_refused_on_a_device_without() {
     let Some(gpu) = watched_gpu() else { return };
     let modules = kernels::modules().unwrap();
     // As `base`, the module is loaded although the device was opened without the feature.
-    let options = GpuOptions { validation: gpu.validation, base: modules.rayquery, ..GpuOptions::default() };
+    let options =
+        DeviceOptions { validation: gpu.validation, base: modules.rayquery, ..DeviceOptions::default() };
     let scene = load("plain-room");
-    let tables = session::tables(&scene);
+    let tables = scene.buffers();
     let error =
-        GpuRunner::new(options, scene.needs(0.25), &[], &tables, 0, &[]).err().expect("it is refused");
+        GpuRunner::new(&options, scene.needs(0.25), &[], &tables, 0, &[]).err().expect("it is refused");
     assert!(error.to_string().contains("RayQuery"), "{error}");
 }
 
@@ -81,7 +83,7 @@ fn full_hd_buffers_stay_within_128_mib() {
             let settings = Settings { light_paths, max_bounces, ..full() };
             let params = settings.params(&scene, &scene.cameras[0], 0);
             for variant in variant::ALL {
-                for spec in basic::buffers(variant, &params) {
+                for spec in frame_buffers(&BASIC, variant.into(), &params) {
                     assert!(
                         spec.bytes <= 128 << 20,
                         "{} of {}: {} bytes",

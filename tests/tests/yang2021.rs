@@ -13,8 +13,8 @@ use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::counters::Counter;
+use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::math::differential::{Differential, Normals};
-use caustics_kernels::math::ray::Ray;
 use caustics_kernels::surface::turn::normal_change;
 use caustics_kernels::surface::vertex::vertex;
 use caustics_kernels::trace::Tracer;
@@ -350,7 +350,7 @@ fn normals_turn_as_they_are_interpolated() {
     let hit = world.tracer().closest(&ray);
     assert!(!hit.is_miss());
     let at = |u: f32, v: f32| {
-        let hit = caustics_kernels::math::ray::Hit { u: hit.u + u, v: hit.v + v, ..hit };
+        let hit = caustics_kernels::interface::ray::Hit { u: hit.u + u, v: hit.v + v, ..hit };
         vertex(world.tables(), world.needs, &ray, &hit, 0.0)
     };
     let here = at(0.0, 0.0);

@@ -5,7 +5,9 @@ use std::time::Duration;
 
 use caustics::counters::Counters;
 use caustics::energy::Energy;
+use caustics::method::work;
 use caustics::runner::StepTime;
+use caustics_kernels::declare::Work;
 use caustics_kernels::interface::counters::Counter;
 
 /// Times and counters of all frames.
@@ -50,24 +52,22 @@ impl Report {
 
     /// Rates over the time of the passes that do the work [1/s].
     pub fn rates(&self, pixels: u64) -> BTreeMap<&'static str, f64> {
-        let seconds = |prefix: &str| -> f64 {
-            let passes = self.passes.iter().filter(|(name, _)| name.starts_with(prefix));
+        let seconds = |kind: Work| -> f64 {
+            let passes = self.passes.iter().filter(|(name, _)| work(name) == Some(kind));
             passes.map(|(_, time)| time.as_secs_f64()).sum()
         };
-        let rate = |counters: &[Counter], prefix: &str| {
+        let rate = |counters: &[Counter], kind: Work| {
             let count: u64 = counters.iter().map(|&counter| self.counters.get(counter)).sum();
-            if count == 0 { 0.0 } else { count as f64 / seconds(prefix) }
+            if count == 0 { 0.0 } else { count as f64 / seconds(kind) }
         };
-        // Camera paths are traced by one of two passes.
-        let camera = if self.passes.contains_key("reference") { "reference" } else { "collect" };
         let samples = pixels as f64 * f64::from(self.frames);
         let mut rates = BTreeMap::from([
-            ("camera_rays_per_s", rate(&[Counter::CameraRays, Counter::ShadowRays], camera)),
-            ("camera_paths_per_s", if samples == 0.0 { 0.0 } else { samples / seconds(camera) }),
+            ("camera_rays_per_s", rate(&[Counter::CameraRays, Counter::ShadowRays], Work::Camera)),
+            ("camera_paths_per_s", if samples == 0.0 { 0.0 } else { samples / seconds(Work::Camera) }),
         ]);
-        if self.passes.keys().any(|name| name.starts_with("shoot")) {
-            rates.insert("light_rays_per_s", rate(&[Counter::LightRays], "shoot"));
-            rates.insert("light_paths_per_s", rate(&[Counter::LightPaths], "shoot"));
+        if self.passes.keys().any(|name| work(name) == Some(Work::Light)) {
+            rates.insert("light_rays_per_s", rate(&[Counter::LightRays], Work::Light));
+            rates.insert("light_paths_per_s", rate(&[Counter::LightPaths], Work::Light));
         }
         rates
     }

@@ -11,7 +11,6 @@ use caustics::experiment::row::Row;
 use caustics::experiment::store;
 use caustics::experiment::sweep::equal_time::{Found, TOLERANCE, held, is_met, search};
 use caustics::experiment::timing::{cell_time, quartiles};
-use caustics::session::tables;
 
 use super::sweep::{is_done, time_plan};
 use super::sweep_cell::{Desk, Task};
@@ -70,7 +69,7 @@ fn measure_group(desk: &Desk, group: &[&Task]) -> anyhow::Result<bool> {
         let first = Task { part, cell: first.clone(), identity: part.identity(desk.config, first) };
         let Some(first) = find_paths(desk, &first)? else { return Ok(false) };
         let scene = posed(&part.scene, plan.time_of(plan.frames.start))?;
-        let tables: usize = tables(&scene).iter().map(|(_, bytes)| bytes.len()).sum();
+        let tables: usize = scene.buffers().iter().map(|(_, bytes)| bytes.len()).sum();
         let size = |cell: &Cell| tables + memory(&plan, cell, &scene).map_or(0, |memory| memory.total_bytes);
         let (mut turns, mut bytes) = (Vec::new(), size(&first.cell));
         while let Some(task) = rest.first() {

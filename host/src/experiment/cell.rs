@@ -108,7 +108,7 @@ impl Cell {
         };
         let params = (method.frame)(sample, 0);
         let base = Parts::from(&variant::PHOTONS_GRID);
-        let steps = |parts| (method.steps)(parts, params);
+        let steps = |parts| (method.steps)(parts, &params);
         let usual = steps(base);
         let has_history = steps(Parts { history: self.history, ..base }) != usual;
         let has_filter = steps(Parts { filter: self.filter, ..base }) != usual;

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | `collect` | W H r_c closest hits and W H s_c shadow rays. r_c <= b + 1 vertices of a camera path, about 1 + the chance of a specular first hit + that of a bounce off the first non-specular one, and so on; s_c: one a vertex and class of lobes |
 //! | `shoot` | N r_l closest hits, r_l <= b; 1.6 in a room whose walls reflect half |
-//! | `shoot.store`, `grid.*`, `gather` | 64 bytes a deposit: written once, moved to its cell, read by each point nearby |
+//! | `shoot.store`, `index.*`, `gather.*` | 64 bytes a deposit: written once, moved to its cell, read by each point nearby |
 //! | `reuse`, `validate` | the previous points near each of W H points, at the bytes of the history's buffers a pixel, read once and written once; `validate` also re-traces its share of N r_l rays |
 //! | `resolve`, `display` | 120 and 36 bytes a pixel: a point's 96, its sum of 12, and colours of 12, in and out |
 //!
@@ -15,6 +15,7 @@
 
 use std::collections::BTreeMap;
 
+use caustics_kernels::declare::Work;
 use caustics_kernels::interface::point::{PointGeometry, PointShading};
 use glam::Vec3;
 use serde::Serialize;
@@ -22,6 +23,7 @@ use serde::Serialize;
 use super::memory::Memory;
 use super::plan::Plan;
 use super::row::Row;
+use crate::method::work;
 
 /// A pass, or passes of one kind: measured against expected.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -49,8 +51,8 @@ pub fn costs(
 ) -> BTreeMap<String, Cost> {
     let frames = rows.len() as f64;
     let count = |name: &str| rows.iter().filter_map(|row| row.get(name)).sum::<f64>() / frames;
-    let ms = |prefix: &str| {
-        let passes = rows.iter().flat_map(|row| row.passes()).filter(|(pass, _)| pass.starts_with(prefix));
+    let ms = |kind: Work| {
+        let passes = rows.iter().flat_map(|row| row.passes()).filter(|(pass, _)| work(pass) == Some(kind));
         passes.map(|(_, ms)| ms).sum::<f64>() / frames
     };
     let pixels = f64::from(plan.settings.width) * f64::from(plan.settings.height);
@@ -58,16 +60,16 @@ pub fn costs(
     let point = size_of::<PointGeometry>() + size_of::<PointShading>();
     let resolve = point + caustics_kernels::gather::accumulator::WORDS as usize * 4 + color;
     let history = memory.total_bytes.saturating_sub(without_history.total_bytes) as f64;
-    let work = [
-        ("collect", Some(count("camera_rays") + count("shadow_rays")), None),
-        ("shoot", Some(count("light_rays")), None),
-        ("reuse", None, Some(history)),
-        ("resolve", None, Some(pixels * resolve as f64)),
-        ("display", None, Some(pixels * (3 * color) as f64)),
+    let known = [
+        (Work::Camera, "collect", Some(count("camera_rays") + count("shadow_rays")), None),
+        (Work::Light, "shoot", Some(count("light_rays")), None),
+        (Work::Reuse, "reuse", None, Some(history)),
+        (Work::Resolve, "resolve", None, Some(pixels * resolve as f64)),
+        (Work::Display, "display", None, Some(pixels * (3 * color) as f64)),
     ];
     let mut costs = BTreeMap::new();
-    for (pass, rays, bytes) in work {
-        let (ms, amount) = (ms(pass), rays.or(bytes).unwrap_or(0.0));
+    for (kind, pass, rays, bytes) in known {
+        let (ms, amount) = (ms(kind), rays.or(bytes).unwrap_or(0.0));
         if ms > 0.0 && amount > 0.0 {
             let expected_ms = rays.map(|rays| 1e3 * rays / hits_per_s);
             let rate_per_s = 1e3 * amount / ms;

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::cell::Cell;
 use super::plan::Plan;
+use crate::method::frame_buffers;
 use crate::scene::Scene;
 
 /// Bytes of the buffers of a cell, scene tables aside.
@@ -20,10 +21,8 @@ pub struct Memory {
 /// The buffers that a session of the cell allocates, opened at the scene's pose.
 pub fn memory(plan: &Plan, cell: &Cell, scene: &Scene) -> Option<Memory> {
     let camera = scene.cameras.iter().find(|camera| camera.name == plan.camera)?;
-    let params = (cell.method.frame)(cell.settings(&plan.settings).largest(scene, camera), 0);
-    let buffers_bytes: BTreeMap<_, _> = (cell.method.buffers)(cell.parts(), &params)
-        .iter()
-        .map(|buffer| (buffer.name, buffer.bytes))
-        .collect();
+    let params = cell.settings(&plan.settings).largest(scene, camera);
+    let buffers = frame_buffers(cell.method, cell.parts(), &params);
+    let buffers_bytes: BTreeMap<_, _> = buffers.iter().map(|buffer| (buffer.name, buffer.bytes)).collect();
     Some(Memory { total_bytes: buffers_bytes.values().sum(), buffers_bytes })
 }

@@ -1,24 +1,24 @@
 //! What the timed frames of a cell amount to: medians and quartiles, ratios to the first cell, rates.
-//!
-//! Which pass does what is read off its name: `index.*` and `gather.*` are the gather's, `collect`, `reference`, `filter.*`
-//! and `display` the camera's.
 
 use std::collections::{BTreeMap, BTreeSet};
+
+use caustics_kernels::declare::Work;
 
 use super::cell::Cell;
 use super::memory::memory;
 use super::plan::Plan;
 use super::result::{CellTime, Quartiles};
 use super::row::Row;
+use crate::method::work;
 use crate::metric::percentile::quantile;
 use crate::scene::Scene;
 
-/// Passes that are the camera's.
-const CAMERA: [&str; 4] = ["collect", "reference", "filter", "display"];
-/// Passes of the gather.
-const GATHER: [&str; 3] = ["clear.index", "index", "gather"];
-/// Passes that trace the rays that are counted.
-const TRACERS: [&str; 3] = ["collect", "reference", "shoot"];
+/// Work that is the camera's.
+const CAMERA: [Work; 3] = [Work::Camera, Work::Filter, Work::Display];
+/// Work of the gather.
+const GATHER: [Work; 2] = [Work::Index, Work::Gather];
+/// Work that traces the rays that are counted.
+const TRACERS: [Work; 2] = [Work::Camera, Work::Light];
 
 /// Times of a cell, of the rows of all cells of a run; the scene is posed at the first frame. None without timed frames.
 pub fn cell_time(plan: &Plan, scene: &Scene, cell: &Cell, first: &Cell, rows: &[Row]) -> Option<CellTime> {
@@ -46,7 +46,7 @@ pub fn cell_time(plan: &Plan, scene: &Scene, cell: &Cell, first: &Cell, rows: &[
         let ms: f64 = pass_ms.iter().filter(|(name, _)| chosen(name)).map(|(_, of)| of.median).sum();
         (amount > 0.0 && ms > 0.0).then(|| 1e3 * amount / ms)
     };
-    let is = |name: &str, of: &[&str]| of.iter().any(|start| name.starts_with(start));
+    let is = |name: &str, of: &[Work]| work(name).is_some_and(|work| of.contains(&work));
     let settings = cell.settings(&plan.settings);
     let rays = mean("camera_rays") + mean("shadow_rays") + mean("light_rays");
     let points = own.values().find_map(|row| row.get("points")).unwrap_or(0.0);

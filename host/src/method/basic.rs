@@ -1,12 +1,12 @@
 //! OurBasic: collect, shoot and gather, resolve, display. No light outlives its frame [Moreau and Doggett 2022].
 
-use caustics_kernels::gather::accumulator;
-use caustics_kernels::interface::counters::COUNTER_COUNT;
 use caustics_kernels::interface::frame::FrameParams;
-use caustics_kernels::interface::point::PointShading;
+use caustics_kernels::pass::collect::COLLECT;
+use caustics_kernels::pass::display::DISPLAY;
 
+use super::gather::Batch;
 use super::settings::TextureFilter;
-use super::{BufferSpec, Method, Parts, Step, gather as gathers, history};
+use super::{Method, Parts, Step, gather as gathers, history};
 
 /// See the head of the file.
 pub const BASIC: Method = Method {
@@ -18,28 +18,29 @@ pub const BASIC: Method = Method {
     keeps: &[],
     frame: |params, index| FrameParams { frame: index, ..params },
     steps: |parts, params| steps(parts, params),
-    buffers: |parts, params| buffers(parts, params),
 };
 
 /// The steps of a frame. Light paths come in batches that the deposit buffers hold.
-pub fn steps(parts: impl Into<Parts>, params: FrameParams) -> Vec<Step> {
+pub fn steps(parts: impl Into<Parts>, params: &FrameParams) -> Vec<Step> {
     let parts = parts.into();
-    let prepare = |params| gathers::prepare(parts.gather, params);
-    frame_steps(parts, params, prepare, |batch| gathers::batch(parts.gather, batch))
+    let prepare = gathers::prepare(parts.gather, params);
+    frame_steps(parts, params, prepare, |batch| gathers::batch(parts.gather, params, batch))
 }
 
 /// The steps of a frame of any method that brings deposits to collection points: `prepare` comes once before the light
 /// paths, `shoot` for each batch of them.
 pub fn frame_steps(
     parts: Parts,
-    params: FrameParams,
-    prepare: impl Fn(FrameParams) -> Vec<Step>,
-    shoot: impl Fn(FrameParams) -> Vec<Step>,
+    params: &FrameParams,
+    prepare: Vec<Step>,
+    shoot: impl Fn(Batch) -> Vec<Step>,
 ) -> Vec<Step> {
     let Parts { history, filter, .. } = parts;
-    let pixels = |pass| Step::Dispatch { pass, count: params.pixel_count(), params };
-    let mut steps =
-        vec![Step::Clear { buffer: "counters" }, Step::Clear { buffer: "accumulator" }, pixels("collect")];
+    let mut steps = vec![
+        Step::Clear { buffer: "counters" },
+        Step::Clear { buffer: "accumulator" },
+        Step::of(&COLLECT, params),
+    ];
     steps.extend((filter.steps)(params));
     // A history that follows the light has nothing to follow in the dark.
     let forgets = params.light_path_count == 0 && !history.forget.is_empty();
@@ -49,46 +50,14 @@ pub fn frame_steps(
         steps.extend((history.before)(params));
     }
     if params.light_path_count > 0 {
-        steps.extend(prepare(params));
+        steps.extend(prepare);
     }
     for batch in gathers::batches(params) {
         steps.extend(shoot(batch));
     }
-    steps.push(pixels(if forgets { history::NONE.resolve } else { history.resolve }));
-    steps.push(pixels("display"));
+    steps.push(Step::of(if forgets { history::NONE.resolve } else { history.resolve }, params));
+    steps.push(Step::of(&DISPLAY, params));
     steps
-}
-
-/// The buffers of a frame, scene tables aside.
-pub fn buffers(parts: impl Into<Parts>, params: &FrameParams) -> Vec<BufferSpec> {
-    let parts = parts.into();
-    let mut buffers = frame_buffers(parts, params);
-    // A frame that shoots nothing needs nothing to gather with.
-    if params.light_path_count > 0 {
-        buffers.extend(gathers::buffers(parts.gather, params));
-    }
-    buffers
-}
-
-/// The buffers of a frame of any method that brings deposits to collection points.
-pub fn frame_buffers(parts: Parts, params: &FrameParams) -> Vec<BufferSpec> {
-    let Parts { history, filter, .. } = parts;
-    let pixels = params.pixel_count() as usize;
-    let spec = |name, bytes| BufferSpec { name, bytes };
-    let mut buffers = vec![
-        spec("pixel_order", 4 * pixels),
-        spec("path_radiance", 12 * pixels),
-        spec("seen_radiance", 12 * pixels),
-        spec("caustic_radiance", 12 * pixels),
-        spec("display_color", 12 * pixels),
-        spec("point_geometry", 32 * pixels),
-        spec("point_shading", size_of::<PointShading>() * pixels),
-        spec("accumulator", 4 * accumulator::WORDS as usize * pixels),
-        spec("counters", 4 * COUNTER_COUNT),
-    ];
-    buffers.extend((history.buffers)(params));
-    buffers.extend((filter.buffers)(params));
-    buffers
 }
 
 /// Pixels in Morton order: neighbouring invocations and boxes stay close in the picture.
@@ -102,6 +71,8 @@ pub fn pixel_order(width: u32, height: u32) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::method::buffers;
+    use caustics_kernels::declare::Work;
     use caustics_kernels::gather::variant;
 
     fn params() -> FrameParams {
@@ -120,12 +91,12 @@ mod tests {
     fn batches_cover_every_light_path_once() {
         for variant in variant::ALL {
             let mut next = 0;
-            for step in steps(variant, params()) {
-                if let Step::Dispatch { pass, count, params } = step
-                    && pass.starts_with("shoot")
+            for step in steps(variant, &params()) {
+                if let Step::Dispatch { pass, dispatch, .. } = step
+                    && pass.work == Work::Light
                 {
-                    assert_eq!((params.part, params.light_path_batch), (next, count));
-                    next += count;
+                    assert_eq!(dispatch.first, next);
+                    next += dispatch.count;
                 }
             }
             assert_eq!(next, 1000);
@@ -133,14 +104,20 @@ mod tests {
     }
 
     #[test]
-    fn every_cleared_buffer_exists() {
+    fn what_is_bound_and_cleared_has_a_size_if_anything_uses_it() {
         for variant in variant::ALL {
-            let buffers = buffers(variant, &params());
-            for step in steps(variant, params()) {
+            let steps = steps(variant, &params());
+            let buffers = buffers(&steps, &params());
+            let bytes = |name| buffers.iter().find(|spec| spec.name == name).map(|spec| spec.bytes);
+            for step in steps {
                 if let Step::Clear { buffer } = step {
-                    assert!(buffers.iter().any(|spec| spec.name == buffer), "{}: {buffer}", variant.name);
+                    assert!(bytes(buffer) > Some(0), "{}: {buffer}", variant.name);
                 }
             }
+            // Rows of 32 bytes.
+            let sorted = if variant.sorts { 32 * 1200 } else { 0 };
+            assert_eq!(bytes("sorted_light"), Some(sorted), "{}", variant.name);
+            assert_eq!(bytes("point_geometry"), Some(32 * 21));
         }
     }
 

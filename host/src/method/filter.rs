@@ -1,12 +1,12 @@
-//! Filters of the path-traced part, before the caustics are added. A filter is data: the steps and buffers that it adds to
-//! a frame.
+//! Filters of the path-traced part, before the caustics are added. A filter is data: the steps that it adds to a frame.
 
 use std::fmt;
 
-use caustics_kernels::interface::filter::{FILTER_LEVELS, FilterGuide};
-use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::interface::filter::FILTER_LEVELS;
+use caustics_kernels::interface::frame::{Dispatch, FrameParams};
+use caustics_kernels::pass::filter::{ATROUS as LEVEL, GUIDE};
 
-use super::{BufferSpec, Step};
+use super::Step;
 
 /// A way to smooth the path-traced part.
 #[derive(Clone, Copy)]
@@ -16,9 +16,7 @@ pub struct Filter {
     /// What it is, in one line.
     pub about: &'static str,
     /// Its steps, after `collect`.
-    pub steps: fn(FrameParams) -> Vec<Step>,
-    /// Its buffers.
-    pub buffers: fn(&FrameParams) -> Vec<BufferSpec>,
+    pub steps: fn(&FrameParams) -> Vec<Step>,
 }
 
 /// Every filter.
@@ -30,8 +28,7 @@ pub fn find(name: &str) -> Option<&'static Filter> {
 }
 
 /// Nothing is smoothed.
-pub const NONE: Filter =
-    Filter { name: "none", about: "nothing is smoothed", steps: |_| Vec::new(), buffers: |_| Vec::new() };
+pub const NONE: Filter = Filter { name: "none", about: "nothing is smoothed", steps: |_| Vec::new() };
 
 /// See `caustics_kernels::pass::filter`.
 pub const ATROUS: Filter = Filter {
@@ -39,20 +36,8 @@ pub const ATROUS: Filter = Filter {
     about: "an edge-stopping wavelet, guided by the collection points; it keeps the energy",
     steps: |params| {
         let count = params.pixel_count();
-        let guide = Step::Dispatch { pass: "filter.guide", count, params };
-        let level = |level| Step::Dispatch {
-            pass: "filter.atrous",
-            count,
-            params: FrameParams { part: level, ..params },
-        };
-        std::iter::once(guide).chain((0..FILTER_LEVELS).map(level)).collect()
-    },
-    buffers: |params| {
-        let pixels = params.pixel_count() as usize;
-        vec![
-            BufferSpec { name: "filter_guides", bytes: pixels * size_of::<FilterGuide>() },
-            BufferSpec { name: "filter_light", bytes: pixels * 12 },
-        ]
+        let level = |level| Step::dispatch(&LEVEL, Dispatch { count, level, ..Dispatch::default() });
+        std::iter::once(Step::of(&GUIDE, params)).chain((0..FILTER_LEVELS).map(level)).collect()
     },
 };
 

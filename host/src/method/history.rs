@@ -1,18 +1,18 @@
-//! Histories: what the frame before lends to the collection points of this one. A history is data: the steps and buffers
-//! that it adds to a frame.
+//! Histories: what the frame before lends to the collection points of this one. A history is data: the steps that it
+//! adds to a frame.
 
 use std::fmt;
 
-use caustics_kernels::interface::frame::{Camera, FrameParams};
-use caustics_kernels::interface::history::{
-    HistoryPoint, HistorySettings, Lent, VALIDATION_CELLS, VALIDATION_DEPOSITS, ValidationDeposit,
-    validation_paths,
-};
+use caustics_kernels::declare::Pass;
+use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::interface::history::HistorySettings;
+use caustics_kernels::pass::resolve::RESOLVE;
+use caustics_kernels::pass::resolve_history::RESOLVE_HISTORY;
+use caustics_kernels::pass::reuse_paper::REUSE_PAPER;
+use caustics_kernels::pass::reuse_validated::REUSE_VALIDATED;
+use caustics_kernels::pass::validate::VALIDATE;
 
-use caustics_kernels::reuse::cells;
-use glam::Vec3;
-
-use super::{BufferSpec, Step};
+use super::Step;
 
 /// A way to lend light from frame to frame.
 #[derive(Clone, Copy)]
@@ -21,16 +21,16 @@ pub struct History {
     pub name: &'static str,
     /// What it is, in one line.
     pub about: &'static str,
-    /// Its settings, which the buffer `history_settings` holds; none: nothing is lent.
+    /// Its settings; none: nothing is lent.
     pub settings: Option<HistorySettings>,
     /// Once a frame, after `collect`, before anything is built over the frame's points.
-    pub before: fn(FrameParams) -> Vec<Step>,
+    pub before: fn(&FrameParams) -> Vec<Step>,
     /// The pass that turns a point's sum into radiance.
-    pub resolve: &'static str,
+    pub resolve: &'static Pass,
     /// What is filled with zeros in a frame without light, so that nothing is lent; empty: such a frame is like any other.
     pub forget: &'static [&'static str],
-    /// Its buffers.
-    pub buffers: fn(&FrameParams) -> Vec<BufferSpec>,
+    /// Buffers in which something outlives its frame.
+    pub keeps: &'static [&'static str],
 }
 
 /// Every history.
@@ -60,9 +60,9 @@ pub const NONE: History = History {
     about: "no light outlives its frame: OurBasic",
     settings: None,
     before: |_| Vec::new(),
-    resolve: "resolve",
+    resolve: &RESOLVE,
     forget: &[],
-    buffers: |_| Vec::new(),
+    keeps: &[],
 };
 
 /// OurTemporal as published: eight tenths of the mean of the previous points that overlap, two tenths of this frame's
@@ -74,17 +74,11 @@ pub const NONE: History = History {
 pub const PAPER: History = History {
     name: "paper",
     about: "OurTemporal as published: 0.8 of what overlaps, 0.2 of this frame",
-    settings: Some(HistorySettings {
-        reach: 1.0,
-        lag: 0.0,
-        most_samples: 0.0,
-        demodulates: 0,
-        camera: NOWHERE,
-    }),
-    before: |params| vec![pixels("reuse.paper", params)],
-    resolve: "resolve.history",
+    settings: Some(HistorySettings { reach: 1.0, lag: 0.0, most_samples: 0.0, demodulates: 0 }),
+    before: |params| vec![Step::of(&REUSE_PAPER, params)],
+    resolve: &RESOLVE_HISTORY,
     forget: &[],
-    buffers: point_buffers,
+    keeps: &["history_points", "history_mean"],
 };
 
 /// Light of the nearest previous point, counted by the frames that it holds, as far as light paths with the same random
@@ -97,52 +91,15 @@ pub const PAPER: History = History {
 pub const VALIDATED: History = History {
     name: "validated",
     about: "all frames that still hold by the validation paths, from the nearest point",
-    settings: Some(HistorySettings {
-        reach: 1.3,
-        lag: 0.25,
-        most_samples: 1024.0,
-        demodulates: 1,
-        camera: NOWHERE,
-    }),
+    settings: Some(HistorySettings { reach: 1.3, lag: 0.25, most_samples: 1024.0, demodulates: 1 }),
     before: |params| {
-        let count = validation_paths(params.light_path_count);
         vec![
             Step::Clear { buffer: "validation_cells" },
-            Step::Dispatch { pass: "validate", count, params },
-            pixels("reuse.validated", params),
+            Step::of(&VALIDATE, params),
+            Step::of(&REUSE_VALIDATED, params),
         ]
     },
-    resolve: "resolve.history",
+    resolve: &RESOLVE_HISTORY,
     forget: &["history_points", "validation_deposits"],
-    buffers: |params| {
-        let mut buffers = point_buffers(params);
-        let deposits = validation_paths(params.light_path_count) * VALIDATION_DEPOSITS;
-        buffers.extend([
-            BufferSpec {
-                name: "validation_deposits",
-                bytes: size_of::<ValidationDeposit>() * deposits as usize,
-            },
-            BufferSpec { name: "validation_cells", bytes: 4 * (cells::WORDS * VALIDATION_CELLS) as usize },
-        ]);
-        buffers
-    },
+    keeps: &["history_points", "history_mean", "validation_deposits"],
 };
-
-/// No camera yet: every frame writes that of the frame before.
-const NOWHERE: Camera =
-    Camera { position: Vec3::ZERO, right: Vec3::ZERO, up: Vec3::ZERO, forward: Vec3::ZERO };
-
-fn pixels(pass: &'static str, params: FrameParams) -> Step {
-    Step::Dispatch { pass, count: params.pixel_count(), params }
-}
-
-fn point_buffers(params: &FrameParams) -> Vec<BufferSpec> {
-    let pixels = params.pixel_count();
-    let spec = |name, row: usize, rows: u32| BufferSpec { name, bytes: row * rows as usize };
-    vec![
-        spec("history_settings", size_of::<HistorySettings>(), 1),
-        spec("history_points", size_of::<HistoryPoint>(), pixels),
-        spec("history_mean", 12, pixels),
-        spec("lent", size_of::<Lent>(), pixels),
-    ]
-}

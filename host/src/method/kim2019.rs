@@ -3,11 +3,12 @@
 //!
 //! Cost: no index, no search. Wrong: caustics are seen on primary surfaces only, never in a mirror.
 
-use caustics_kernels::interface::frame::FrameParams;
-use caustics_kernels::pass::splat::{AREA_FACING, AREA_FOOTPRINT};
+use caustics_kernels::gather::variant::Over;
+use caustics_kernels::interface::frame::{Dispatch, FrameParams};
+use caustics_kernels::pass::splat_kim2019::{AREA_FACING, AREA_FOOTPRINT, SPLAT_KIM2019};
 
 use super::settings::TextureFilter;
-use super::{BufferSpec, Method, Parts, Step, basic, gather};
+use super::{Method, Parts, Step, basic, gather};
 
 /// With the area of a pixel's footprint on the surface: conserves energy.
 pub const KIM2019: Method = Method {
@@ -19,7 +20,6 @@ pub const KIM2019: Method = Method {
     keeps: &[],
     frame: |params, index| FrameParams { frame: index, ..params },
     steps: |parts, params| steps(parts, params, AREA_FOOTPRINT),
-    buffers,
 };
 
 /// With Kim's own area of a pixel, which faces the eye: too bright where the surface does not, by 1 / cos.
@@ -30,21 +30,11 @@ pub const KIM2019_FACING: Method = Method {
     ..KIM2019
 };
 
-fn steps(parts: Parts, params: FrameParams, area: u32) -> Vec<Step> {
-    let nothing = |_| Vec::new();
-    basic::frame_steps(parts, params, nothing, |batch| {
+fn steps(parts: Parts, params: &FrameParams, area: u32) -> Vec<Step> {
+    basic::frame_steps(parts, params, Vec::new(), |batch| {
         let mut steps = gather::shoot(batch);
-        let splat = FrameParams { part: area, ..batch };
-        steps.push(Step::Dispatch { pass: "splat.kim2019", count: params.deposit_capacity, params: splat });
+        let deposits = gather::over(Over::Deposits, params);
+        steps.push(Step::dispatch(&SPLAT_KIM2019, Dispatch { level: area, ..deposits }));
         steps
     })
-}
-
-fn buffers(parts: Parts, params: &FrameParams) -> Vec<BufferSpec> {
-    let mut buffers = basic::frame_buffers(parts, params);
-    if params.light_path_count > 0 {
-        buffers.extend(gather::deposit_buffers(params, false));
-        buffers.extend(gather::index_buffers(&[0; 4]));
-    }
-    buffers
 }

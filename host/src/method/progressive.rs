@@ -9,7 +9,7 @@
 use caustics_kernels::interface::frame::FrameParams;
 
 use super::Method;
-use super::basic::{buffers, steps};
+use super::basic::steps;
 use super::settings::TextureFilter;
 
 /// See the head of the file.
@@ -26,7 +26,6 @@ pub const PROGRESSIVE: Method = Method {
         ..params
     },
     steps: |parts, params| steps(parts, params),
-    buffers: |parts, params| buffers(parts, params),
 };
 
 /// Share of a radius's reduction that goes into less noise; the rest goes into less blur.

@@ -1,4 +1,4 @@
-//! The settings of a run, and the push constants that they make of a scene.
+//! The settings of a run, and those of a frame that they make of a scene.
 
 use caustics_kernels::interface::frame::{FrameParams, TEXTURE_FILTER_CONE, TEXTURE_FILTER_FINEST};
 use caustics_kernels::interface::needs::Needs;
@@ -96,13 +96,13 @@ impl Settings {
         Settings { texture_filter: self.texture_filter.or(Some(method.texture_filter)), ..self }
     }
 
-    /// Push constants of frame `frame`, with the first batch of light paths. A scene without casters (or receivers, or
+    /// Settings of frame `frame`. A scene without casters (or receivers, or
     /// light) has no batch, whatever code is alive: no light path is shot.
     pub fn params(&self, scene: &Scene, camera: &SceneCamera, frame: u32) -> FrameParams {
         self.params_where(scene, camera, frame, !scene.lights.is_empty())
     }
 
-    /// Push constants of a frame that shoots if any frame of the scene does: buffers are allocated for it.
+    /// Settings of a frame that shoots if any frame of the scene does: buffers are allocated for it.
     pub fn largest(&self, scene: &Scene, camera: &SceneCamera) -> FrameParams {
         let can_be_lit = scene.motion.as_ref().is_some_and(Motion::has_light);
         self.params_where(scene, camera, 0, can_be_lit || !scene.lights.is_empty())
@@ -128,12 +128,12 @@ impl Settings {
         };
         FrameParams {
             camera: camera.camera(self.width, self.height),
+            previous_camera: camera.camera(self.width, self.height),
             width: self.width,
             height: self.height,
             seed: self.seed,
             frame,
             light_path_count: light_paths,
-            part: 0,
             light_path_batch: batch,
             max_bounces: self.max_bounces,
             filters: self.pixel_filter | texture_filter,
@@ -146,6 +146,7 @@ impl Settings {
             cell_mask: batch.next_power_of_two().clamp(1024, MOST_CELLS) - 1,
             exposure: self.exposure.exp2(),
             background: self.background.unwrap_or(scene.background),
+            history: self.history.settings.unwrap_or_default(),
         }
     }
 }

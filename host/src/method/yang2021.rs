@@ -8,14 +8,14 @@
 //! nothing of the extent of a lamp, of normal maps, and of what lies behind diffuse bounces. What the chapter accumulates
 //! over time by reprojection is left out.
 
-use caustics_kernels::interface::density::DensityTexel;
-use caustics_kernels::interface::frame::FrameParams;
-use caustics_kernels::light::density_map::{FEEDBACK_WORDS, MAPS, NODES, SIDE_LOG2, TEXELS, map_count};
-use caustics_kernels::pass::density::node_count;
+use caustics_kernels::interface::frame::{Dispatch, FrameParams};
+use caustics_kernels::light::density_map::{SIDE_LOG2, map_count};
+use caustics_kernels::pass::density::{DENSITY_SUM, DENSITY_UPDATE, node_count};
+use caustics_kernels::pass::shoot_yang2021::SHOOT_YANG2021;
 
-use super::basic::{frame_buffers, frame_steps};
+use super::basic::frame_steps;
 use super::settings::TextureFilter;
-use super::{BufferSpec, Method, Parts, Step};
+use super::{Method, Parts, Step};
 
 /// See the head of the file.
 pub const YANG2021: Method = Method {
@@ -27,38 +27,22 @@ pub const YANG2021: Method = Method {
     keeps: &["density", "density_tree", "density_feedback"],
     frame: |params, index| FrameParams { frame: index, ..params },
     steps,
-    buffers,
 };
 
-fn steps(parts: Parts, params: FrameParams) -> Vec<Step> {
-    frame_steps(parts, params, prepare, |batch| {
-        vec![Step::Dispatch { pass: "shoot.yang2021", count: batch.light_path_batch, params: batch }]
+fn steps(parts: Parts, params: &FrameParams) -> Vec<Step> {
+    frame_steps(parts, params, prepare(params), |batch| {
+        vec![Step::dispatch(&SHOOT_YANG2021, batch.dispatch())]
     })
 }
 
 /// The density map of this frame.
-fn prepare(params: FrameParams) -> Vec<Step> {
-    let maps = map_count(params.light_count);
-    let mut steps = vec![Step::Dispatch { pass: "density.update", count: maps * TEXELS, params }];
-    steps.extend((0..=SIDE_LOG2).map(|level| Step::Dispatch {
-        pass: "density.sum",
-        count: node_count(level, maps),
-        params: FrameParams { part: level, ..params },
-    }));
+fn prepare(params: &FrameParams) -> Vec<Step> {
+    let sum = |level| {
+        let count = node_count(level, map_count(params.light_count));
+        Step::dispatch(&DENSITY_SUM, Dispatch { count, level, ..Dispatch::default() })
+    };
+    let mut steps = vec![Step::of(&DENSITY_UPDATE, params)];
+    steps.extend((0..=SIDE_LOG2).map(sum));
     steps.push(Step::Clear { buffer: "density_feedback" });
     steps
-}
-
-fn buffers(parts: Parts, params: &FrameParams) -> Vec<BufferSpec> {
-    let mut buffers = frame_buffers(parts, params);
-    if params.light_path_count > 0 {
-        let maps = MAPS as usize;
-        let texels = maps * TEXELS as usize;
-        buffers.extend([
-            BufferSpec { name: "density", bytes: size_of::<DensityTexel>() * texels },
-            BufferSpec { name: "density_tree", bytes: 4 * NODES as usize * maps },
-            BufferSpec { name: "density_feedback", bytes: 4 * FEEDBACK_WORDS as usize * texels },
-        ]);
-    }
-    buffers
 }

@@ -1,22 +1,19 @@
-//! Runs steps on the CPU: the kernels' own functions, mapped over indices with rayon.
+//! Runs steps on the CPU: the kernels' own passes, mapped over indices with rayon.
 
 use std::time::Instant;
 
 use anyhow::{Context, bail};
+use caustics_kernels::declare::{Buffers, Call};
+use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::needs::Needs;
 
 use super::{Runner, StepTime};
 use crate::method::{BufferSpec, Step};
 use crate::scene::motion::Placement;
-use memory::Memory;
-
-mod counters;
-mod memory;
-mod passes;
 
 /// The CPU with a scene's tables and a plan's buffers.
 pub struct CpuRunner {
-    memory: Memory,
+    buffers: Buffers,
     needs: Needs,
     pool: rayon::ThreadPool,
 }
@@ -26,20 +23,20 @@ impl CpuRunner {
     pub fn new(
         threads: usize,
         needs: Needs,
-        buffers: &[BufferSpec],
+        specs: &[BufferSpec],
         tables: &[(&'static str, &[u8])],
     ) -> anyhow::Result<CpuRunner> {
         let pool =
             rayon::ThreadPoolBuilder::new().num_threads(threads).build().context("cannot start threads")?;
-        let mut memory = Memory::default();
-        for spec in buffers {
-            memory.add(spec.name, spec.bytes);
+        let mut buffers = Buffers::default();
+        for spec in specs {
+            buffers.add(spec.name, spec.bytes);
         }
         for (name, bytes) in tables {
-            memory.add(name, bytes.len());
-            memory.write(name, 0, bytes)?;
+            buffers.add(name, bytes.len());
+            buffers.write(name, 0, bytes)?;
         }
-        Ok(CpuRunner { memory, needs, pool })
+        Ok(CpuRunner { buffers, needs, pool })
     }
 }
 
@@ -49,7 +46,7 @@ impl Runner for CpuRunner {
     }
 
     fn write_at(&mut self, buffer: &str, offset: usize, bytes: &[u8]) -> anyhow::Result<()> {
-        self.memory.write(buffer, offset, bytes)
+        Ok(self.buffers.write(buffer, offset, bytes)?)
     }
 
     fn place(&mut self, _: &[Placement]) -> anyhow::Result<()> {
@@ -58,31 +55,21 @@ impl Runner for CpuRunner {
     }
 
     fn read(&mut self, buffer: &str) -> anyhow::Result<Vec<u8>> {
-        self.memory.bytes(buffer)
+        Ok(self.buffers.read::<u8>(buffer)?.to_vec())
     }
 
-    fn run(&mut self, steps: &[Step]) -> anyhow::Result<Vec<StepTime>> {
-        let CpuRunner { memory, needs, pool } = self;
+    fn run(&mut self, params: &FrameParams, steps: &[Step]) -> anyhow::Result<Vec<StepTime>> {
         let mut times = Vec::with_capacity(steps.len());
         for step in steps {
             let start = Instant::now();
-            let call = |count, params| passes::Call { memory, count, params, needs: *needs };
-            let run = |pass: &(dyn Fn() -> anyhow::Result<()> + Sync)| {
-                pool.install(pass).with_context(|| format!("pass {}", step.label()))
-            };
-            match step {
-                Step::Dispatch { pass, count, params } => {
-                    let found =
-                        passes::find(pass).with_context(|| format!("the CPU runner has no pass {pass:?}"))?;
-                    run(&|| found(&call(*count, params)))?;
+            match *step {
+                Step::Dispatch { pass, dispatch, .. } => {
+                    let run = pass.cpu.with_context(|| format!("{} needs ray queries", pass.name))?;
+                    let call = Call { buffers: &self.buffers, params, dispatch, needs: self.needs };
+                    let done = self.pool.install(|| run(&call));
+                    done.with_context(|| format!("pass {}", step.label()))?;
                 }
-                Step::Clear { buffer } => memory.clear(buffer)?,
-                Step::Index { gather, count, params, .. } => {
-                    run(&|| passes::gather::build(&call(*count, params), gather))?;
-                }
-                Step::Gather { gather, count, params } => {
-                    run(&|| passes::gather::gather(&call(*count, params), gather))?;
-                }
+                Step::Clear { buffer } => self.buffers.clear(buffer)?,
                 Step::Structure { .. } => bail!("the CPU runner has no ray queries"),
             }
             times.push(StepTime { pass: step.label(), time: start.elapsed() });

@@ -5,40 +5,28 @@ use std::sync::Arc;
 
 use caustics_kernels::gather::variant::Side;
 use caustics_kernels::interface::counters::DepositState;
+use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::instance::Transform;
 use caustics_kernels::interface::needs::Needs;
 
 use super::{Runner, StepTime};
 use crate::method::{BufferSpec, Step};
 use crate::scene::motion::Placement;
+use crate::vulkan::bound::{BoundPipeline, Resources};
 use crate::vulkan::buffer::Buffer;
 use crate::vulkan::context::Context;
 use crate::vulkan::error::VulkanError;
 use crate::vulkan::frame::Frame;
 use crate::vulkan::memory::{Memory, Purpose};
-use crate::vulkan::passes::{Module, Passes};
-use crate::vulkan::pipeline::{Pipeline, Resources};
+use crate::vulkan::passes::{DeviceOptions, Kernels, Passes};
 use crate::vulkan::primitives::Primitives;
 use crate::vulkan::recorder::Recorder;
 use crate::vulkan::structure::{Hierarchy, Part, Placed};
 
 const SCENE_STRUCTURE: &str = "scene_structure";
 const NEIGHBOUR_STRUCTURE: &str = "neighbour_structure";
-
-/// How to open a device, and the kernels.
-#[derive(Clone, Debug, Default)]
-pub struct GpuOptions {
-    /// Index of the device or a part of its name; none: the best one there is.
-    pub device: Option<String>,
-    /// Whether to trace by ray queries. Without, the device is opened without the feature.
-    pub hardware: bool,
-    /// Whether the validation layer watches and its messages make calls fail.
-    pub validation: bool,
-    /// SPIR-V that needs no ray queries.
-    pub base: Vec<u32>,
-    /// SPIR-V that does; its entry points win over those of `base` if `hardware` is set.
-    pub rayquery: Option<Vec<u32>>,
-}
+/// The uniform buffer of the frame's settings.
+const PARAMS: &str = "params";
 
 /// A Vulkan device with a scene's tables and a plan's buffers.
 pub struct GpuRunner {
@@ -57,26 +45,18 @@ impl GpuRunner {
     /// with `hardware` builds `scene_structure` over the first `triangle_count` rows of `triangles` and over the meshes that
     /// move, whose own triangles are the rows of `object_triangles`.
     pub fn new(
-        options: GpuOptions,
+        options: &DeviceOptions,
         needs: Needs,
         buffers: &[BufferSpec],
         tables: &[(&'static str, &[u8])],
         triangle_count: u32,
         placements: &[Placement],
     ) -> Result<GpuRunner, VulkanError> {
-        let context =
-            Arc::new(Context::new(options.device.as_deref(), options.hardware, options.validation)?);
+        let kernels = Kernels::open(options)?;
+        let context = Arc::clone(kernels.context());
         let memory = Memory::new(Arc::clone(&context))?;
         let frame = Frame::new(&context)?;
-
-        // Modules in the order in which they are searched.
-        let mut modules = Vec::new();
-        if let (true, Some(words)) = (options.hardware, &options.rayquery) {
-            modules.push(Module::new(&context, "rayquery.spv", words)?);
-        }
-        modules.push(Module::new(&context, "base.spv", &options.base)?);
-        let passes = Passes::new(&context, modules, needs)?;
-
+        let passes = Passes::new(kernels, needs);
         let resources =
             Resources { buffers: allocate(&memory, buffers, tables)?, structures: HashMap::new() };
         let mut runner = GpuRunner { frame, passes, resources, memory, context, placements: Vec::new() };
@@ -148,7 +128,7 @@ impl GpuRunner {
     }
 
     /// Runs steps in one submission, of which only the first may have to know how many deposits there are.
-    fn submit(&mut self, steps: &[Step]) -> anyhow::Result<Vec<StepTime>> {
+    fn submit(&mut self, params: &FrameParams, steps: &[Step]) -> anyhow::Result<Vec<StepTime>> {
         let deposits = match steps.first() {
             Some(Step::Structure { side: Side::Photons, count }) => {
                 let state: Vec<u32> = bytemuck::pod_collect_to_vec(&self.read("deposit_state")?);
@@ -162,7 +142,13 @@ impl GpuRunner {
             .map(|step| resolve(passes, resources, step, deposits))
             .collect::<Result<Vec<_>, _>>()?;
         let labels: Vec<_> = steps.iter().map(Step::label).collect();
-        let times = frame.execute(&labels, |recorder, index| actions[index].record(recorder))?;
+        let uniform = resources.buffers.get(PARAMS).ok_or_else(|| unknown(PARAMS))?;
+        let times = frame.execute(&labels, |recorder, index| {
+            if index == 0 {
+                recorder.update(uniform, bytemuck::bytes_of(params));
+            }
+            actions[index].record(recorder);
+        })?;
         Ok(times.into_iter().map(|(pass, time)| StepTime { pass, time }).collect())
     }
 
@@ -205,11 +191,9 @@ impl Runner for GpuRunner {
         Ok(buffer.read(frame)?)
     }
 
-    fn run(&mut self, steps: &[Step]) -> anyhow::Result<Vec<StepTime>> {
+    fn run(&mut self, params: &FrameParams, steps: &[Step]) -> anyhow::Result<Vec<StepTime>> {
         let names = steps.iter().filter_map(|step| match step {
-            Step::Dispatch { pass, .. } => Some(*pass),
-            Step::Index { gather, .. } => Some(gather.index_pass),
-            Step::Gather { gather, .. } => Some(gather.gather_pass),
+            Step::Dispatch { pass, .. } => Some(pass.name),
             Step::Clear { .. } | Step::Structure { .. } => None,
         });
         if let Some(step) = steps.iter().find(|step| matches!(step, Step::Structure { .. })) {
@@ -223,7 +207,7 @@ impl Runner for GpuRunner {
         while !rest.is_empty() {
             let count = rest.iter().skip(1).position(waits).map_or(rest.len(), |index| index + 1);
             let (now, later) = rest.split_at(count);
-            times.extend(self.submit(now)?);
+            times.extend(self.submit(params, now)?);
             rest = later;
         }
         Ok(times)
@@ -242,7 +226,7 @@ fn placed(placements: &[Placement]) -> Vec<Placed> {
 
 /// A step with what it names looked up.
 enum Action<'a> {
-    Dispatch(&'a Pipeline, u32, &'a [u8]),
+    Dispatch(&'a BoundPipeline, u32, &'a [u8]),
     Clear(&'a Buffer),
     Build(&'a Hierarchy, u32),
 }
@@ -264,17 +248,11 @@ fn resolve<'a>(
     deposits: u32,
 ) -> Result<Action<'a>, VulkanError> {
     match step {
-        Step::Dispatch { pass, count, params } => {
-            Ok(Action::Dispatch(passes.get(pass)?, *count, bytemuck::bytes_of(params)))
+        Step::Dispatch { pass, dispatch, .. } => {
+            Ok(Action::Dispatch(passes.get(pass.name)?, dispatch.count, bytemuck::bytes_of(dispatch)))
         }
         Step::Clear { buffer } => {
             resources.buffers.get(buffer).map(Action::Clear).ok_or_else(|| unknown(buffer))
-        }
-        Step::Index { gather, count, params, .. } => {
-            Ok(Action::Dispatch(passes.get(gather.index_pass)?, *count, bytemuck::bytes_of(params)))
-        }
-        Step::Gather { gather, count, params } => {
-            Ok(Action::Dispatch(passes.get(gather.gather_pass)?, *count, bytemuck::bytes_of(params)))
         }
         Step::Structure { side, count } => {
             let neighbours = resources.structures.get(NEIGHBOUR_STRUCTURE);
@@ -286,14 +264,15 @@ fn resolve<'a>(
     }
 }
 
-/// Every named buffer: those of the plan, and one a table.
+/// Every named buffer: that of the frame's settings, those of the plan, and one a table.
 fn allocate(
     memory: &Arc<Memory>,
     buffers: &[BufferSpec],
     tables: &[(&'static str, &[u8])],
 ) -> Result<HashMap<&'static str, Buffer>, VulkanError> {
     let tables = tables.iter().map(|&(name, bytes)| BufferSpec { name, bytes: bytes.len() });
-    let mut named = HashMap::new();
+    let params = memory.buffer(PARAMS, size_of::<FrameParams>() as u64, Purpose::Uniform)?;
+    let mut named = HashMap::from([(PARAMS, params)]);
     for BufferSpec { name, bytes } in buffers.iter().copied().chain(tables) {
         let buffer = memory.buffer(name, bytes as u64, Purpose::Data)?;
         if named.insert(name, buffer).is_some() {

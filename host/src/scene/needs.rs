@@ -10,10 +10,10 @@ use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::packed::{from_byte, to_byte};
 use caustics_kernels::interface::triangle::Triangle;
 use caustics_kernels::math::offset;
-use caustics_kernels::pass::enclosing::enclosing;
 use caustics_kernels::surface::class::{self, Classes};
 use caustics_kernels::surface::ggx::DELTA_ROUGHNESS;
 use caustics_kernels::surface::media::MediaStack;
+use caustics_kernels::trace::enclosing::enclosing;
 use glam::Vec3;
 
 use super::Scene;

@@ -5,9 +5,9 @@
 
 use caustics_kernels::interface::material::{FLAG_HANGING, FLAG_SHEET};
 use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::math::frame::ShadingFrame;
 use caustics_kernels::math::offset;
-use caustics_kernels::math::ray::Ray;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::warp;
 use caustics_kernels::surface::vertex::vertex;

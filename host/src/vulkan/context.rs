@@ -1,5 +1,9 @@
 //! A device opened for compute, with or without ray queries.
 
+use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering::Relaxed;
+
 use ash::{ext, khr, vk};
 
 use super::debug::{Labels, Messages};
@@ -10,7 +14,9 @@ use super::instance::Instance;
 /// An open device and its compute queue. Whatever is made of it keeps it alive through an `Arc`.
 pub struct Context {
     pub(super) raw: ash::Device,
-    pub(super) queue: vk::Queue,
+    /// One submission at a time, whichever runner it is of.
+    pub(super) queue: Mutex<vk::Queue>,
+    lost: AtomicBool,
     pub(super) candidate: Candidate,
     /// Acceleration structures, on a device opened with ray queries.
     pub(super) structures: Option<khr::acceleration_structure::Device>,
@@ -83,7 +89,8 @@ impl Context {
         let structures = hardware.then(|| khr::acceleration_structure::Device::new(&instance.raw, &raw));
         let executables = asks.then(|| khr::pipeline_executable_properties::Device::new(&instance.raw, &raw));
         let labels = Labels(instance.debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &raw)));
-        Ok(Context { raw, queue, candidate, structures, executables, labels, instance })
+        let (queue, lost) = (Mutex::new(queue), AtomicBool::new(false));
+        Ok(Context { raw, queue, lost, candidate, structures, executables, labels, instance })
     }
 
     /// What the device is and can do.
@@ -94,6 +101,16 @@ impl Context {
     /// Whether it was opened with ray queries.
     pub fn is_hardware(&self) -> bool {
         self.structures.is_some()
+    }
+
+    /// Whether the device was lost: nothing runs on it any more.
+    pub fn is_lost(&self) -> bool {
+        self.lost.load(Relaxed)
+    }
+
+    /// Remembers that the device was lost.
+    pub(super) fn lose(&self) {
+        self.lost.store(true, Relaxed);
     }
 
     /// What the validation layer says.

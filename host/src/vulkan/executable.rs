@@ -57,7 +57,7 @@ pub fn compile(module: &Module, pass: &str, needs: Needs) -> Result<Vec<Executab
     if context.executables.is_some() {
         flags |= vk::PipelineCreateFlags::CAPTURE_STATISTICS_KHR;
     }
-    let pipeline = Pipeline::compile(module, entry, needs, vk::PipelineCache::null(), flags)?;
+    let pipeline = Pipeline::new(module, entry, needs, vk::PipelineCache::null(), flags)?;
     executables(&context, pipeline.raw)
 }
 

@@ -1,6 +1,6 @@
 //! One command buffer, recorded anew for every frame, run to its end and timed step by step.
 
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
 
 use ash::vk;
@@ -68,7 +68,13 @@ impl Frame {
         }
         self.record(steps, record)?;
         let start = Instant::now();
-        self.submit().map_err(|error| lost(error, steps))?;
+        self.submit().map_err(|error| {
+            let error = lost(error, steps);
+            if matches!(error, VulkanError::DeviceLost { .. }) {
+                self.context.lose();
+            }
+            error
+        })?;
         let wall = start.elapsed();
         self.context.messages().check()?;
         let times = if self.context.info().timestamps {
@@ -118,9 +124,9 @@ impl Frame {
         // SAFETY: the fence is not in use and the commands are recorded; `&mut self` above keeps others away.
         unsafe {
             device.reset_fences(&fences).map_err(VulkanError::call("vkResetFences"))?;
-            device
-                .queue_submit(self.context.queue, &[submit], self.fence)
-                .map_err(VulkanError::call("vkQueueSubmit"))?;
+            let queue = self.context.queue.lock().unwrap_or_else(PoisonError::into_inner);
+            device.queue_submit(*queue, &[submit], self.fence).map_err(VulkanError::call("vkQueueSubmit"))?;
+            drop(queue);
             loop {
                 match device.wait_for_fences(&fences, true, WAIT_NS) {
                     Err(vk::Result::TIMEOUT) => {}

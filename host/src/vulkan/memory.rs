@@ -25,6 +25,8 @@ pub struct Memory {
 pub enum Purpose {
     /// A named buffer of kernels.
     Data,
+    /// The settings of a frame.
+    Uniform,
     /// Storage of an acceleration structure.
     Structure,
     /// Scratch of an acceleration structure's build.
@@ -106,6 +108,7 @@ fn usage(purpose: Purpose, hardware: bool) -> vk::BufferUsageFlags {
                 Usage::SHADER_DEVICE_ADDRESS | Usage::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR;
             if hardware { plain | input } else { plain }
         }
+        Purpose::Uniform => Usage::UNIFORM_BUFFER | Usage::TRANSFER_DST,
         Purpose::Structure => Usage::ACCELERATION_STRUCTURE_STORAGE_KHR | Usage::SHADER_DEVICE_ADDRESS,
         Purpose::Scratch => Usage::STORAGE_BUFFER | Usage::SHADER_DEVICE_ADDRESS,
         Purpose::Instances => {
@@ -118,7 +121,7 @@ fn usage(purpose: Purpose, hardware: bool) -> vk::BufferUsageFlags {
 
 fn location(purpose: Purpose) -> MemoryLocation {
     match purpose {
-        Purpose::Data | Purpose::Structure | Purpose::Scratch => MemoryLocation::GpuOnly,
+        Purpose::Data | Purpose::Uniform | Purpose::Structure | Purpose::Scratch => MemoryLocation::GpuOnly,
         Purpose::Instances | Purpose::Upload => MemoryLocation::CpuToGpu,
         Purpose::Download => MemoryLocation::GpuToCpu,
     }

@@ -15,6 +15,8 @@ use super::error::VulkanError;
 pub enum BindingKind {
     /// A storage buffer.
     Buffer,
+    /// A uniform buffer.
+    Uniform,
     /// An acceleration structure.
     Structure,
 }
@@ -55,8 +57,12 @@ pub struct Reflection {
 impl Reflection {
     /// Reads a module. `name` stands in errors.
     pub fn new(name: &str, words: &[u32]) -> Result<Reflection, VulkanError> {
+        Reflection::of(name, &load(name, words)?)
+    }
+
+    /// Reads a parsed module. `name` stands in errors.
+    pub fn of(name: &str, source: &Source) -> Result<Reflection, VulkanError> {
         let failed = |reason: String| VulkanError::Module { name: name.into(), reason };
-        let source = rspirv::dr::load_words(words).map_err(|state| failed(state.to_string()))?;
         if source.header.as_ref().is_none_or(|header| header.version() < (1, 4)) {
             return Err(failed(
                 "it is older than SPIR-V 1.4, so entry points do not list what they bind".into(),
@@ -64,7 +70,7 @@ impl Reflection {
         }
 
         let ids = source.types_global_values.iter().filter_map(|i| Some((i.result_id?, i))).collect();
-        let reader = Reader { source: &source, ids };
+        let reader = Reader { source, ids };
         let capabilities = source.capabilities.iter().filter_map(|i| match i.operands[..] {
             [Operand::Capability(capability)] => Some(capability),
             _ => None,
@@ -82,6 +88,12 @@ impl Reflection {
         }
         Ok(reflection)
     }
+}
+
+/// Parses a module. `name` stands in errors.
+pub fn load(name: &str, words: &[u32]) -> Result<Source, VulkanError> {
+    rspirv::dr::load_words(words)
+        .map_err(|state| VulkanError::Module { name: name.into(), reason: state.to_string() })
 }
 
 struct Reader<'a> {
@@ -143,8 +155,9 @@ impl Reader<'_> {
         let binding = number(Decoration::Binding).ok_or(format!("`{name}` has no binding number"))?;
         let kind = match (class, self.ids.get(&pointee).map(|i| i.class.opcode)) {
             (StorageClass::StorageBuffer, Some(Op::TypeStruct)) => BindingKind::Buffer,
+            (StorageClass::Uniform, Some(Op::TypeStruct)) => BindingKind::Uniform,
             (_, Some(Op::TypeAccelerationStructureKHR)) => BindingKind::Structure,
-            _ => return Err(format!("`{name}` is neither a storage buffer nor an acceleration structure")),
+            _ => return Err(format!("`{name}` is neither a buffer nor an acceleration structure")),
         };
         Ok(Binding { binding, name: name.into(), kind })
     }
@@ -236,7 +249,7 @@ mod tests {
         let (fill, twice) = (&base.entry_points["fill"], &base.entry_points["twice"]);
         assert_eq!(names(fill), [(0, "values", BindingKind::Buffer)]);
         assert_eq!(names(twice), [(0, "doubled", BindingKind::Buffer), (1, "values", BindingKind::Buffer)]);
-        assert_eq!((fill.workgroup_size, fill.push_constant_bytes), (64, 52));
+        assert_eq!((fill.workgroup_size, fill.push_constant_bytes), (64, 4));
         assert_eq!(twice.push_constant_bytes, 0);
     }
 

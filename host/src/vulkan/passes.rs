@@ -1,41 +1,43 @@
-//! The passes: entry points of the loaded modules, compiled on first use and kept.
+//! The passes: entry points of the loaded modules, compiled on first use. What is compiled belongs to the process: runners that
+//! open the same device share it.
 
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk;
 use caustics_kernels::interface::needs::Needs;
+use rayon::prelude::*;
+use rspirv::dr::Module as Source;
 use rspirv::spirv::Capability;
 
+use super::bound::{BoundPipeline, Resources};
 use super::cache::PipelineCache;
 use super::context::Context;
 use super::error::VulkanError;
-use super::module::{EntryPoint, Reflection};
-use super::pipeline::{Pipeline, Resources};
+use super::extract::extract;
+use super::module::{EntryPoint, Reflection, load};
+use super::pipeline::Pipeline;
 
-/// A SPIR-V module on the device.
+/// A SPIR-V module for a device.
 pub struct Module {
     reflection: Reflection,
-    pub(super) raw: vk::ShaderModule,
+    source: Source,
     pub(super) context: Arc<Context>,
 }
 
 impl Module {
-    /// Loads a module; `name` stands in errors.
+    /// Reads a module; `name` stands in errors.
     pub fn new(context: &Arc<Context>, name: &str, words: &[u32]) -> Result<Module, VulkanError> {
-        let reflection = Reflection::new(name, words)?;
+        let source = load(name, words)?;
+        let reflection = Reflection::of(name, &source)?;
         let unknown = reflection.capabilities.iter().find(|&&capability| !context.allows(capability));
         if let Some(capability) = unknown {
             let device = &context.info().name;
             let reason = format!("it needs {capability:?}, with which `{device}` was not opened");
             return Err(VulkanError::Module { name: name.into(), reason });
         }
-        let info = vk::ShaderModuleCreateInfo::default().code(words);
-        // SAFETY: the words parse, and the device has every capability.
-        let raw = unsafe { context.raw.create_shader_module(&info, None) }
-            .map_err(VulkanError::call("vkCreateShaderModule"))?;
-        context.labels.name(raw, name);
-        Ok(Module { reflection, raw, context: Arc::clone(context) })
+        Ok(Module { reflection, source, context: Arc::clone(context) })
     }
 
     /// The entry point of a pass.
@@ -47,12 +49,10 @@ impl Module {
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.reflection.entry_points.keys().map(String::as_str)
     }
-}
 
-impl Drop for Module {
-    fn drop(&mut self) {
-        // SAFETY: no pipeline is being created.
-        unsafe { self.context.raw.destroy_shader_module(self.raw, None) };
+    /// Words of a module of a pass alone.
+    pub(super) fn words(&self, entry: &EntryPoint) -> Vec<u32> {
+        extract(&self.source, &entry.name).unwrap_or_default()
     }
 }
 
@@ -71,43 +71,93 @@ impl Context {
     }
 }
 
-/// The passes of a runner.
-pub struct Passes {
-    modules: Vec<Module>,
-    pipelines: HashMap<&'static str, Pipeline>,
-    needs: Needs,
-    cache: PipelineCache,
+/// How to open a device, and what runs on it.
+#[derive(Clone, Debug, Default)]
+pub struct DeviceOptions {
+    /// Index of the device or a part of its name; none: the best one there is.
+    pub device: Option<String>,
+    /// Whether to trace by ray queries. Without, the device is opened without the feature.
+    pub hardware: bool,
+    /// Whether the validation layer watches and its messages make calls fail.
+    pub validation: bool,
+    /// SPIR-V that needs no ray queries.
+    pub base: Vec<u32>,
+    /// SPIR-V that does; its entry points win over those of `base` if `hardware` is set.
+    pub rayquery: Option<Vec<u32>>,
 }
 
-impl Passes {
-    /// The passes of these modules, the earlier winning, specialised for what a scene needs.
-    pub fn new(context: &Arc<Context>, modules: Vec<Module>, needs: Needs) -> Result<Passes, VulkanError> {
-        Ok(Passes { modules, pipelines: HashMap::new(), needs, cache: PipelineCache::open(context)? })
+/// A device with the kernels on it, compiled as they are asked for.
+pub struct Kernels {
+    // Dropped in order: what was made of the device comes before it.
+    // By pass and needs.
+    pipelines: Mutex<HashMap<(&'static str, u32), Arc<Pipeline>>>,
+    cache: PipelineCache,
+    // In the order in which they are searched.
+    modules: Vec<Module>,
+    context: Arc<Context>,
+}
+
+impl Kernels {
+    /// The device of these options: that of the process, if one was opened like it and is not lost.
+    pub fn open(options: &DeviceOptions) -> Result<Arc<Kernels>, VulkanError> {
+        static OPEN: Mutex<Vec<(u64, Arc<Kernels>)>> = Mutex::new(Vec::new());
+        let mut key = DefaultHasher::new();
+        let DeviceOptions { device, hardware, validation, base, rayquery } = options;
+        (device, hardware, validation, base, rayquery).hash(&mut key);
+        let key = key.finish();
+        let mut open = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
+        open.retain(|(_, kernels)| !kernels.context.is_lost());
+        if let Some((_, kernels)) = open.iter().find(|(other, _)| *other == key) {
+            return Ok(Arc::clone(kernels));
+        }
+        let kernels = Arc::new(Kernels::new(options)?);
+        open.push((key, Arc::clone(&kernels)));
+        Ok(kernels)
     }
 
-    /// Compiles those of these passes that are new, each bound to `resources`, which must outlive its dispatches.
-    pub fn prepare(
-        &mut self,
-        names: impl Iterator<Item = &'static str>,
-        resources: &Resources,
-    ) -> Result<(), VulkanError> {
-        let before = self.pipelines.len();
-        for pass in names {
-            if !self.pipelines.contains_key(pass) {
-                let (module, entry) = self.find(pass)?;
-                let pipeline = Pipeline::new(module, entry, self.needs, resources, &self.cache)?;
-                self.pipelines.insert(pass, pipeline);
-            }
+    fn new(options: &DeviceOptions) -> Result<Kernels, VulkanError> {
+        let DeviceOptions { device, hardware, validation, base, rayquery } = options;
+        let context = Arc::new(Context::new(device.as_deref(), *hardware, *validation)?);
+        let mut modules = Vec::new();
+        if let (true, Some(words)) = (*hardware, rayquery) {
+            modules.push(Module::new(&context, "rayquery.spv", words)?);
         }
-        if self.pipelines.len() > before {
+        modules.push(Module::new(&context, "base.spv", base)?);
+        let cache = PipelineCache::open(&context)?;
+        Ok(Kernels { pipelines: Mutex::default(), cache, modules, context })
+    }
+
+    /// The device.
+    pub fn context(&self) -> &Arc<Context> {
+        &self.context
+    }
+
+    /// These passes, those that nobody asked for yet compiled side by side.
+    fn compiled(&self, passes: &[&'static str], needs: Needs) -> Result<Vec<Arc<Pipeline>>, VulkanError> {
+        let known = |pass| {
+            let pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+            pipelines.get(&(pass, needs.0)).map(Arc::clone)
+        };
+        let found: Vec<_> = passes
+            .par_iter()
+            .map(|&pass| match known(pass) {
+                Some(pipeline) => Ok((pipeline, false)),
+                None => {
+                    let (module, entry) = self.find(pass)?;
+                    let empty = vk::PipelineCreateFlags::empty();
+                    let pipeline = Pipeline::new(module, entry, needs, self.cache.raw, empty)?;
+                    Ok((Arc::new(pipeline), true))
+                }
+            })
+            .collect::<Result<_, VulkanError>>()?;
+        if found.iter().any(|(_, is_new)| *is_new) {
             self.cache.save();
         }
-        Ok(())
-    }
-
-    /// A pass that was prepared.
-    pub fn get(&self, pass: &str) -> Result<&Pipeline, VulkanError> {
-        self.pipelines.get(pass).ok_or_else(|| self.unknown(pass))
+        let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        for (&pass, (pipeline, _)) in passes.iter().zip(&found) {
+            pipelines.entry((pass, needs.0)).or_insert_with(|| Arc::clone(pipeline));
+        }
+        Ok(found.into_iter().map(|(pipeline, _)| pipeline).collect())
     }
 
     fn find(&self, pass: &str) -> Result<(&Module, &EntryPoint), VulkanError> {
@@ -120,5 +170,39 @@ impl Passes {
         known.sort_unstable();
         known.dedup();
         VulkanError::UnknownPass { pass: pass.into(), known: known.join(", ") }
+    }
+}
+
+/// The passes of a runner, each bound to its buffers.
+pub struct Passes {
+    bound: HashMap<&'static str, BoundPipeline>,
+    needs: Needs,
+    kernels: Arc<Kernels>,
+}
+
+impl Passes {
+    /// The passes of a device, specialised for what a scene needs.
+    pub fn new(kernels: Arc<Kernels>, needs: Needs) -> Passes {
+        Passes { bound: HashMap::new(), needs, kernels }
+    }
+
+    /// Binds those of these passes that are new to `resources`, which must outlive their dispatches.
+    pub fn prepare(
+        &mut self,
+        names: impl Iterator<Item = &'static str>,
+        resources: &Resources,
+    ) -> Result<(), VulkanError> {
+        let mut missing: Vec<_> = names.filter(|name| !self.bound.contains_key(name)).collect();
+        missing.sort_unstable();
+        missing.dedup();
+        for (name, pipeline) in missing.iter().zip(self.kernels.compiled(&missing, self.needs)?) {
+            self.bound.insert(name, BoundPipeline::new(pipeline, resources)?);
+        }
+        Ok(())
+    }
+
+    /// A pass that was prepared.
+    pub fn get(&self, pass: &str) -> Result<&BoundPipeline, VulkanError> {
+        self.bound.get(pass).ok_or_else(|| self.kernels.unknown(pass))
     }
 }

@@ -2,9 +2,10 @@
 
 use ash::vk;
 
+use super::bound::BoundPipeline;
 use super::buffer::Buffer;
 use super::context::Context;
-use super::pipeline::{INVOCATIONS_PER_ROW, Pipeline};
+use super::pipeline::INVOCATIONS_PER_ROW;
 use super::structure::Hierarchy;
 
 /// A command buffer being recorded by [`super::frame::Frame::execute`].
@@ -15,10 +16,11 @@ pub struct Recorder<'a> {
 
 impl Recorder<'_> {
     /// Runs a pass once for each index below `count` (and up to the end of the last workgroup).
-    pub fn dispatch(&self, pipeline: &Pipeline, count: u32, push_constants: &[u8]) {
-        let groups = count.div_ceil(pipeline.workgroup_size);
-        let row = INVOCATIONS_PER_ROW / pipeline.workgroup_size;
-        let push_constants = &push_constants[..pipeline.push_constant_bytes as usize];
+    pub fn dispatch(&self, bound: &BoundPipeline, count: u32, push_constants: &[u8]) {
+        let pipeline = &bound.pipeline;
+        let groups = count.div_ceil(pipeline.entry.workgroup_size);
+        let row = INVOCATIONS_PER_ROW / pipeline.entry.workgroup_size;
+        let push_constants = &push_constants[..pipeline.entry.push_constant_bytes as usize];
         if groups == 0 {
             return;
         }
@@ -27,12 +29,19 @@ impl Recorder<'_> {
         // SAFETY: the commands are being recorded; all objects are of this device and outlive the submission.
         unsafe {
             device.cmd_bind_pipeline(commands, point, pipeline.raw);
-            device.cmd_bind_descriptor_sets(commands, point, pipeline.layout, 0, &[pipeline.set], &[]);
+            device.cmd_bind_descriptor_sets(commands, point, pipeline.layout, 0, &[bound.set], &[]);
             if !push_constants.is_empty() {
                 device.cmd_push_constants(commands, pipeline.layout, stage, 0, push_constants);
             }
             device.cmd_dispatch(commands, groups.min(row), groups.div_ceil(row), 1);
         }
+    }
+
+    /// Writes a few bytes to the head of a buffer, for all commands that follow.
+    pub fn update(&self, buffer: &Buffer, bytes: &[u8]) {
+        // SAFETY: the commands are being recorded; the bytes fit the buffer, and their number is a multiple of four.
+        unsafe { self.context.raw.cmd_update_buffer(self.commands, buffer.raw, 0, bytes) };
+        self.barrier();
     }
 
     /// Fills a buffer with zeros.

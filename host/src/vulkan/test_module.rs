@@ -19,22 +19,22 @@ pub(crate) fn skip(error: &VulkanError) {
     eprintln!("skipped: {error}");
 }
 
-/// Entry points `fill`: `values[i] = i + params.width + needs`, and `twice`: `doubled[i] = 2 values[i]`, whose two
+/// Entry points `fill`: `values[i] = i + dispatch.first + needs`, and `twice`: `doubled[i] = 2 values[i]`, whose two
 /// parameters have the binding numbers in the other order.
 pub(crate) fn base() -> Vec<u32> {
     let mut assembler = Assembler::new(false);
     let values_at_0 = assembler.buffer("values", 0);
     let values_at_1 = assembler.buffer("values", 1);
     let doubled = assembler.buffer("doubled", 0);
-    let width = assembler.push_constant(48);
+    let first = assembler.push_constant(0);
     let needs = assembler.needs();
 
-    assembler.entry("fill", &[values_at_0, width], |a, index| {
+    assembler.entry("fill", &[values_at_0, first], |a, index| {
         let (uint, pointer) = (a.uint, a.b.type_pointer(None, StorageClass::PushConstant, a.uint));
         let zero = a.constant(0);
-        let address = a.b.access_chain(pointer, None, width, [zero]).unwrap();
-        let width = a.b.load(uint, None, address, None, []).unwrap();
-        let sum = a.b.i_add(uint, None, index, width).unwrap();
+        let address = a.b.access_chain(pointer, None, first, [zero]).unwrap();
+        let first = a.b.load(uint, None, address, None, []).unwrap();
+        let sum = a.b.i_add(uint, None, index, first).unwrap();
         let sum = a.b.i_add(uint, None, sum, needs).unwrap();
         a.store(values_at_0, index, sum);
     });

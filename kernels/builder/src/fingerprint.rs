@@ -4,10 +4,16 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// FNV-1a hash, 64 bits, of the token streams of all `.rs` files below `folder`, in the order of their paths.
-pub fn fingerprint(folder: &Path) -> std::io::Result<String> {
+/// Folders of what the modules are made of, below `kernels/`: the kernels, and the macro that makes their entry points.
+pub const KERNELS: [&str; 2] = ["src", "macros/src"];
+
+/// FNV-1a hash, 64 bits, of the token streams of all `.rs` files in these folders below `folder`, in the order of their
+/// paths.
+pub fn fingerprint(folder: &Path, folders: &[&str]) -> std::io::Result<String> {
     let mut files = Vec::new();
-    list(folder, &mut files)?;
+    for below in folders {
+        list(&folder.join(below), &mut files)?;
+    }
     files.sort();
     let mut hash = Fnv::default();
     for file in files {
@@ -95,5 +101,45 @@ impl Fnv {
 
     fn hex(&self) -> String {
         format!("{:016x}", self.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The fingerprint of a copy of the kernels' folders in which a file has other text.
+    fn with(file: &str, change: impl Fn(&str) -> String) -> String {
+        let kernels = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        let copy = std::env::temp_dir().join(format!("caustics-fingerprint-{}-{file}", std::process::id()));
+        for below in KERNELS {
+            let mut files = Vec::new();
+            list(&kernels.join(below), &mut files).expect("the sources are there");
+            for path in files {
+                let to = copy.join(path.strip_prefix(&kernels).expect("it is below"));
+                std::fs::create_dir_all(to.parent().expect("a folder")).expect("a folder");
+                std::fs::copy(&path, to).expect("a copy");
+            }
+        }
+        let path = copy.join(file);
+        let text = std::fs::read_to_string(&path).expect("the file is there");
+        std::fs::write(&path, change(&text)).expect("a copy can be written");
+        let found = fingerprint(&copy, &KERNELS).expect("sources parse");
+        std::fs::remove_dir_all(&copy).expect("the copy can be removed");
+        found
+    }
+
+    /// The host compares this with `kernels.lock`: what changes an entry point makes it refuse the compiled kernels.
+    #[test]
+    fn changes_of_kernels_and_of_the_macro_change_it_and_comments_do_not() {
+        for file in ["src/pass/resolve.rs", "macros/src/expand.rs"] {
+            let same = with(file, str::to_string);
+            assert_eq!(with(file, |text| format!("// A remark.\n{text}")), same, "{file}");
+            assert_eq!(
+                with(file, |text| format!("{text}\n#[cfg(test)]\nmod more {{ fn f() {{}} }}\n")),
+                same
+            );
+            assert_ne!(with(file, |text| format!("{text}\nfn more() {{}}\n")), same, "{file}");
+        }
     }
 }

@@ -79,7 +79,7 @@ fn lint(kernels: &Path) -> anyhow::Result<()> {
 fn lock(kernels: &Path, modules: &[(&'static str, Vec<u8>)]) -> anyhow::Result<String> {
     let mut lock =
         String::from("# Written by `cargo kernels`; the host refuses a GPU when the sources differ.\n");
-    lock += &format!("sources = \"{}\"\n", fingerprint::fingerprint(&kernels.join("src"))?);
+    lock += &format!("sources = \"{}\"\n", fingerprint::fingerprint(kernels, &fingerprint::KERNELS)?);
     lock += "compiler = \"rustc_codegen_spirv 0.11.0\"\n";
     for (name, bytes) in modules {
         lock += &format!("\"{name}\" = \"{}\"\n", fingerprint::hash(bytes));

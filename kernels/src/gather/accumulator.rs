@@ -1,79 +1,14 @@
-//! The accumulator: 64-bit fixed point in two words, so that sums commute and no order of threads shows.
-//!
-//! A point has seven words: (low, high) of red, green, blue, and the number of deposits. The quantum is 2^-24 of the
+//! The accumulator: a point has seven words, (low, high) of red, green, blue in [`Quanta`], and the number of deposits. The quantum is 2^-24 of the
 //! largest flux of a light path; an addend is clamped to 2^24 of it, so 2^16 addends of that size still fit.
 
+use crate::interface::counters::Counter;
 use crate::math::is_finite;
+use crate::math::quanta::{LARGEST, Quanta};
 use crate::seam::Atomics;
 use spirv_std::glam::Vec3;
 
 /// Words of one point.
 pub const WORDS: u32 = 7;
-/// Largest addend in quanta: 2^48.
-const LARGEST: f32 = 281_474_976_710_656.0;
-/// 2^32.
-const WORD: f32 = 4_294_967_296.0;
-
-/// A 64-bit integer of quanta.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Quanta {
-    /// Low word.
-    pub low: u32,
-    /// High word.
-    pub high: u32,
-}
-
-impl Quanta {
-    /// `value / quantum`, to the nearest integer; zero for what is not finite or negative, clamped above.
-    #[inline]
-    pub fn from_f32(value: f32, inverse_quantum: f32) -> Self {
-        if !is_finite(value) {
-            return Quanta::default();
-        }
-        let quanta = (value * inverse_quantum + 0.5).clamp(0.0, LARGEST);
-        let high = (quanta * (1.0 / WORD)) as u32;
-        // Exact: both are multiples of an ulp of `quanta`.
-        let low = (quanta - high as f32 * WORD) as u32;
-        Quanta { low, high }
-    }
-
-    /// The same with a sign, as two's complement.
-    #[inline]
-    pub fn from_signed(value: f32, inverse_quantum: f32) -> Self {
-        let magnitude = Quanta::from_f32(value.abs(), inverse_quantum);
-        if value >= 0.0 {
-            return magnitude;
-        }
-        let carry = if magnitude.low == 0 { 1 } else { 0 };
-        Quanta { low: (!magnitude.low).wrapping_add(1), high: (!magnitude.high).wrapping_add(carry) }
-    }
-
-    /// Adds to the two words at `first`; any number of invocations may do so at once.
-    #[inline]
-    pub fn add_to<A: Atomics>(self, words: &mut A, first: u32) {
-        let before = words.add(first, self.low);
-        let carry = if before.wrapping_add(self.low) < before { 1 } else { 0 };
-        let high = self.high.wrapping_add(carry);
-        if high != 0 {
-            words.add(first + 1, high);
-        }
-    }
-
-    /// The value [unit of `quantum`].
-    #[inline]
-    pub fn to_f32(self, quantum: f32) -> f32 {
-        (self.high as f32 * WORD + self.low as f32) * quantum
-    }
-
-    /// Sum with carry.
-    #[inline]
-    pub fn plus(self, other: Quanta) -> Self {
-        let low = self.low.wrapping_add(other.low);
-        let carry = if low < self.low { 1 } else { 0 };
-        Quanta { low, high: self.high.wrapping_add(other.high).wrapping_add(carry) }
-    }
-}
-
 /// The sum of one point's deposits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sum {
@@ -130,6 +65,20 @@ impl Sum {
         words.add(first + 6, self.count);
     }
 
+    /// Adds its counts to the counters of the frame.
+    #[inline(always)]
+    pub fn tally<C: Atomics>(self, counters: &mut C) {
+        if self.count != 0 {
+            counters.add(Counter::Gathered as u32, self.count);
+        }
+        if self.clamped != 0 {
+            counters.add(Counter::Clamped as u32, self.clamped);
+        }
+        if self.non_finite != 0 {
+            counters.add(Counter::NonFinite as u32, self.non_finite);
+        }
+    }
+
     /// The sum in a point's words [unit of `quantum`] and its number of deposits.
     #[inline]
     pub fn read(words: &[u32], point: u32, quantum: f32) -> (Vec3, u32) {
@@ -150,27 +99,6 @@ mod tests {
     }
 
     proptest! {
-        #[test]
-        fn conversion_is_the_nearest_integer(quanta in 0.0f32..2.0e14) {
-            let exact = (f64::from(quanta) + 0.5).floor();
-            let got = to_u64(Quanta::from_f32(quanta, 1.0)) as f64;
-            // quanta + 0.5 is itself rounded to an f32.
-            prop_assert!((got - exact).abs() <= f64::from(quanta) * 1.2e-7 + 1.0);
-        }
-
-        #[test]
-        fn signed_words_hold_the_exact_sum(values in prop::collection::vec(-1.0e9f32..1.0e9, 1..200)) {
-            let mut words = [0u32; 2];
-            let mut atomics = AtomicWords::new(&mut words);
-            let mut exact = 0i64;
-            for &v in &values {
-                Quanta::from_signed(v, 65_536.0).add_to(&mut atomics, 0);
-                let magnitude = to_u64(Quanta::from_f32(v.abs(), 65_536.0)) as i64;
-                exact += if v < 0.0 { -magnitude } else { magnitude };
-            }
-            prop_assert_eq!((u64::from(words[1]) << 32 | u64::from(words[0])) as i64, exact);
-        }
-
         #[test]
         fn words_hold_the_exact_sum(values in prop::collection::vec(0.0f32..1.0e9, 1..200)) {
             let mut words = vec![0u32; 14];

@@ -11,7 +11,7 @@ impl Index for Brute {
     const VARIANT: Variant = Variant {
         name: "brute",
         about: "every point looks at every deposit: the oracle, O(points x deposits)",
-        ..Variant::of::<Brute>()
+        ..Variant::NEW
     };
 
     #[inline(always)]

@@ -17,7 +17,7 @@ use crate::gather::points_rt::write_box;
 use crate::gather::tables::Build;
 use crate::gather::variant::{Over, Side, Stage, Variant, Words};
 use crate::math::max_abs;
-use crate::seam::{Atomics, Scatter, Words as _};
+use crate::seam::{Atomics, Words as _};
 use spirv_std::glam::Vec3;
 
 /// See the head of the file.
@@ -55,7 +55,7 @@ impl Index for PhotonsRt {
             Words::NONE,
         ],
         sorts: true,
-        ..Variant::of_hardware::<PhotonsRt>()
+        ..Variant::NEW
     };
 
     #[inline(always)]

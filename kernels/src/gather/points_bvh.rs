@@ -53,7 +53,7 @@ impl Index for PointsBvh {
             Words(6, Over::PixelsIn(4)),
             Words::NONE,
         ],
-        ..Variant::of::<PointsBvh>()
+        ..Variant::NEW
     };
 
     #[inline(always)]

@@ -41,7 +41,7 @@ impl Index for PointsGrid {
             Words(2, Over::Cells),
             Words(1, Over::Pixels),
         ],
-        ..Variant::of::<PointsGrid>()
+        ..Variant::NEW
     };
 
     #[inline(always)]

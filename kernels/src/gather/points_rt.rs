@@ -23,7 +23,7 @@ impl Index for PointsRt {
         hardware: true,
         frame: &[Stage::Run(0, "bound", Over::Pixels), Stage::Structure(Side::Points)],
         words: [Words(6, Over::Pixels), Words::NONE, Words::NONE, Words::NONE],
-        ..Variant::of_hardware::<PointsRt>()
+        ..Variant::NEW
     };
 
     #[inline(always)]

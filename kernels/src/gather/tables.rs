@@ -4,7 +4,7 @@ use crate::interface::frame::FrameParams;
 use crate::interface::material::Material;
 use crate::interface::needs::Needs;
 use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
-use crate::seam::{AtomicWords, ScatterSlots};
+use crate::seam::{AtomicWords, Slots};
 
 /// What building an index reads and writes.
 pub struct Build<'a> {
@@ -29,9 +29,9 @@ pub struct Build<'a> {
     /// Fourth words.
     pub index_3: AtomicWords<'a>,
     /// Deposits in an order of the index's own.
-    pub sorted_geometry: ScatterSlots<'a, DepositGeometry>,
+    pub sorted_geometry: Slots<'a, DepositGeometry>,
     /// Their light.
-    pub sorted_light: ScatterSlots<'a, DepositLight>,
+    pub sorted_light: Slots<'a, DepositLight>,
 }
 
 impl Build<'_> {

@@ -1,6 +1,11 @@
 //! A gather variant as data: what its index consists of, and when it is built.
 
-use crate::gather::{Gather, Index};
+#[cfg(not(target_arch = "spirv"))]
+use crate::declare::Pass;
+use crate::gather::morton_sort;
+#[cfg(not(target_arch = "spirv"))]
+use crate::gather::{Index, exchange, for_each_gather};
+use crate::interface::frame::FrameParams;
 
 /// What a stage or a pass runs over, an invocation each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,6 +54,36 @@ pub struct Words(pub u32, pub Over);
 impl Words {
     /// No words.
     pub const NONE: Words = Words(0, Over::Count(0));
+
+    /// So many.
+    pub fn count(self, params: &FrameParams) -> u32 {
+        self.0 * self.1.extent(params)
+    }
+}
+
+impl Over {
+    /// Elements there are.
+    pub fn extent(self, params: &FrameParams) -> u32 {
+        match self {
+            Over::Pixels => params.pixel_count(),
+            Over::PixelsIn(share) => params.pixel_count().div_ceil(share),
+            Over::Deposits => params.deposit_capacity,
+            Over::Cells => params.cell_mask + 1,
+            Over::PixelSort(level) => morton_sort::level_count(params.pixel_count(), level),
+            Over::DepositSort(level) => morton_sort::level_count(params.deposit_capacity, level),
+            Over::Count(count) => count,
+        }
+    }
+}
+
+impl Side {
+    /// What a gather runs over: those that search.
+    pub fn searchers(self) -> Over {
+        match self {
+            Side::Points => Over::Deposits,
+            Side::Photons => Over::Pixels,
+        }
+    }
 }
 
 /// A way to bring deposits and collection points together.
@@ -70,41 +105,34 @@ pub struct Variant {
     pub words: [Words; 4],
     /// Whether building moves the deposits into `sorted_geometry` and `sorted_light`, and ids are of those.
     pub sorts: bool,
-    /// Pass that builds.
-    pub index_pass: &'static str,
-    /// Pass that gathers.
-    pub gather_pass: &'static str,
-    /// The passes on a CPU.
+    /// The pass that builds.
     #[cfg(not(target_arch = "spirv"))]
-    pub cpu: cpu::OnCpu,
+    pub index: &'static Pass,
+    /// The pass that gathers.
+    #[cfg(not(target_arch = "spirv"))]
+    pub gather: &'static Pass,
 }
 
 impl Variant {
-    /// An index of deposits that has no stages, words or name yet, with the functions of `G`.
-    pub const fn of<G: Gather>() -> Variant {
-        Variant {
-            #[cfg(not(target_arch = "spirv"))]
-            cpu: cpu::OnCpu { gather: Some(cpu::gather_one::<G>), ..cpu::OnCpu::of::<G>() },
-            ..Variant::of_hardware::<G>()
-        }
-    }
+    /// An index of deposits that has no stages, words or name yet.
+    pub const NEW: Variant = Variant {
+        name: "",
+        about: "",
+        side: Side::Photons,
+        hardware: false,
+        frame: &[],
+        batch: &[],
+        words: [Words::NONE; 4],
+        sorts: false,
+        #[cfg(not(target_arch = "spirv"))]
+        index: &exchange::brute::INDEX,
+        #[cfg(not(target_arch = "spirv"))]
+        gather: &exchange::brute::GATHER,
+    };
 
-    /// The same of an index that ray queries search.
-    pub const fn of_hardware<I: Index>() -> Variant {
-        Variant {
-            name: "",
-            about: "",
-            side: Side::Photons,
-            hardware: false,
-            frame: &[],
-            batch: &[],
-            words: [Words::NONE; 4],
-            sorts: false,
-            index_pass: "index",
-            gather_pass: "gather",
-            #[cfg(not(target_arch = "spirv"))]
-            cpu: cpu::OnCpu::of::<I>(),
-        }
+    /// Elements of the sorted deposits.
+    pub fn sorted(&self, params: &FrameParams) -> u32 {
+        if self.sorts { params.deposit_capacity } else { 0 }
     }
 }
 
@@ -116,61 +144,28 @@ impl PartialEq for Variant {
     }
 }
 
+/// Declares the variants with their passes.
 #[cfg(not(target_arch = "spirv"))]
-pub use cpu::*;
+macro_rules! list {
+    ($([$($file:ident $type:ident $constant:ident;)*])*) => {
+        $($(
+            #[doc = concat!("See `", stringify!($file), "`.")]
+            pub const $constant: Variant = Variant {
+                index: &exchange::$file::INDEX,
+                gather: &exchange::$file::GATHER,
+                ..<crate::gather::$file::$type as Index>::VARIANT
+            };
+        )*)*
 
-/// The variants as a CPU runs them.
+        /// Every gather variant.
+        pub const ALL: &[Variant] = &[$($($constant,)*)*];
+    };
+}
 #[cfg(not(target_arch = "spirv"))]
-mod cpu {
-    use super::Variant;
-    use crate::gather::tables::{Build, Tables};
-    use crate::gather::{Gather, Index, for_each_gather};
-    use crate::pass::gather::gather;
-    use crate::seam::Atomics;
+for_each_gather!(list);
 
-    /// One invocation of a stage of building.
-    pub type BuildOne = fn(u32, u32, &mut Build<'_>);
-    /// One invocation of a gather: tables, counters.
-    pub type GatherOne = fn(u32, &mut Tables<'_>, &mut dyn Atomics);
-
-    /// The passes of a variant as functions.
-    #[derive(Clone, Copy, Debug)]
-    pub struct OnCpu {
-        /// Builds.
-        pub build: BuildOne,
-        /// Gathers; none by ray queries.
-        pub gather: Option<GatherOne>,
-    }
-
-    impl OnCpu {
-        pub(super) const fn of<I: Index>() -> OnCpu {
-            OnCpu { build: I::build, gather: None }
-        }
-    }
-
-    pub(super) fn gather_one<G: Gather>(index: u32, tables: &mut Tables<'_>, mut counters: &mut dyn Atomics) {
-        gather::<G, _>(index, tables, &mut counters);
-    }
-
-    macro_rules! list {
-        ($([$($file:ident $type:ident $constant:ident $index:tt $gather:tt;)*])*) => {
-            $($(
-                #[doc = concat!("See `", stringify!($file), "`.")]
-                pub const $constant: Variant = Variant {
-                    index_pass: $index,
-                    gather_pass: $gather,
-                    ..<crate::gather::$file::$type as Index>::VARIANT
-                };
-            )*)*
-
-            /// Every gather variant.
-            pub const ALL: &[Variant] = &[$($($constant,)*)*];
-        };
-    }
-    for_each_gather!(list);
-
-    /// The variant of this name.
-    pub fn find(name: &str) -> Option<&'static Variant> {
-        ALL.iter().find(|variant| variant.name == name)
-    }
+/// The variant of this name.
+#[cfg(not(target_arch = "spirv"))]
+pub fn find(name: &str) -> Option<&'static Variant> {
+    ALL.iter().find(|variant| variant.name == name)
 }

@@ -1,5 +1,7 @@
-//! Run settings of one frame: the push constants of every pass.
+//! What every pass gets: the settings of the frame, and where a dispatch stands in its pass.
 
+use crate::interface::counters::DepositState;
+use crate::interface::history::HistorySettings;
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::Vec3;
 
@@ -17,12 +19,14 @@ pub struct Camera {
     pub forward: Vec3,
 }
 
-/// Push constants of every pass, at most 128 bytes (what every Vulkan device grants).
+/// Settings of a frame: a uniform buffer that is written once a frame.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct FrameParams {
     /// The eye.
     pub camera: Camera,
+    /// The eye of the frame before.
+    pub previous_camera: Camera,
     /// Image width [px].
     pub width: u32,
     /// Image height [px].
@@ -33,9 +37,7 @@ pub struct FrameParams {
     pub frame: u32,
     /// Light paths of the whole frame.
     pub light_path_count: u32,
-    /// Where this dispatch stands in its pass: the first light path of a batch, the stage of an index, the level of a filter.
-    pub part: u32,
-    /// Light paths of this batch; invocations of a stage of an index, or `EVERY_DEPOSIT`.
+    /// Light paths whose deposits the deposit buffers hold: those of a batch, at most.
     pub light_path_batch: u32,
     /// Scattering vertices between eye and light, at most.
     pub max_bounces: u32,
@@ -59,15 +61,45 @@ pub struct FrameParams {
     pub exposure: f32,
     /// Radiance that camera prefixes see where they leave the scene [W m^-2 sr^-1]; it lights nothing.
     pub background: Vec3,
+    /// Settings of the history.
+    pub history: HistorySettings,
+}
+
+/// Where a dispatch stands in its pass: the push constants of every pass.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Dispatch {
+    /// The first light path of a batch.
+    pub first: u32,
+    /// Invocations.
+    pub count: u32,
+    /// The stage of an index, the level of a filter or of a pyramid, the variant of a splat.
+    pub level: u32,
+    /// 1: at most as many invocations as deposits are stored, which only the device knows.
+    pub stored: u32,
 }
 
 const _: () = assert!(size_of::<Camera>() == 48);
-const _: () = assert!(size_of::<FrameParams>() == 128);
+const _: () = assert!(size_of::<FrameParams>() == 188);
+
+impl Dispatch {
+    /// Invocations there are.
+    #[inline(always)]
+    pub fn limit(&self, deposit_state: &[u32], params: &FrameParams) -> u32 {
+        if self.stored == 0 { self.count } else { self.count.min(params.deposit_count(deposit_state)) }
+    }
+}
 
 impl FrameParams {
     /// Pixels of the image.
     pub fn pixel_count(&self) -> u32 {
         self.width * self.height
+    }
+
+    /// Deposits there are: those stored, as far as they fit.
+    #[inline(always)]
+    pub fn deposit_count(&self, deposit_state: &[u32]) -> u32 {
+        deposit_state[DepositState::Stored as usize].min(self.deposit_capacity)
     }
 
     /// Whether a bit of `filters` is set.
@@ -82,9 +114,6 @@ impl FrameParams {
         f32::from_bits((254 << 23) - self.quantum.to_bits())
     }
 }
-
-/// `FrameParams::light_path_batch` of a stage that runs over the deposits there are.
-pub const EVERY_DEPOSIT: u32 = u32::MAX;
 
 /// Invocations of an entry point along x; further rows of them lie along y.
 pub const INVOCATIONS_PER_ROW: u32 = 1 << 21;

@@ -1,6 +1,5 @@
 //! What outlives a frame: collection points with the light they gathered, and deposits to judge by whether it still holds.
 
-use crate::interface::frame::Camera;
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::Vec3;
 
@@ -46,8 +45,6 @@ pub struct HistorySettings {
     pub most_samples: f32,
     /// 1: light is kept without the point's reflectance, 0: as radiance.
     pub demodulates: u32,
-    /// The eye of the frame before.
-    pub camera: Camera,
 }
 
 /// A deposit of a validation path in the frame before.
@@ -82,5 +79,5 @@ pub fn validation_paths(light_path_count: u32) -> u32 {
 
 const _: () = assert!(size_of::<HistoryPoint>() == 32);
 const _: () = assert!(size_of::<Lent>() == 28);
-const _: () = assert!(size_of::<HistorySettings>() == 64);
+const _: () = assert!(size_of::<HistorySettings>() == 16);
 const _: () = assert!(size_of::<ValidationDeposit>() == 20);

@@ -1,6 +1,6 @@
 //! Inputs and outputs of the single steps that the twin tests run on every runner.
 
-use crate::math::ray::{Hit, Ray};
+use crate::interface::ray::{Hit, Ray};
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::Vec3;
 

@@ -1,6 +1,6 @@
 //! The seam of light tracing: how a light path leaves its light.
 
-use crate::math::ray::Ray;
+use crate::interface::ray::Ray;
 use spirv_std::glam::{Vec3, Vec4};
 
 /// The start of a light path.

@@ -4,11 +4,11 @@
 use crate::interface::NONE;
 use crate::interface::light::{LIGHT_DIRECTIONAL, LIGHT_SPOT};
 use crate::interface::needs::Needs;
+use crate::interface::ray::Ray;
 use crate::interface::scene::SceneTables;
 use crate::light::emit::{Emit, Leaving};
 use crate::light::{choose, directional, spot};
 use crate::math::frame::ShadingFrame;
-use crate::math::ray::Ray;
 use crate::math::{PI, offset, warp};
 use crate::texture::emission::emission_at;
 use spirv_std::glam::Vec4;

@@ -1,6 +1,7 @@
 //! `collect`: traces a camera path through each pixel. Its prefix of specular events ends at the collection point;
 //! beside it the path gathers all light that is no caustic.
 
+use crate::declare::pass;
 use crate::interface::NONE;
 use crate::interface::counters::Counter;
 use crate::interface::frame::{FrameParams, PIXEL_FILTER_BOX, TEXTURE_FILTER_FINEST};
@@ -8,17 +9,15 @@ use crate::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAGS_SCATTER_TEXTURE, Ma
 use crate::interface::needs::Needs;
 use crate::interface::packed::to_signed_shares;
 use crate::interface::point::{PointGeometry, PointShading};
+use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
 use crate::light::connect::{Connection, connect, pdf_solid_angle};
 use crate::math::cone::RayCone;
 use crate::math::is_finite;
 use crate::math::offset;
 use crate::math::pencil::Pencil;
-use crate::math::ray::{Hit, Ray};
 use crate::math::rng::{Rng, Stream};
-use crate::pass::enclosing::enclosing;
-use crate::pass::reach::{reach, unblocked};
-use crate::seam::Atomics;
+use crate::seam::{Atomics, Slots};
 use crate::surface::class::Classes;
 use crate::surface::media::MediaStack;
 use crate::surface::scatter::{Departure, Site};
@@ -26,6 +25,8 @@ use crate::surface::textured::{material_at, packed};
 use crate::surface::turn::normal_change;
 use crate::surface::vertex::{Vertex, vertex};
 use crate::trace::Tracer;
+use crate::trace::enclosing::enclosing;
+use crate::trace::reach::{reach, unblocked};
 use spirv_std::glam::Vec3;
 
 /// Where there is none of these, all that bends a path is plane mirrors.
@@ -66,9 +67,32 @@ pub fn camera_ray(params: &FrameParams, pixel: u32, rng: &mut Rng) -> Ray {
     Ray::endless(camera.position, (camera.forward + along_x + along_y).normalize())
 }
 
+/// Camera paths, a pixel an invocation.
+#[pass(name = "collect", over = params.pixel_count(), work = Camera)]
+pub fn collect(
+    place: u32,
+    params: &FrameParams,
+    needs: Needs,
+    scene: SceneTables<'_>,
+    tracer: &mut impl Tracer,
+    counters: &mut impl Atomics,
+    #[len = params.pixel_count()] pixel_order: &[u32],
+    mut path_radiance: Slots<'_, Vec3>,
+    mut seen_radiance: Slots<'_, Vec3>,
+    mut point_geometry: Slots<'_, PointGeometry>,
+    mut point_shading: Slots<'_, PointShading>,
+) {
+    let pixel = pixel_order[place as usize];
+    let collected = camera_path(pixel, params, needs, scene, tracer, counters);
+    path_radiance.write(pixel, collected.radiance);
+    seen_radiance.write(pixel, collected.seen);
+    point_geometry.write(pixel, collected.geometry);
+    point_shading.write(pixel, collected.shading);
+}
+
 /// Traces the path of one pixel.
 #[inline(always)]
-pub fn collect<T: Tracer, C: Atomics>(
+pub fn camera_path<T: Tracer, C: Atomics>(
     pixel: u32,
     params: &FrameParams,
     needs: Needs,

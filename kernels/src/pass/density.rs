@@ -4,10 +4,13 @@
 //! Densities are relative: 1 is the mean of a map. So the clamp below bounds the flux of a path, at an eighth of the mean
 //! eight times that of a uniform start, and an eighth of the paths go on looking where no photon was seen.
 
-use crate::gather::accumulator::Quanta;
+use crate::declare::pass;
 use crate::interface::density::DensityTexel;
-use crate::light::density_map::{FEEDBACK_WORDS, NODES, SIDE, SIDE_LOG2, TEXELS, first};
-use crate::pass::scatter_photons::FEEDBACK_INVERSE_QUANTUM;
+use crate::interface::frame::Dispatch;
+use crate::light::density_map::{FEEDBACK_WORDS, MAPS, NODES, SIDE, SIDE_LOG2, TEXELS, first, map_count};
+use crate::math::quanta::Quanta;
+use crate::pass::shoot_yang2021::FEEDBACK_INVERSE_QUANTUM;
+use crate::seam::Slots;
 
 /// Screen area that a photon should have [px]; the least that a footprint has is 2.5.
 const TARGET: f32 = 4.0;
@@ -23,6 +26,30 @@ const LEAST: f32 = 0.125;
 const MOST: f32 = 4096.0;
 /// Most growth in a frame.
 const MOST_GROWTH: f32 = 8.0;
+
+/// New densities from the feedback of the last frame, a texel an invocation.
+#[pass(name = "density.update", over = map_count(params.light_count) * TEXELS, work = Guide)]
+pub fn density_update(
+    texel: u32,
+    density_tree: &[f32],
+    density_feedback: &[u32],
+    #[len = MAPS * TEXELS] mut density: Slots<'_, DensityTexel>,
+) {
+    let before = density.read(texel);
+    density.write(texel, update(texel, &before, density_tree, density_feedback));
+}
+
+/// A level of the pyramids, a node an invocation.
+#[pass(name = "density.sum", over = map_count(params.light_count) * TEXELS, work = Guide)]
+pub fn density_sum(
+    node: u32,
+    dispatch: Dispatch,
+    density: &[DensityTexel],
+    #[len = MAPS * NODES] mut density_tree: Slots<'_, f32>,
+) {
+    let (place, sum) = sum(node, dispatch.level, density, &density_tree);
+    density_tree.write(place, sum);
+}
 
 /// The new density of a texel, counted over all maps, from its old row and the pyramids of the last frame.
 #[inline(always)]
@@ -63,7 +90,7 @@ pub fn update(texel: u32, before: &DensityTexel, tree: &[f32], feedback: &[u32])
 
 /// A node of level `level`, counted over all maps: (its place in the pyramids, its sum).
 #[inline(always)]
-pub fn sum(index: u32, level: u32, densities: &[DensityTexel], tree: &[f32]) -> (u32, f32) {
+pub fn sum(index: u32, level: u32, densities: &[DensityTexel], tree: &Slots<'_, f32>) -> (u32, f32) {
     let nodes = TEXELS >> (2 * level);
     let (map, node) = (index / nodes, index % nodes);
     let base = map * NODES;
@@ -73,9 +100,9 @@ pub fn sum(index: u32, level: u32, densities: &[DensityTexel], tree: &[f32]) -> 
     }
     let side = SIDE >> level;
     let (x, y) = (node % side, node / side);
-    let corner = (base + first(level - 1) + 4 * y * side + 2 * x) as usize;
-    let row = 2 * side as usize;
-    (place, tree[corner] + tree[corner + 1] + tree[corner + row] + tree[corner + row + 1])
+    let corner = base + first(level - 1) + 4 * y * side + 2 * x;
+    let (below, above) = (corner, corner + 2 * side);
+    (place, tree.read(below) + tree.read(below + 1) + tree.read(above) + tree.read(above + 1))
 }
 
 /// Nodes of a level over so many maps.

@@ -11,13 +11,15 @@
 //! Cost: a level reads 60 bytes of itself and of 24 neighbours (1500 B a pixel from caches, 60 from memory) and
 //! writes 12; the guide reads 120 and writes 72. Wrong: shadows blur by 2 pixels (standard deviation) and a bit more.
 
+use crate::declare::pass;
 use crate::interface::NONE;
 use crate::interface::filter::{FILTER_LEVELS, FilterGuide};
-use crate::interface::frame::FrameParams;
+use crate::interface::frame::{Dispatch, FrameParams};
 use crate::interface::material::{FLAG_COLOR_TEXTURE, Material};
 use crate::interface::needs::Needs;
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::math::is_finite;
+use crate::seam::Slots;
 use crate::surface::textured::material_of;
 use spirv_std::glam::Vec3;
 
@@ -32,6 +34,50 @@ const COMPARED: f32 = 4.0;
 /// Square of the contrast (a - b) / (a + b) that quarters an exchange one pixel apart; it falls with the step, as noise
 /// does with each level. Of 0.3 to 1 and falls of 0 to 1 the error of `mirror-room` and `glossy-room` was least.
 const CONTRAST: f32 = 0.25;
+
+/// Features of the pixels, and the light that is filtered.
+#[pass(name = "filter.guide", over = params.pixel_count(), work = Filter)]
+pub fn guide(
+    pixel: u32,
+    needs: Needs,
+    path_radiance: &[Vec3],
+    point_geometry: &[PointGeometry],
+    point_shading: &[PointShading],
+    materials: &[Material],
+    mut seen_radiance: Slots<'_, Vec3>,
+    mut filter_guides: Slots<'_, FilterGuide>,
+    mut filter_light: Slots<'_, Vec3>,
+) {
+    let i = pixel as usize;
+    let (radiance, seen) = (path_radiance[i], seen_radiance.read(pixel));
+    let start = start(radiance, seen, &point_geometry[i], &point_shading[i], materials, needs);
+    seen_radiance.write(pixel, start.seen);
+    filter_guides.write(pixel, start.guide);
+    filter_light.write(pixel, start.light);
+}
+
+/// One level; even levels read `filter_light` and write `path_radiance`, odd ones the other way.
+#[pass(name = "filter.atrous", over = params.pixel_count(), work = Filter)]
+pub fn atrous(
+    pixel: u32,
+    params: &FrameParams,
+    dispatch: Dispatch,
+    filter_guides: &[FilterGuide],
+    seen_radiance: &[Vec3],
+    mut filter_light: Slots<'_, Vec3>,
+    mut path_radiance: Slots<'_, Vec3>,
+) {
+    let number = dispatch.level;
+    if number.is_multiple_of(2) {
+        let mut light = level(pixel, number, params, filter_guides, &filter_light);
+        if number + 1 == FILTER_LEVELS {
+            light = seen_radiance[pixel as usize] + light;
+        }
+        path_radiance.write(pixel, light);
+    } else {
+        filter_light.write(pixel, level(pixel, number, params, filter_guides, &path_radiance));
+    }
+}
 
 /// What a pixel starts with.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,13 +128,19 @@ pub fn start(
 /// Each term is the negative of the other pixel's; where l is proportional to s all terms are 0; with k and w in [0, 1]
 /// and sum k = 1 no light turns negative.
 #[inline(always)]
-pub fn level(pixel: u32, params: &FrameParams, guides: &[FilterGuide], light: &[Vec3]) -> Vec3 {
-    let own = light[pixel as usize];
+pub fn level(
+    pixel: u32,
+    number: u32,
+    params: &FrameParams,
+    guides: &[FilterGuide],
+    light: &Slots<'_, Vec3>,
+) -> Vec3 {
+    let own = light.read(pixel);
     let guide = guides[pixel as usize];
     if guide.material == NONE {
         return own;
     }
-    let step = 1 << params.part;
+    let step = 1 << number;
     let (width, height) = (params.width as i32, params.height as i32);
     let (column, row) = ((pixel % params.width) as i32, (pixel / params.width) as i32);
     let mut sum = Vec3::ZERO;
@@ -100,21 +152,15 @@ pub fn level(pixel: u32, params: &FrameParams, guides: &[FilterGuide], light: &[
             let x = column + dx * step;
             let inside = x >= 0 && y >= 0 && x < width && y < height;
             if inside && (dx != 0 || dy != 0) {
-                let other = (y * width + x) as usize;
+                let other = (y * width + x) as u32;
                 let k = spline(dx) * spline(dy);
-                sum += exchange(&guide, own, &guides[other], light[other], step as f32) * k;
+                sum += exchange(&guide, own, &guides[other as usize], light.read(other), step as f32) * k;
             }
             dx += 1;
         }
         dy += 1;
     }
     own + sum
-}
-
-/// The radiance of a pixel: of the last level with what was not filtered.
-#[inline(always)]
-pub fn finish(light: Vec3, seen: Vec3, params: &FrameParams) -> Vec3 {
-    if params.part + 1 == FILTER_LEVELS { seen + light } else { light }
 }
 
 /// What a pixel gets from another less what it gives, `step` pixels apart by the kernel's unit.

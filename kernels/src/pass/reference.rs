@@ -1,20 +1,37 @@
 //! `reference`: plain path tracing of everything, a sample a pixel. It is `collect` that follows specular lobes behind the
 //! collection point too, and so finds by chance what light paths and the gather find on purpose. Unbiased.
 
+use crate::declare::pass;
 use crate::interface::frame::FrameParams;
 use crate::interface::needs::Needs;
 use crate::interface::scene::SceneTables;
 use crate::math::cone::RayCone;
 use crate::math::rng::{Rng, Stream};
 use crate::pass::collect::{camera_ray, follow};
-use crate::seam::Atomics;
+use crate::seam::{Atomics, Slots};
 use crate::surface::class::Classes;
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
 
-/// Radiance [W m^-2 sr^-1] along one path through a pixel; another frame is an independent sample.
+/// Paths of the reference, a pixel an invocation.
+#[pass(name = "reference", over = params.pixel_count(), work = Camera)]
+pub fn reference(
+    place: u32,
+    params: &FrameParams,
+    needs: Needs,
+    scene: SceneTables<'_>,
+    tracer: &mut impl Tracer,
+    counters: &mut impl Atomics,
+    #[len = params.pixel_count()] pixel_order: &[u32],
+    mut path_radiance: Slots<'_, Vec3>,
+) {
+    let pixel = pixel_order[place as usize];
+    path_radiance.write(pixel, sample(pixel, params, needs, scene, tracer, counters));
+}
+
+/// Radiance (W m^-2 sr^-1) along one path through a pixel; another frame is an independent sample.
 #[inline(always)]
-pub fn reference<T: Tracer, C: Atomics>(
+pub fn sample<T: Tracer, C: Atomics>(
     pixel: u32,
     params: &FrameParams,
     needs: Needs,

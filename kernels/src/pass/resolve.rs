@@ -1,24 +1,35 @@
 //! `resolve`: flux to radiance, L = T a / (pi R^2).
 
-use crate::gather::accumulator::Sum;
+use crate::declare::pass;
+use crate::gather::accumulator::{self, Sum};
 use crate::interface::frame::FrameParams;
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::math::PI;
+use crate::seam::Slots;
 use spirv_std::glam::Vec3;
 
-/// Radiance of the caustic at a pixel [W m^-2 sr^-1] from the sum of f times flux at its point.
-#[inline(always)]
+/// Radiance of the caustic at each pixel.
+#[pass(name = "resolve", over = params.pixel_count(), work = Resolve)]
 pub fn resolve(
     pixel: u32,
-    point: &PointGeometry,
-    shading: &PointShading,
-    accumulator: &[u32],
     params: &FrameParams,
-) -> Vec3 {
-    if point.depth == 0 {
-        return Vec3::ZERO;
+    point_geometry: &[PointGeometry],
+    point_shading: &[PointShading],
+    #[len = params.pixel_count() * accumulator::WORDS] accumulator: &[u32],
+    mut caustic_radiance: Slots<'_, Vec3>,
+) {
+    let point = &point_geometry[pixel as usize];
+    let mut caustic = Vec3::ZERO;
+    if point.depth != 0 {
+        let (sum, _) = Sum::read(accumulator, pixel, params.quantum);
+        caustic = radiance(point, &point_shading[pixel as usize], sum);
     }
-    let (sum, _) = Sum::read(accumulator, pixel, params.quantum);
+    caustic_radiance.write(pixel, caustic);
+}
+
+/// Radiance of the caustic at a point (W m^-2 sr^-1) from its sum of f times flux (W sr^-1).
+#[inline(always)]
+pub fn radiance(point: &PointGeometry, shading: &PointShading, sum: Vec3) -> Vec3 {
     // Divide twice: the square of a small radius may underflow.
     shading.throughput * (sum / point.radius) / (PI * point.radius)
 }

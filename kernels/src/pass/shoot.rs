@@ -1,31 +1,64 @@
-//! `shoot`: traces light sub-paths. Every hit after at least one specular event deposits its flux.
+//! `shoot.*`: traces light sub-paths. Every hit after at least one specular event deposits its flux.
 
-use crate::gather::receive::Receive;
-use crate::interface::counters::Counter;
-use crate::interface::frame::FrameParams;
+pub mod ledger;
+pub mod receive;
+
+use crate::declare::pass;
+use crate::interface::counters::{Counter, DEPOSIT_STATE_COUNT};
+use crate::interface::frame::{Dispatch, FrameParams};
 use crate::interface::material::FLAGS_SCATTER_TEXTURE;
 use crate::interface::needs::Needs;
 use crate::interface::point::{DepositGeometry, DepositLight};
 use crate::interface::scene::SceneTables;
 use crate::light::emit::Emit;
+use crate::light::power::ByPower;
 use crate::math::is_finite;
 use crate::math::rng::{Rng, Stream};
-use crate::pass::enclosing::enclosing;
-use crate::pass::ledger::Ledger;
-use crate::pass::reach::reach;
-use crate::seam::Atomics;
+use crate::seam::{AtomicWords, Atomics, Slots};
 use crate::surface::class::Classes;
 use crate::surface::media::MediaStack;
 use crate::surface::scatter::{Departure, Site};
 use crate::surface::textured::material_at;
 use crate::surface::vertex::vertex;
 use crate::trace::Tracer;
+use crate::trace::enclosing::enclosing;
+use crate::trace::reach::reach;
+use ledger::Ledger;
+use receive::{Receive, Store};
 use spirv_std::glam::Vec3;
 
-/// Traces light path `params.part + index`; what its receiver carried along the way.
+/// Light paths of a batch, one an invocation; deposits are stored.
+#[pass(name = "shoot.store", over = params.light_path_batch, work = Light)]
+pub fn shoot_store(
+    index: u32,
+    params: &FrameParams,
+    dispatch: Dispatch,
+    needs: Needs,
+    scene: SceneTables<'_>,
+    tracer: &mut impl Tracer,
+    counters: &mut impl Atomics,
+    #[len = params.deposit_capacity] deposit_geometry: Slots<'_, DepositGeometry>,
+    #[len = params.deposit_capacity] deposit_light: Slots<'_, DepositLight>,
+    #[len = DEPOSIT_STATE_COUNT as u32] deposit_state: AtomicWords<'_>,
+) {
+    let emit = ByPower { scene, light_count: params.light_count, needs };
+    let mut store = Store {
+        geometry: deposit_geometry,
+        light: deposit_light,
+        state: deposit_state,
+        capacity: params.deposit_capacity,
+    };
+    let path = dispatch.first + index;
+    let dropped = shoot(path, params, needs, scene, &emit, tracer, &mut store, counters);
+    if dropped != 0 {
+        counters.add(Counter::DepositsDropped as u32, dropped);
+    }
+}
+
+/// Traces a light path; what its receiver carried along the way.
 #[inline(always)]
 pub fn shoot<E: Emit, T: Tracer, R: Receive, C: Atomics>(
-    index: u32,
+    path: u32,
     params: &FrameParams,
     needs: Needs,
     scene: SceneTables<'_>,
@@ -34,7 +67,6 @@ pub fn shoot<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     receive: &mut R,
     counters: &mut C,
 ) -> R::Way {
-    let path = params.part + index;
     let rng = Rng::new(Stream::Light, params.seed, path, params.frame);
     follow(path, rng, params, needs, scene, emit, tracer, receive, counters)
 }

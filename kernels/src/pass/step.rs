@@ -1,20 +1,69 @@
-//! Single steps on their own, for the twin tests: the same numbers must come out of every runner.
+//! `step.*`: single steps on their own, for the twin tests: the same numbers must come out of every runner. There are as many
+//! as a batch has light paths.
 
+use crate::declare::pass;
 use crate::interface::NONE;
 use crate::interface::frame::FrameParams;
 use crate::interface::needs::Needs;
+use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
 use crate::interface::step::{EmitStep, SampleStep, ScatterIn, ScatterOut};
 use crate::light::connect::connect;
 use crate::light::emit::Emit;
+use crate::light::power::ByPower;
 use crate::math::rng::{Rng, Stream};
 use crate::math::warp;
+use crate::seam::Slots;
 use crate::surface::class::Classes;
 use crate::surface::media::MediaStack;
 use crate::surface::scatter::Site;
 use crate::surface::textured::material_at;
 use crate::surface::vertex::vertex;
+use crate::trace::Tracer;
 use spirv_std::glam::{Vec3, Vec4};
+
+/// Random numbers and every warp.
+#[pass(name = "step.sample", over = params.light_path_batch, work = Step)]
+pub fn step_sample(index: u32, params: &FrameParams, mut samples: Slots<'_, SampleStep>) {
+    samples.write(index, sample(index, params));
+}
+
+/// Closest hits of given rays.
+#[pass(name = "step.hit", over = params.light_path_batch, work = Step)]
+pub fn step_hit(
+    index: u32,
+    tracer: &mut impl Tracer,
+    #[len = params.light_path_batch] rays: &[Ray],
+    mut hits: Slots<'_, Hit>,
+) {
+    hits.write(index, tracer.closest(&rays[index as usize]));
+}
+
+/// Scattering events.
+#[pass(name = "step.scatter", over = params.light_path_batch, work = Step)]
+pub fn step_scatter(
+    index: u32,
+    params: &FrameParams,
+    needs: Needs,
+    scene: SceneTables<'_>,
+    #[len = params.light_path_batch] scatter_in: &[ScatterIn],
+    mut scatter_out: Slots<'_, ScatterOut>,
+) {
+    scatter_out.write(index, scatter(&scatter_in[index as usize], params, needs, scene));
+}
+
+/// Starts of light paths and direct connections.
+#[pass(name = "step.emit", over = params.light_path_batch, work = Step)]
+pub fn step_emit(
+    index: u32,
+    params: &FrameParams,
+    needs: Needs,
+    scene: SceneTables<'_>,
+    mut emit_steps: Slots<'_, EmitStep>,
+) {
+    let by_power = ByPower { scene, light_count: params.light_count, needs };
+    emit_steps.write(index, emit(index, params, needs, scene, &by_power));
+}
 
 /// Random numbers and every warp.
 #[inline(always)]

@@ -4,55 +4,67 @@
 //! A path keeps its numbers for eight frames, and paths take turns in drawing new ones; in that frame a path only
 //! remembers. All marks are made where things were in the frame before.
 
-use crate::gather::receive::Receive;
+use crate::declare::pass;
 use crate::interface::frame::FrameParams;
-use crate::interface::history::{VALIDATION_DEPOSITS, VALIDATION_PERIOD, ValidationDeposit};
+use crate::interface::history::{
+    VALIDATION_CELLS, VALIDATION_DEPOSITS, VALIDATION_PERIOD, ValidationDeposit, validation_paths,
+};
 use crate::interface::instance::Instance;
 use crate::interface::needs::Needs;
 use crate::interface::point::{DepositGeometry, DepositLight};
 use crate::interface::scene::SceneTables;
-use crate::light::emit::Emit;
+use crate::light::power::ByPower;
 use crate::math::rng::{Rng, Stream};
 use crate::pass::shoot;
-use crate::reuse::cells::{Carrier, LONGEST, When, direct_radius, mark};
-use crate::seam::{Atomics, Uncounted};
+use crate::pass::shoot::receive::Receive;
+use crate::reuse::cells::{self, Carrier, LONGEST, When, direct_radius, mark};
+use crate::seam::{AtomicWords, Slots, Uncounted};
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
 
-/// Traces validation path `path`; its deposits of the frame before start at row `first` of `deposits`.
-#[inline(always)]
-pub fn validate<E: Emit, T: Tracer, A: Atomics>(
+/// Validation paths, one an invocation.
+#[pass(name = "validate", over = validation_paths(params.light_path_count), work = Reuse)]
+pub fn validate(
     path: u32,
     params: &FrameParams,
     needs: Needs,
     scene: SceneTables<'_>,
+    tracer: &mut impl Tracer,
     instances: &[Instance],
-    emit: &E,
-    tracer: &mut T,
-    deposits: &mut [ValidationDeposit],
-    first: u32,
-    cells: A,
+    #[len = validation_paths(params.light_path_count) * VALIDATION_DEPOSITS] validation_deposits: Slots<
+        '_,
+        ValidationDeposit,
+    >,
+    #[len = cells::WORDS * VALIDATION_CELLS] validation_cells: AtomicWords<'_>,
 ) {
+    let emit = ByPower { scene, light_count: params.light_count, needs };
     let turn = params.frame.wrapping_add(path);
     let rng = Rng::new(Stream::Validation, params.seed, path, turn / VALIDATION_PERIOD);
     let compares = !turn.is_multiple_of(VALIDATION_PERIOD);
-    let mut receive = Compare { deposits, first, compares, instances, params, cells };
+    let mut receive = Compare {
+        deposits: validation_deposits,
+        first: path * VALIDATION_DEPOSITS,
+        compares,
+        instances,
+        params,
+        cells: validation_cells,
+    };
     let needs = Needs(needs.0 & !Needs::LEDGER.0);
-    let count = shoot::follow(path, rng, params, needs, scene, emit, tracer, &mut receive, &mut Uncounted);
+    let count = shoot::follow(path, rng, params, needs, scene, &emit, tracer, &mut receive, &mut Uncounted);
     receive.close(count);
 }
 
 /// Compares deposits with those of the frame before, and takes their place.
-struct Compare<'a, A> {
-    deposits: &'a mut [ValidationDeposit],
+struct Compare<'a> {
+    deposits: Slots<'a, ValidationDeposit>,
     first: u32,
     compares: bool,
     instances: &'a [Instance],
     params: &'a FrameParams,
-    cells: A,
+    cells: AtomicWords<'a>,
 }
 
-impl<A: Atomics> Receive for Compare<'_, A> {
+impl Receive for Compare<'_> {
     /// Deposits of the path so far.
     type Way = u32;
 
@@ -61,13 +73,13 @@ impl<A: Atomics> Receive for Compare<'_, A> {
         if *count >= VALIDATION_DEPOSITS {
             return;
         }
-        let row = (self.first + *count) as usize;
+        let row = self.first + *count;
         let now = ValidationDeposit {
             position: geometry.position,
             flux: light.flux.element_sum(),
             instance: geometry.instance,
         };
-        let before = self.deposits[row];
+        let before = self.deposits.read(row);
         if self.compares {
             // Where this place of the surface was.
             let place = self.instances[now.instance as usize].to_previous.point(now.position);
@@ -83,12 +95,12 @@ impl<A: Atomics> Receive for Compare<'_, A> {
                 self.compare(&before, &now, below.0, below.1, now.position);
             }
         }
-        self.deposits[row] = now;
+        self.deposits.write(row, now);
         *count += 1;
     }
 }
 
-impl<A: Atomics> Compare<'_, A> {
+impl Compare<'_> {
     /// Marks both ends of the way from a deposit to the one that came instead, at `place`.
     #[inline(always)]
     fn compare(
@@ -118,8 +130,8 @@ impl<A: Atomics> Compare<'_, A> {
     #[inline(always)]
     fn close(&mut self, mut count: u32) {
         while count < VALIDATION_DEPOSITS {
-            let row = (self.first + count) as usize;
-            let before = self.deposits[row];
+            let row = self.first + count;
+            let before = self.deposits.read(row);
             if self.compares && before.flux > 0.0 {
                 let carrier = Carrier::instance(before.instance);
                 self.mark(before.position, carrier, When::Before, before.flux, LONGEST);
@@ -128,7 +140,7 @@ impl<A: Atomics> Compare<'_, A> {
                     self.mark(before.position, below, When::Before, before.flux, LONGEST);
                 }
             }
-            self.deposits[row] = ValidationDeposit::default();
+            self.deposits.write(row, ValidationDeposit::default());
             count += 1;
         }
     }

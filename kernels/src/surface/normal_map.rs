@@ -3,9 +3,9 @@
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
+use crate::interface::ray::Hit;
 use crate::interface::scene::TextureTables;
 use crate::interface::texture::{MaterialTextures, TextureCoordinates};
-use crate::math::ray::Hit;
 use crate::texture::sample::sample;
 use spirv_std::glam::{Vec2, Vec3};
 

@@ -2,9 +2,9 @@
 
 use crate::interface::material::Material;
 use crate::interface::needs::Needs;
+use crate::interface::ray::Ray;
 use crate::math::frame::ShadingFrame;
 use crate::math::offset;
-use crate::math::ray::Ray;
 use crate::surface::class::Classes;
 use crate::surface::fold::folded;
 use crate::surface::media::MediaStack;

@@ -4,8 +4,8 @@
 use spirv_std::num_traits::Float;
 
 use crate::interface::needs::Needs;
+use crate::interface::ray::Hit;
 use crate::interface::scene::SceneTables;
-use crate::math::ray::Hit;
 use spirv_std::glam::Vec3;
 
 /// Change of the unit interpolated normal at `hit`, on the side that the path met, for a small `step` along the face [m];

@@ -5,9 +5,9 @@ use spirv_std::num_traits::Float;
 
 use crate::interface::material::{FLAG_NORMAL_MAP, FLAGS_TEXTURE};
 use crate::interface::needs::Needs;
+use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
 use crate::math::offset;
-use crate::math::ray::{Hit, Ray};
 use crate::surface::normal_map;
 use crate::texture::cut_out::uv;
 use spirv_std::glam::{Vec2, Vec3};

@@ -4,8 +4,8 @@
 use crate::interface::NONE;
 use crate::interface::instance::Instance;
 use crate::interface::needs::Needs;
+use crate::interface::ray::{Hit, Ray};
 use crate::interface::tree::{INSTANCE, LEAF, TREE_STACK, TreeNode, TriangleBlock};
-use crate::math::ray::{Hit, Ray};
 use crate::texture::cut_out::CutOuts;
 use crate::trace::Tracer;
 use spirv_std::glam::{Vec3, Vec4};

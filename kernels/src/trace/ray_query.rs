@@ -3,7 +3,7 @@
 //! Where surfaces have holes the structure's triangles are not opaque: the query hands each to us to confirm.
 
 use crate::interface::needs::Needs;
-use crate::math::ray::{Hit, Ray};
+use crate::interface::ray::{Hit, Ray};
 use crate::texture::cut_out::CutOuts;
 use crate::trace::Tracer;
 use spirv_std::ray_query;

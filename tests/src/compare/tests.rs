@@ -1,5 +1,5 @@
 use super::*;
-use caustics_kernels::math::ray::Hit;
+use caustics_kernels::interface::ray::Hit;
 
 const LOOSE: Tolerance = Tolerance::relative(1.0e-4, 0.0, "ulps of a division");
 

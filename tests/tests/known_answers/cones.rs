@@ -1,8 +1,8 @@
 //! Ray cones against real footprints.
 
 use caustics_kernels::interface::material::Material;
+use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::math::cone::RayCone;
-use caustics_kernels::math::ray::Ray;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::pass::collect::follow;
 use caustics_kernels::surface::class::Classes;

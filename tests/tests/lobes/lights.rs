@@ -1,10 +1,10 @@
 //! The samplers of lights against their densities: connections and starts of light paths.
 
 use caustics_kernels::interface::NONE;
+use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::light::connect::{connect, pdf_solid_angle};
 use caustics_kernels::light::emit::Emit;
 use caustics_kernels::math::PI;
-use caustics_kernels::math::ray::Ray;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::trace::Tracer;
 use caustics_tests::chi_square::{Fit, SphereCells};

@@ -4,11 +4,11 @@ use caustics::scene::Scene;
 use caustics::scene::texture::Role;
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::point::PointShading;
+use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::interface::texture::{
     MaterialTextures, Texture, WRAP_CLAMP, WRAP_MIRRORED, WRAP_REPEAT,
 };
 use caustics_kernels::math::cone::RayCone;
-use caustics_kernels::math::ray::Ray;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::surface::textured::{material_at, material_of, packed};
 use caustics_kernels::surface::vertex::vertex;

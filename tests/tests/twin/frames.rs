@@ -9,6 +9,7 @@ use caustics::session::{RunnerChoice, Session};
 use caustics_kernels::gather::accumulator::WORDS;
 use caustics_kernels::gather::variant::{self, Variant};
 use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::pass::step::STEP_HIT;
 use caustics_tests::compare::{Tolerance, floats, words};
 use caustics_tests::gpu::{gpu, watched_gpu};
 use caustics_tests::scenes::open_air;
@@ -80,7 +81,8 @@ fn references_agree() {
     for &hardware in gpu.tracers() {
         let scene = load("glossy-room");
         let mut twin = Twin::open(&gpu, hardware, &scene, &settings());
-        twin.run(&(PATH.steps)(Parts::from(&variant::PHOTONS_GRID), twin.params));
+        let params = twin.params;
+        twin.run(&params, &(PATH.steps)(Parts::from(&variant::PHOTONS_GRID), &params));
         let (cpu, gpu_rows) = twin.rows::<f32>("path_radiance");
         assert!(cpu.iter().filter(|value| **value > 0.0).count() > cpu.len() / 2);
         let reason = "the rule for twins: 0.2 % of the paths may diverge";
@@ -102,7 +104,7 @@ fn gathers_on_the_gpu_equal_each_other() {
         let params = twin.params;
         let mut table = Table::new(&format!("gathers against brute force on {}", gpu.info.name));
         let mut sums = |variant| {
-            twin.gpu.run(&basic::steps(variant, params)).expect("the frame runs");
+            twin.gpu.run(&params, &basic::steps(variant, &params)).expect("the frame runs");
             twin::rows::<u32>(&mut *twin.gpu, "accumulator")
         };
         let brute = sums(&variant::BRUTE);
@@ -126,7 +128,7 @@ fn odd_sizes_run_and_the_validation_layer_is_silent() {
             let settings = Settings { width, height, light_paths: 5000, ..settings() };
             let mut twin = Twin::open(&gpu, hardware, &scene, &settings);
             for variant in variant::ALL.iter().filter(|variant| hardware || !variant.hardware) {
-                twin.gpu.run(&basic::steps(variant, twin.params)).unwrap_or_else(|error| {
+                twin.gpu.run(&twin.params, &basic::steps(variant, &twin.params)).unwrap_or_else(|error| {
                     panic!("{width}x{height} {} (hardware {hardware}): {error:#}", variant.name)
                 });
                 let image = twin::rows::<f32>(&mut *twin.gpu, "display_color");
@@ -145,8 +147,9 @@ fn detects_another_seed() {
     let mut twin = Twin::open(&gpu, false, &scene, &small);
     let params = twin.params;
     let mut table = |seed| {
-        twin.cpu.run(&basic::steps(&variant::PHOTONS_GRID, params)).unwrap();
-        twin.gpu.run(&basic::steps(&variant::PHOTONS_GRID, FrameParams { seed, ..params })).unwrap();
+        let steps = basic::steps(&variant::PHOTONS_GRID, &params);
+        twin.cpu.run(&params, &steps).unwrap();
+        twin.gpu.run(&FrameParams { seed, ..params }, &steps).unwrap();
         let mut table = Table::new("frames of two seeds");
         for buffer in ["path_radiance", "caustic_radiance", "display_color"] {
             let (cpu, gpu) = twin.rows::<f32>(buffer);
@@ -170,10 +173,11 @@ fn detects_one_perturbed_input() {
     twin.write("rays", &rays);
     rays[617].direction = -rays[617].direction;
     twin.gpu.write("rays", bytemuck::cast_slice(&rays)).unwrap();
-    twin.step("step.hit", rays.len());
-    let (cpu, gpu) = twin.head::<caustics_kernels::math::ray::Hit>("hits", rays.len());
-    let ids =
-        |hits: &[caustics_kernels::math::ray::Hit]| hits.iter().map(|hit| hit.triangle).collect::<Vec<_>>();
+    twin.step(&STEP_HIT, rays.len());
+    let (cpu, gpu) = twin.head::<caustics_kernels::interface::ray::Hit>("hits", rays.len());
+    let ids = |hits: &[caustics_kernels::interface::ray::Hit]| {
+        hits.iter().map(|hit| hit.triangle).collect::<Vec<_>>()
+    };
     let difference = words("triangle", 1, &ids(&cpu), &ids(&gpu), Tolerance::EXACT);
     assert!(!difference.passes() && difference.indices.contains(&617));
 }

@@ -1,7 +1,9 @@
 //! Every pass on the CPU's inputs: before each step both runners hold the same, after it every buffer is compared.
 
-use caustics::method::{Step, basic, gather};
+use caustics::method::gather::{self, Batch};
+use caustics::method::{Step, basic};
 use caustics::scene::Scene;
+use caustics_kernels::declare::Work;
 use caustics_kernels::gather::accumulator::{Sum, WORDS};
 use caustics_kernels::gather::contribution::{DISC_THICKNESS, MIN_NORMAL_COS};
 use caustics_kernels::gather::variant::{self, BRUTE, PHOTONS_GRID, Variant};
@@ -21,15 +23,12 @@ pub const NEAR: Tolerance =
 
 /// A frame of `photons-grid` step by step, then the other gathers over the same points and deposits.
 pub fn all(twin: &mut Twin, scene: &Scene, hardware: bool, table: &mut Table) {
-    for step in basic::steps(&PHOTONS_GRID, twin.params) {
-        if matches!(step, Step::Index { .. } | Step::Structure { .. }) {
-            twin.run(&[step]);
-        } else {
-            one(twin, scene, step, table);
-        }
+    for step in basic::steps(&PHOTONS_GRID, &twin.params) {
+        one(twin, scene, step, table);
     }
     let params = twin.params;
-    for variant in variant::ALL.iter().filter(|variant| !variant.hardware) {
+    // Brute force is compared with the others on each device, over fewer pairs (`frames`).
+    for variant in variant::ALL.iter().filter(|variant| !variant.hardware && **variant != BRUTE) {
         gathers(twin, variant, table);
     }
     if hardware {
@@ -38,47 +37,30 @@ pub fn all(twin: &mut Twin, scene: &Scene, hardware: bool, table: &mut Table) {
 }
 
 /// The steps of a gather over the points and deposits at hand.
-fn over_deposits(variant: &'static Variant, params: FrameParams) -> Vec<Step> {
-    let mut steps: Vec<Step> =
-        ["accumulator", "counters"].map(|buffer| Step::Clear { buffer }).into_iter().collect();
+fn over_deposits(variant: &'static Variant, params: &FrameParams) -> Vec<Step> {
+    let batch = Batch { first: 0, count: params.light_path_batch };
+    let mut steps = vec![Step::Clear { buffer: "accumulator" }, Step::Clear { buffer: "counters" }];
     steps.extend(gather::prepare(variant, params));
-    steps.extend(gather::batch(variant, params));
-    let shoots =
-        |step: &Step| matches!(step, Step::Dispatch { .. } | Step::Clear { buffer: "deposit_state" });
-    steps.retain(|step| !shoots(step));
+    steps.extend(gather::batch(variant, params, batch).into_iter().skip(gather::shoot(batch).len()));
     steps
 }
 
 /// Builds and gathers on both, each in its own order, and compares the sums.
 fn gathers(twin: &mut Twin, variant: &'static Variant, table: &mut Table) {
     twin.copy_to_gpu();
-    twin.run(&over_deposits(variant, twin.params));
     let params = twin.params;
-    table.add(variant.gather_pass, sums(twin, &params));
+    twin.run(&params, &over_deposits(variant, &params));
+    table.add(variant.gather.name, sums(twin, &params));
 }
 
-/// The buffers that a pass writes.
-fn outputs(pass: &str) -> &'static [&'static str] {
-    match pass {
-        "collect" => &["path_radiance", "seen_radiance", "point_geometry", "point_shading", "counters"],
-        "shoot.store" => &["deposit_geometry", "deposit_light", "deposit_state", "counters"],
-        "gather.photons_grid" => &["accumulator", "counters"],
-        "resolve" => &["caustic_radiance"],
-        "display" => &["display_color"],
-        other => panic!("what does {other} write?"),
-    }
-}
-
-/// Runs one step on equal inputs and compares all that it wrote, and that it wrote nothing else.
+/// Runs one step on equal inputs and compares all that it wrote, and that it wrote nothing else. What an index writes is in
+/// an order of its own.
 fn one(twin: &mut Twin, scene: &Scene, step: Step, table: &mut Table) {
+    let params = twin.params;
+    let Step::Dispatch { pass, .. } = step else { return twin.run(&params, &[step]) };
     twin.copy_to_gpu();
-    twin.run(&[step]);
-    let (pass, params) = match step {
-        Step::Dispatch { pass, params, .. } => (pass, params),
-        Step::Gather { gather, params, .. } => (gather.gather_pass, params),
-        _ => ("", twin.params),
-    };
-    let written = if pass.is_empty() { &[] } else { outputs(pass) };
+    twin.run(&params, &[step]);
+    let written: Vec<&str> = pass.written().map(|bound| bound.name).collect();
     for buffer in twin.frame_buffers().to_vec() {
         if !written.contains(&buffer) {
             let (cpu, gpu) = twin.rows::<u32>(buffer);
@@ -87,28 +69,27 @@ fn one(twin: &mut Twin, scene: &Scene, step: Step, table: &mut Table) {
     }
     let needs = twin.needs;
     let whole = Paths { scene, params: &params, needs };
-    match pass {
-        "" => return,
-        "collect" => paths::collect(twin, whole, table),
-        "shoot.store" => paths::shoot(twin, whole, table),
-        "gather.photons_grid" => table.add(pass, sums(twin, &params)),
+    match pass.work {
+        Work::Camera => paths::collect(twin, whole, table),
+        Work::Light => paths::shoot(twin, whole, table),
+        Work::Gather => table.add(pass.name, sums(twin, &params)),
         _ => {}
     }
-    for &buffer in written {
+    for buffer in written {
         let difference = match buffer {
             "caustic_radiance" | "display_color" => {
                 let (cpu, gpu) = twin.rows::<f32>(buffer);
                 let scale = cpu.iter().sum::<f32>() / cpu.len() as f32;
                 floats(buffer, 3, &cpu, &gpu, Tolerance { absolute: 1.0e-4 * scale, ..NEAR })
             }
-            "counters" if !pass.starts_with("gather") => {
+            "counters" if pass.work != Work::Gather => {
                 let (cpu, gpu) = twin.rows::<u32>(buffer);
                 let numbers = |words: &[u32]| words.iter().map(|&word| word as f32).collect::<Vec<_>>();
                 floats(buffer, 1, &numbers(&cpu), &numbers(&gpu), paths::COUNTS)
             }
             _ => continue,
         };
-        table.add(pass, [difference]);
+        table.add(pass.name, [difference]);
     }
 }
 
@@ -152,24 +133,24 @@ fn on_the_bound(twin: &mut Twin, pixels: &[usize]) -> usize {
     pixels.iter().filter(has).count()
 }
 
-/// Gathers by ray queries against brute force over the same deposits on the same device, and against the CPU's.
+/// Gathers by ray queries against one in software over the same deposits on the same device, and against the CPU's.
 fn by_ray_queries(twin: &mut Twin, params: FrameParams, table: &mut Table) {
     let (cpu, _) = twin.rows::<u32>("accumulator");
     twin.copy_to_gpu();
     let mut run = |variant| {
-        let steps = over_deposits(variant, params);
-        twin.gpu.run(&steps).expect("the GPU runs the steps and the validation layer is silent");
+        let steps = over_deposits(variant, &params);
+        twin.gpu.run(&params, &steps).expect("the GPU runs the steps and the validation layer is silent");
         twin::rows::<u32>(&mut *twin.gpu, "accumulator")
     };
-    let brute = run(&BRUTE);
+    let software = run(&PHOTONS_GRID);
     let total = |words: &[u32]| {
         let sums = (0..params.pixel_count()).map(|pixel| Sum::read(words, pixel, params.quantum));
         sums.fold([0.0f32; 4], |t, (sum, n)| [t[0] + sum.x, t[1] + sum.y, t[2] + sum.z, t[3] + n as f32])
     };
     for variant in variant::ALL.iter().filter(|variant| variant.hardware) {
         let found = run(variant);
-        let title = format!("{} = brute", variant.gather_pass);
-        table.add(&title, [words("accumulator", WORDS as usize, &brute, &found, Tolerance::EXACT)]);
-        table.add(variant.gather_pass, [floats("totals", 1, &total(&cpu), &total(&found), paths::COUNTS)]);
+        let title = format!("{} = {}", variant.gather.name, PHOTONS_GRID.name);
+        table.add(&title, [words("accumulator", WORDS as usize, &software, &found, Tolerance::EXACT)]);
+        table.add(variant.gather.name, [floats("totals", 1, &total(&cpu), &total(&found), paths::COUNTS)]);
     }
 }

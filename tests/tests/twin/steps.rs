@@ -1,8 +1,9 @@
 //! Single steps: random numbers and warps, hits, scattering, emission.
 
 use caustics::scene::Scene;
+use caustics_kernels::interface::ray::{Hit, Ray};
 use caustics_kernels::interface::step::{EmitStep, SampleStep, ScatterIn, ScatterOut};
-use caustics_kernels::math::ray::{Hit, Ray};
+use caustics_kernels::pass::step::{STEP_EMIT, STEP_HIT, STEP_SAMPLE, STEP_SCATTER};
 use caustics_tests::compare::{Tolerance, floats, rows, words};
 use caustics_tests::rays;
 use caustics_tests::table::Table;
@@ -19,7 +20,7 @@ const RATIO: Tolerance = Tolerance::relative(1.0e-4, 0.0, "the rule for twins, o
 
 /// Uniform numbers bit for bit, warps of them.
 pub fn sample(twin: &mut Twin, table: &mut Table) {
-    twin.step("step.sample", 100_000);
+    twin.step(&STEP_SAMPLE, 100_000);
     let (cpu, gpu) = twin.head::<SampleStep>("samples", 100_000);
     table.add(
         "step.sample",
@@ -41,7 +42,7 @@ pub fn hit(twin: &mut Twin, scene: &Scene, table: &mut Table) {
 
 fn compare_hits(twin: &mut Twin, scene: &Scene, name: &str, rays: &[Ray], table: &mut Table) -> Vec<Hit> {
     twin.write("rays", rays);
-    twin.step("step.hit", rays.len());
+    twin.step(&STEP_HIT, rays.len());
     let (cpu, gpu) = twin.head::<Hit>("hits", rays.len());
     let ids = |hits: &[Hit]| hits.iter().map(|hit| hit.triangle).collect::<Vec<_>>();
     let edges = Tolerance::EXACT.except(0.002, "a ray on a shared edge may take either triangle");
@@ -77,12 +78,12 @@ fn compare_hits(twin: &mut Twin, scene: &Scene, name: &str, rays: &[Ray], table:
 pub fn scatter(twin: &mut Twin, scene: &Scene, table: &mut Table) {
     let through = rays::through(scene, 100_000);
     twin.write("rays", &through);
-    twin.step_on_cpu("step.hit", through.len());
+    twin.step_on_cpu(&STEP_HIT, through.len());
     let (hits, _) = twin.head::<Hit>("hits", through.len());
     let mut events = rays::events(scene, &through, &hits);
     let reversed = rays::from_surfaces(scene, &through, &hits);
     twin.write("rays", &reversed);
-    twin.step_on_cpu("step.hit", reversed.len());
+    twin.step_on_cpu(&STEP_HIT, reversed.len());
     let (hits, _) = twin.head::<Hit>("hits", reversed.len());
     events.extend(rays::events(scene, &reversed, &hits));
     compare_events(twin, &events, table);
@@ -90,7 +91,7 @@ pub fn scatter(twin: &mut Twin, scene: &Scene, table: &mut Table) {
 
 fn compare_events(twin: &mut Twin, events: &[ScatterIn], table: &mut Table) {
     twin.write("scatter_in", events);
-    twin.step("step.scatter", events.len());
+    twin.step(&STEP_SCATTER, events.len());
     let (cpu, gpu) = twin.head::<ScatterOut>("scatter_out", events.len());
     let choices = Tolerance::EXACT.except(1.0e-4, "a random number within ulps of a lobe's chance");
     let near = Tolerance::relative(1.0e-4, 1.0, "the rule for twins").except(1.0e-4, choices.reason);
@@ -109,7 +110,7 @@ fn compare_events(twin: &mut Twin, events: &[ScatterIn], table: &mut Table) {
 
 /// Starts of light paths and connections.
 pub fn emit(twin: &mut Twin, table: &mut Table) {
-    twin.step("step.emit", 100_000);
+    twin.step(&STEP_EMIT, 100_000);
     let (cpu, gpu) = twin.head::<EmitStep>("emit_steps", 100_000);
     let unit = Tolerance::relative(1.0e-4, 1.0, "the rule for twins");
     table.add(

@@ -25,10 +25,14 @@ pub fn run(animation: &mut Animation, other: u32, title: &str) -> Compared {
     for frame in 0..FRAMES {
         let params = animation.pose(frame);
         let other = if frame + 1 < FRAMES { other } else { 0 };
-        let steps = animation.steps(params);
-        animation.twin.cpu.run(&steps).expect("the CPU runs a frame");
-        let steps = animation.steps(FrameParams { seed: params.seed + other, ..params });
-        animation.twin.gpu.run(&steps).expect("the GPU runs a frame and the validation layer is silent");
+        let steps = animation.steps(&params);
+        animation.twin.cpu.run(&params, &steps).expect("the CPU runs a frame");
+        let params = FrameParams { seed: params.seed + other, ..params };
+        animation
+            .twin
+            .gpu
+            .run(&params, &steps)
+            .expect("the GPU runs a frame and the validation layer is silent");
     }
     let (cpu, gpu) = animation.twin.rows::<f32>("caustic_radiance");
     let mean = |layer: &[f32]| layer.iter().map(|&v| f64::from(v)).sum::<f64>() / layer.len() as f64;

@@ -3,9 +3,13 @@
 use std::collections::BTreeSet;
 
 use caustics::method::Step;
+use caustics_kernels::declare::{Pass, Work};
+use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::history::{HistoryPoint, Lent, VALIDATION_DEPOSITS, ValidationDeposit};
 use caustics_kernels::interface::point::PointGeometry;
 use caustics_kernels::math::octahedral;
+use caustics_kernels::pass::resolve_history::RESOLVE_HISTORY;
+use caustics_kernels::pass::validate::VALIDATE;
 use caustics_kernels::reuse::cells::WORDS;
 use caustics_tests::compare::{Difference, Tolerance, floats, rows, words};
 use caustics_tests::fields::Field;
@@ -23,29 +27,19 @@ const PATHS: &str = "the rule for twins: 0.2 % of the paths may diverge";
 /// Fluxes of whole paths, as in the twin test of light paths.
 const FLUX: Tolerance = Tolerance::relative(1.0e-3, 0.0, "grazing cosines amplify ulps along a path");
 
-/// The buffers that a pass of a history writes; none for a pass of another part of the frame.
-fn outputs(pass: &str) -> &'static [&'static str] {
-    match pass {
-        "validate" => &["validation_deposits", "validation_cells"],
-        "reuse.paper" | "reuse.validated" => &["lent"],
-        "resolve.history" => &["caustic_radiance", "history_points", "history_mean"],
-        _ => &[],
-    }
-}
-
 /// Runs a step: on both if it is the history's, else on the CPU.
-pub fn one(animation: &mut Animation, step: Step, table: &mut Table) {
-    let (pass, params) = match step {
-        Step::Dispatch { pass, params, .. } => (pass, params),
-        _ => ("", animation.twin.params),
+pub fn one(animation: &mut Animation, params: &FrameParams, step: Step, table: &mut Table) {
+    let history = |pass: &Pass| pass.work == Work::Reuse || *pass == RESOLVE_HISTORY;
+    let pass = match step {
+        Step::Dispatch { pass, .. } if history(pass) => pass,
+        _ => {
+            animation.twin.cpu.run(params, &[step]).expect("the CPU runs the step");
+            return;
+        }
     };
-    let written = outputs(pass);
-    if written.is_empty() {
-        animation.twin.cpu.run(&[step]).expect("the CPU runs the step");
-        return;
-    }
+    let written: Vec<&str> = pass.written().map(|bound| bound.name).collect();
     animation.twin.copy_to_gpu();
-    animation.twin.run(&[step]);
+    animation.twin.run(params, &[step]);
     let twin = &mut animation.twin;
     for buffer in twin.frame_buffers().to_vec() {
         if !written.contains(&buffer) {
@@ -54,12 +48,12 @@ pub fn one(animation: &mut Animation, step: Step, table: &mut Table) {
         }
     }
     let needs = twin.needs;
-    match pass {
-        "validate" => {
-            validate(twin, Paths { scene: &animation.scene, params: &params, needs }, table);
-        }
-        "resolve.history" => table.add(pass, remembered(twin)),
-        _ => table.add(pass, lent(twin)),
+    if *pass == VALIDATE {
+        validate(twin, Paths { scene: &animation.scene, params, needs }, table);
+    } else if *pass == RESOLVE_HISTORY {
+        table.add(pass.name, remembered(twin));
+    } else {
+        table.add(pass.name, lent(twin));
     }
 }
 

@@ -1,6 +1,7 @@
 //! The runner on whatever Vulkan device there is, with the validation layer where it is installed.
 
-use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::declare::{Pass, Work};
+use caustics_kernels::interface::frame::{Dispatch, FrameParams};
 
 use super::*;
 use crate::vulkan::{devices, test_module};
@@ -18,8 +19,8 @@ fn open(hardware: bool, count: usize, tables: &[(&'static str, &[u8])], triangle
     let buffers = buffers.map(|(name, bytes)| BufferSpec { name, bytes });
     let open = |validation| {
         let (base, rayquery) = (test_module::base(), Some(test_module::rayquery()));
-        let options = GpuOptions { device: None, hardware, validation, base, rayquery };
-        GpuRunner::new(options, NEEDS, &buffers, tables, triangles, &[])
+        let options = DeviceOptions { device: None, hardware, validation, base, rayquery };
+        GpuRunner::new(&options, NEEDS, &buffers, tables, triangles, &[])
     };
     let opened = match open(true) {
         Err(error @ VulkanError::NoValidationLayer) => {
@@ -37,8 +38,14 @@ fn open(hardware: bool, count: usize, tables: &[(&'static str, &[u8])], triangle
     }
 }
 
-fn dispatch(pass: &'static str, count: usize) -> Step {
-    Step::Dispatch { pass, count: count as u32, params: FrameParams { width: 1000, ..Default::default() } }
+fn dispatch(name: &'static str, count: usize) -> Step {
+    let pass = Pass { name, work: Work::Step, traces: false, over: |_| 0, buffers: &[], cpu: None };
+    let dispatch = Dispatch { first: 1000, count: count as u32, ..Dispatch::default() };
+    Step::dispatch(Box::leak(Box::new(pass)), dispatch)
+}
+
+fn run(runner: &mut GpuRunner, steps: &[Step]) -> anyhow::Result<Vec<StepTime>> {
+    runner.run(&FrameParams::default(), steps)
 }
 
 fn build(count: usize) -> Step {
@@ -65,7 +72,7 @@ fn devices_are_listed_or_the_reason_is_given() {
 fn steps_run_in_order_over_buffers_bound_by_name() {
     let Some(mut runner) = runner(false, &[("triangles", &[])], 0) else { return };
     let steps = [dispatch("fill", COUNT), dispatch("twice", COUNT), Step::Clear { buffer: "values" }];
-    let times = runner.run(&steps).unwrap();
+    let times = run(&mut runner, &steps).unwrap();
     if runner.context.info().timestamps {
         let passes: Vec<_> = times.iter().map(|time| time.pass.as_str()).collect();
         assert_eq!(passes, ["fill", "twice", "clear.values"]);
@@ -80,7 +87,7 @@ fn indices_go_on_after_a_row_of_workgroups() {
     let count = crate::vulkan::pipeline::INVOCATIONS_PER_ROW as usize + 100;
     let Some(mut runner) = open(false, count, &[], 0) else { return };
     let start = std::time::Instant::now();
-    let times = runner.run(&[dispatch("fill", count)]).unwrap();
+    let times = run(&mut runner, &[dispatch("fill", count)]).unwrap();
     assert!(!times[0].time.is_zero() && times[0].time <= start.elapsed(), "{times:?}");
     let values = read(&mut runner, "values");
     assert!(values.iter().enumerate().all(|(i, &value)| value == i as u32 + 1000 + NEEDS.0));
@@ -100,19 +107,19 @@ fn what_is_written_is_read() {
 fn errors_name_the_buffer_and_the_pass() {
     let Some(mut runner) = runner(false, &[], 0) else { return };
     let message = |result: anyhow::Result<Vec<StepTime>>| result.unwrap_err().to_string();
-    assert!(message(runner.run(&[dispatch("shoot", 1)])).contains("`shoot`; there are: fill, twice"));
-    assert!(message(runner.run(&[Step::Clear { buffer: "texels" }])).contains("`texels`"));
-    assert!(message(runner.run(&[build(1)])).contains("build.points"));
+    assert!(message(run(&mut runner, &[dispatch("shoot", 1)])).contains("`shoot`; there are: fill, twice"));
+    assert!(message(run(&mut runner, &[Step::Clear { buffer: "texels" }])).contains("`texels`"));
+    assert!(message(run(&mut runner, &[build(1)])).contains("build.points"));
     assert!(runner.write("no_lights", &[1]).unwrap_err().to_string().contains("`no_lights` of 0 bytes"));
 
-    let options = || GpuOptions { base: test_module::base(), ..GpuOptions::default() };
+    let options = || DeviceOptions { base: test_module::base(), ..DeviceOptions::default() };
     let huge = [BufferSpec { name: "texels", bytes: 1 << 40 }];
-    let error = GpuRunner::new(options(), NEEDS, &huge, &[], 0, &[]).err().unwrap().to_string();
+    let error = GpuRunner::new(&options(), NEEDS, &huge, &[], 0, &[]).err().unwrap().to_string();
     assert!(error.contains("`texels` needs 1099511627776 bytes"), "{error}");
-    let mut unbound = GpuRunner::new(options(), NEEDS, &[], &[], 0, &[]).unwrap();
-    assert!(message(unbound.run(&[dispatch("fill", 1)])).contains("`fill` binds `values`"));
-    let other = GpuOptions { device: Some("no such device".into()), ..options() };
-    assert!(GpuRunner::new(other, NEEDS, &[], &[], 0, &[]).err().unwrap().is_no_device());
+    let mut unbound = GpuRunner::new(&options(), NEEDS, &[], &[], 0, &[]).unwrap();
+    assert!(message(run(&mut unbound, &[dispatch("fill", 1)])).contains("`fill` binds `values`"));
+    let other = DeviceOptions { device: Some("no such device".into()), ..options() };
+    assert!(GpuRunner::new(&other, NEEDS, &[], &[], 0, &[]).err().unwrap().is_no_device());
 }
 
 #[test]
@@ -126,24 +133,24 @@ fn ray_queries_find_triangles_and_boxes() {
     let Some(mut runner) = runner(true, &[("triangles", table)], triangles.len() as u32) else { return };
 
     // The module with ray queries wins: its `fill` writes 7.
-    runner.run(&[dispatch("fill", COUNT)]).unwrap();
+    run(&mut runner, &[dispatch("fill", COUNT)]).unwrap();
     assert_eq!(read(&mut runner, "values"), vec![7; COUNT]);
 
-    runner.run(&[dispatch("trace.scene", COUNT)]).unwrap();
+    run(&mut runner, &[dispatch("trace.scene", COUNT)]).unwrap();
     let expected: Vec<_> = (0..COUNT).map(|i| u32::from(i % 3 == 0)).collect();
     assert_eq!(read(&mut runner, "values"), expected);
 
     // Builds reuse the storage.
     let empty = vec![0; COUNT];
     runner.write("index_0", bytemuck::cast_slice(&boxes)).unwrap();
-    runner.run(&[build(0), dispatch("trace.points", COUNT)]).unwrap();
+    run(&mut runner, &[build(0), dispatch("trace.points", COUNT)]).unwrap();
     assert_eq!(read(&mut runner, "values"), empty);
     for count in [COUNT / 2, 10, 0, COUNT / 2] {
-        runner.run(&[build(count), dispatch("trace.points", COUNT)]).unwrap();
+        run(&mut runner, &[build(count), dispatch("trace.points", COUNT)]).unwrap();
         let expected: Vec<_> = (0..COUNT).map(|i| 16 * u32::from(i % 2 == 0 && i / 2 < count)).collect();
         assert_eq!(read(&mut runner, "values"), expected, "{count} boxes");
     }
-    let error = runner.run(&[build(COUNT + 1)]).unwrap_err();
+    let error = run(&mut runner, &[build(COUNT + 1)]).unwrap_err();
     assert!(error.to_string().contains("1001 primitives, but at most 1000"));
 
     // Nothing was leaked either.

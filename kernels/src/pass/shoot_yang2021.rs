@@ -7,27 +7,67 @@
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
-use crate::gather::accumulator::{Quanta, Sum};
+use crate::declare::pass;
+use crate::gather::accumulator::{self, Sum};
 use crate::gather::contribution::{DISC_THICKNESS, MIN_NORMAL_COS, contribution};
-use crate::gather::footprint::Footprint;
-use crate::gather::receive::Receive;
-use crate::interface::frame::FrameParams;
+use crate::interface::frame::{Dispatch, FrameParams};
 use crate::interface::needs::Needs;
 use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
+use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
-use crate::light::density_map::FEEDBACK_WORDS;
+use crate::light::by_density::ByDensity;
+use crate::light::density_map::{FEEDBACK_WORDS, MAPS, TEXELS};
 use crate::light::emit::Leaving;
+use crate::light::power::ByPower;
 use crate::math::PI;
 use crate::math::cone::lobe_variance;
 use crate::math::differential::{Differential, Normals};
-use crate::math::ray::{Hit, Ray};
-use crate::seam::Atomics;
+use crate::math::quanta::Quanta;
+use crate::pass::shoot::receive::Receive;
+use crate::pass::shoot::shoot;
+use crate::seam::{AtomicWords, Atomics};
 use crate::surface::class::Classes;
 use crate::surface::scatter::Departure;
 use crate::surface::textured::material_of;
 use crate::surface::turn::normal_change;
 use crate::surface::vertex::Vertex;
+use crate::trace::Tracer;
+use footprint::Footprint;
 use spirv_std::glam::Vec3;
+
+pub mod footprint;
+
+/// Light paths, one an invocation; deposits are spread over the picture.
+#[pass(name = "shoot.yang2021", over = params.light_path_batch, work = Light)]
+pub fn shoot_yang2021(
+    index: u32,
+    params: &FrameParams,
+    dispatch: Dispatch,
+    needs: Needs,
+    scene: SceneTables<'_>,
+    tracer: &mut impl Tracer,
+    counters: &mut impl Atomics,
+    point_geometry: &[PointGeometry],
+    point_shading: &[PointShading],
+    density_tree: &[f32],
+    #[len = params.pixel_count() * accumulator::WORDS] accumulator: AtomicWords<'_>,
+    #[len = MAPS * TEXELS * FEEDBACK_WORDS] density_feedback: AtomicWords<'_>,
+) {
+    let power = ByPower { scene, light_count: params.light_count, needs };
+    let emit = ByDensity { power, tree: density_tree };
+    let mut spread = Spread {
+        scene,
+        point_geometry,
+        point_shading,
+        accumulator,
+        feedback: density_feedback,
+        params,
+        needs,
+    };
+    let path = dispatch.first + index;
+    let way = shoot(path, params, needs, scene, &emit, tracer, &mut spread, counters);
+    way.total.tally(counters);
+}
 
 /// Spread of a footprint behind a diffuse bounce [rad]: neighbours there go anywhere.
 const DIFFUSE_SPREAD: f32 = 0.1;

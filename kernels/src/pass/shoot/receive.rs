@@ -2,9 +2,9 @@
 
 use crate::interface::counters::DepositState;
 use crate::interface::point::{DepositGeometry, DepositLight};
+use crate::interface::ray::{Hit, Ray};
 use crate::light::emit::Leaving;
-use crate::math::ray::{Hit, Ray};
-use crate::seam::{Atomics, Scatter};
+use crate::seam::{AtomicWords, Atomics, Slots};
 use crate::surface::scatter::Departure;
 use crate::surface::vertex::Vertex;
 
@@ -28,18 +28,18 @@ pub trait Receive {
 }
 
 /// Stores deposits for a gather.
-pub struct Store<G, L, A> {
+pub struct Store<'a> {
     /// Slots of `deposit_geometry`.
-    pub geometry: G,
+    pub geometry: Slots<'a, DepositGeometry>,
     /// Slots of `deposit_light`.
-    pub light: L,
+    pub light: Slots<'a, DepositLight>,
     /// `deposit_state`.
-    pub state: A,
+    pub state: AtomicWords<'a>,
     /// Slots there are.
     pub capacity: u32,
 }
 
-impl<G: Scatter<DepositGeometry>, L: Scatter<DepositLight>, A: Atomics> Receive for Store<G, L, A> {
+impl Receive for Store<'_> {
     /// Deposits of the path that found no room.
     type Way = u32;
 

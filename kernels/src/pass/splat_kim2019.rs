@@ -6,13 +6,15 @@
 //! leaks between surfaces whose distances from the eye agree within 1 %. Beyond that a pixel at a slant takes the depth of
 //! its plane, where its neighbours see that plane too.
 
-use crate::gather::accumulator::Sum;
+use crate::declare::pass;
+use crate::gather::accumulator::{self, Sum};
 use crate::gather::contribution::contribution;
-use crate::gather::tables::Tables;
-use crate::interface::frame::{Camera, FrameParams};
-use crate::interface::point::{DepositGeometry, PointGeometry};
+use crate::interface::frame::{Camera, Dispatch, FrameParams};
+use crate::interface::material::Material;
+use crate::interface::needs::Needs;
+use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
 use crate::math::PI;
-use crate::seam::Atomics;
+use crate::seam::{AtomicWords, Atomics};
 use crate::surface::textured::material_of;
 use spirv_std::glam::{Vec2, Vec3};
 
@@ -26,38 +28,55 @@ pub const AREA_FOOTPRINT: u32 = 0;
 /// Kim's area of a pixel: on a sphere about the eye through the deposit, (d f_w / (f W)) (d f_h / (f H)).
 pub const AREA_FACING: u32 = 1;
 
-/// Adds deposit `index` to its pixel; `params.part` chooses the pixel's area.
-#[inline(always)]
-pub fn kim2019<C: Atomics>(index: u32, tables: &mut Tables<'_>, counters: &mut C) {
-    if index >= tables.deposit_count {
-        return;
-    }
-    let params = tables.params;
-    let deposit = tables.deposit_geometry[index as usize];
+/// Adds each deposit to its pixel; the dispatch's level chooses the pixel's area.
+#[pass(
+    name = "splat.kim2019",
+    over = params.deposit_capacity,
+    work = Splat,
+    limit = dispatch.limit(deposit_state, params)
+)]
+pub fn splat_kim2019(
+    index: u32,
+    params: &FrameParams,
+    dispatch: Dispatch,
+    needs: Needs,
+    counters: &mut impl Atomics,
+    materials: &[Material],
+    point_geometry: &[PointGeometry],
+    point_shading: &[PointShading],
+    _deposit_state: &[u32],
+    deposit_geometry: &[DepositGeometry],
+    deposit_light: &[DepositLight],
+    #[len = params.pixel_count() * accumulator::WORDS] mut accumulator: AtomicWords<'_>,
+) {
+    let deposit = deposit_geometry[index as usize];
     let to = deposit.position - params.camera.position;
     let (is_seen, place) = place_of(to, params);
     if !is_seen {
         return;
     }
     let pixel = pixel_of(place, params);
-    let point = tables.point_geometry[pixel as usize];
+    let point = point_geometry[pixel as usize];
     let distance = to.length();
     // The pixel's first surface must be the one whose light is collected.
     let is_primary = point.depth == 1 && deposit.scatterings < params.max_bounces;
-    if is_primary && agrees(&point, &deposit, place, tables.point_geometry, params) {
-        let light = tables.deposit_light[index as usize];
+    if is_primary && agrees(&point, &deposit, place, point_geometry, params) {
+        let light = deposit_light[index as usize];
         // What lights the back of a thin wall does not light its front: `contribution` takes both ends above the face.
         if light.to_light.dot(point.normal) <= 0.0 {
             return;
         }
-        let shading = tables.point_shading[pixel as usize];
-        let material = material_of(&shading, tables.materials, tables.needs);
+        let shading = point_shading[pixel as usize];
+        let material = material_of(&shading, materials, needs);
         let roughness = params.specular_roughness;
-        let value = contribution(&shading, material, &light, roughness, tables.needs);
+        let value = contribution(&shading, material, &light, roughness, needs);
         // `resolve` divides by the disc.
         let disc = PI * point.radius * point.radius;
-        let sum = Sum::of(value * (disc / area(&deposit, to, distance, params)), params.inverse_quantum());
-        sum.add_to(&mut tables.accumulator, pixel);
+        let sum = Sum::of(
+            value * (disc / area(&deposit, to, distance, dispatch.level, params)),
+            params.inverse_quantum(),
+        );
+        sum.add_to(&mut accumulator, pixel);
         sum.tally(counters);
     }
 }
@@ -136,11 +155,11 @@ fn pixel_of(place: Vec2, params: &FrameParams) -> u32 {
 
 /// Area of a pixel at the deposit [m^2].
 #[inline(always)]
-fn area(deposit: &DepositGeometry, to: Vec3, distance: f32, params: &FrameParams) -> f32 {
+fn area(deposit: &DepositGeometry, to: Vec3, distance: f32, kind: u32, params: &FrameParams) -> f32 {
     let Camera { right, up, forward, .. } = params.camera;
     // That of a pixel a metre before the eye.
     let pixel = 4.0 * right.length() * up.length() / (params.width * params.height) as f32;
-    if params.part == AREA_FACING {
+    if kind == AREA_FACING {
         return pixel * distance * distance;
     }
     let depth = to.dot(forward);
@@ -249,7 +268,7 @@ mod tests {
             let ray = forward + right * (column / 20.0 - 1.0) + up * (1.0 - row / 15.0);
             let to = ray * (4.0 * forward.dot(normal) / ray.dot(normal));
             let deposit = DepositGeometry { normal, ..DepositGeometry::default() };
-            let area_of = |part| area(&deposit, to, to.length(), &FrameParams { part, ..params });
+            let area_of = |kind| area(&deposit, to, to.length(), kind, &params);
             sum += area_of(AREA_FOOTPRINT);
             // Kim's leaves out the slant, and that the corners of a flat film are smaller from the eye.
             let slant = normal.dot(to).abs() / to.length();

@@ -1,10 +1,10 @@
 //! The energy ledger of one light path: emitted = absorbed + escaped + cut + lost at shading normals, in the mean over
 //! paths. What is absorbed is estimated by an albedo of its own, not by what the sampled continuation left over.
 
-use crate::gather::accumulator::Quanta;
 use crate::interface::frame::FrameParams;
 use crate::interface::ledger::{Entry, slot};
 use crate::interface::needs::Needs;
+use crate::math::quanta::Quanta;
 use crate::math::rng::{Rng, Stream};
 use crate::seam::Atomics;
 use crate::surface::scatter::{Departure, Site};

@@ -8,9 +8,9 @@
 use crate::interface::NONE;
 use crate::interface::material::{FLAG_HANGING, FLAG_SHEET, Material};
 use crate::interface::needs::Needs;
+use crate::interface::ray::Ray;
 use crate::interface::scene::SceneTables;
 use crate::math::offset;
-use crate::math::ray::Ray;
 use crate::surface::media::MediaStack;
 use crate::surface::vertex::vertex;
 use crate::trace::Tracer;

@@ -1,6 +1,7 @@
 //! `resolve.history`: flux to radiance, with what the frame before lent; and what this frame leaves to the next one.
 
-use crate::gather::accumulator::Sum;
+use crate::declare::pass;
+use crate::gather::accumulator::{self, Sum};
 use crate::gather::contribution::contribution;
 use crate::interface::frame::FrameParams;
 use crate::interface::history::{HistoryPoint, HistorySettings, Lent};
@@ -8,12 +9,14 @@ use crate::interface::material::Material;
 use crate::interface::needs::Needs;
 use crate::interface::point::{DepositLight, PointGeometry, PointShading};
 use crate::math::{PI, octahedral};
+use crate::pass::resolve;
+use crate::seam::Slots;
 use crate::surface::textured::material_of;
 use spirv_std::glam::Vec3;
 
 /// A pixel's caustic, and its part of the history.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Remembered {
+pub struct Blended {
     /// Radiance of the caustic [W m^-2 sr^-1].
     pub radiance: Vec3,
     /// The point, as the next frame finds it.
@@ -25,9 +28,33 @@ pub struct Remembered {
 /// Reflectance below which light cannot be told from what a point reflects [1/sr].
 const LEAST_REFLECTANCE: f32 = 1.0e-4;
 
+/// Radiance of the caustic at each pixel, blended with what was lent.
+#[pass(name = "resolve.history", over = params.pixel_count(), work = Resolve)]
+pub fn resolve_history(
+    pixel: u32,
+    params: &FrameParams,
+    needs: Needs,
+    point_geometry: &[PointGeometry],
+    point_shading: &[PointShading],
+    materials: &[Material],
+    #[len = params.pixel_count() * accumulator::WORDS] accumulator: &[u32],
+    lent: &[Lent],
+    mut caustic_radiance: Slots<'_, Vec3>,
+    mut history_points: Slots<'_, HistoryPoint>,
+    mut history_mean: Slots<'_, Vec3>,
+) {
+    let i = pixel as usize;
+    let (point, shading) = (&point_geometry[i], &point_shading[i]);
+    let settings = &params.history;
+    let blended = blend(pixel, point, shading, materials, accumulator, &lent[i], settings, params, needs);
+    caustic_radiance.write(pixel, blended.radiance);
+    history_points.write(pixel, blended.point);
+    history_mean.write(pixel, blended.mean);
+}
+
 /// Blends the light of this frame with what was lent: (n old + new) / (n + 1).
 #[inline(always)]
-pub fn remember(
+pub fn blend(
     pixel: u32,
     point: &PointGeometry,
     shading: &PointShading,
@@ -37,15 +64,15 @@ pub fn remember(
     settings: &HistorySettings,
     params: &FrameParams,
     needs: Needs,
-) -> Remembered {
-    let mut out = Remembered::default();
+) -> Blended {
+    let mut out = Blended::default();
     out.point.position = point.position;
     if point.depth == 0 {
         return out;
     }
     let (sum, _) = Sum::read(accumulator, pixel, params.quantum);
-    // In the order of `resolve`: without history the picture is the same to the bit.
-    out.radiance = shading.throughput * (sum / point.radius) / (PI * point.radius);
+    // Without history the picture is that of `resolve`, to the bit.
+    out.radiance = resolve::radiance(point, shading, sum);
     let fresh = (sum / point.radius) / (PI * point.radius);
 
     // What a Lambertian point reflects is the product of its light and this, to the bit; what others reflect, nearly.
@@ -93,23 +120,12 @@ mod tests {
     use crate::math::is_finite;
     use crate::math::rng::{Rng, Stream};
     use crate::math::warp::uniform_sphere;
-    use crate::pass::resolve::resolve;
     use crate::seam::AtomicWords;
     use crate::surface::textured::packed;
 
     const NEEDS: Needs = Needs(Needs::TEXTURES.0 | Needs::COAT.0);
-    const DEMODULATES: HistorySettings = HistorySettings {
-        reach: 1.3,
-        lag: 4.0,
-        most_samples: 1024.0,
-        demodulates: 1,
-        camera: crate::interface::frame::Camera {
-            position: Vec3::ZERO,
-            right: Vec3::ZERO,
-            up: Vec3::ZERO,
-            forward: Vec3::ZERO,
-        },
-    };
+    const DEMODULATES: HistorySettings =
+        HistorySettings { reach: 1.3, lag: 4.0, most_samples: 1024.0, demodulates: 1 };
 
     fn params() -> FrameParams {
         FrameParams { quantum: 2.0f32.powi(-40), specular_roughness: 0.25, ..Default::default() }
@@ -150,21 +166,21 @@ mod tests {
     fn accumulator(sum: Vec3) -> Vec<u32> {
         let mut words = vec![0; crate::gather::accumulator::WORDS as usize];
         for (channel, value) in sum.to_array().into_iter().enumerate() {
-            let quanta = crate::gather::accumulator::Quanta::from_f32(value, params().inverse_quantum());
+            let quanta = crate::math::quanta::Quanta::from_f32(value, params().inverse_quantum());
             quanta.add_to(&mut AtomicWords::new(&mut words), 2 * channel as u32);
         }
         words
     }
 
-    fn blend(
+    fn blended(
         shading: &PointShading,
         sum: Vec3,
         lent: Lent,
         settings: &HistorySettings,
         depth: u32,
-    ) -> Remembered {
+    ) -> Blended {
         let point = PointGeometry { depth, ..point() };
-        remember(0, &point, shading, &materials(), &accumulator(sum), &lent, settings, &params(), NEEDS)
+        blend(0, &point, shading, &materials(), &accumulator(sum), &lent, settings, &params(), NEEDS)
     }
 
     fn colors() -> [Vec3; 4] {
@@ -179,14 +195,12 @@ mod tests {
             let shading = shading(index % 2, colors()[index as usize / 2 % 4]);
             for settings in [DEMODULATES, HistorySettings { demodulates: 0, ..DEMODULATES }] {
                 for depth in 0..2 {
-                    let found = blend(&shading, sum, Lent::default(), &settings, depth);
-                    let plain = resolve(
-                        0,
-                        &PointGeometry { depth, ..point() },
-                        &shading,
-                        &accumulator(sum),
-                        &params(),
-                    );
+                    let found = blended(&shading, sum, Lent::default(), &settings, depth);
+                    let geometry = [PointGeometry { depth, ..point() }];
+                    let mut plain = [Vec3::ONE];
+                    let (params, words) = (params(), accumulator(sum));
+                    resolve::resolve(0, &params, &geometry, &[shading], &words, Slots::new(&mut plain));
+                    let [plain] = plain;
                     assert_eq!(
                         found.radiance.to_array().map(f32::to_bits),
                         plain.to_array().map(f32::to_bits)
@@ -200,10 +214,10 @@ mod tests {
     #[test]
     fn no_point_leaves_nothing_to_the_next_frame() {
         let lent = Lent { mean: Vec3::ONE, samples: 3.0, offset: Vec3::ONE };
-        let found = blend(&shading(0, Vec3::ONE), Vec3::splat(1.0e-4), lent, &DEMODULATES, 0);
+        let found = blended(&shading(0, Vec3::ONE), Vec3::splat(1.0e-4), lent, &DEMODULATES, 0);
         assert_eq!((found.radiance, found.point.samples), (Vec3::ZERO, 0.0));
         // Nor does a point that reflects nothing: its light cannot be told.
-        let found = blend(&shading(0, Vec3::ZERO), Vec3::ZERO, lent, &DEMODULATES, 1);
+        let found = blended(&shading(0, Vec3::ZERO), Vec3::ZERO, lent, &DEMODULATES, 1);
         assert_eq!((found.radiance, found.point.samples), (Vec3::ZERO, 0.0));
     }
 
@@ -213,11 +227,11 @@ mod tests {
         let radiance = HistorySettings { demodulates: 0, ..DEMODULATES };
         for (material, settings) in [(0, &DEMODULATES), (1, &DEMODULATES), (0, &radiance), (1, &radiance)] {
             let shading = shading(material, colors()[1]);
-            let fresh = blend(&shading, sum, Lent::default(), settings, 1);
+            let fresh = blended(&shading, sum, Lent::default(), settings, 1);
             assert_eq!((fresh.point.samples, fresh.point.position), (1.0, point().position));
             for n in [1.0, 3.0, 4.0, 100.0] {
                 let offset = Vec3::new(0.01, 0.0, -0.02);
-                let found = blend(&shading, sum, Lent { mean: old, samples: n, offset }, settings, 1);
+                let found = blended(&shading, sum, Lent { mean: old, samples: n, offset }, settings, 1);
                 let expected = (n * old + fresh.mean) / (n + 1.0);
                 // A few ulp.
                 assert!((found.mean - expected).length() < 1.0e-6 * expected.length());
@@ -238,20 +252,20 @@ mod tests {
         for white in [Vec3::ONE, Vec3::new(0.25, 1.0, 0.5)] {
             for color in [Vec3::ONE, Vec3::new(0.5, 0.25, 0.125), Vec3::new(0.5, 0.0, 0.25)] {
                 // The same deposits give both texels the same light times their colours.
-                let lender = blend(&shading(0, white), white * light, Lent::default(), &DEMODULATES, 1);
-                let own = blend(&shading(0, color), color * light, Lent::default(), &DEMODULATES, 1);
+                let lender = blended(&shading(0, white), white * light, Lent::default(), &DEMODULATES, 1);
+                let own = blended(&shading(0, color), color * light, Lent::default(), &DEMODULATES, 1);
                 // As good as nothing else but the history.
                 let lent = Lent { mean: lender.mean, samples: 1.0e6, offset: Vec3::ZERO };
-                let found = blend(&shading(0, color), color * light, lent, &DEMODULATES, 1);
+                let found = blended(&shading(0, color), color * light, lent, &DEMODULATES, 1);
                 assert!((found.radiance - own.radiance).length() < 1.0e-6 * own.radiance.length());
                 // Irradiance: pi R^2 of the light that deposits brought.
                 let expected = PI * light / (PI * 0.02 * 0.02);
                 assert!((lender.mean - expected).length() < 1.0e-5 * expected.length(), "{}", lender.mean);
                 // Radiance that is lent carries the lender's colour along.
                 let radiance = HistorySettings { demodulates: 0, ..DEMODULATES };
-                let lender = blend(&shading(0, white), white * light, Lent::default(), &radiance, 1);
+                let lender = blended(&shading(0, white), white * light, Lent::default(), &radiance, 1);
                 let lent = Lent { mean: lender.mean, samples: 1.0e6, offset: Vec3::ZERO };
-                let smeared = blend(&shading(0, color), color * light, lent, &radiance, 1);
+                let smeared = blended(&shading(0, color), color * light, lent, &radiance, 1);
                 let differs = (smeared.radiance - own.radiance).length() > 0.1 * own.radiance.length();
                 assert_eq!(differs, white != color);
             }

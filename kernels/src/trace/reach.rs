@@ -5,9 +5,9 @@
 
 use crate::interface::NONE;
 use crate::interface::needs::Needs;
+use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
 use crate::math::offset;
-use crate::math::ray::{Hit, Ray};
 use crate::surface::media::MediaStack;
 use crate::surface::vertex::vertex;
 use crate::trace::Tracer;

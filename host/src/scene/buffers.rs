@@ -1,0 +1,29 @@
+//! The scene's tables as the buffers that runners hold.
+
+use bytemuck::cast_slice;
+
+use super::Scene;
+
+impl Scene {
+    /// The tables by the names that kernels bind them with.
+    pub fn buffers(&self) -> [(&'static str, &[u8]); 15] {
+        let textures = &self.textures;
+        [
+            ("triangles", cast_slice(&self.triangles)),
+            ("surfaces", cast_slice(&self.surfaces)),
+            ("materials", cast_slice(&self.materials)),
+            ("lights", cast_slice(&self.lights)),
+            ("instances", cast_slice(&self.instances)),
+            ("object_triangles", cast_slice(&self.object_triangles)),
+            ("nodes", cast_slice(&self.nodes)),
+            ("blocks", cast_slice(&self.blocks)),
+            ("textures", cast_slice(&textures.textures)),
+            ("material_textures", cast_slice(&textures.materials)),
+            ("texture_coordinates", cast_slice(&textures.coordinates)),
+            ("texels_0", cast_slice(textures.chunk(0))),
+            ("texels_1", cast_slice(textures.chunk(1))),
+            ("texels_2", cast_slice(textures.chunk(2))),
+            ("texels_3", cast_slice(textures.chunk(3))),
+        ]
+    }
+}

@@ -1,0 +1,117 @@
+//! One entry point of a module with what it reaches: drivers and the validation layer read a module again for each pipeline,
+//! and one entry point is a small part of ours.
+
+use std::collections::{HashMap, HashSet};
+
+use rspirv::binary::Assemble;
+use rspirv::dr::{Function, Instruction, Module, Operand};
+use rspirv::spirv::Op;
+
+/// The words of a module with this entry point alone; none if it has no such entry point.
+pub fn extract(source: &Module, name: &str) -> Option<Vec<u32>> {
+    let entry = source.entry_points.iter().find(|entry| entry.operands.get(2) == Some(&literal(name)))?;
+    let functions: HashMap<u32, &Function> =
+        source.functions.iter().filter_map(|function| Some((function.def_id()?, function))).collect();
+    let globals: HashMap<u32, &Instruction> = source
+        .types_global_values
+        .iter()
+        .chain(&source.debug_string_source)
+        .filter_map(|instruction| Some((instruction.result_id?, instruction)))
+        .collect();
+
+    let mut reached = HashSet::new();
+    let mut left: Vec<u32> = ids(entry).collect();
+    while let Some(id) = left.pop() {
+        if !reached.insert(id) {
+            continue;
+        }
+        if let Some(function) = functions.get(&id) {
+            left.extend(function.all_inst_iter().flat_map(ids));
+        } else if let Some(global) = globals.get(&id) {
+            left.extend(ids(global));
+        }
+    }
+
+    let has = |id: Option<u32>| id.is_some_and(|id| reached.contains(&id));
+    let target = |instruction: &Instruction| match instruction.operands.first() {
+        Some(&Operand::IdRef(id)) => has(Some(id)),
+        _ => false,
+    };
+    let mut module = Module {
+        header: source.header.clone(),
+        capabilities: source.capabilities.clone(),
+        extensions: source.extensions.clone(),
+        ext_inst_imports: source.ext_inst_imports.clone(),
+        memory_model: source.memory_model.clone(),
+        entry_points: vec![entry.clone()],
+        execution_modes: source.execution_modes.clone(),
+        debug_string_source: source.debug_string_source.clone(),
+        debug_names: source.debug_names.clone(),
+        debug_module_processed: source.debug_module_processed.clone(),
+        annotations: source.annotations.clone(),
+        types_global_values: source.types_global_values.clone(),
+        functions: Vec::new(),
+    };
+    module.execution_modes.retain(target);
+    module
+        .debug_string_source
+        .retain(|instruction| instruction.class.opcode != Op::String || has(instruction.result_id));
+    module.debug_names.retain(target);
+    module.annotations.retain(target);
+    // A variable's forward pointer has no result; its target is an operand.
+    module.types_global_values.retain(|instruction| match instruction.result_id {
+        Some(_) => has(instruction.result_id),
+        None => target(instruction),
+    });
+    let kept = source.functions.iter().filter(|function| has(function.def_id()));
+    module.functions.extend(kept.cloned());
+    Some(module.assemble())
+}
+
+fn literal(name: &str) -> Operand {
+    Operand::LiteralString(name.into())
+}
+
+/// The ids that an instruction refers to.
+fn ids(instruction: &Instruction) -> impl Iterator<Item = u32> {
+    instruction.result_type.into_iter().chain(instruction.operands.iter().filter_map(Operand::id_ref_any))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vulkan::module::Reflection;
+
+    fn load(words: &[u32]) -> Module {
+        rspirv::dr::load_words(words).expect("SPIR-V")
+    }
+
+    /// Every entry point of the kernels binds the same alone as in its module, and is small.
+    #[test]
+    fn an_entry_point_alone_binds_what_it_bound() {
+        let base = include_bytes!("../../../kernels/base.spv");
+        let rayquery = include_bytes!("../../../kernels/rayquery.spv");
+        for bytes in [&base[..], rayquery] {
+            let words: &[u32] = &bytemuck::pod_collect_to_vec(bytes);
+            let (source, whole) = (load(words), Reflection::new("whole", words).expect("a module"));
+            let mut sizes = Vec::new();
+            for (name, entry) in &whole.entry_points {
+                let alone = extract(&source, name).expect("the entry point is there");
+                sizes.push(alone.len());
+                let found = Reflection::new(name, &alone).expect("a module");
+                assert_eq!(found.entry_points.len(), 1);
+                assert_eq!(&found.entry_points[name], entry);
+                // Nothing is missing: what is kept refers to what is kept.
+                let defined: HashSet<u32> =
+                    load(&alone).all_inst_iter().filter_map(|instruction| instruction.result_id).collect();
+                for instruction in load(&alone).all_inst_iter() {
+                    let unknown = ids(instruction).find(|id| !defined.contains(id));
+                    assert_eq!(unknown, None, "{name}: {instruction:?}");
+                }
+            }
+            sizes.sort_unstable();
+            assert!(sizes[0] * 50 < words.len(), "the smallest of {} words: {}", words.len(), sizes[0]);
+            assert_eq!(extract(&source, "nothing"), None);
+        }
+    }
+}

@@ -1,0 +1,399 @@
+//! From a declaration to the items that it stands for.
+
+use proc_macro2::{Span, TokenStream};
+use quote::{format_ident, quote};
+use syn::{Ident, LitInt};
+
+use crate::declaration::{Declaration, Parameter, Role};
+
+/// The tables that `SceneTables` holds beside those of textures.
+const SCENE: [(&str, &str); 4] = [
+    ("triangles", "triangle::Triangle"),
+    ("surfaces", "triangle::TriangleSurface"),
+    ("materials", "material::Material"),
+    ("lights", "light::Light"),
+];
+/// Those of `TextureTables`.
+const TEXTURES: [(&str, &str); 7] = [
+    ("textures", "texture::Texture"),
+    ("material_textures", "texture::MaterialTextures"),
+    ("texture_coordinates", "texture::TextureCoordinates"),
+    ("texels_0", ""),
+    ("texels_1", ""),
+    ("texels_2", ""),
+    ("texels_3", ""),
+];
+/// Those of the software tracer.
+const TREE: [(&str, &str); 3] =
+    [("nodes", "tree::TreeNode"), ("blocks", "tree::TriangleBlock"), ("instances", "instance::Instance")];
+
+/// How a buffer is bound.
+#[derive(Clone, Copy, PartialEq)]
+enum Access {
+    Read,
+    Slots,
+    Words,
+    Counters,
+}
+
+/// A buffer that the pass binds.
+struct Bound {
+    name: Ident,
+    element: TokenStream,
+    access: Access,
+    len: Option<TokenStream>,
+}
+
+/// A tracer that an entry point is compiled with.
+#[derive(Clone, Copy, PartialEq)]
+enum Tracer {
+    Software,
+    RayQuery,
+}
+
+/// All items of a pass.
+pub fn expand(declaration: &Declaration) -> TokenStream {
+    let function = &declaration.function;
+    let gate = declaration.arguments.hardware.then(|| quote!(#[cfg(feature = "ray-query")]));
+    let mut entries = TokenStream::new();
+    if !declaration.arguments.hardware {
+        entries.extend(entry(declaration, Tracer::Software));
+    }
+    if declaration.arguments.hardware || traces(declaration) {
+        entries.extend(entry(declaration, Tracer::RayQuery));
+    }
+    let (described, module) = (described(declaration), format_ident!("{}_entry", function.sig.ident));
+    quote! {
+        #gate
+        #[inline(always)]
+        // A parameter for each buffer.
+        #[allow(clippy::too_many_arguments)]
+        #function
+
+        #[cfg(target_arch = "spirv")]
+        #[doc(hidden)]
+        pub mod #module {
+            #[allow(unused_imports)]
+            use super::*;
+            #entries
+        }
+
+        #described
+    }
+}
+
+fn traces(declaration: &Declaration) -> bool {
+    declaration.has(|role| matches!(role, Role::Tracer))
+}
+
+fn needs(declaration: &Declaration) -> bool {
+    traces(declaration) || declaration.has(|role| matches!(role, Role::Needs))
+}
+
+/// The buffers that a pass binds, each once: those it names, then the tables of scene and tracer.
+fn bound(declaration: &Declaration, tracer: Tracer) -> Vec<Bound> {
+    let mut all: Vec<Bound> = declaration
+        .parameters
+        .iter()
+        .filter_map(|Parameter { name, role, len }| {
+            let access = match role {
+                Role::Read(_) => Access::Read,
+                Role::Slots(_) => Access::Slots,
+                Role::Words => Access::Words,
+                Role::Counters => Access::Counters,
+                _ => return None,
+            };
+            let over = &declaration.arguments.over;
+            let len = match (access, len) {
+                (Access::Read, None) => None,
+                (Access::Counters, _) => {
+                    Some(quote!(::caustics_kernels::interface::counters::COUNTER_COUNT as u32))
+                }
+                (_, Some(len)) => Some(quote!(#len)),
+                (_, None) => Some(quote!(#over)),
+            };
+            Some(Bound { name: buffer(name), element: role.element()?, access, len })
+        })
+        .collect();
+    let mut add = |tables: &[(&str, &str)]| {
+        for (name, ty) in tables {
+            if all.iter().any(|bound| bound.name == name) {
+                continue;
+            }
+            let element = if ty.is_empty() {
+                quote!(u32)
+            } else {
+                let path: syn::Path =
+                    syn::parse_str(&format!("::caustics_kernels::interface::{ty}")).expect("a path");
+                quote!(#path)
+            };
+            all.push(Bound { name: ident(name), element, access: Access::Read, len: None });
+        }
+    };
+    if declaration.has(|role| matches!(role, Role::Scene)) {
+        add(&SCENE);
+        add(&TEXTURES);
+    }
+    if traces(declaration) {
+        add(&SCENE[1..3]);
+        add(&TEXTURES);
+        if tracer == Tracer::Software {
+            add(&TREE);
+        }
+    }
+    all
+}
+
+/// Makes the values that several tables go into.
+fn composed(declaration: &Declaration, tracer: Tracer) -> TokenStream {
+    let mut composed = TokenStream::new();
+    let scene = declaration.has(|role| matches!(role, Role::Scene));
+    if scene || traces(declaration) {
+        let tables = TEXTURES.map(|(name, _)| ident(name));
+        composed.extend(quote! {
+            let texture_tables = ::caustics_kernels::interface::scene::TextureTables { #(#tables),* };
+        });
+    }
+    if scene {
+        let tables = SCENE.map(|(name, _)| ident(name));
+        composed.extend(quote! {
+            let scene_tables = ::caustics_kernels::interface::scene::SceneTables {
+                #(#tables,)* textures: texture_tables
+            };
+        });
+    }
+    if traces(declaration) {
+        let tracer = match tracer {
+            Tracer::Software => quote! {
+                ::caustics_kernels::trace::bvh::BvhTracer { nodes, blocks, instances, cut_outs }
+            },
+            Tracer::RayQuery => quote! {
+                ::caustics_kernels::trace::ray_query::RayQueryTracer { scene: scene_structure, cut_outs }
+            },
+        };
+        composed.extend(quote! {
+            let cut_outs = ::caustics_kernels::texture::cut_out::CutOuts {
+                surfaces, materials, textures: texture_tables, needs
+            };
+            let tracer = #tracer;
+        });
+    }
+    composed
+}
+
+/// The arguments of the function, in its order.
+fn call(declaration: &Declaration, module: &TokenStream) -> TokenStream {
+    let function = &declaration.function.sig.ident;
+    let arguments = declaration.parameters.iter().map(|Parameter { name, role, .. }| match role {
+        Role::Index => quote!(index),
+        Role::Params => quote!(params),
+        Role::Dispatch => quote!(dispatch),
+        Role::Needs => quote!(needs),
+        Role::Scene => quote!(scene_tables),
+        Role::Tracer => quote!(&mut tracer),
+        Role::Counters => quote!(&mut #name),
+        Role::Read(_) | Role::Slots(_) | Role::Words | Role::Structure => {
+            let name = buffer(name);
+            quote!(#name)
+        }
+    });
+    quote!(#module::#function(#(#arguments),*))
+}
+
+fn limit(declaration: &Declaration) -> TokenStream {
+    declaration.arguments.limit.as_ref().map_or(quote!(dispatch.count), |limit| quote!(#limit))
+}
+
+/// The entry point of a tracer.
+fn entry(declaration: &Declaration, tracer: Tracer) -> TokenStream {
+    let gate = match tracer {
+        Tracer::Software => quote!(#[cfg(not(feature = "ray-query"))]),
+        Tracer::RayQuery => quote!(#[cfg(feature = "ray-query")]),
+    };
+    let name = &declaration.arguments.name;
+    let entry = match tracer {
+        Tracer::Software => ident("software"),
+        Tracer::RayQuery => ident("ray_query"),
+    };
+    let bound = bound(declaration, tracer);
+    let constant =
+        needs(declaration).then(|| quote!(#[spirv(spec_constant(id = 0, default = 0))] needs: u32,));
+    let mut number = 0;
+    let mut next = || {
+        number += 1;
+        LitInt::new(&(number - 1).to_string(), Span::call_site())
+    };
+    let params = next();
+    let buffers: Vec<TokenStream> = bound
+        .iter()
+        .map(|Bound { name, element, access, .. }| {
+            let number = next();
+            let mutable = (*access != Access::Read).then(|| quote!(mut));
+            quote!(#[spirv(storage_buffer, descriptor_set = 0, binding = #number)] #name: &#mutable [#element],)
+        })
+        .collect();
+    let mut structures: Vec<Ident> = declaration
+        .parameters
+        .iter()
+        .filter(|parameter| matches!(parameter.role, Role::Structure))
+        .map(|parameter| parameter.name.clone())
+        .collect();
+    if traces(declaration) && tracer == Tracer::RayQuery {
+        structures.push(ident("scene_structure"));
+    }
+    let structures = structures.iter().map(|name| {
+        let number = next();
+        quote! {
+            #[spirv(descriptor_set = 0, binding = #number)]
+            #name: &::spirv_std::ray_tracing::AccelerationStructure,
+        }
+    });
+    let wrapped = bound.iter().filter_map(|Bound { name, access, .. }| match access {
+        Access::Read => None,
+        Access::Slots => Some(quote!(let #name = ::caustics_kernels::seam::Slots(#name);)),
+        Access::Words => Some(quote!(let #name = ::caustics_kernels::seam::AtomicWords(#name);)),
+        Access::Counters => Some(quote!(let mut #name = ::caustics_kernels::seam::AtomicWords(#name);)),
+    });
+    let needs =
+        needs(declaration).then(|| quote!(let needs = ::caustics_kernels::interface::needs::Needs(needs);));
+    let tracer_of_this = traces(declaration).then(|| quote!(let mut tracer = tracer;));
+    let (composed, limit, call) =
+        (composed(declaration, tracer), limit(declaration), call(declaration, &quote!(super)));
+    quote! {
+        #gate
+        #[::spirv_std::spirv(compute(threads(64), entry_point_name = #name))]
+        pub fn #entry(
+            #[spirv(global_invocation_id)] id: ::spirv_std::glam::UVec3,
+            #constant
+            #[spirv(push_constant)] dispatch: &::caustics_kernels::interface::frame::Dispatch,
+            #[spirv(uniform, descriptor_set = 0, binding = #params)]
+            params: &::caustics_kernels::interface::frame::FrameParams,
+            #(#buffers)*
+            #(#structures)*
+        ) {
+            let dispatch = *dispatch;
+            let index = id.x + id.y * ::caustics_kernels::interface::frame::INVOCATIONS_PER_ROW;
+            if index < #limit {
+                #needs
+                #composed
+                #tracer_of_this
+                #(#wrapped)*
+                #call;
+            }
+        }
+    }
+}
+
+/// The description, with the call on the CPU in it.
+fn described(declaration: &Declaration) -> TokenStream {
+    let function = &declaration.function.sig.ident;
+    let constant = Ident::new(&function.to_string().to_uppercase(), function.span());
+    let docs = declaration.function.attrs.iter().filter(|attribute| attribute.path().is_ident("doc"));
+    let arguments = &declaration.arguments;
+    let (name, over, work, traces) = (&arguments.name, &arguments.over, &arguments.work, traces(declaration));
+    let bound = bound(declaration, Tracer::Software);
+    let buffers = bound.iter().map(|Bound { name, element, access, len }| {
+        let name = name.to_string();
+        let mut tables = SCENE.iter().chain(&TEXTURES).chain(&TREE);
+        let kind = match access {
+            Access::Read if tables.any(|(table, _)| *table == name) => quote!(Table),
+            Access::Read => quote!(Read),
+            Access::Slots => quote!(Slots),
+            Access::Words | Access::Counters => quote!(Words),
+        };
+        let len = len.as_ref().map_or(quote!(0), |len| len.clone());
+        quote! {
+            ::caustics_kernels::declare::Bound {
+                name: #name,
+                stride: ::core::mem::size_of::<#element>(),
+                access: ::caustics_kernels::declare::Access::#kind,
+                len: |params| { let _ = params; #len },
+            }
+        }
+    });
+    let cpu = if arguments.hardware {
+        quote!(None)
+    } else {
+        let on_cpu = on_cpu(declaration, &bound);
+        quote!({ #on_cpu; Some(call) })
+    };
+    let lens = bound.iter().filter_map(|bound| bound.len.as_ref());
+    quote! {
+        // Nothing runs it: it uses what only the description uses, so that imports are the same on both sides.
+        #[cfg(target_arch = "spirv")]
+        const _: () = {
+            #[allow(dead_code)]
+            fn sizes(params: &::caustics_kernels::interface::frame::FrameParams) {
+                let _ = (params, #over);
+                #(let _ = #lens;)*
+            }
+        };
+
+        #[cfg(not(target_arch = "spirv"))]
+        #(#docs)*
+        pub static #constant: ::caustics_kernels::declare::Pass = ::caustics_kernels::declare::Pass {
+            name: #name,
+            work: ::caustics_kernels::declare::Work::#work,
+            traces: #traces,
+            over: |params| { let _ = params; #over },
+            buffers: &[#(#buffers),*],
+            cpu: #cpu,
+        };
+    }
+}
+
+/// The call on the CPU: borrows the buffers and maps the function over chunks of indices.
+fn on_cpu(declaration: &Declaration, bound: &[Bound]) -> TokenStream {
+    let borrowed = bound.iter().map(|Bound { name, element, access, .. }| {
+        let key = name.to_string();
+        let borrow = format_ident!("borrowed_{name}");
+        match access {
+            Access::Read => quote! {
+                let #borrow = call.buffers.read::<#element>(#key)?;
+                let #name = &#borrow[..];
+            },
+            Access::Slots => quote! {
+                let mut #borrow = call.buffers.edit::<#element>(#key)?;
+                let #name = ::caustics_kernels::seam::Slots::new(&mut #borrow);
+            },
+            Access::Words | Access::Counters => quote! {
+                let mut #borrow = call.buffers.edit::<#element>(#key)?;
+                let #name = ::caustics_kernels::seam::AtomicWords::new(&mut #borrow);
+            },
+        }
+    });
+    let of_chunk = bound.iter().filter(|bound| bound.access == Access::Counters).map(
+        |Bound { name, .. }| quote!(let mut #name = ::caustics_kernels::declare::LocalCounters::new(#name);),
+    );
+    let tracer_of_chunk = traces(declaration).then(|| quote!(let mut tracer = tracer;));
+    let (composed, limit, function) =
+        (composed(declaration, Tracer::Software), limit(declaration), call(declaration, &quote!(self)));
+    quote! {
+        #[allow(unused_variables)]
+        fn call(
+            call: &::caustics_kernels::declare::Call<'_>,
+        ) -> ::core::result::Result<(), ::caustics_kernels::declare::BufferError> {
+            let (dispatch, params, needs) = (call.dispatch, call.params, call.needs);
+            #(#borrowed)*
+            #composed
+            call.for_chunks(#limit, |indices| {
+                #tracer_of_chunk
+                #(#of_chunk)*
+                for index in indices {
+                    #function;
+                }
+            });
+            Ok(())
+        }
+    }
+}
+
+/// The buffer of a parameter: one that only `limit` reads has an underscore before its name.
+fn buffer(parameter: &Ident) -> Ident {
+    let name = parameter.to_string();
+    Ident::new(name.strip_prefix('_').unwrap_or(&name), parameter.span())
+}
+
+fn ident(name: &str) -> Ident {
+    Ident::new(name, Span::call_site())
+}

@@ -1,0 +1,54 @@
+//! `#[pass]`: from one function, the entry points of a GPU, the call on a CPU, and the description that the host reads.
+//!
+//! ```ignore
+//! /// Radiance of the caustic at each pixel.
+//! #[pass(name = "resolve", over = params.pixel_count(), work = Resolve)]
+//! pub fn resolve(
+//!     pixel: u32,
+//!     params: &FrameParams,
+//!     point_geometry: &[PointGeometry],
+//!     accumulator: &[u32],
+//!     mut caustic_radiance: Slots<'_, Vec3>,
+//! ) {
+//!     caustic_radiance.write(pixel, radiance(&point_geometry[pixel as usize], accumulator, params));
+//! }
+//! ```
+//!
+//! The first parameter is the index of an invocation; every other one is told by its type:
+//!
+//! | type | what it is |
+//! |---|---|
+//! | `&FrameParams` | the frame's settings |
+//! | `Dispatch` | where this dispatch stands in its pass |
+//! | `Needs` | what the scene needs, a constant while kernels are compiled |
+//! | `SceneTables` | the scene's tables |
+//! | `&mut impl Tracer` | what traces; the pass has an entry point for each tracer |
+//! | `&mut impl Atomics` | the counters |
+//! | `&[T]` | a buffer that is read; the parameter has the buffer's name, as in all that follow |
+//! | `Slots<T>` | a buffer that is written, a slot by one invocation |
+//! | `AtomicWords` | a buffer of words that invocations add to |
+//! | `&AccelerationStructure` | a structure; with `hardware` alone |
+//!
+//! `#[len = expression]` before a buffer says how many elements it has, by `params`; without, one that is written has as many
+//! as the pass has invocations, and one that is read as many as others say. Arguments of the attribute:
+//!
+//! - `name = "resolve"`, or `name = ["gather.", points_bvh]`, which is joined.
+//! - `over = expression`: the invocations of a frame, by `params`.
+//! - `work = Variant` of `Work`: what its time counts for.
+//! - `limit = expression`: invocations there are where only the device knows, by `dispatch`, `params` and what is read;
+//!   without, `dispatch.count`.
+//! - `hardware`: there is an entry point with ray queries alone, and no call on the CPU.
+
+mod declaration;
+mod expand;
+
+use proc_macro::TokenStream;
+
+/// Makes a pass of a function; see the crate.
+#[proc_macro_attribute]
+pub fn pass(arguments: TokenStream, item: TokenStream) -> TokenStream {
+    let expanded = syn::parse(arguments)
+        .and_then(|arguments| declaration::Declaration::new(arguments, syn::parse(item)?))
+        .map(|declaration| expand::expand(&declaration));
+    expanded.unwrap_or_else(|error| error.to_compile_error()).into()
+}

@@ -1,0 +1,169 @@
+//! Passes on the CPU: buffers by name, and a pass mapped over chunks of its indices.
+
+use std::collections::HashMap;
+use std::fmt;
+use std::ops::Range;
+
+use atomic_refcell::{AtomicRef, AtomicRefCell, AtomicRefMut};
+use bytemuck::{Pod, Zeroable, cast_slice, cast_slice_mut};
+use rayon::prelude::*;
+
+use crate::interface::counters::COUNTER_COUNT;
+use crate::interface::frame::{Dispatch, FrameParams};
+use crate::interface::ledger::LEDGER_FIRST;
+use crate::interface::needs::Needs;
+use crate::math::quanta::Quanta;
+use crate::seam::{AtomicWords, Atomics};
+
+/// Invocations that a worker takes at a time.
+const CHUNK: u32 = 512;
+
+/// A dispatch on the CPU.
+#[derive(Clone, Copy)]
+pub struct Call<'a> {
+    /// The buffers that it binds by name.
+    pub buffers: &'a Buffers,
+    /// Settings of the frame.
+    pub params: &'a FrameParams,
+    /// Where it stands in its pass.
+    pub dispatch: Dispatch,
+    /// What the scene needs.
+    pub needs: Needs,
+}
+
+impl Call<'_> {
+    /// Calls `work` with consecutive ranges of the indices below `count`, in parallel on rayon's pool.
+    pub fn for_chunks(&self, count: u32, work: impl Fn(Range<u32>) + Sync) {
+        let chunks = (0..count.div_ceil(CHUNK)).into_par_iter();
+        chunks.for_each(|i| work(i * CHUNK..(i * CHUNK).saturating_add(CHUNK).min(count)));
+    }
+}
+
+/// Why a buffer was not to be had.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum BufferError {
+    /// None has this name.
+    Unknown(String),
+    /// Bytes do not fit.
+    TooSmall {
+        /// Name of the buffer.
+        buffer: String,
+        /// Its size (bytes).
+        size: usize,
+        /// Where the bytes were to begin (bytes).
+        offset: usize,
+        /// How many there were (bytes).
+        bytes: usize,
+    },
+}
+
+impl fmt::Display for BufferError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            BufferError::Unknown(name) => write!(f, "there is no buffer {name:?}"),
+            BufferError::TooSmall { buffer, size, offset, bytes } => {
+                write!(f, "{bytes} bytes from {offset} on do not fit buffer {buffer:?} of {size}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for BufferError {}
+
+/// Sixteen aligned bytes: the alignment of every type of the interface.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Zeroable, Pod)]
+struct Row([u32; 4]);
+
+struct Buffer {
+    rows: Vec<Row>,
+    bytes: usize,
+}
+
+/// Buffers by name, each borrowed on its own while a pass runs.
+#[derive(Default)]
+pub struct Buffers {
+    buffers: HashMap<String, AtomicRefCell<Buffer>>,
+}
+
+impl Buffers {
+    /// Adds a buffer of zeros.
+    pub fn add(&mut self, name: &str, bytes: usize) {
+        let rows = vec![Row::zeroed(); bytes.div_ceil(16)];
+        self.buffers.insert(name.to_string(), AtomicRefCell::new(Buffer { rows, bytes }));
+    }
+
+    fn find(&self, name: &str) -> Result<&AtomicRefCell<Buffer>, BufferError> {
+        self.buffers.get(name).ok_or_else(|| BufferError::Unknown(name.to_string()))
+    }
+
+    /// Elements of a buffer.
+    pub fn read<T: Pod>(&self, name: &str) -> Result<AtomicRef<'_, [T]>, BufferError> {
+        let buffer = self.find(name)?.borrow();
+        Ok(AtomicRef::map(buffer, |b| cast_slice(&cast_slice::<Row, u8>(&b.rows)[..b.bytes])))
+    }
+
+    /// Elements of a buffer, to write.
+    pub fn edit<T: Pod>(&self, name: &str) -> Result<AtomicRefMut<'_, [T]>, BufferError> {
+        let buffer = self.find(name)?.borrow_mut();
+        Ok(AtomicRefMut::map(buffer, |b| {
+            let bytes = b.bytes;
+            cast_slice_mut(&mut cast_slice_mut::<Row, u8>(&mut b.rows)[..bytes])
+        }))
+    }
+
+    /// Overwrites a buffer from an offset (bytes) on.
+    pub fn write(&mut self, name: &str, offset: usize, bytes: &[u8]) -> Result<(), BufferError> {
+        let mut buffer = self.edit::<u8>(name)?;
+        let (end, size) = (offset.saturating_add(bytes.len()), buffer.len());
+        if end > size {
+            let buffer = name.to_string();
+            return Err(BufferError::TooSmall { buffer, size, offset, bytes: bytes.len() });
+        }
+        buffer[offset..end].copy_from_slice(bytes);
+        Ok(())
+    }
+
+    /// Fills a buffer with zeros.
+    pub fn clear(&self, name: &str) -> Result<(), BufferError> {
+        self.edit::<u8>(name)?.fill(0);
+        Ok(())
+    }
+}
+
+/// Counters of one worker, added to the shared ones when it is done: no cache line travels for each ray.
+pub struct LocalCounters<'a> {
+    words: [u32; COUNTER_COUNT],
+    shared: AtomicWords<'a>,
+}
+
+impl<'a> LocalCounters<'a> {
+    /// Counters at zero.
+    pub fn new(shared: AtomicWords<'a>) -> Self {
+        LocalCounters { words: [0; COUNTER_COUNT], shared }
+    }
+}
+
+impl Atomics for LocalCounters<'_> {
+    #[inline]
+    fn add(&mut self, index: u32, value: u32) -> u32 {
+        let word = &mut self.words[index as usize];
+        let before = *word;
+        *word = before.wrapping_add(value);
+        before
+    }
+}
+
+impl Drop for LocalCounters<'_> {
+    fn drop(&mut self) {
+        let (counters, ledger) = self.words.split_at(LEDGER_FIRST as usize);
+        for (index, &value) in counters.iter().enumerate().filter(|(_, value)| **value != 0) {
+            self.shared.add(index as u32, value);
+        }
+        // The ledger's entries have two words each, with a carry between them.
+        for (pair, words) in ledger.chunks(2).enumerate().filter(|(_, words)| words != &[0, 0]) {
+            let quanta = Quanta { low: words[0], high: words[1] };
+            quanta.add_to(&mut self.shared, LEDGER_FIRST + 2 * pair as u32);
+        }
+    }
+}

@@ -1,0 +1,273 @@
+//! `index.*` and `gather.*`: build an index, and bring deposits and points together. An index over points is asked by each
+//! deposit, which gives to the points that take it; an index over photons by each point, which takes from them.
+
+use crate::gather::accumulator::Sum;
+use crate::gather::contribution::{contribution, disc_half_extent, takes};
+use crate::gather::tables::Tables;
+use crate::gather::{Near, Visit};
+use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry};
+use crate::seam::Atomics;
+use crate::surface::textured::material_of;
+use spirv_std::glam::Vec3;
+
+/// The pass that builds the index of a variant: `index_pass!(stripes, Stripes)` declares `index` and `INDEX`.
+#[macro_export]
+macro_rules! index_pass {
+    ($name:ident, $type:ty) => {
+        /// Builds the index, a stage a dispatch.
+        #[$crate::declare::pass(
+                                                            name = ["index.", $name],
+                                                            over = 0,
+                                                            work = Index,
+                                                            limit = dispatch.limit(deposit_state, params)
+                                                        )]
+        pub fn index(
+            invocation: u32,
+            params: &$crate::interface::frame::FrameParams,
+            dispatch: $crate::interface::frame::Dispatch,
+            pixel_order: &[u32],
+            point_geometry: &[$crate::interface::point::PointGeometry],
+            deposit_state: &[u32],
+            deposit_geometry: &[$crate::interface::point::DepositGeometry],
+            deposit_light: &[$crate::interface::point::DepositLight],
+            #[len = <$type as $crate::gather::Index>::VARIANT.sorted(params)]
+            sorted_geometry: $crate::seam::Slots<'_, $crate::interface::point::DepositGeometry>,
+            #[len = <$type as $crate::gather::Index>::VARIANT.sorted(params)]
+            sorted_light: $crate::seam::Slots<'_, $crate::interface::point::DepositLight>,
+            #[len = <$type as $crate::gather::Index>::VARIANT.words[0].count(params)]
+            index_0: $crate::seam::AtomicWords<'_>,
+            #[len = <$type as $crate::gather::Index>::VARIANT.words[1].count(params)]
+            index_1: $crate::seam::AtomicWords<'_>,
+            #[len = <$type as $crate::gather::Index>::VARIANT.words[2].count(params)]
+            index_2: $crate::seam::AtomicWords<'_>,
+            #[len = <$type as $crate::gather::Index>::VARIANT.words[3].count(params)]
+            index_3: $crate::seam::AtomicWords<'_>,
+        ) {
+            let mut build = $crate::gather::tables::Build {
+                params,
+                pixel_order,
+                point_geometry,
+                deposit_geometry,
+                deposit_light,
+                deposit_count: params.deposit_count(deposit_state),
+                index_0,
+                index_1,
+                index_2,
+                index_3,
+                sorted_geometry,
+                sorted_light,
+            };
+            <$type as $crate::gather::Index>::build(dispatch.level, invocation, &mut build);
+        }
+    };
+}
+
+/// The pass that gathers by a variant: `gather_pass!(stripes, Stripes)` declares `gather` and `GATHER`. In brackets what
+/// searches by ray queries, inside of this crate.
+#[macro_export]
+macro_rules! gather_pass {
+    ($name:ident, $type:ty) => {
+        $crate::gather_pass!($name, $type, [], [], |tables, near, visit| {
+            <$type as $crate::gather::Gather>::for_each_near(tables, near, visit);
+        });
+    };
+    (
+        $name:ident, $type:ty, [$($hardware:tt)*], [$($structure:tt)*],
+        |$tables:ident, $near:ident, $visit:ident| $search:expr
+    ) => {
+        /// Gathers, a point or a deposit an invocation.
+        #[$crate::declare::pass(
+            name = ["gather.", $name],
+            over = <$type as $crate::gather::Index>::VARIANT.side.searchers().extent(params),
+            work = Gather,
+            limit = dispatch.limit(deposit_state, params),
+            $($hardware)*
+        )]
+        pub fn gather(
+            searcher: u32,
+            params: &$crate::interface::frame::FrameParams,
+            needs: $crate::interface::needs::Needs,
+            counters: &mut impl $crate::seam::Atomics,
+            materials: &[$crate::interface::material::Material],
+            pixel_order: &[u32],
+            point_geometry: &[$crate::interface::point::PointGeometry],
+            point_shading: &[$crate::interface::point::PointShading],
+            deposit_state: &[u32],
+            deposit_geometry: &[$crate::interface::point::DepositGeometry],
+            deposit_light: &[$crate::interface::point::DepositLight],
+            sorted_geometry: &[$crate::interface::point::DepositGeometry],
+            sorted_light: &[$crate::interface::point::DepositLight],
+            index_0: &[u32],
+            index_1: &[u32],
+            index_2: &[u32],
+            index_3: &[u32],
+            #[len = params.pixel_count() * $crate::gather::accumulator::WORDS]
+            accumulator: $crate::seam::AtomicWords<'_>,
+            $($structure)*
+        ) {
+            let sorts = const { <$type as $crate::gather::Index>::VARIANT.sorts };
+            let $tables = &mut $crate::gather::tables::Tables {
+                params,
+                needs,
+                materials,
+                pixel_order,
+                point_geometry,
+                point_shading,
+                deposit_geometry: if sorts { sorted_geometry } else { deposit_geometry },
+                deposit_light: if sorts { sorted_light } else { deposit_light },
+                deposit_count: params.deposit_count(deposit_state),
+                index_0,
+                index_1,
+                index_2,
+                index_3,
+                accumulator,
+            };
+            if const {
+                matches!(<$type as $crate::gather::Index>::VARIANT.side, $crate::gather::variant::Side::Points)
+            } {
+                let mut give = $crate::gather::exchange::Give::new(searcher, $tables);
+                let ($near, $visit) = (give.near(), &mut give);
+                $search;
+                give.close(counters);
+            } else {
+                let mut take = $crate::gather::exchange::Take::new(searcher, $tables);
+                if take.is_point() {
+                    let ($near, $visit) = (take.near(), &mut take);
+                    $search;
+                    take.close($tables, counters);
+                }
+            }
+        }
+    };
+}
+
+/// The passes of every variant, a module each.
+macro_rules! passes {
+    ([$($file:ident $type:ident $constant:ident;)*] [$($file_rt:ident $type_rt:ident $constant_rt:ident;)*]) => {
+        $(
+            #[doc = concat!("The passes of `gather::", stringify!($file), "`.")]
+            pub mod $file {
+                use crate::gather::$file::$type;
+
+                index_pass!($file, $type);
+                gather_pass!($file, $type);
+            }
+        )*
+        $(
+            #[doc = concat!("The passes of `gather::", stringify!($file_rt), "`.")]
+            pub mod $file_rt {
+                #[cfg(feature = "ray-query")]
+                use crate::gather::$file_rt::for_each_near;
+                use crate::gather::$file_rt::$type_rt;
+
+                index_pass!($file_rt, $type_rt);
+                gather_pass!(
+                    $file_rt,
+                    $type_rt,
+                    [hardware],
+                    [neighbour_structure: &spirv_std::ray_tracing::AccelerationStructure],
+                    |tables, near, visit| for_each_near(neighbour_structure, tables, near, visit)
+                );
+            }
+        )*
+    };
+}
+
+for_each_gather!(passes);
+
+/// A deposit that gives to points.
+pub struct Give {
+    geometry: DepositGeometry,
+    light: DepositLight,
+    total: Sum,
+}
+
+impl Give {
+    /// Deposit `index`, which has given nothing yet.
+    #[inline(always)]
+    pub fn new(index: u32, tables: &Tables<'_>) -> Give {
+        let geometry = tables.deposit_geometry[index as usize];
+        let light = tables.deposit_light[index as usize];
+        Give { geometry, light, total: Sum::default() }
+    }
+
+    /// Where its points are: their boxes hold it.
+    #[inline(always)]
+    pub fn near(&self) -> Near {
+        Near { position: self.geometry.position, half_extent: Vec3::ZERO }
+    }
+
+    /// Counts what was given.
+    #[inline(always)]
+    pub fn close<C: Atomics>(self, counters: &mut C) {
+        self.total.tally(counters);
+    }
+}
+
+impl Visit for Give {
+    #[inline(always)]
+    fn visit(&mut self, tables: &mut Tables<'_>, id: u32) {
+        let pixel = tables.pixel_order[id as usize];
+        let point = tables.point_geometry[pixel as usize];
+        if takes(&point, &self.geometry, tables.params.max_bounces) {
+            let shading = tables.point_shading[pixel as usize];
+            let material = material_of(&shading, tables.materials, tables.needs);
+            let roughness = tables.params.specular_roughness;
+            let value = contribution(&shading, material, &self.light, roughness, tables.needs);
+            let sum = Sum::of(value, tables.params.inverse_quantum());
+            sum.add_to(&mut tables.accumulator, pixel);
+            self.total = self.total.plus(sum);
+        }
+    }
+}
+
+/// A point that takes from deposits.
+pub struct Take {
+    pixel: u32,
+    point: PointGeometry,
+    sum: Sum,
+}
+
+impl Take {
+    /// The point at place `index` of `pixel_order`, which has taken nothing yet.
+    #[inline(always)]
+    pub fn new(index: u32, tables: &Tables<'_>) -> Take {
+        let pixel = tables.pixel_order[index as usize];
+        Take { pixel, point: tables.point_geometry[pixel as usize], sum: Sum::default() }
+    }
+
+    /// Whether there is a point.
+    #[inline(always)]
+    pub fn is_point(&self) -> bool {
+        self.point.depth != 0
+    }
+
+    /// Where its deposits are.
+    #[inline(always)]
+    pub fn near(&self) -> Near {
+        Near { position: self.point.position, half_extent: disc_half_extent(&self.point) }
+    }
+
+    /// Adds what was taken to the point's words.
+    #[inline(always)]
+    pub fn close<C: Atomics>(self, tables: &mut Tables<'_>, counters: &mut C) {
+        if self.sum.count != 0 {
+            self.sum.add_to(&mut tables.accumulator, self.pixel);
+            self.sum.tally(counters);
+        }
+    }
+}
+
+impl Visit for Take {
+    #[inline(always)]
+    fn visit(&mut self, tables: &mut Tables<'_>, id: u32) {
+        if takes(&self.point, &tables.deposit_geometry[id as usize], tables.params.max_bounces) {
+            let shading = tables.point_shading[self.pixel as usize];
+            let material = material_of(&shading, tables.materials, tables.needs);
+            let light = tables.deposit_light[id as usize];
+            let roughness = tables.params.specular_roughness;
+            let value = contribution(&shading, material, &light, roughness, tables.needs);
+            self.sum = self.sum.plus(Sum::of(value, tables.params.inverse_quantum()));
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! `reuse.paper`: the light that collection points of the frame before lend to one of today's, as published: the mean of all
+//! points that overlap, with a fixed share in the blend [Moreau and Doggett 2022].
+
+#[cfg(target_arch = "spirv")]
+use spirv_std::num_traits::Float;
+
+use crate::declare::pass;
+use crate::interface::frame::FrameParams;
+use crate::interface::history::{HistoryPoint, Lent};
+use crate::interface::instance::Instance;
+use crate::interface::point::{PointGeometry, PointShading};
+use crate::reuse::reprojected::ReprojectedPoint;
+use crate::reuse::window::{History, Look, WIDE, for_each_around, project, seen_from};
+use crate::seam::Slots;
+use spirv_std::glam::Vec3;
+
+/// Width of the paper's weights, relative to the radius.
+const PAPER_SIGMA: f32 = 0.75;
+/// Frames' worth of a share of 0.8 in the blend: 0.8 / 0.2.
+const PAPER_SAMPLES: f32 = 4.0;
+/// Cosine below which discs cross several pixels.
+const FLAT: f32 = 0.3;
+
+/// What the paper lends, a pixel an invocation.
+#[pass(name = "reuse.paper", over = params.pixel_count(), work = Reuse)]
+pub fn reuse_paper(
+    pixel: u32,
+    params: &FrameParams,
+    point_geometry: &[PointGeometry],
+    point_shading: &[PointShading],
+    instances: &[Instance],
+    history_points: &[HistoryPoint],
+    history_mean: &[Vec3],
+    mut lent: Slots<'_, Lent>,
+) {
+    let (point, shading) = (&point_geometry[pixel as usize], &point_shading[pixel as usize]);
+    let history = History { points: history_points, mean: history_mean };
+    lent.write(pixel, overlapping(pixel, point, shading, instances, history, params));
+}
+
+/// The mean over all previous points whose disc holds this one, weighted by exp(-d^2 / (2 (0.75 R)^2)),
+/// with 0.8 of the blend.
+#[inline(always)]
+fn overlapping(
+    pixel: u32,
+    point: &PointGeometry,
+    shading: &PointShading,
+    instances: &[Instance],
+    history: History<'_>,
+    params: &FrameParams,
+) -> Lent {
+    if point.depth == 0 {
+        return Lent::default();
+    }
+    let borrower = ReprojectedPoint::new(point, shading, instances);
+    let mut visit = Overlap { borrower, sum: Vec3::ZERO, weights: 0.0 };
+    let before = &params.previous_camera;
+    let at = project(seen_from(before, pixel, point, shading, borrower.position, params), before, params);
+    // Discs are 0.56 pixels wide head on, and 2.5 across where they lie flat.
+    let half = if shading.to_viewer.dot(point.normal) < FLAT { WIDE } else { 1 };
+    for_each_around(at, half, params, history, &mut visit);
+    if visit.weights <= 0.0 && point.depth > 1 {
+        for_each_around(at, WIDE, params, history, &mut visit);
+    }
+    if visit.weights <= 0.0 {
+        return Lent::default();
+    }
+    Lent { mean: visit.sum / visit.weights, samples: PAPER_SAMPLES, offset: Vec3::ZERO }
+}
+
+/// Sums over the points that overlap.
+struct Overlap {
+    borrower: ReprojectedPoint,
+    sum: Vec3,
+    weights: f32,
+}
+
+impl Look for Overlap {
+    #[inline(always)]
+    fn look(&mut self, history: History<'_>, pixel: u32) {
+        let lender = history.points[pixel as usize];
+        let along = lender.position - self.borrower.position;
+        let square = along.length_squared();
+        if lender.samples > 0.0
+            && square <= lender.radius * lender.radius
+            && lender.material == self.borrower.material
+            && self.borrower.accepts(&lender, along)
+        {
+            let width = PAPER_SIGMA * self.borrower.radius;
+            let weight = (-0.5 * square / (width * width)).exp();
+            self.sum += history.mean[pixel as usize] * weight;
+            self.weights += weight;
+        }
+    }
+}

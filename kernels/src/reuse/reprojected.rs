@@ -1,0 +1,51 @@
+//! A collection point of today where it was in the frame before.
+
+use crate::gather::contribution::{DISC_THICKNESS, MIN_NORMAL_COS};
+use crate::interface::history::HistoryPoint;
+use crate::interface::instance::Instance;
+use crate::interface::point::{PointGeometry, PointShading};
+use crate::math::octahedral;
+use spirv_std::glam::Vec3;
+
+/// A point of today where it was in the frame before.
+#[derive(Clone, Copy)]
+pub struct ReprojectedPoint {
+    /// Position (m).
+    pub position: Vec3,
+    /// Unit normal of the face.
+    pub normal: Vec3,
+    /// Radius of the disc (m).
+    pub radius: f32,
+    /// Index into the materials.
+    pub material: u32,
+}
+
+impl ReprojectedPoint {
+    /// Where the instance of a point was.
+    #[inline(always)]
+    pub fn new(point: &PointGeometry, shading: &PointShading, instances: &[Instance]) -> Self {
+        let mut point_before = ReprojectedPoint {
+            position: point.position,
+            normal: point.normal,
+            radius: point.radius,
+            material: shading.material,
+        };
+        if shading.instance != 0 {
+            let motion = instances[shading.instance as usize].to_previous;
+            point_before.position = motion.point(point.position);
+            point_before.normal = motion.vector(point.normal).normalize();
+        }
+        point_before
+    }
+
+    /// Whether a point of the same surface lends, `along` away from it.
+    #[inline(always)]
+    pub fn accepts(&self, lender: &HistoryPoint, along: Vec3) -> bool {
+        let normal = octahedral::decode(lender.normal);
+        let normals = self.normal + normal;
+        let height = along.dot(normals);
+        let limit = DISC_THICKNESS * self.radius;
+        self.normal.dot(normal) > MIN_NORMAL_COS
+            && height * height <= limit * limit * normals.length_squared()
+    }
+}

@@ -211,12 +211,12 @@ pub struct Merge {
 }
 
 fn method_names() -> Vec<&'static str> {
-    caustics::method::ALL.iter().map(|method| method.name).collect()
+    caustics_kernels::method::ALL.iter().map(|method| method.name).collect()
 }
 
 /// Names of the filters.
 pub fn filter_names() -> Vec<&'static str> {
-    caustics::method::filter::ALL.iter().map(|filter| filter.name).collect()
+    caustics_kernels::filter::ALL.iter().map(|filter| filter.name).collect()
 }
 
 fn gather_names() -> Vec<&'static str> {

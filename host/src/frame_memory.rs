@@ -3,9 +3,11 @@
 use thiserror::Error;
 
 use crate::memory::{self, shown};
-use crate::method::settings::Settings;
-use crate::method::{BufferSpec, Method, Parts, frame_buffers};
+use crate::settings::Settings;
+use caustics_kernels::declare::{BufferSpec, Parts};
 use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::method::Method;
+use caustics_kernels::method::frame::frame_buffers;
 
 /// Memory of a pixel beside the buffers [bytes]: sums and sums of squares in f64 (120), a picture (44) as it is read, as a
 /// mean, with its variance (24) and as an EXR (60), and what copies them.
@@ -78,8 +80,8 @@ impl Need {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::method::basic::BASIC;
     use caustics_kernels::gather::variant::PHOTONS_GRID;
+    use caustics_kernels::method::basic::BASIC;
 
     fn need(width: u32, height: u32, paths: u32) -> Need {
         let params = FrameParams {

@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use caustics_kernels::interface::frame::FrameParams;
 
-use crate::method::Step;
 use crate::scene::motion::Placement;
+use caustics_kernels::declare::Step;
 
 pub mod cpu;
 pub mod gpu;

@@ -8,6 +8,7 @@ use caustics_kernels::interface::frame::{Camera, FrameParams};
 use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::point::PointGeometry;
+use caustics_kernels::pass::collect::pixel_order;
 use caustics_kernels::pass::display::DISPLAY;
 use glam::Vec3;
 
@@ -15,16 +16,18 @@ use crate::counters::Counters;
 use crate::energy::Energy;
 use crate::frame_memory::Need;
 use crate::kernels;
-use crate::method::settings::Settings;
-use crate::method::{self, BufferSpec, Method, Parts, Step, basic};
 use crate::picture::Picture;
 use crate::runner::cpu::CpuRunner;
 use crate::runner::gpu::GpuRunner;
 use crate::runner::{Runner, StepTime};
 use crate::scene::motion::Motion;
 use crate::scene::{Scene, SceneCamera};
+use crate::settings::Settings;
 use crate::upload::Upload;
 use crate::vulkan::passes::DeviceOptions;
+use caustics_kernels::declare::{BufferSpec, Parts, Step};
+use caustics_kernels::method::Method;
+use caustics_kernels::method::frame::frame_buffers;
 
 /// Which runner to open.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -117,12 +120,12 @@ impl Session {
         let scene_bytes = scene.buffers().iter().map(|(_, bytes)| bytes.len() as u64).sum();
         let on_gpu = matches!(choice, RunnerChoice::Gpu { .. });
         Need::of(method, parts, largest, scene_bytes, on_gpu).check_available(&settings)?;
-        let buffers = method::frame_buffers(method, parts, &largest);
+        let buffers = frame_buffers(method, parts, &largest);
         let is_kept = |name| method.keeps.contains(&name) || parts.history.keeps.contains(&name);
         let kept = buffers.iter().filter(|spec| is_kept(spec.name)).copied().collect();
         let of_history = parts.history.settings.map_or(Needs(0), |_| Needs::HISTORY);
         let mut runner = open(choice, scene, needs | of_history, &buffers)?;
-        runner.write("pixel_order", cast_slice(&basic::pixel_order(params.width, params.height)))?;
+        runner.write("pixel_order", cast_slice(&pixel_order(params.width, params.height)))?;
         let previous_camera = params.camera;
         let upload = Upload::new(scene);
         Ok(Session { runner, method, parts, settings, params, previous_camera, upload, kept })

@@ -7,13 +7,13 @@ use caustics_kernels::interface::point::PointGeometry;
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::{max_abs, warp};
-use caustics_kernels::pass::collect::COLLECT;
+use caustics_kernels::pass::collect::{COLLECT, pixel_order};
 use caustics_kernels::pass::step::STEP_HIT;
 
-use crate::method::settings::Settings;
-use crate::method::{Step, basic, buffers};
 use crate::scene::{Scene, SceneCamera};
 use crate::session::{RunnerChoice, open};
+use crate::settings::Settings;
+use caustics_kernels::declare::{Step, buffers};
 
 /// Closest hits per second of a runner's tracer alone, on incoherent rays: from the camera paths' vertices of a small
 /// picture into random directions. The best of several rounds.
@@ -29,7 +29,7 @@ pub fn closest_hits_per_second(
     let pixels = params.pixel_count() as usize;
     let (collect, hit) = (Step::of(&COLLECT, &params), Step::of(&STEP_HIT, &params));
     let mut runner = open(choice, scene, needs, &buffers(&[collect, hit], &params))?;
-    runner.write("pixel_order", cast_slice(&basic::pixel_order(SIDE, SIDE)))?;
+    runner.write("pixel_order", cast_slice(&pixel_order(SIDE, SIDE)))?;
     runner.run(&params, &[collect])?;
     let points: Vec<PointGeometry> = bytemuck::pod_collect_to_vec(&runner.read("point_geometry")?);
     let rays: Vec<Ray> = points

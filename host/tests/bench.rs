@@ -7,7 +7,7 @@ use std::time::Duration;
 use assert_cmd::Command;
 use caustics::experiment::row::{MEASURES, Row, decode};
 use caustics::image::Channels;
-use caustics::method::history;
+use caustics_kernels::history;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -204,14 +204,14 @@ fn a_still_reference_leaves_the_flicker_of_the_cell() {
 /// Mean FLIP between the frames 0 and 1 of each seed.
 fn shown_change(seeds: &[u32]) -> f64 {
     use caustics::image::Encoding;
-    use caustics::method::basic::BASIC;
-    use caustics::method::settings::Settings;
     use caustics::metric::flip::PIXELS_PER_DEGREE;
     use caustics::metric::flip_ldr::flip_ldr;
     use caustics::metric::pixels::Pixels;
     use caustics::scene::{Scene, resolve};
     use caustics::session::{RunnerChoice, Session};
+    use caustics::settings::Settings;
     use caustics_kernels::gather::variant::PHOTONS_GRID;
+    use caustics_kernels::method::basic::BASIC;
 
     let scene = Scene::load(&resolve("mirror-room").unwrap()).unwrap();
     let of_seed = |&seed: &u32| {

@@ -3,14 +3,15 @@
 
 use bytemuck::{Zeroable, cast_slice};
 use caustics::kernels;
-use caustics::method::{buffers, gather};
 use caustics::runner::Runner;
 use caustics::runner::gpu::GpuRunner;
 use caustics::vulkan::passes::DeviceOptions;
+use caustics_kernels::declare::buffers;
 use caustics_kernels::gather::variant::POINTS_RT;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::point::PointGeometry;
+use caustics_kernels::method::frame::{self as gather};
 
 #[test]
 #[ignore = "needs a GPU and kernels built by `cargo kernels --panics`"]

@@ -7,9 +7,9 @@ use std::time::Duration;
 use assert_cmd::Command;
 use caustics::experiment::result::CellResult;
 use caustics::experiment::store;
-use caustics::method::history;
 use caustics::scene;
 use caustics_kernels::gather::variant;
+use caustics_kernels::history;
 use tempfile::TempDir;
 
 /// Tiny pictures of time and error.

@@ -1,14 +1,47 @@
-//! What a pass declares about itself (see the attribute [`pass`]), and how a CPU calls it. Imports `interface` and `seam`;
-//! what the attribute makes stands in the pass's own file.
+//! What a pass declares about itself (see the attribute [`pass`]), how a CPU calls it, and what frames are made of passes.
+//! Imports `interface`, `seam` and `math`; what the attribute makes stands in the pass's own file.
 
 pub use caustics_kernel_macros::pass;
 
 #[cfg(not(target_arch = "spirv"))]
-pub use described::*;
+pub use described::{Access, Bound, OnCpu, Pass, Work};
+#[cfg(not(target_arch = "spirv"))]
+pub use kinds::{Filter, History, Method, Parts, TextureFilter};
 #[cfg(not(target_arch = "spirv"))]
 pub use on_cpu::{BufferError, Buffers, Call, LocalCounters};
+#[cfg(not(target_arch = "spirv"))]
+pub use step::{BufferSpec, INDEX, Step, buffers};
 
 #[cfg(not(target_arch = "spirv"))]
 mod described;
 #[cfg(not(target_arch = "spirv"))]
+mod kinds;
+#[cfg(not(target_arch = "spirv"))]
 mod on_cpu;
+#[cfg(not(target_arch = "spirv"))]
+mod step;
+
+/// Declares the files of a kind of variant, a line each with its constants, and lists them as `ALL`, to be found by name.
+macro_rules! variants {
+    ($kind:ident { $($file:ident: $($constant:ident)+;)* }) => {
+        $(pub mod $file;)*
+
+        #[cfg(not(target_arch = "spirv"))]
+        pub use crate::declare::$kind;
+        $($(
+            #[cfg(not(target_arch = "spirv"))]
+            pub use $file::$constant;
+        )+)*
+
+        /// Every variant.
+        #[cfg(not(target_arch = "spirv"))]
+        pub const ALL: &[&$kind] = &[$($(&$constant,)+)*];
+
+        /// The variant of this name.
+        #[cfg(not(target_arch = "spirv"))]
+        pub fn find(name: &str) -> Option<&'static $kind> {
+            ALL.iter().find(|variant| variant.name == name).copied()
+        }
+    };
+}
+pub(crate) use variants;

@@ -6,12 +6,14 @@
 extern crate self as caustics_kernels;
 
 pub mod declare;
+pub mod filter;
 pub mod gather;
+pub mod history;
 pub mod interface;
 pub mod light;
 pub mod math;
+pub mod method;
 pub mod pass;
-pub mod reuse;
 pub mod seam;
 pub mod surface;
 pub mod texture;

@@ -1,11 +1,11 @@
 //! Block means of pictures, frame by frame, and a test whether two ways to render have the same mean in every block.
 
-use caustics::method::Method;
-use caustics::method::settings::Settings;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
 use caustics_kernels::gather::variant::Variant;
 use caustics_kernels::interface::counters::Counter;
+use caustics_kernels::method::Method;
 use glam::Vec3;
 
 use crate::statistics::Mean;

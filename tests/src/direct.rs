@@ -3,14 +3,12 @@
 
 use bytemuck::cast_slice;
 use caustics::counters::Counters;
-use caustics::method::basic::BASIC;
-use caustics::method::gather::{self as gathers, Batch};
-use caustics::method::settings::Settings;
-use caustics::method::{self, Step};
 use caustics::picture::Picture;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics_kernels::declare::{Buffers, Call};
+use caustics::settings::Settings;
+use caustics_kernels::declare::Step;
+use caustics_kernels::declare::{Buffers, Call, buffers};
 use caustics_kernels::gather::variant::{self, Variant};
 use caustics_kernels::interface::counters::COUNTER_COUNT;
 use caustics_kernels::interface::frame::FrameParams;
@@ -22,6 +20,8 @@ use caustics_kernels::interface::scene::SceneTables;
 use caustics_kernels::light::emit::{Emit, Leaving};
 use caustics_kernels::light::power::ByPower;
 use caustics_kernels::math::trig::sin_cos_turns;
+use caustics_kernels::method::basic::BASIC;
+use caustics_kernels::method::frame::{self as gathers, Batch};
 use caustics_kernels::pass::collect::{Collected, camera_path};
 use caustics_kernels::pass::resolve::resolve;
 use caustics_kernels::pass::shoot;
@@ -235,9 +235,9 @@ pub fn gather(
     let mut steps = gathers::prepare(variant, &params);
     let batch = Batch { first: 0, count: params.light_path_batch };
     steps.extend(gathers::batch(variant, &params, batch).into_iter().skip(gathers::shoot(batch).len()));
-    let mut buffers = Buffers::default();
-    for spec in method::buffers(&steps, &params) {
-        buffers.add(spec.name, spec.bytes);
+    let mut memory = Buffers::default();
+    for spec in buffers(&steps, &params) {
+        memory.add(spec.name, spec.bytes);
     }
     let order: Vec<u32> = (0..params.width).collect();
     let state = [deposits.len(), 0, 0, 0];
@@ -251,21 +251,21 @@ pub fn gather(
         ("deposit_light", cast_slice(&deposits.light)),
     ];
     for (name, bytes) in tables {
-        buffers.add(name, bytes.len());
-        buffers.write(name, 0, bytes).expect("it fits");
+        memory.add(name, bytes.len());
+        memory.write(name, 0, bytes).expect("it fits");
     }
     for step in steps {
         match step {
-            Step::Clear { buffer } => buffers.clear(buffer).expect("words of an index"),
+            Step::Clear { buffer } => memory.clear(buffer).expect("words of an index"),
             Step::Dispatch { pass, dispatch, .. } => {
                 let run = pass.cpu.expect("a gather in software");
-                run(&Call { buffers: &buffers, params: &params, dispatch, needs })
+                run(&Call { buffers: &memory, params: &params, dispatch, needs })
                     .expect("its buffers are there");
             }
             other => panic!("{} is no step of the CPU", other.label()),
         }
     }
-    buffers.read::<u32>("accumulator").expect("sums").to_vec()
+    memory.read::<u32>("accumulator").expect("sums").to_vec()
 }
 
 /// Radiance of every point from its words.

@@ -1,12 +1,12 @@
 //! Frames of a view one after the other, as an animation renders them.
 
-use caustics::method::basic::BASIC;
-use caustics::method::history::History;
-use caustics::method::settings::Settings;
 use caustics::scene::{Scene, SceneCamera};
 use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::history::History;
 use caustics_kernels::interface::history::HistoryPoint;
+use caustics_kernels::method::basic::BASIC;
 use glam::Vec3;
 
 /// Frames of OurBasic with a history.

@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use caustics::method::history::{History, NONE};
-use caustics::method::settings::Settings;
 use caustics::scene::Scene;
+use caustics::settings::Settings;
+use caustics_kernels::history::{History, NONE};
 use serde_json::{Value, json};
 
 use crate::frames::{Frames, sums};

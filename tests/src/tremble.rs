@@ -213,7 +213,7 @@ fn first_difference(still: &[Answer], trembling: &[Answer]) -> String {
 mod tests {
     use super::*;
     use crate::lobes;
-    use caustics::method::settings::Settings;
+    use caustics::settings::Settings;
 
     #[test]
     fn a_path_that_does_not_tremble_repeats_itself_and_some_that_do_diverge() {

@@ -1,16 +1,19 @@
 //! A CPU runner and a GPU runner over the same tables and buffers.
 
 use bytemuck::{Pod, cast_slice};
-use caustics::method::history::History;
-use caustics::method::settings::Settings;
-use caustics::method::{BufferSpec, Parts, Step, basic, buffers, filter};
 use caustics::runner::Runner;
 use caustics::scene::{self, Scene};
 use caustics::session::{self, RunnerChoice};
+use caustics::settings::Settings;
 use caustics_kernels::declare::Pass;
+use caustics_kernels::declare::{BufferSpec, Parts, Step, buffers};
+use caustics_kernels::filter;
 use caustics_kernels::gather::variant;
+use caustics_kernels::history::History;
 use caustics_kernels::interface::frame::{Dispatch, FrameParams};
 use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::method::basic;
+use caustics_kernels::pass::collect::pixel_order;
 use caustics_kernels::pass::step::{STEP_EMIT, STEP_HIT, STEP_SAMPLE, STEP_SCATTER};
 
 use crate::gpu::Gpu;
@@ -49,7 +52,7 @@ impl Twin {
         let all: Vec<_> = frame.iter().chain(&of_steps).copied().collect();
         let open = |choice: &RunnerChoice| {
             let mut runner = session::open(choice, scene, needs, &all).expect("the runner opens");
-            let order = basic::pixel_order(params.width, params.height);
+            let order = pixel_order(params.width, params.height);
             runner.write("pixel_order", cast_slice(&order)).expect("the order fits");
             runner
         };

@@ -2,10 +2,9 @@
 
 use std::f64::consts::PI;
 
-use caustics::method::basic::BASIC;
-use caustics::method::settings::Settings;
 use caustics::scene::{Scene, SceneError};
 use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
 use caustics::upload::Upload;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::NONE;
@@ -14,6 +13,7 @@ use caustics_kernels::interface::ray::{Hit, Ray};
 use caustics_kernels::interface::triangle::Triangle;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::warp::uniform_sphere;
+use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::pass::step::STEP_HIT;
 use caustics_kernels::trace::Tracer;
 use caustics_tests::gpu::gpu;

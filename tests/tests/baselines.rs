@@ -1,14 +1,14 @@
 //! How the baselines `kim2019` and `yang2021` fare in known ways to fail (`tests/stability.toml`), beside OurBasic.
 
-use caustics::method::Method;
-use caustics::method::basic::BASIC;
-use caustics::method::kim2019::KIM2019;
-use caustics::method::settings::Settings;
-use caustics::method::yang2021::YANG2021;
 use caustics::picture::Picture;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::method::Method;
+use caustics_kernels::method::basic::BASIC;
+use caustics_kernels::method::kim2019::KIM2019;
+use caustics_kernels::method::yang2021::YANG2021;
 use caustics_tests::scenes::{Builder, committed, half_room, lambert, metal};
 use glam::{DVec3, Vec3};
 

@@ -7,12 +7,12 @@ use std::f64::consts::PI;
 use std::fmt::Write;
 
 use caustics::accumulation::Accumulation;
-use caustics::method::progressive::PROGRESSIVE;
-use caustics::method::settings::Settings;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
+use caustics_kernels::method::progressive::PROGRESSIVE;
 use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
 use plotters::prelude::*;

@@ -6,9 +6,9 @@
 //! `every_gather_does_without_nine_points_in_ten`); files moved by 1e5 in `invariances.rs` (`moved_scenes_look_the_same`).
 
 use caustics::counters::Counters;
-use caustics::method::settings::Settings;
 use caustics::picture::Picture;
 use caustics::scene::{LightShape, PunctualLight, Scene, SceneError};
+use caustics::settings::Settings;
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};

@@ -2,14 +2,14 @@
 //! normals are not the faces'; what is absorbed is computed apart from what the sampled paths leave over.
 
 use caustics::energy::Energy;
-use caustics::method::basic::BASIC;
-use caustics::method::history::{PAPER, VALIDATED};
-use caustics::method::settings::Settings;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
 use caustics_kernels::gather::variant;
+use caustics_kernels::history::{PAPER, VALIDATED};
 use caustics_kernels::interface::material::{FLAG_THIN, Material};
 use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::method::basic::BASIC;
 use caustics_tests::direct::{Beam, World};
 use caustics_tests::energy::{ledger, ledgers, share};
 use caustics_tests::gpu::gpu;

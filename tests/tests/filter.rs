@@ -1,18 +1,18 @@
 //! The filter of the path-traced part: what it keeps, what it mixes, what it must not.
 
 use bytemuck::cast_slice;
-use caustics::method::basic;
-use caustics::method::filter::{self, ATROUS};
-use caustics::method::settings::Settings;
-use caustics::method::{Step, buffers};
 use caustics::scene::texture::Role;
 use caustics::session::{self, RunnerChoice, Session};
+use caustics::settings::Settings;
+use caustics_kernels::declare::{Step, buffers};
+use caustics_kernels::filter::{self, ATROUS};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::material::{FLAG_COLOR_TEXTURE, Material};
 use caustics_kernels::interface::packed::to_half;
 use caustics_kernels::interface::point::{PointGeometry, PointShading};
 use caustics_kernels::interface::texture::MaterialTextures;
 use caustics_kernels::math::rng::{Rng, Stream};
+use caustics_kernels::method::basic;
 use caustics_kernels::pass::collect::COLLECT;
 use caustics_tests::compare::{Tolerance, floats};
 use caustics_tests::gpu::watched_gpu;

@@ -1,12 +1,10 @@
 //! O11: every gather is brute force, bit for bit, over whatever points and deposits there are.
 
 use bytemuck::{cast_slice, pod_collect_to_vec};
-use caustics::method::basic::BASIC;
-use caustics::method::gather::{self, Batch};
-use caustics::method::settings::Settings;
-use caustics::method::{Step, basic, frame_buffers};
 use caustics::scene::Scene;
 use caustics::session::{self, RunnerChoice, Session};
+use caustics::settings::Settings;
+use caustics_kernels::declare::Step;
 use caustics_kernels::gather::accumulator::WORDS;
 use caustics_kernels::gather::contribution::{contribution, takes};
 use caustics_kernels::gather::points_rt::bound;
@@ -19,6 +17,10 @@ use caustics_kernels::interface::point::{DepositGeometry, DepositLight, PointGeo
 use caustics_kernels::math::quanta::Quanta;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::warp::uniform_sphere;
+use caustics_kernels::method::basic::BASIC;
+use caustics_kernels::method::frame::frame_buffers;
+use caustics_kernels::method::frame::{self as gather, Batch};
+use caustics_kernels::pass::collect::pixel_order;
 use caustics_tests::direct::{self, Deposits, render};
 use caustics_tests::gpu::gpu;
 use caustics_tests::scenes::*;
@@ -131,7 +133,7 @@ fn by_runner(
     steps.extend(gather::batch(variant, &params, batch));
     let buffers = frame_buffers(&BASIC, variant.into(), &params);
     let mut runner = session::open(choice, scene, Needs::ALL, &buffers).unwrap();
-    let order = basic::pixel_order(params.width, params.height);
+    let order = pixel_order(params.width, params.height);
     runner.write("pixel_order", cast_slice(&order)).unwrap();
     // The given deposits stand in for the light paths.
     let shoots = gather::shoot(batch);

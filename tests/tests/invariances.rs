@@ -1,15 +1,16 @@
 //! O9: what must not change a picture, and what must scale it.
 
 use bytemuck::{cast_slice, pod_collect_to_vec};
-use caustics::method::basic::{self, BASIC};
-use caustics::method::frame_buffers;
-use caustics::method::settings::Settings;
 use caustics::picture::Picture;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, open};
+use caustics::settings::Settings;
 use caustics_kernels::gather::variant;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::method::basic::{self, BASIC};
+use caustics_kernels::method::frame::frame_buffers;
+use caustics_kernels::pass::collect::pixel_order;
 use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
@@ -228,7 +229,7 @@ fn batches_change_no_bit() {
         };
         let buffers = frame_buffers(&BASIC, variant.into(), &params);
         let mut runner = open(&RunnerChoice::Cpu { threads: 0 }, &scene, needs, &buffers).unwrap();
-        let order = basic::pixel_order(params.width, params.height);
+        let order = pixel_order(params.width, params.height);
         runner.write("pixel_order", cast_slice(&order)).unwrap();
         runner.run(&params, &basic::steps(variant, &params)).unwrap();
         let words: Vec<u32> = pod_collect_to_vec(&runner.read("accumulator").unwrap());

@@ -2,16 +2,16 @@
 //! none in a mirror.
 
 use caustics::experiment::error::Look;
-use caustics::method::Method;
-use caustics::method::basic::BASIC;
-use caustics::method::kim2019::{KIM2019, KIM2019_FACING};
-use caustics::method::progressive::PROGRESSIVE;
-use caustics::method::settings::Settings;
 use caustics::picture::Picture;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
+use caustics_kernels::method::Method;
+use caustics_kernels::method::basic::BASIC;
+use caustics_kernels::method::kim2019::{KIM2019, KIM2019_FACING};
+use caustics_kernels::method::progressive::PROGRESSIVE;
 use caustics_tests::direct::mean_and_error;
 use caustics_tests::gpu::watched_gpu;
 use caustics_tests::scenes::{Builder, committed, lambert, metal};

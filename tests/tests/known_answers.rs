@@ -36,7 +36,7 @@ mod rooms;
 #[path = "known_answers/rough_glass.rs"]
 mod rough_glass;
 
-use caustics::method::settings::Settings;
+use caustics::settings::Settings;
 use caustics_tests::scenes::*;
 use glam::DVec3;
 

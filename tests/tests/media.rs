@@ -1,11 +1,9 @@
 //! Media: where solids overlap, that of the highest priority is there; and where a surface is open, nothing depends on
 //! where one stands.
 
-use caustics::method::basic::BASIC;
-use caustics::method::path::PATH;
-use caustics::method::settings::Settings;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
@@ -16,6 +14,8 @@ use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::light::emit::Leaving;
 use caustics_kernels::math::cone::RayCone;
 use caustics_kernels::math::rng::{Rng, Stream};
+use caustics_kernels::method::basic::BASIC;
+use caustics_kernels::method::path::PATH;
 use caustics_kernels::pass::shoot::receive::Receive;
 use caustics_kernels::pass::{collect, shoot};
 use caustics_kernels::surface::class::Classes;
@@ -420,7 +420,7 @@ fn under_a_sheet(eye: DVec3, view: f32) -> Scene {
 /// Mean of all pixels, and its error over the frames.
 fn mean_of(scene: &Scene, seed: u32, progressive: bool, frames: u32) -> [Mean; 3] {
     let settings = Settings { seed, light_paths: 8000, pixel_filter: PIXEL_FILTER_BOX, ..settings(24, 18) };
-    let method = if progressive { &caustics::method::progressive::PROGRESSIVE } else { &PATH };
+    let method = if progressive { &caustics_kernels::method::progressive::PROGRESSIVE } else { &PATH };
     let needs = scene.needs(0.25);
     let mut session = Session::new(&CPU, scene, &scene.cameras[0], &settings, method, &PHOTONS_GRID, needs)
         .expect("a session opens");

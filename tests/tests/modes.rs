@@ -1,19 +1,19 @@
 //! Ways to fail that no other test holds: flicker and fireflies, rays that meet the face they leave, light paths that
 //! reach no caster. `tests/stability.toml` lists all modes.
 
-use caustics::method::Method;
-use caustics::method::basic::BASIC;
-use caustics::method::history::{History, NONE, PAPER, VALIDATED};
-use caustics::method::kim2019::KIM2019;
-use caustics::method::settings::Settings;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::history::{History, NONE, PAPER, VALIDATED};
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::math::offset;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::warp::uniform_sphere;
+use caustics_kernels::method::Method;
+use caustics_kernels::method::basic::BASIC;
+use caustics_kernels::method::kim2019::KIM2019;
 use caustics_kernels::trace::Tracer;
 use caustics_tests::direct::World;
 use caustics_tests::frames::sums;

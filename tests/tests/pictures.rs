@@ -9,11 +9,12 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 
-use caustics::method::settings::Settings;
-use caustics::method::{self, Method, filter, history};
 use caustics::scene::{Scene, SceneCamera};
 use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
 use caustics_kernels::gather::variant::{self, Variant};
+use caustics_kernels::method::{self, Method};
+use caustics_kernels::{filter, history};
 
 /// Frames of each picture: two that history lends to.
 const FRAMES: u32 = 3;

@@ -3,9 +3,9 @@
 #[path = "reuse/curved.rs"]
 mod curved;
 
-use caustics::method::history::{NONE, PAPER, VALIDATED};
-use caustics::method::settings::Settings;
 use caustics::scene::{Scene, SceneCamera};
+use caustics::settings::Settings;
+use caustics_kernels::history::{NONE, PAPER, VALIDATED};
 use caustics_tests::frames::{Frames, sums};
 use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};

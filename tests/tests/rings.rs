@@ -13,8 +13,9 @@ const KERNELS: &[&[&str]] = &[
     &["texture", "declare"],
     &["surface", "light"],
     &["trace", "gather"],
-    &["reuse"],
     &["pass"],
+    &["history", "filter"],
+    &["method"],
 ];
 
 /// Those of the host's library, then of its program.
@@ -22,7 +23,7 @@ const HOST: &[&[&str]] = &[
     &["hash", "kernels", "memory", "text"],
     &["file", "vulkan", "counters", "energy", "picture"],
     &["scene", "output", "sealed"],
-    &["method", "metric", "accumulation", "image"],
+    &["settings", "metric", "accumulation", "image"],
     &["runner", "checkpoint"],
     &["upload", "frame_memory"],
     &["session"],

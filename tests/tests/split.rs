@@ -4,19 +4,20 @@
 //! Area lights of some size, so that the reference converges. A disc of finite radius blurs, and loses light at borders:
 //! `progressive` with small first radii keeps that below the noise, so that it is not blamed on the split.
 
-use caustics::method::Method;
-use caustics::method::basic::BASIC;
-use caustics::method::path::PATH;
-use caustics::method::progressive::PROGRESSIVE;
-use caustics::method::settings::{Settings, TextureFilter};
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
 use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
+use caustics_kernels::declare::TextureFilter;
 use caustics_kernels::gather::variant::{PHOTONS_GRID, POINTS_RT};
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::texture::MaterialTextures;
 use caustics_kernels::math::rng::{Rng, Stream};
+use caustics_kernels::method::Method;
+use caustics_kernels::method::basic::BASIC;
+use caustics_kernels::method::path::PATH;
+use caustics_kernels::method::progressive::PROGRESSIVE;
 use caustics_tests::blocks::Blocks;
 use caustics_tests::direct::mean_and_error;
 use caustics_tests::gpu::gpu;

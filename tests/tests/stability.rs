@@ -1,12 +1,12 @@
 //! Stability over time: histories where lamps go out, casters and receivers move, and the camera jumps.
 
 use caustics::image::Encoding;
-use caustics::method::history::{ALL, History, NONE, PAPER, VALIDATED};
-use caustics::method::settings::Settings;
 use caustics::metric::flip_ldr::flip_ldr;
 use caustics::metric::pixels::Pixels;
 use caustics::scene::Scene;
 use caustics::session::RunnerChoice;
+use caustics::settings::Settings;
+use caustics_kernels::history::{ALL, History, NONE, PAPER, VALIDATED};
 use caustics_kernels::interface::history::HistoryPoint;
 use caustics_tests::frames::{Frames, sums};
 use caustics_tests::moving::{Moving, kept};

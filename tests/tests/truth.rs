@@ -1,7 +1,7 @@
 //! Statistical tests that take longer: run with `--include-ignored`.
 
-use caustics::method::settings::Settings;
 use caustics::scene::texture::Role;
+use caustics::settings::Settings;
 use caustics_kernels::interface::point::DepositGeometry;
 use caustics_kernels::interface::texture::MaterialTextures;
 use caustics_kernels::math::rng::{Rng, Stream};

@@ -9,7 +9,7 @@ mod paths;
 #[path = "twin/steps.rs"]
 mod steps;
 
-use caustics::method::settings::Settings;
+use caustics::settings::Settings;
 use caustics_tests::gpu::gpu;
 use caustics_tests::lobes;
 use caustics_tests::table::Table;

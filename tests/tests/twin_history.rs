@@ -5,13 +5,15 @@ mod sequence;
 #[path = "twin_history/steps.rs"]
 mod steps;
 
-use caustics::method::history::{History, PAPER, VALIDATED};
-use caustics::method::settings::Settings;
-use caustics::method::{Parts, Step, basic, filter};
 use caustics::scene::Scene;
+use caustics::settings::Settings;
 use caustics::upload::Upload;
+use caustics_kernels::declare::{Parts, Step};
+use caustics_kernels::filter;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::history::{History, PAPER, VALIDATED};
 use caustics_kernels::interface::frame::{Camera, FrameParams};
+use caustics_kernels::method::basic;
 use caustics_tests::gpu::{Gpu, watched_gpu};
 use caustics_tests::table::Table;
 use caustics_tests::twin::{Twin, load};

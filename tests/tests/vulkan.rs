@@ -1,15 +1,15 @@
 //! What the Vulkan side promises beyond equal numbers: plain devices, large frames, small buffers, fresh kernels.
 
 use caustics::kernels;
-use caustics::method::basic::BASIC;
-use caustics::method::frame_buffers;
-use caustics::method::settings::Settings;
 use caustics::runner::gpu::GpuRunner;
 use caustics::session::{self, RunnerChoice, Session};
+use caustics::settings::Settings;
 use caustics::vulkan::context::Context;
 use caustics::vulkan::passes::DeviceOptions;
 use caustics_kernels::gather::variant;
 use caustics_kernels::interface::counters::Counter;
+use caustics_kernels::method::basic::BASIC;
+use caustics_kernels::method::frame::frame_buffers;
 use caustics_tests::gpu::watched_gpu;
 use caustics_tests::twin::load;
 

@@ -3,18 +3,18 @@
 
 use caustics::counters::Counters;
 use caustics::experiment::error::Look;
-use caustics::method::Method;
-use caustics::method::basic::BASIC;
-use caustics::method::progressive::PROGRESSIVE;
-use caustics::method::settings::Settings;
-use caustics::method::yang2021::YANG2021;
 use caustics::picture::Picture;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::math::differential::{Differential, Normals};
+use caustics_kernels::method::Method;
+use caustics_kernels::method::basic::BASIC;
+use caustics_kernels::method::progressive::PROGRESSIVE;
+use caustics_kernels::method::yang2021::YANG2021;
 use caustics_kernels::surface::turn::normal_change;
 use caustics_kernels::surface::vertex::vertex;
 use caustics_kernels::trace::Tracer;

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use caustics::experiment::matrix::RUNNERS;
-use caustics::method::history;
+use caustics_kernels::history;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 

@@ -4,10 +4,10 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use caustics::kernels;
-use caustics::method::settings::TextureFilter;
 use caustics::output::lock::Lock;
 use caustics::scene::{self, Scene};
 use caustics::session::Session;
+use caustics_kernels::declare::TextureFilter;
 use serde_json::json;
 
 use self::plan::Plan;

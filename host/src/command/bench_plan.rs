@@ -4,10 +4,11 @@ use caustics::experiment::cell::{Code, Paths, has_ray_queries};
 use caustics::experiment::matrix::{Cells, Matrix};
 use caustics::experiment::plan::{ErrorPlan, Plan};
 use caustics::experiment::reference::SEED;
-use caustics::method::settings::Settings;
-use caustics::method::{self, filter, history};
 use caustics::scene::Scene;
+use caustics::settings::Settings;
 use caustics_kernels::gather::variant;
+use caustics_kernels::method::{self};
+use caustics_kernels::{filter, history};
 
 use super::options::{camera, settings};
 use super::pick::pick;

@@ -14,11 +14,11 @@ use caustics::experiment::reference::camera;
 use caustics::experiment::row::Row;
 use caustics::experiment::summary::{CellSummary, summarise};
 use caustics::kernels;
-use caustics::method::history;
-use caustics::method::settings::TextureFilter;
 use caustics::output::target::Target;
 use caustics::scene::Scene;
 use caustics::trace_rate::closest_hits_per_second;
+use caustics_kernels::declare::TextureFilter;
+use caustics_kernels::history;
 use serde_json::json;
 
 use super::say::say;

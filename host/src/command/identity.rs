@@ -2,10 +2,10 @@
 
 use caustics::checkpoint::Identity;
 use caustics::kernels;
-use caustics::method::Method;
-use caustics::method::settings::Settings;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
+use caustics_kernels::method::Method;
 
 /// All that decides the bits of the run.
 pub fn identity(

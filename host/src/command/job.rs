@@ -7,15 +7,16 @@ use caustics::accumulation::Shape;
 use caustics::checkpoint;
 use caustics::energy::Energy;
 use caustics::kernels;
-use caustics::method::Method;
-use caustics::method::settings::{Settings, TextureFilter};
 use caustics::output::lock::Lock;
 use caustics::output::target::{Target, TargetError, remove};
 use caustics::output::{exr, png};
 use caustics::scene::{self, Scene};
 use caustics::session::Session;
+use caustics::settings::Settings;
 use caustics::trace_rate::closest_hits_per_second;
+use caustics_kernels::declare::TextureFilter;
 use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::method::Method;
 use serde_json::json;
 
 use super::bar::bar;

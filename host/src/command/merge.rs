@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::process::ExitCode;
 
 use caustics::image::Channels;
-use caustics::method::path::PATH;
 use caustics::output::target::Target;
 use caustics::output::{attributes, exr};
 use caustics::picture::Picture;
+use caustics_kernels::method::path::PATH;
 use glam::Vec3;
 
 use super::options::{check_ending, same_file};

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use caustics::checkpoint;
-use caustics::method::settings::{self, Settings};
 use caustics::scene::{Scene, SceneCamera};
+use caustics::settings::Settings;
 use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
 use caustics_kernels::interface::needs::Needs;
 use glam::Vec3;
@@ -71,8 +71,8 @@ pub fn settings(options: &Common, light_paths: u32, frames: u32, radius_px: f32)
             None => PIXEL_FILTER_CENTRE,
         },
         texture_filter: options.texture_filter.map(|filter| match filter {
-            TextureFilter::Cone => settings::TextureFilter::Cone,
-            TextureFilter::Finest => settings::TextureFilter::Finest,
+            TextureFilter::Cone => caustics_kernels::declare::TextureFilter::Cone,
+            TextureFilter::Finest => caustics_kernels::declare::TextureFilter::Finest,
         }),
         exposure: options.exposure,
         background,

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use caustics::method::path::PATH;
+use caustics_kernels::method::path::PATH;
 
 use super::job::Job;
 use super::options::{duration, settings};

@@ -2,8 +2,8 @@
 
 use std::process::ExitCode;
 
-use caustics::method;
-use caustics::method::settings::Settings;
+use caustics::settings::Settings;
+use caustics_kernels::{filter as filters, method};
 
 use super::job::Job;
 use super::options::settings;
@@ -14,9 +14,8 @@ use crate::cli::{Render, Usage};
 pub fn run(options: Render) -> anyhow::Result<ExitCode> {
     let Render { common, method, gather, filter, time, light_paths, frames, radius_px } = options;
     let method = method::find(&method).ok_or_else(|| Usage(format!("no method is called {method}")))?;
-    let filter =
-        method::filter::find(&filter).ok_or_else(|| Usage(format!("no filter is called {filter}")))?;
-    if !method.gathers && *filter != method::filter::NONE {
+    let filter = filters::find(&filter).ok_or_else(|| Usage(format!("no filter is called {filter}")))?;
+    if !method.gathers && *filter != filters::NONE {
         let (filter, method) = (filter.name, method.name);
         return Err(Usage(format!(
             "--filter {filter} looks at collection points, and --method {method} makes none; use --method basic"

@@ -5,10 +5,10 @@ use std::time::Duration;
 
 use caustics::counters::Counters;
 use caustics::energy::Energy;
-use caustics::method::work;
 use caustics::runner::StepTime;
 use caustics_kernels::declare::Work;
 use caustics_kernels::interface::counters::Counter;
+use caustics_kernels::method::frame::work;
 
 /// Times and counters of all frames.
 #[derive(Default)]

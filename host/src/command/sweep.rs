@@ -15,8 +15,8 @@ use caustics::experiment::sweep::merge::merge;
 use caustics::experiment::sweep::shard::Shard;
 use caustics::experiment::table::cells_csv;
 use caustics::file::read_text;
-use caustics::method::settings::Settings;
 use caustics::output::target::{Target, remove};
+use caustics::settings::Settings;
 
 use super::bench::cache;
 use super::interrupt;

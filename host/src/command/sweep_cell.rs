@@ -14,9 +14,9 @@ use caustics::experiment::sweep::accuracy::accuracy;
 use caustics::experiment::sweep::config::Config;
 use caustics::experiment::sweep::expand::Part;
 use caustics::hash::fnv1a;
-use caustics::method::settings::Settings;
 use caustics::output::png;
 use caustics::output::target::Target;
+use caustics::settings::Settings;
 use glam::Vec3;
 
 use super::sweep::error_plan;

@@ -1,10 +1,10 @@
 //! What a person should know of a scene before it is rendered.
 
-use caustics::method::Method;
-use caustics::method::settings::Settings;
 use caustics::scene::Scene;
+use caustics::settings::Settings;
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::method::Method;
 
 /// Says what will be missing.
 pub fn warn(scene: &Scene, method: &Method, settings: &Settings) {

@@ -5,12 +5,13 @@ use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::needs::Needs;
 
 use super::result::CellConfig;
-use crate::method::filter::{self, Filter};
-use crate::method::history::{self, History};
-use crate::method::settings::Settings;
-use crate::method::{Method, Parts};
 use crate::scene::Scene;
 use crate::session::RunnerChoice;
+use crate::settings::Settings;
+use caustics_kernels::declare::Parts;
+use caustics_kernels::filter::{self, Filter};
+use caustics_kernels::history::{self, History};
+use caustics_kernels::method::Method;
 
 /// A way to render: all that can vary in an experiment.
 #[derive(Clone, Debug)]
@@ -269,8 +270,8 @@ pub fn usual_gather(runner: &RunnerChoice) -> &'static Variant {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::method::basic::BASIC;
-    use crate::method::path::PATH;
+    use caustics_kernels::method::basic::BASIC;
+    use caustics_kernels::method::path::PATH;
 
     #[test]
     fn a_cell_finds_the_one_without_history() {

@@ -23,7 +23,7 @@ use serde::Serialize;
 use super::memory::Memory;
 use super::plan::Plan;
 use super::row::Row;
-use crate::method::work;
+use caustics_kernels::method::frame::work;
 
 /// A pass, or passes of one kind: measured against expected.
 #[derive(Clone, Debug, PartialEq, Serialize)]

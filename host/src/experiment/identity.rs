@@ -6,8 +6,8 @@ use super::cell::Cell;
 use super::plan::Plan;
 use crate::hash::fnv1a;
 use crate::kernels;
-use crate::method::settings::Settings;
 use crate::scene::{Scene, SceneError};
+use crate::settings::Settings;
 
 /// What is seen at a time [s], whatever was seen before: a scene whose previous pose is that of the time too.
 pub fn posed(scene: &Scene, time: f64) -> Result<Scene, SceneError> {

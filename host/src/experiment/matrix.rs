@@ -5,10 +5,10 @@ use std::collections::BTreeSet;
 use caustics_kernels::gather::variant::Variant;
 
 use super::cell::{Cell, Code, Paths, has_ray_queries, name_all, runner_name, usual_gather};
-use crate::method::Method;
-use crate::method::filter::Filter;
-use crate::method::history::History;
 use crate::session::RunnerChoice;
+use caustics_kernels::filter::Filter;
+use caustics_kernels::history::History;
+use caustics_kernels::method::Method;
 
 /// Names of runners where several can be given.
 pub const RUNNERS: [&str; 5] = ["auto", "cpu", "gpu", "gpu-hardware", "gpu-software"];
@@ -111,9 +111,9 @@ mod tests {
     use caustics_kernels::gather::variant;
 
     use super::*;
-    use crate::method::basic::BASIC;
-    use crate::method::path::PATH;
-    use crate::method::{filter, history};
+    use caustics_kernels::method::basic::BASIC;
+    use caustics_kernels::method::path::PATH;
+    use caustics_kernels::{filter, history};
 
     fn matrix() -> Matrix {
         Matrix {

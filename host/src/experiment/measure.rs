@@ -16,10 +16,10 @@ use super::identity;
 use super::plan::Plan;
 use super::reference::{References, camera};
 use super::row::Row;
-use crate::method::settings::Settings;
 use crate::picture::Picture;
 use crate::scene::Scene;
 use crate::session::Session;
+use crate::settings::Settings;
 
 /// A cell under way.
 struct Run {

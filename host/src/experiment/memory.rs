@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use super::cell::Cell;
 use super::plan::Plan;
-use crate::method::frame_buffers;
 use crate::scene::Scene;
+use caustics_kernels::method::frame::frame_buffers;
 
 /// Bytes of the buffers of a cell, scene tables aside.
 #[derive(Clone, Debug, PartialEq, Serialize)]

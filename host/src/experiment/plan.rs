@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::cell::Cell;
-use crate::method::settings::Settings;
+use crate::settings::Settings;
 
 /// What is measured.
 #[derive(Clone, Debug)]

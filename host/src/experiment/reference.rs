@@ -17,14 +17,14 @@ use super::plan::Plan;
 use crate::accumulation::Accumulation;
 use crate::hash::fnv1a;
 use crate::image::Channels;
-use crate::method::progressive::PROGRESSIVE;
-use crate::method::settings::Settings;
-use crate::method::{filter, history};
 use crate::output::exr;
 use crate::output::target::Target;
 use crate::picture::Picture;
 use crate::scene::Scene;
 use crate::session::Session;
+use crate::settings::Settings;
+use caustics_kernels::method::progressive::PROGRESSIVE;
+use caustics_kernels::{filter, history};
 
 /// Seed of all references; no cell may have it.
 pub const SEED: u32 = 0x7265_6665;

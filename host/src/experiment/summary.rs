@@ -141,8 +141,8 @@ fn percentiles(values: &[f64]) -> Option<Percentiles> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::method::basic::BASIC;
-    use crate::method::history::{self, History};
+    use caustics_kernels::history::{self, History};
+    use caustics_kernels::method::basic::BASIC;
 
     const OTHER: History = History { name: "other", ..history::NONE };
 

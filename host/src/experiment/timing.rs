@@ -9,9 +9,9 @@ use super::memory::memory;
 use super::plan::Plan;
 use super::result::{CellTime, Quartiles};
 use super::row::Row;
-use crate::method::work;
 use crate::metric::percentile::quantile;
 use crate::scene::Scene;
+use caustics_kernels::method::frame::work;
 
 /// Work that is the camera's.
 const CAMERA: [Work; 3] = [Work::Camera, Work::Filter, Work::Display];
@@ -81,8 +81,8 @@ pub fn quartiles(values: &[f64]) -> Option<Quartiles> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::method::basic::BASIC;
-    use crate::method::settings::Settings;
+    use crate::settings::Settings;
+    use caustics_kernels::method::basic::BASIC;
 
     fn plan(cells: Vec<Cell>) -> Plan {
         Plan {

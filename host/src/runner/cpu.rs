@@ -8,8 +8,8 @@ use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::needs::Needs;
 
 use super::{Runner, StepTime};
-use crate::method::{BufferSpec, Step};
 use crate::scene::motion::Placement;
+use caustics_kernels::declare::{BufferSpec, Step};
 
 /// The CPU with a scene's tables and a plan's buffers.
 pub struct CpuRunner {

@@ -10,7 +10,6 @@ use caustics_kernels::interface::instance::Transform;
 use caustics_kernels::interface::needs::Needs;
 
 use super::{Runner, StepTime};
-use crate::method::{BufferSpec, Step};
 use crate::scene::motion::Placement;
 use crate::vulkan::bound::{BoundPipeline, Resources};
 use crate::vulkan::buffer::Buffer;
@@ -22,6 +21,7 @@ use crate::vulkan::passes::{DeviceOptions, Kernels, Passes};
 use crate::vulkan::primitives::Primitives;
 use crate::vulkan::recorder::Recorder;
 use crate::vulkan::structure::{Hierarchy, Part, Placed};
+use caustics_kernels::declare::{BufferSpec, Step};
 
 const SCENE_STRUCTURE: &str = "scene_structure";
 const NEIGHBOUR_STRUCTURE: &str = "neighbour_structure";

@@ -38,6 +38,15 @@ fn images(needs: Needs) -> bool {
     needs.has(Needs::HISTORY) && needs.has(BENDS)
 }
 
+#[cfg(not(target_arch = "spirv"))]
+/// Pixels in Morton order: neighbouring invocations and boxes stay close in the picture.
+pub fn pixel_order(width: u32, height: u32) -> Vec<u32> {
+    let spread = |x: u32| (0..16).fold(0u32, |code, bit| code | (x >> bit & 1) << (2 * bit));
+    let mut order: Vec<u32> = (0..width * height).collect();
+    order.sort_by_cached_key(|&pixel| spread(pixel % width) | spread(pixel / width) << 1);
+    order
+}
+
 /// What a camera path brings home.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Collected {
@@ -382,4 +391,19 @@ fn scatter_pencil(
     let change_x = normal_change(scene, needs, hit, vertex.front, step_x);
     let change_y = normal_change(scene, needs, hit, vertex.front, step_y);
     pencil.bend(from, to, eta, !sampled.transmitted, change_x, change_y)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_order_of_pixels_is_a_permutation_of_tiles() {
+        let order = pixel_order(17, 9);
+        let mut sorted = order.clone();
+        sorted.sort_unstable();
+        assert_eq!(sorted, (0..17 * 9).collect::<Vec<_>>());
+        // The first 64 are the first tile of 8 by 8.
+        assert!(order[..64].iter().all(|pixel| pixel % 17 < 8 && pixel / 17 < 8));
+    }
 }

@@ -1,6 +1,6 @@
 //! The density estimate: its bias, its borders, facets, pixels without a point.
 
-use caustics::method::settings::Settings;
+use caustics::settings::Settings;
 use caustics_kernels::gather::accumulator::Sum;
 use caustics_kernels::gather::contribution::takes;
 use caustics_kernels::gather::variant::{BRUTE, PHOTONS_GRID};

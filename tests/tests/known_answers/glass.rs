@@ -1,7 +1,7 @@
 //! Glass: thin walls, slabs, nested media, and a sphere in parallel light.
 
-use caustics::method::settings::Settings;
 use caustics::scene::Scene;
+use caustics::settings::Settings;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::point::DepositGeometry;
 use caustics_tests::direct::*;

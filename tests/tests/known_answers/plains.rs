@@ -1,10 +1,10 @@
 //! A plain that is huge beside what stands on it changes nothing there.
 
 use super::*;
-use caustics::method::basic::BASIC;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics_kernels::gather::variant;
+use caustics_kernels::method::basic::BASIC;
 use caustics_tests::direct::mean_of;
 use caustics_tests::gpu::gpu;
 use serde_json::{Value, json};

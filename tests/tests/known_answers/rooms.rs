@@ -1,6 +1,6 @@
 //! Rooms whose light is known everywhere.
 
-use caustics::method::settings::Settings;
+use caustics::settings::Settings;
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::needs::Needs;

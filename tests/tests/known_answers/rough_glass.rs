@@ -1,7 +1,7 @@
 //! Rough glass in scenes: light found through it by connections and by refraction, and absorbed behind it.
 
-use caustics::method::settings::Settings;
 use caustics::scene::Scene;
+use caustics::settings::Settings;
 use caustics_kernels::interface::material::{FLAG_THIN, Material};
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::surface::Surface;

@@ -3,13 +3,13 @@
 
 use std::ops::Range;
 
-use caustics::method::history::{History, NONE, PAPER, VALIDATED};
-use caustics::method::settings::Settings;
 use caustics::scene::{Scene, SceneCamera};
+use caustics::settings::Settings;
+use caustics_kernels::history::window::{project, seen_from};
+use caustics_kernels::history::{History, NONE, PAPER, VALIDATED};
 use caustics_kernels::interface::history::Lent;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::point::{PointGeometry, PointShading};
-use caustics_kernels::reuse::window::{project, seen_from};
 use caustics_tests::frames::{Frames, sums};
 use caustics_tests::scenes::*;
 use glam::{DVec3, Vec2, Vec3};

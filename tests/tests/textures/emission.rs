@@ -1,8 +1,8 @@
 //! Textured emitters: what light paths carry, what direct connections find, what a camera sees.
 
-use caustics::method::settings::Settings;
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
+use caustics::settings::Settings;
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::texture::MaterialTextures;
 use caustics_kernels::light::connect::connect;

@@ -1,13 +1,14 @@
 //! What a pixel shows of a texture: the mean over its area of what is lit, or what is lit of the mean.
 
 use caustics::image::Encoding;
-use caustics::method::path::PATH;
-use caustics::method::settings::{Settings, TextureFilter};
 use caustics::metric::flip_ldr::flip_ldr;
 use caustics::metric::pixels::Pixels;
 use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
+use caustics_kernels::declare::TextureFilter;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
+use caustics_kernels::method::path::PATH;
 use caustics_tests::scenes::committed;
 use glam::DVec3;
 

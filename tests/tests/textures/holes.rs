@@ -1,8 +1,8 @@
 //! Cut-outs: holes let light through, in every tracer and for every kind of ray.
 
-use caustics::method::settings::Settings;
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
+use caustics::settings::Settings;
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::interface::texture::MaterialTextures;

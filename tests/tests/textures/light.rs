@@ -1,8 +1,8 @@
 //! Normal maps and textured materials in whole pictures.
 
-use caustics::method::settings::Settings;
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
+use caustics::settings::Settings;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::texture::MaterialTextures;

@@ -1,14 +1,15 @@
 //! Whole frames: image means, gathers against each other, odd sizes.
 
-use caustics::method::basic::BASIC;
-use caustics::method::path::PATH;
-use caustics::method::settings::Settings;
-use caustics::method::{Parts, basic};
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
+use caustics_kernels::declare::Parts;
 use caustics_kernels::gather::accumulator::WORDS;
 use caustics_kernels::gather::variant::{self, Variant};
 use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::method::basic;
+use caustics_kernels::method::basic::BASIC;
+use caustics_kernels::method::path::PATH;
 use caustics_kernels::pass::step::STEP_HIT;
 use caustics_tests::compare::{Tolerance, floats, words};
 use caustics_tests::gpu::{gpu, watched_gpu};

@@ -1,14 +1,15 @@
 //! Every pass on the CPU's inputs: before each step both runners hold the same, after it every buffer is compared.
 
-use caustics::method::gather::{self, Batch};
-use caustics::method::{Step, basic};
 use caustics::scene::Scene;
+use caustics_kernels::declare::Step;
 use caustics_kernels::declare::Work;
 use caustics_kernels::gather::accumulator::{Sum, WORDS};
 use caustics_kernels::gather::contribution::{DISC_THICKNESS, MIN_NORMAL_COS};
 use caustics_kernels::gather::variant::{self, BRUTE, PHOTONS_GRID, Variant};
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::point::{DepositGeometry, PointGeometry};
+use caustics_kernels::method::basic;
+use caustics_kernels::method::frame::{self as gather, Batch};
 use caustics_tests::compare::{Difference, Tolerance, floats, words};
 use caustics_tests::table::Table;
 use caustics_tests::tremble::Paths;

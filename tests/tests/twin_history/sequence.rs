@@ -1,7 +1,7 @@
 //! Frames that each runner renders on what it remembers itself.
 
-use caustics::method::settings::Settings;
 use caustics::scene::Scene;
+use caustics::settings::Settings;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_tests::compare::{Tolerance, floats};
 use caustics_tests::frames::{Frames, sums};

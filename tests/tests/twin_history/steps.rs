@@ -2,15 +2,15 @@
 
 use std::collections::BTreeSet;
 
-use caustics::method::Step;
+use caustics_kernels::declare::Step;
 use caustics_kernels::declare::{Pass, Work};
+use caustics_kernels::history::cells::WORDS;
+use caustics_kernels::history::resolve_history::RESOLVE_HISTORY;
+use caustics_kernels::history::validated::validate::VALIDATE;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::history::{HistoryPoint, Lent, VALIDATION_DEPOSITS, ValidationDeposit};
 use caustics_kernels::interface::point::PointGeometry;
 use caustics_kernels::math::octahedral;
-use caustics_kernels::pass::resolve_history::RESOLVE_HISTORY;
-use caustics_kernels::pass::validate::VALIDATE;
-use caustics_kernels::reuse::cells::WORDS;
 use caustics_tests::compare::{Difference, Tolerance, floats, rows, words};
 use caustics_tests::fields::Field;
 use caustics_tests::matching::Deposit;

@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use caustics::checkpoint::Identity;
-use caustics::method::settings::{Settings, TextureFilter};
-use caustics::method::{self, Method, filter, history};
 use caustics::output::target::TargetError;
 use caustics::scene::{self, Scene};
+use caustics::settings::Settings;
+use caustics_kernels::declare::TextureFilter;
+use caustics_kernels::method::{self, Method};
+use caustics_kernels::{filter, history};
 
 use super::pattern::Pattern;
 use crate::cli::{Animate, Usage};

@@ -10,10 +10,10 @@ use crate::experiment::identity::posed;
 use crate::experiment::plan::Plan;
 use crate::experiment::reference::{References, camera};
 use crate::experiment::result::{CellError, FrameResult};
-use crate::method::settings::Settings;
 use crate::picture::Picture;
 use crate::scene::Scene;
 use crate::session::Session;
+use crate::settings::Settings;
 
 /// Errors of a cell.
 #[derive(Clone, Debug)]

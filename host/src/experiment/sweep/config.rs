@@ -7,10 +7,10 @@ use toml::Spanned;
 use super::value::{Bounces, Count, Filled, Named, PathsPerPixel, Positive, Runner, Side};
 use crate::experiment::cell::Code;
 use crate::experiment::reference::SEED;
-use crate::method::Method;
-use crate::method::filter::Filter;
-use crate::method::history::History;
-use crate::method::settings::TextureFilter;
+use caustics_kernels::declare::TextureFilter;
+use caustics_kernels::filter::Filter;
+use caustics_kernels::history::History;
+use caustics_kernels::method::Method;
 
 /// Most cells of a file, counted before any is left out.
 const MOST_CELLS: u64 = 1_000_000;

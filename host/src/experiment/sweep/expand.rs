@@ -11,9 +11,9 @@ use crate::experiment::identity::{posed, view};
 use crate::experiment::matrix::{Cells, Matrix, keep_one_of_each};
 use crate::experiment::plan::Plan;
 use crate::hash::fnv1a;
-use crate::method::settings::Settings;
 use crate::scene::{self, Scene};
 use crate::session::RunnerChoice;
+use crate::settings::Settings;
 
 /// A scene, a size, and their cells.
 #[derive(Clone, Debug)]

@@ -6,10 +6,10 @@ use serde::{Deserialize, Deserializer};
 
 use crate::experiment::cell::Code;
 use crate::experiment::matrix::RUNNERS;
-use crate::method::filter::{self, Filter};
-use crate::method::history::{self, History};
-use crate::method::settings::TextureFilter;
-use crate::method::{self, Method};
+use caustics_kernels::declare::TextureFilter;
+use caustics_kernels::filter::{self, Filter};
+use caustics_kernels::history::{self, History};
+use caustics_kernels::method::{self, Method};
 
 /// A list that is not empty.
 #[derive(Clone, Debug)]

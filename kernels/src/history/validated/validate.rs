@@ -17,7 +17,7 @@ use crate::light::power::ByPower;
 use crate::math::rng::{Rng, Stream};
 use crate::pass::shoot;
 use crate::pass::shoot::receive::Receive;
-use crate::reuse::cells::{self, Carrier, LONGEST, When, direct_radius, mark};
+use crate::history::cells::{self, Carrier, LONGEST, When, direct_radius, mark};
 use crate::seam::{AtomicWords, Slots, Uncounted};
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;

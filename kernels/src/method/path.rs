@@ -2,16 +2,37 @@
 //! collection point too, and so finds by chance what light paths and the gather find on purpose. Unbiased.
 
 use crate::declare::pass;
+#[cfg(not(target_arch = "spirv"))]
+use crate::declare::{Method, Step, TextureFilter};
 use crate::interface::frame::FrameParams;
 use crate::interface::needs::Needs;
 use crate::interface::scene::SceneTables;
 use crate::math::cone::RayCone;
 use crate::math::rng::{Rng, Stream};
 use crate::pass::collect::{camera_ray, follow};
+#[cfg(not(target_arch = "spirv"))]
+use crate::pass::display::DISPLAY;
 use crate::seam::{Atomics, Slots};
 use crate::surface::class::Classes;
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
+
+#[cfg(not(target_arch = "spirv"))]
+/// See the head of the file.
+pub const PATH: Method = Method {
+    name: "path",
+    about: "path tracing of everything, one path a pixel: the reference's estimator",
+    cost: "a camera path a pixel",
+    wrong: "nothing in the mean; caustics are found by chance: noise, and none of lamps of no size",
+    gathers: false,
+    chooses_gather: false,
+    texture_filter: TextureFilter::Finest,
+    keeps: &[],
+    frame: |params, index| FrameParams { frame: index, light_path_count: 0, ..params },
+    steps: |_, params| {
+        vec![Step::Clear { buffer: "counters" }, Step::of(&REFERENCE, params), Step::of(&DISPLAY, params)]
+    },
+};
 
 /// Paths of the reference, a pixel an invocation.
 #[pass(name = "reference", over = params.pixel_count(), work = Camera)]

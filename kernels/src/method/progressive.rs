@@ -5,17 +5,18 @@
 //! Cost: that of OurBasic. Consistent: the blur of a disc falls with its area as N^(alpha - 1), the variance of the mean
 //! as N^-alpha, so with alpha = 2/3 the mean square error of smooth light falls as N^(-2/3). Wrong at any finite N: light is
 //! still blurred by the last radii, and halved within them at borders.
+#![cfg(not(target_arch = "spirv"))]
 
-use caustics_kernels::interface::frame::FrameParams;
-
-use super::Method;
-use super::basic::steps;
-use super::settings::TextureFilter;
+use crate::declare::{Method, TextureFilter};
+use crate::interface::frame::FrameParams;
+use crate::method::basic::steps;
 
 /// See the head of the file.
 pub const PROGRESSIVE: Method = Method {
     name: "progressive",
     about: "progressive photon mapping: OurBasic with radii that shrink over --frames",
+    cost: "as basic",
+    wrong: "nothing in the limit; blur goes with the cube root of the number of frames",
     gathers: true,
     chooses_gather: true,
     texture_filter: TextureFilter::Finest,

@@ -59,7 +59,7 @@ pub fn project(from_eye: Vec3, camera: &Camera, params: &FrameParams) -> Vec2 {
 
 /// What the frame before left, by pixel.
 #[derive(Clone, Copy)]
-pub struct History<'a> {
+pub struct PreviousFrame<'a> {
     /// Its points.
     pub points: &'a [HistoryPoint],
     /// Their light.
@@ -69,7 +69,7 @@ pub struct History<'a> {
 /// What is done with a pixel of the frame before; buffers stand beside it, as in `gather::Visit`.
 pub trait Look {
     /// Looks at a pixel.
-    fn look(&mut self, history: History<'_>, pixel: u32);
+    fn look(&mut self, history: PreviousFrame<'_>, pixel: u32);
 }
 
 /// Looks at the pixels whose centres lie within `half` pixels of the one that holds `at`, row by row.
@@ -78,7 +78,7 @@ pub fn for_each_around<L: Look>(
     at: Vec2,
     half: i32,
     params: &FrameParams,
-    history: History<'_>,
+    history: PreviousFrame<'_>,
     look: &mut L,
 ) {
     // Truncation rounds up below zero, where no pixel is: step back.
@@ -185,14 +185,14 @@ mod tests {
     struct Pixels(Vec<u32>);
 
     impl Look for Pixels {
-        fn look(&mut self, _: History<'_>, pixel: u32) {
+        fn look(&mut self, _: PreviousFrame<'_>, pixel: u32) {
             self.0.push(pixel);
         }
     }
 
     fn around(at: Vec2, half: i32, params: &FrameParams) -> Vec<u32> {
         let mut pixels = Pixels(vec![]);
-        for_each_around(at, half, params, History { points: &[], mean: &[] }, &mut pixels);
+        for_each_around(at, half, params, PreviousFrame { points: &[], mean: &[] }, &mut pixels);
         pixels.0
     }
 

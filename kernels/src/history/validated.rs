@@ -3,6 +3,10 @@
 //! saw the light change.
 
 use crate::declare::pass;
+#[cfg(not(target_arch = "spirv"))]
+use crate::declare::{History, Step};
+#[cfg(not(target_arch = "spirv"))]
+use crate::history::resolve_history::RESOLVE_HISTORY;
 use crate::interface::frame::FrameParams;
 use crate::interface::history::{HistoryPoint, HistorySettings, Lent};
 use crate::interface::instance::Instance;
@@ -10,13 +14,18 @@ use crate::interface::material::Material;
 use crate::interface::needs::Needs;
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::math::octahedral;
-use crate::reuse::cells::{self, Carrier, Change};
-use crate::reuse::reprojected::ReprojectedPoint;
-use crate::reuse::window::{History, Look, WIDE, for_each_around, project, seen_from};
+use crate::history::cells::{self, Carrier, Change};
+use crate::history::reprojected::ReprojectedPoint;
+use crate::history::window::{Look, PreviousFrame, WIDE, for_each_around, project, seen_from};
 use crate::seam::Slots;
 use crate::surface::class::{self, Classes};
 use crate::surface::textured::material_of;
 use spirv_std::glam::Vec3;
+
+pub mod validate;
+
+#[cfg(not(target_arch = "spirv"))]
+use validate::VALIDATE;
 
 /// Radii of lender and borrower differ at most by this factor.
 const MOST_RADIUS_RATIO: f32 = 1.5;
@@ -28,6 +37,29 @@ const MOST_LOST: f32 = 0.25;
 const MOST_LATE: f32 = 0.02;
 /// Turn of the view that light of a glossy lobe stands, relative to the lobe's width (squared roughness).
 const VIEW_LAG: f32 = 0.5;
+
+#[cfg(not(target_arch = "spirv"))]
+/// Light of the nearest previous point, counted by the frames that it holds, as far as light paths with the same random
+/// numbers say that it still arrives.
+pub const VALIDATED: History = History {
+    name: "validated",
+    about: "all frames that still hold by the validation paths, from the nearest point",
+    cost: "as paper, and an eighth more light paths that give no light",
+    wrong: "light that moves by more than a disc or so a frame is as noisy as without a history; where few validation paths \
+            deposit, cells are large, and a change in a part of one is seen late; how far light moved is judged by the radius \
+            of a direct view, behind curved mirrors too",
+    settings: Some(HistorySettings { reach: 1.3, lag: 0.25, most_samples: 1024.0, demodulates: 1 }),
+    before: |params| {
+        vec![
+            Step::Clear { buffer: "validation_cells" },
+            Step::of(&VALIDATE, params),
+            Step::of(&REUSE_VALIDATED, params),
+        ]
+    },
+    resolve: &RESOLVE_HISTORY,
+    forget: &["history_points", "validation_deposits"],
+    keeps: &["history_points", "history_mean", "validation_deposits"],
+};
 
 /// What is lent as far as it still holds, a pixel an invocation.
 #[pass(name = "reuse.validated", over = params.pixel_count(), work = Reuse)]
@@ -45,7 +77,7 @@ pub fn reuse_validated(
     mut lent: Slots<'_, Lent>,
 ) {
     let (point, shading) = (&point_geometry[pixel as usize], &point_shading[pixel as usize]);
-    let history = History { points: history_points, mean: history_mean };
+    let history = PreviousFrame { points: history_points, mean: history_mean };
     let found =
         nearest(pixel, point, shading, materials, instances, history, validation_cells, params, needs);
     lent.write(pixel, found);
@@ -60,7 +92,7 @@ fn nearest(
     shading: &PointShading,
     materials: &[Material],
     instances: &[Instance],
-    history: History<'_>,
+    history: PreviousFrame<'_>,
     validation_cells: &[u32],
     params: &FrameParams,
     needs: Needs,
@@ -160,7 +192,7 @@ impl Nearest {
 
 impl Look for Nearest {
     #[inline(always)]
-    fn look(&mut self, history: History<'_>, pixel: u32) {
+    fn look(&mut self, history: PreviousFrame<'_>, pixel: u32) {
         let lender = history.points[pixel as usize];
         let along = lender.position - self.borrower.position;
         let square = along.length_squared();

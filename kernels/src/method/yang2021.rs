@@ -8,6 +8,8 @@
 use spirv_std::num_traits::Float;
 
 use crate::declare::pass;
+#[cfg(not(target_arch = "spirv"))]
+use crate::declare::{Method, Parts, Step, TextureFilter};
 use crate::gather::accumulator::{self, Sum};
 use crate::gather::contribution::{DISC_THICKNESS, MIN_NORMAL_COS, contribution};
 use crate::interface::frame::{Dispatch, FrameParams};
@@ -17,12 +19,16 @@ use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
 use crate::light::by_density::ByDensity;
 use crate::light::density_map::{FEEDBACK_WORDS, MAPS, TEXELS};
+#[cfg(not(target_arch = "spirv"))]
+use crate::light::density_map::{SIDE_LOG2, map_count};
 use crate::light::emit::Leaving;
 use crate::light::power::ByPower;
 use crate::math::PI;
 use crate::math::cone::lobe_variance;
 use crate::math::differential::{Differential, Normals};
 use crate::math::quanta::Quanta;
+#[cfg(not(target_arch = "spirv"))]
+use crate::method::frame::frame_steps;
 use crate::pass::shoot::receive::Receive;
 use crate::pass::shoot::shoot;
 use crate::seam::{AtomicWords, Atomics};
@@ -35,7 +41,44 @@ use crate::trace::Tracer;
 use footprint::Footprint;
 use spirv_std::glam::Vec3;
 
+pub mod density;
 pub mod footprint;
+
+#[cfg(not(target_arch = "spirv"))]
+/// See the head of the file.
+pub const YANG2021: Method = Method {
+    name: "yang2021",
+    about: "adaptive anisotropic photon scattering: ellipses on primary surfaces, guided by feedback",
+    cost: "OurBasic's light paths and the pixels of their ellipses; no index, no stored deposit",
+    wrong: "only primary surfaces receive; an ellipse blurs, and at borders and thin walls part of it is lost or leaks; the \
+            extent of a lamp, normal maps and diffuse bounces do not widen it",
+    gathers: true,
+    chooses_gather: false,
+    texture_filter: TextureFilter::Cone,
+    keeps: &["density", "density_tree", "density_feedback"],
+    frame: |params, index| FrameParams { frame: index, ..params },
+    steps,
+};
+
+#[cfg(not(target_arch = "spirv"))]
+fn steps(parts: Parts, params: &FrameParams) -> Vec<Step> {
+    frame_steps(parts, params, prepare(params), |batch| {
+        vec![Step::dispatch(&SHOOT_YANG2021, batch.dispatch())]
+    })
+}
+
+#[cfg(not(target_arch = "spirv"))]
+/// The density map of this frame.
+fn prepare(params: &FrameParams) -> Vec<Step> {
+    let sum = |level| {
+        let count = density::node_count(level, map_count(params.light_count));
+        Step::level(&density::DENSITY_SUM, level, count)
+    };
+    let mut steps = vec![Step::of(&density::DENSITY_UPDATE, params)];
+    steps.extend((0..=SIDE_LOG2).map(sum));
+    steps.push(Step::Clear { buffer: "density_feedback" });
+    steps
+}
 
 /// Light paths, one an invocation; deposits are spread over the picture.
 #[pass(name = "shoot.yang2021", over = params.light_path_batch, work = Light)]

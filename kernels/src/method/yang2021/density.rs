@@ -9,7 +9,7 @@ use crate::interface::density::DensityTexel;
 use crate::interface::frame::Dispatch;
 use crate::light::density_map::{FEEDBACK_WORDS, MAPS, NODES, SIDE, SIDE_LOG2, TEXELS, first, map_count};
 use crate::math::quanta::Quanta;
-use crate::pass::shoot_yang2021::FEEDBACK_INVERSE_QUANTUM;
+use crate::method::yang2021::FEEDBACK_INVERSE_QUANTUM;
 use crate::seam::Slots;
 
 /// Screen area that a photon should have [px]; the least that a footprint has is 2.5.

@@ -1,12 +1,13 @@
 //! The settings of a run, and those of a frame that they make of a scene.
 
+use caustics_kernels::declare::TextureFilter;
+use caustics_kernels::filter::{self, Filter};
+use caustics_kernels::history::{self, History};
 use caustics_kernels::interface::frame::{FrameParams, TEXTURE_FILTER_CONE, TEXTURE_FILTER_FINEST};
 use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::method::Method;
 use glam::Vec3;
 
-use super::Method;
-use super::filter::{self, Filter};
-use super::history::{self, History};
 use crate::scene::motion::Motion;
 use crate::scene::{Scene, SceneCamera};
 
@@ -57,28 +58,6 @@ impl Default for Settings {
             background: None,
             history: &history::NONE,
             filter: &filter::NONE,
-        }
-    }
-}
-
-/// Which level of its textures a camera prefix sees; every other path sees the finest.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TextureFilter {
-    /// That of the pixel's ray cone: one ray a pixel does not flicker, and materials are not what they are close by.
-    Cone,
-    /// The finest: rays over the whole pixel must average it, and then its picture is right.
-    Finest,
-}
-
-impl TextureFilter {
-    /// Both.
-    pub const ALL: [TextureFilter; 2] = [TextureFilter::Cone, TextureFilter::Finest];
-
-    /// Its name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            TextureFilter::Cone => "cone",
-            TextureFilter::Finest => "finest",
         }
     }
 }

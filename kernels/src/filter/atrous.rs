@@ -12,6 +12,8 @@
 //! writes 12; the guide reads 120 and writes 72. Wrong: shadows blur by 2 pixels (standard deviation) and a bit more.
 
 use crate::declare::pass;
+#[cfg(not(target_arch = "spirv"))]
+use crate::declare::{Filter, Step};
 use crate::interface::NONE;
 use crate::interface::filter::{FILTER_LEVELS, FilterGuide};
 use crate::interface::frame::{Dispatch, FrameParams};
@@ -34,6 +36,19 @@ const COMPARED: f32 = 4.0;
 /// Square of the contrast (a - b) / (a + b) that quarters an exchange one pixel apart; it falls with the step, as noise
 /// does with each level. Of 0.3 to 1 and falls of 0 to 1 the error of `mirror-room` and `glossy-room` was least.
 const CONTRAST: f32 = 0.25;
+
+#[cfg(not(target_arch = "spirv"))]
+/// See the head of the file.
+pub const ATROUS: Filter = Filter {
+    name: "atrous",
+    about: "an edge-stopping wavelet, guided by the collection points; it keeps the energy",
+    cost: "five levels of 60 bytes a pixel from memory and 1500 from caches",
+    wrong: "shadows blur by two pixels (standard deviation) and a bit more",
+    steps: |params| {
+        let level = |level| Step::level(&LEVEL, level, params.pixel_count());
+        std::iter::once(Step::of(&GUIDE, params)).chain((0..FILTER_LEVELS).map(level)).collect()
+    },
+};
 
 /// Features of the pixels, and the light that is filtered.
 #[pass(name = "filter.guide", over = params.pixel_count(), work = Filter)]
@@ -58,7 +73,7 @@ pub fn guide(
 
 /// One level; even levels read `filter_light` and write `path_radiance`, odd ones the other way.
 #[pass(name = "filter.atrous", over = params.pixel_count(), work = Filter)]
-pub fn atrous(
+pub fn level(
     pixel: u32,
     params: &FrameParams,
     dispatch: Dispatch,
@@ -69,13 +84,13 @@ pub fn atrous(
 ) {
     let number = dispatch.level;
     if number.is_multiple_of(2) {
-        let mut light = level(pixel, number, params, filter_guides, &filter_light);
+        let mut light = smoothed(pixel, number, params, filter_guides, &filter_light);
         if number + 1 == FILTER_LEVELS {
             light = seen_radiance[pixel as usize] + light;
         }
         path_radiance.write(pixel, light);
     } else {
-        filter_light.write(pixel, level(pixel, number, params, filter_guides, &path_radiance));
+        filter_light.write(pixel, smoothed(pixel, number, params, filter_guides, &path_radiance));
     }
 }
 
@@ -128,7 +143,7 @@ pub fn start(
 /// Each term is the negative of the other pixel's; where l is proportional to s all terms are 0; with k and w in [0, 1]
 /// and sum k = 1 no light turns negative.
 #[inline(always)]
-pub fn level(
+pub fn smoothed(
     pixel: u32,
     number: u32,
     params: &FrameParams,

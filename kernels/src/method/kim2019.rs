@@ -7,12 +7,18 @@
 //! its plane, where its neighbours see that plane too.
 
 use crate::declare::pass;
+#[cfg(not(target_arch = "spirv"))]
+use crate::declare::{Method, Parts, Step, TextureFilter};
 use crate::gather::accumulator::{self, Sum};
 use crate::gather::contribution::contribution;
+#[cfg(not(target_arch = "spirv"))]
+use crate::gather::variant::Over;
 use crate::interface::frame::{Camera, Dispatch, FrameParams};
 use crate::interface::material::Material;
 use crate::interface::needs::Needs;
 use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
+#[cfg(not(target_arch = "spirv"))]
+use crate::method::frame;
 use crate::math::PI;
 use crate::seam::{AtomicWords, Atomics};
 use crate::surface::textured::material_of;
@@ -27,6 +33,40 @@ const MIN_COS: f32 = 0.01;
 pub const AREA_FOOTPRINT: u32 = 0;
 /// Kim's area of a pixel: on a sphere about the eye through the deposit, (d f_w / (f W)) (d f_h / (f H)).
 pub const AREA_FACING: u32 = 1;
+
+#[cfg(not(target_arch = "spirv"))]
+/// With the area of a pixel's footprint on the surface: conserves energy.
+pub const KIM2019: Method = Method {
+    name: "kim2019",
+    about: "Kim 2019: photons splatted to the pixels that see them directly",
+    cost: "a projection a deposit: no index, no search",
+    wrong: "caustics are seen on primary surfaces only, never in a mirror; few light paths are grains",
+    gathers: true,
+    chooses_gather: false,
+    texture_filter: TextureFilter::Cone,
+    keeps: &[],
+    frame: |params, index| FrameParams { frame: index, ..params },
+    steps: |parts, params| steps(parts, params, AREA_FOOTPRINT),
+};
+
+#[cfg(not(target_arch = "spirv"))]
+/// With Kim's own area of a pixel, which faces the eye: too bright where the surface does not, by 1 / cos.
+pub const KIM2019_FACING: Method = Method {
+    name: "kim2019-facing",
+    about: "the same with Kim's area of a pixel, which ignores the surface's slant",
+    steps: |parts, params| steps(parts, params, AREA_FACING),
+    ..KIM2019
+};
+
+#[cfg(not(target_arch = "spirv"))]
+fn steps(parts: Parts, params: &FrameParams, area: u32) -> Vec<Step> {
+    frame::frame_steps(parts, params, Vec::new(), |batch| {
+        let mut steps = frame::shoot(batch);
+        let deposits = frame::over(Over::Deposits, params);
+        steps.push(Step::dispatch(&SPLAT_KIM2019, Dispatch { level: area, ..deposits }));
+        steps
+    })
+}
 
 /// Adds each deposit to its pixel; the dispatch's level chooses the pixel's area.
 #[pass(

@@ -1,0 +1,15 @@
+//! Histories: which of the last frame's collection points lend light to one of today's, and how much of it still holds. A
+//! history is a file and a line here: its passes, and what it is as data. Imports `interface`, `math`, `gather`, `pass`.
+
+pub mod cells;
+pub mod reprojected;
+pub mod resolve_history;
+pub mod window;
+
+crate::declare::variants! {
+    History {
+        none: NONE;
+        paper: PAPER;
+        validated: VALIDATED;
+    }
+}

@@ -1,0 +1,20 @@
+//! No history: OurBasic [Moreau and Doggett 2022].
+
+#[cfg(not(target_arch = "spirv"))]
+use crate::declare::History;
+#[cfg(not(target_arch = "spirv"))]
+use crate::pass::resolve::RESOLVE;
+
+/// No light outlives its frame.
+#[cfg(not(target_arch = "spirv"))]
+pub const NONE: History = History {
+    name: "none",
+    about: "no light outlives its frame: OurBasic",
+    cost: "nothing",
+    wrong: "noise: every frame begins anew",
+    settings: None,
+    before: |_| Vec::new(),
+    resolve: &RESOLVE,
+    forget: &[],
+    keeps: &[],
+};

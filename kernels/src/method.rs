@@ -1,0 +1,15 @@
+//! Methods: ways to render. A method is a file and a line here: passes of its own, if it has any, and what a frame consists of,
+//! as data. Imports everything.
+
+crate::declare::variants! {
+    Method {
+        basic: BASIC;
+        progressive: PROGRESSIVE;
+        path: PATH;
+        kim2019: KIM2019 KIM2019_FACING;
+        yang2021: YANG2021;
+    }
+}
+
+#[cfg(not(target_arch = "spirv"))]
+pub mod frame;

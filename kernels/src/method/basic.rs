@@ -1,0 +1,80 @@
+//! OurBasic: collect, shoot and gather, resolve, display. No light outlives its frame [Moreau and Doggett 2022].
+#![cfg(not(target_arch = "spirv"))]
+
+use crate::declare::{Method, Parts, Step, TextureFilter};
+use crate::interface::frame::FrameParams;
+use crate::method::frame::{self, frame_steps};
+
+/// See the head of the file.
+pub const BASIC: Method = Method {
+    name: "basic",
+    about: "OurBasic: no light outlives its frame",
+    cost: "a camera path a pixel, the light paths, an index and a search of it",
+    wrong: "discs blur by their radius, and lose what lies beyond an edge",
+    gathers: true,
+    chooses_gather: true,
+    texture_filter: TextureFilter::Cone,
+    keeps: &[],
+    frame: |params, index| FrameParams { frame: index, ..params },
+    steps: |parts, params| steps(parts, params),
+};
+
+/// The steps of a frame. Light paths come in batches that the deposit buffers hold.
+pub fn steps(parts: impl Into<Parts>, params: &FrameParams) -> Vec<Step> {
+    let parts = parts.into();
+    let prepare = frame::prepare(parts.gather, params);
+    frame_steps(parts, params, prepare, |batch| frame::batch(parts.gather, params, batch))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::declare::{Work, buffers};
+    use crate::gather::variant;
+
+    fn params() -> FrameParams {
+        FrameParams {
+            width: 7,
+            height: 3,
+            light_path_count: 1000,
+            light_path_batch: 300,
+            deposit_capacity: 1200,
+            cell_mask: 1023,
+            ..Default::default()
+        }
+    }
+
+    #[test]
+    fn batches_cover_every_light_path_once() {
+        for variant in variant::ALL {
+            let mut next = 0;
+            for step in steps(variant, &params()) {
+                if let Step::Dispatch { pass, dispatch, .. } = step
+                    && pass.work == Work::Light
+                {
+                    assert_eq!(dispatch.first, next);
+                    next += dispatch.count;
+                }
+            }
+            assert_eq!(next, 1000);
+        }
+    }
+
+    #[test]
+    fn what_is_bound_and_cleared_has_a_size_if_anything_uses_it() {
+        for variant in variant::ALL {
+            let steps = steps(variant, &params());
+            let buffers = buffers(&steps, &params());
+            let bytes = |name| buffers.iter().find(|spec| spec.name == name).map(|spec| spec.bytes);
+            for step in steps {
+                if let Step::Clear { buffer } = step {
+                    assert!(bytes(buffer) > Some(0), "{}: {buffer}", variant.name);
+                }
+            }
+            // Rows of 32 bytes.
+            let sorted = if variant.sorts { 32 * 1200 } else { 0 };
+            assert_eq!(bytes("sorted_light"), Some(sorted), "{}", variant.name);
+            assert_eq!(bytes("point_geometry"), Some(32 * 21));
+        }
+    }
+}

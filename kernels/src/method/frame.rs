@@ -1,0 +1,144 @@
+//! What the frames of methods have in common: collect, denoise, lend, shoot and gather batch by batch, resolve, display.
+
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+use crate::declare::{BufferSpec, INDEX, Method, Parts, Step, Work, buffers};
+use crate::gather::variant::{self, Over, Side, Stage, Variant};
+use crate::interface::frame::{Dispatch, FrameParams};
+use crate::pass::collect::COLLECT;
+use crate::pass::display::DISPLAY;
+use crate::pass::shoot::SHOOT_STORE;
+use crate::{filter, history};
+
+/// The steps of a frame of any method that brings deposits to collection points: `prepare` comes once before the light
+/// paths, `shoot` for each batch of them.
+pub fn frame_steps(
+    parts: Parts,
+    params: &FrameParams,
+    prepare: Vec<Step>,
+    shoot: impl Fn(Batch) -> Vec<Step>,
+) -> Vec<Step> {
+    let Parts { history, filter, .. } = parts;
+    let mut steps = vec![
+        Step::Clear { buffer: "counters" },
+        Step::Clear { buffer: "accumulator" },
+        Step::of(&COLLECT, params),
+    ];
+    steps.extend((filter.steps)(params));
+    // A history that follows the light has nothing to follow in the dark.
+    let forgets = params.light_path_count == 0 && !history.forget.is_empty();
+    if forgets {
+        steps.extend(history.forget.iter().map(|&buffer| Step::Clear { buffer }));
+    } else {
+        steps.extend((history.before)(params));
+    }
+    if params.light_path_count > 0 {
+        steps.extend(prepare);
+    }
+    for batch in batches(params) {
+        steps.extend(shoot(batch));
+    }
+    steps.push(Step::of(if forgets { history::none::NONE.resolve } else { history.resolve }, params));
+    steps.push(Step::of(&DISPLAY, params));
+    steps
+}
+
+/// Light paths whose deposits the deposit buffers hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Batch {
+    /// The first.
+    pub first: u32,
+    /// So many.
+    pub count: u32,
+}
+
+impl Batch {
+    /// The dispatch of a pass over them.
+    pub fn dispatch(self) -> Dispatch {
+        Dispatch { first: self.first, count: self.count, ..Dispatch::default() }
+    }
+}
+
+/// Once a frame, after `collect`.
+pub fn prepare(gather: &'static Variant, params: &FrameParams) -> Vec<Step> {
+    gather.frame.iter().map(|&stage| step(gather, stage, params)).collect()
+}
+
+/// For each batch of light paths: shoots them, builds what is built over deposits, gathers.
+pub fn batch(gather: &'static Variant, params: &FrameParams, batch: Batch) -> Vec<Step> {
+    let mut steps = shoot(batch);
+    steps.extend(gather.batch.iter().map(|&stage| step(gather, stage, params)));
+    steps.push(Step::dispatch(gather.gather, over(gather.side.searchers(), params)));
+    steps
+}
+
+/// Shoots a batch of light paths and stores their deposits.
+pub fn shoot(batch: Batch) -> Vec<Step> {
+    vec![Step::Clear { buffer: "deposit_state" }, Step::dispatch(&SHOOT_STORE, batch.dispatch())]
+}
+
+/// The batches of a frame's light paths.
+pub fn batches(params: &FrameParams) -> impl Iterator<Item = Batch> {
+    let (count, most) = (params.light_path_count, params.light_path_batch.max(1));
+    (0..count).step_by(most as usize).map(move |first| Batch { first, count: most.min(count - first) })
+}
+
+/// A dispatch over so much; over deposits, over those that there are.
+pub fn over(over: Over, params: &FrameParams) -> Dispatch {
+    let stored = u32::from(over == Over::Deposits);
+    Dispatch { count: over.extent(params), stored, ..Dispatch::default() }
+}
+
+fn step(gather: &'static Variant, stage: Stage, params: &FrameParams) -> Step {
+    match stage {
+        Stage::Run(level, stage, of) => {
+            Step::Dispatch { pass: gather.index, stage, dispatch: Dispatch { level, ..over(of, params) } }
+        }
+        Stage::Clear(words) => Step::Clear { buffer: INDEX[words as usize] },
+        Stage::Structure(side) => {
+            let over = if side == Side::Points { Over::Pixels } else { Over::Deposits };
+            Step::Structure { side, count: over.extent(params) }
+        }
+    }
+}
+
+/// What kind of work the step of a label does, of all that frames can consist of.
+pub fn work(label: &str) -> Option<Work> {
+    static WORK: LazyLock<BTreeMap<String, Work>> =
+        LazyLock::new(|| all_steps().iter().filter_map(|step| Some((step.label(), step.work()?))).collect());
+    WORK.get(label).copied()
+}
+
+/// The steps of frames of every method with every gather, history and filter.
+fn all_steps() -> Vec<Step> {
+    let params = FrameParams {
+        width: 1,
+        height: 1,
+        light_path_count: 1,
+        light_path_batch: 1,
+        deposit_capacity: 1,
+        light_count: 1,
+        ..FrameParams::default()
+    };
+    let mut steps = Vec::new();
+    for method in super::ALL {
+        for gather in variant::ALL {
+            for history in history::ALL {
+                for filter in filter::ALL {
+                    steps.extend((method.steps)(
+                        Parts { gather, history, filter },
+                        &(method.frame)(params, 0),
+                    ));
+                }
+            }
+        }
+    }
+    steps
+}
+
+/// The buffers of a frame of a method.
+pub fn frame_buffers(method: &Method, parts: Parts, params: &FrameParams) -> Vec<BufferSpec> {
+    let params = (method.frame)(*params, 0);
+    buffers(&(method.steps)(parts, &params), &params)
+}

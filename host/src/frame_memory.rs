@@ -4,9 +4,10 @@ use thiserror::Error;
 
 use crate::memory::{self, shown};
 use crate::settings::Settings;
-use caustics_kernels::declare::{BufferSpec, Parts};
+use caustics_kernels::declare::BufferSpec;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::method::Method;
+use caustics_kernels::method::Parts;
 use caustics_kernels::method::frame::frame_buffers;
 
 /// Memory of a pixel beside the buffers [bytes]: sums and sums of squares in f64 (120), a picture (44) as it is read, as a

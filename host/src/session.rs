@@ -25,8 +25,9 @@ use crate::scene::{Scene, SceneCamera};
 use crate::settings::Settings;
 use crate::upload::Upload;
 use crate::vulkan::passes::DeviceOptions;
-use caustics_kernels::declare::{BufferSpec, Parts, Step};
+use caustics_kernels::declare::{BufferSpec, Step};
 use caustics_kernels::method::Method;
+use caustics_kernels::method::Parts;
 use caustics_kernels::method::frame::frame_buffers;
 
 /// Which runner to open.

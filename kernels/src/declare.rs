@@ -6,7 +6,9 @@ pub use caustics_kernel_macros::pass;
 #[cfg(not(target_arch = "spirv"))]
 pub use described::{Access, Bound, OnCpu, Pass, Work};
 #[cfg(not(target_arch = "spirv"))]
-pub use kinds::{Filter, History, Method, Parts, TextureFilter};
+pub(crate) use kinds::named;
+#[cfg(not(target_arch = "spirv"))]
+pub use kinds::{Filter, History, TextureFilter};
 #[cfg(not(target_arch = "spirv"))]
 pub use on_cpu::{BufferError, Buffers, Call, LocalCounters};
 #[cfg(not(target_arch = "spirv"))]
@@ -26,8 +28,6 @@ macro_rules! variants {
     ($kind:ident { $($file:ident: $($constant:ident)+;)* }) => {
         $(pub mod $file;)*
 
-        #[cfg(not(target_arch = "spirv"))]
-        pub use crate::declare::$kind;
         $($(
             #[cfg(not(target_arch = "spirv"))]
             pub use $file::$constant;

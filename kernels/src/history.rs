@@ -6,6 +6,9 @@ pub mod reprojected;
 pub mod resolve_history;
 pub mod window;
 
+#[cfg(not(target_arch = "spirv"))]
+pub use crate::declare::History;
+
 crate::declare::variants! {
     History {
         none: NONE;

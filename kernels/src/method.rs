@@ -1,6 +1,14 @@
 //! Methods: ways to render. A method is a file and a line here: passes of its own, if it has any, and what a frame consists of,
 //! as data. Imports everything.
 
+#[cfg(not(target_arch = "spirv"))]
+pub mod frame;
+#[cfg(not(target_arch = "spirv"))]
+pub mod kind;
+
+#[cfg(not(target_arch = "spirv"))]
+pub use kind::{Method, Parts};
+
 crate::declare::variants! {
     Method {
         basic: BASIC;
@@ -10,6 +18,3 @@ crate::declare::variants! {
         yang2021: YANG2021;
     }
 }
-
-#[cfg(not(target_arch = "spirv"))]
-pub mod frame;

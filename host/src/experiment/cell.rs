@@ -8,10 +8,10 @@ use super::result::CellConfig;
 use crate::scene::Scene;
 use crate::session::RunnerChoice;
 use crate::settings::Settings;
-use caustics_kernels::declare::Parts;
 use caustics_kernels::filter::{self, Filter};
 use caustics_kernels::history::{self, History};
 use caustics_kernels::method::Method;
+use caustics_kernels::method::Parts;
 
 /// A way to render: all that can vary in an experiment.
 #[derive(Clone, Debug)]

@@ -1,36 +1,8 @@
 //! What a frame can be made of: kinds of variants, each a file and a line in the list of its kind.
 
-use std::fmt;
-
 use super::{Pass, Step};
-use crate::gather::variant::Variant;
 use crate::interface::frame::FrameParams;
 use crate::interface::history::HistorySettings;
-
-/// A way to render: what a frame consists of.
-#[derive(Clone, Copy)]
-pub struct Method {
-    /// Name on the command line.
-    pub name: &'static str,
-    /// What it is, in one line.
-    pub about: &'static str,
-    /// What a frame pays for it.
-    pub cost: &'static str,
-    /// Where it is wrong, or gives nothing.
-    pub wrong: &'static str,
-    /// Whether it makes collection points that deposits are brought to; else all its light is in one layer.
-    pub gathers: bool,
-    /// Whether a gather variant is chosen for it; else it brings deposits and points together in its own way.
-    pub chooses_gather: bool,
-    /// Which level of its textures a camera prefix sees where nobody asks for another.
-    pub texture_filter: TextureFilter,
-    /// Buffers of its own in which something outlives its frame, those of histories aside.
-    pub keeps: &'static [&'static str],
-    /// The settings of the frame of this index, made of those of the run.
-    pub frame: fn(FrameParams, u32) -> FrameParams,
-    /// The steps of a frame; what they bind is what is allocated.
-    pub steps: fn(Parts, &FrameParams) -> Vec<Step>,
-}
 
 /// A way to lend light from frame to frame.
 #[derive(Clone, Copy)]
@@ -70,24 +42,6 @@ pub struct Filter {
     pub steps: fn(&FrameParams) -> Vec<Step>,
 }
 
-/// The parts of a frame that can be exchanged.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Parts {
-    /// How deposits and collection points meet.
-    pub gather: &'static Variant,
-    /// What the frame before lends.
-    pub history: &'static History,
-    /// What smooths the path-traced part.
-    pub filter: &'static Filter,
-}
-
-impl From<&'static Variant> for Parts {
-    /// A gather without history and filter.
-    fn from(gather: &'static Variant) -> Parts {
-        Parts { gather, history: &crate::history::none::NONE, filter: &crate::filter::none::NONE }
-    }
-}
-
 /// Which level of its textures a camera prefix sees; every other path sees the finest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TextureFilter {
@@ -114,8 +68,8 @@ impl TextureFilter {
 macro_rules! named {
     ($($kind:ident)*) => {
         $(
-            impl fmt::Debug for $kind {
-                fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            impl std::fmt::Debug for $kind {
+                fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                     f.write_str(self.name)
                 }
             }
@@ -129,4 +83,5 @@ macro_rules! named {
     };
 }
 
-named!(Method History Filter);
+named!(History Filter);
+pub(crate) use named;

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::{Access, Pass, Work};
-use crate::gather::variant::Side;
 use crate::interface::frame::{Dispatch, FrameParams};
+use crate::interface::point::Side;
 
 /// One step of a frame. Every step sees all that earlier steps wrote.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -78,7 +78,7 @@ macro_rules! gather_pass {
         /// Gathers, a point or a deposit an invocation.
         #[$crate::declare::pass(
             name = ["gather.", $name],
-            over = <$type as $crate::gather::Index>::VARIANT.side.searchers().extent(params),
+            over = $crate::gather::variant::Over::searchers(<$type as $crate::gather::Index>::VARIANT.side).extent(params),
             work = Gather,
             limit = dispatch.limit(deposit_state, params),
             $($hardware)*

@@ -6,6 +6,7 @@ use crate::gather::morton_sort;
 #[cfg(not(target_arch = "spirv"))]
 use crate::gather::{Index, exchange, for_each_gather};
 use crate::interface::frame::FrameParams;
+pub use crate::interface::point::Side;
 
 /// What a stage or a pass runs over, an invocation each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,16 +25,6 @@ pub enum Over {
     DepositSort(u32),
     /// So many.
     Count(u32),
-}
-
-/// What an index is over.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum Side {
-    /// Over collection points: deposits look for points.
-    Points,
-    /// Over deposits: points look for deposits.
-    Photons,
 }
 
 /// A stage of building an index.
@@ -62,6 +53,14 @@ impl Words {
 }
 
 impl Over {
+    /// What a gather runs over, whose index is over this side: those that search.
+    pub fn searchers(side: Side) -> Over {
+        match side {
+            Side::Points => Over::Deposits,
+            Side::Photons => Over::Pixels,
+        }
+    }
+
     /// Elements there are.
     pub fn extent(self, params: &FrameParams) -> u32 {
         match self {
@@ -72,16 +71,6 @@ impl Over {
             Over::PixelSort(level) => morton_sort::level_count(params.pixel_count(), level),
             Over::DepositSort(level) => morton_sort::level_count(params.deposit_capacity, level),
             Over::Count(count) => count,
-        }
-    }
-}
-
-impl Side {
-    /// What a gather runs over: those that search.
-    pub fn searchers(self) -> Over {
-        match self {
-            Side::Points => Over::Deposits,
-            Side::Photons => Over::Pixels,
         }
     }
 }

@@ -72,6 +72,16 @@ pub struct DepositLight {
     pub padding_2: u32,
 }
 
+/// What an index is over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Side {
+    /// Over collection points: deposits look for points.
+    Points,
+    /// Over deposits: points look for deposits.
+    Photons,
+}
+
 const _: () = assert!(size_of::<PointGeometry>() == 32);
 const _: () = assert!(size_of::<PointShading>() == 64);
 const _: () = assert!(size_of::<DepositGeometry>() == 32);

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-use crate::declare::{BufferSpec, INDEX, Method, Parts, Step, Work, buffers};
+use crate::declare::{BufferSpec, INDEX, Step, Work, buffers};
 use crate::gather::variant::{self, Over, Side, Stage, Variant};
 use crate::interface::frame::{Dispatch, FrameParams};
+use crate::method::{Method, Parts};
 use crate::pass::collect::COLLECT;
 use crate::pass::display::DISPLAY;
 use crate::pass::shoot::SHOOT_STORE;
@@ -69,7 +70,7 @@ pub fn prepare(gather: &'static Variant, params: &FrameParams) -> Vec<Step> {
 pub fn batch(gather: &'static Variant, params: &FrameParams, batch: Batch) -> Vec<Step> {
     let mut steps = shoot(batch);
     steps.extend(gather.batch.iter().map(|&stage| step(gather, stage, params)));
-    steps.push(Step::dispatch(gather.gather, over(gather.side.searchers(), params)));
+    steps.push(Step::dispatch(gather.gather, over(Over::searchers(gather.side), params)));
     steps
 }
 

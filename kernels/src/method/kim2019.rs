@@ -8,7 +8,9 @@
 
 use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
-use crate::declare::{Method, Parts, Step, TextureFilter};
+use crate::declare::{Step, TextureFilter};
+#[cfg(not(target_arch = "spirv"))]
+use crate::method::{Method, Parts};
 use crate::gather::accumulator::{self, Sum};
 use crate::gather::contribution::contribution;
 #[cfg(not(target_arch = "spirv"))]

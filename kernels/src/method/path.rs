@@ -3,7 +3,9 @@
 
 use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
-use crate::declare::{Method, Step, TextureFilter};
+use crate::declare::{Step, TextureFilter};
+#[cfg(not(target_arch = "spirv"))]
+use crate::method::{Method};
 use crate::interface::frame::FrameParams;
 use crate::interface::needs::Needs;
 use crate::interface::scene::SceneTables;

@@ -7,7 +7,8 @@
 //! still blurred by the last radii, and halved within them at borders.
 #![cfg(not(target_arch = "spirv"))]
 
-use crate::declare::{Method, TextureFilter};
+use crate::declare::{TextureFilter};
+use crate::method::{Method};
 use crate::interface::frame::FrameParams;
 use crate::method::basic::steps;
 

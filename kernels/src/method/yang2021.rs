@@ -9,7 +9,9 @@ use spirv_std::num_traits::Float;
 
 use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
-use crate::declare::{Method, Parts, Step, TextureFilter};
+use crate::declare::{Step, TextureFilter};
+#[cfg(not(target_arch = "spirv"))]
+use crate::method::{Method, Parts};
 use crate::gather::accumulator::{self, Sum};
 use crate::gather::contribution::{DISC_THICKNESS, MIN_NORMAL_COS, contribution};
 use crate::interface::frame::{Dispatch, FrameParams};

@@ -1,0 +1,50 @@
+//! What a method is.
+
+use crate::declare::{Filter, History, Step, TextureFilter, named};
+use crate::gather::variant::Variant;
+use crate::interface::frame::FrameParams;
+
+/// A way to render: what a frame consists of.
+#[derive(Clone, Copy)]
+pub struct Method {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// What it is, in one line.
+    pub about: &'static str,
+    /// What a frame pays for it.
+    pub cost: &'static str,
+    /// Where it is wrong, or gives nothing.
+    pub wrong: &'static str,
+    /// Whether it makes collection points that deposits are brought to; else all its light is in one layer.
+    pub gathers: bool,
+    /// Whether a gather variant is chosen for it; else it brings deposits and points together in its own way.
+    pub chooses_gather: bool,
+    /// Which level of its textures a camera prefix sees where nobody asks for another.
+    pub texture_filter: TextureFilter,
+    /// Buffers of its own in which something outlives its frame, those of histories aside.
+    pub keeps: &'static [&'static str],
+    /// The settings of the frame of this index, made of those of the run.
+    pub frame: fn(FrameParams, u32) -> FrameParams,
+    /// The steps of a frame; what they bind is what is allocated.
+    pub steps: fn(Parts, &FrameParams) -> Vec<Step>,
+}
+
+/// The parts of a frame that can be exchanged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parts {
+    /// How deposits and collection points meet.
+    pub gather: &'static Variant,
+    /// What the frame before lends.
+    pub history: &'static History,
+    /// What smooths the path-traced part.
+    pub filter: &'static Filter,
+}
+
+impl From<&'static Variant> for Parts {
+    /// A gather without history and filter.
+    fn from(gather: &'static Variant) -> Parts {
+        Parts { gather, history: &crate::history::none::NONE, filter: &crate::filter::none::NONE }
+    }
+}
+
+named!(Method);

@@ -10,12 +10,15 @@ mod bench;
 mod compare;
 mod report;
 mod sweep;
+mod values;
 
 pub use animate::Animate;
 pub use bench::{Bench, runner_and_tracer};
 pub use compare::{Compare, Limit};
 pub use report::Report;
 pub use sweep::Sweep;
+
+use values::{filters, gathers, methods};
 
 /// The command line asks for something that cannot be: exit code 2.
 #[derive(Debug, Error)]
@@ -150,14 +153,14 @@ pub struct Render {
     /// Time of the scene's animations that is shown [s]; before their first key and after their last they stand still
     #[arg(long, default_value_t = 0.0)]
     pub time: f64,
-    /// How to render: basic (OurBasic), progressive (its radii shrink over --frames), path (path tracing)
-    #[arg(long, default_value = "basic", value_parser = clap::builder::PossibleValuesParser::new(method_names()))]
+    /// How to render
+    #[arg(long, default_value = "basic", value_parser = methods())]
     pub method: String,
     /// How deposits and collection points meet [default: points-rt with ray queries, else photons-grid]
-    #[arg(long, value_parser = clap::builder::PossibleValuesParser::new(gather_names()))]
+    #[arg(long, value_parser = gathers())]
     pub gather: Option<String>,
     /// What smooths the path-traced part, caustics excepted
-    #[arg(long, default_value = "none", value_parser = clap::builder::PossibleValuesParser::new(filter_names()))]
+    #[arg(long, default_value = "none", value_parser = filters())]
     pub filter: String,
     /// Light paths a frame
     #[arg(long, default_value_t = 1_048_576)]
@@ -208,19 +211,6 @@ pub struct Merge {
     /// Overwrite an existing file
     #[arg(long)]
     pub force: bool,
-}
-
-fn method_names() -> Vec<&'static str> {
-    caustics_kernels::method::ALL.iter().map(|method| method.name).collect()
-}
-
-/// Names of the filters.
-pub fn filter_names() -> Vec<&'static str> {
-    caustics_kernels::filter::ALL.iter().map(|filter| filter.name).collect()
-}
-
-fn gather_names() -> Vec<&'static str> {
-    caustics_kernels::gather::variant::ALL.iter().map(|variant| variant.name).collect()
 }
 
 /// Runners.

@@ -25,6 +25,8 @@ impl Index for Stripes {
     const VARIANT: Variant = Variant {
         name: "stripes",
         about: "deposits in stripes along x: a toy",
+        cost: "a pass over the deposits to count, one to fill; a point reads every deposit of its stripes",
+        wrong: "slow everywhere",
         batch: &[
             Stage::Clear(0),
             Stage::Run(0, "count", Over::Deposits),

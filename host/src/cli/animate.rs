@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use clap::Args;
-use clap::builder::PossibleValuesParser;
 
-use super::bench::{frames, history_names};
-use super::{Common, filter_names, gather_names, method_names};
+use super::Common;
+use super::bench::frames;
+use super::values::{filters, gathers, histories, methods};
 
 /// Options of `animate`.
 #[derive(Args, Debug)]
@@ -24,17 +24,17 @@ pub struct Animate {
     /// What every command that renders has.
     #[command(flatten)]
     pub common: Common,
-    /// How to render: basic (OurBasic), progressive (its radii shrink with the frame's number), path (path tracing)
-    #[arg(long, default_value = "basic", value_parser = PossibleValuesParser::new(method_names()))]
+    /// How to render
+    #[arg(long, default_value = "basic", value_parser = methods())]
     pub method: String,
     /// What the frame before lends to collection points [default: validated with --method basic, else none]
-    #[arg(long, value_parser = PossibleValuesParser::new(history_names()))]
+    #[arg(long, value_parser = histories())]
     pub history: Option<String>,
     /// What smooths the path-traced part, caustics excepted
-    #[arg(long, default_value = "none", value_parser = PossibleValuesParser::new(filter_names()))]
+    #[arg(long, default_value = "none", value_parser = filters())]
     pub filter: String,
     /// How deposits and collection points meet [default: points-rt with ray queries, else photons-grid]
-    #[arg(long, value_parser = PossibleValuesParser::new(gather_names()))]
+    #[arg(long, value_parser = gathers())]
     pub gather: Option<String>,
     /// The frames, the last one left out [default: all of the scene's animations]
     #[arg(long, value_name = "A..B", value_parser = frames)]

@@ -4,14 +4,11 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use caustics::experiment::matrix::RUNNERS;
-use caustics_kernels::history;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 
-use super::{
-    Common, Debug, NeedsName, PixelFilter, RunnerName, TextureFilter, Tracer, filter_names, gather_names,
-    method_names,
-};
+use super::values::{filters, gathers, histories, methods};
+use super::{Common, Debug, NeedsName, PixelFilter, RunnerName, TextureFilter, Tracer};
 
 /// Options of `bench`.
 #[derive(Args, Debug)]
@@ -36,16 +33,16 @@ pub struct Bench {
     #[arg(long, requires = "animation")]
     pub error: bool,
     /// Methods to hold against each other, with commas between
-    #[arg(long, default_value = "basic", value_delimiter = ',', value_parser = PossibleValuesParser::new(method_names()))]
+    #[arg(long, default_value = "basic", value_delimiter = ',', value_parser = methods())]
     pub method: Vec<String>,
     /// Gathers to hold against each other, with commas between [default: points-rt with ray queries, else photons-grid]
-    #[arg(long, value_delimiter = ',', value_parser = PossibleValuesParser::new(gather_names()))]
+    #[arg(long, value_delimiter = ',', value_parser = gathers())]
     pub gather: Vec<String>,
     /// Histories to hold against each other, with commas between [default: none; with --animation all]
-    #[arg(long, value_delimiter = ',', value_parser = PossibleValuesParser::new(history_names()))]
+    #[arg(long, value_delimiter = ',', value_parser = histories())]
     pub history: Vec<String>,
     /// Filters to hold against each other, with commas between
-    #[arg(long, default_value = "none", value_delimiter = ',', value_parser = PossibleValuesParser::new(filter_names()))]
+    #[arg(long, default_value = "none", value_delimiter = ',', value_parser = filters())]
     pub filter: Vec<String>,
     /// Light paths a frame, with commas between [default: 1048576]
     #[arg(long, value_delimiter = ',', conflicts_with = "paths_per_pixel")]
@@ -200,11 +197,6 @@ impl Common {
             force: false,
         }
     }
-}
-
-/// Names of the histories.
-pub fn history_names() -> Vec<&'static str> {
-    history::ALL.iter().map(|history| history.name).collect()
 }
 
 /// Two whole numbers, the first below the second.

@@ -11,6 +11,8 @@ impl Index for Brute {
     const VARIANT: Variant = Variant {
         name: "brute",
         about: "every point looks at every deposit: the oracle, O(points x deposits)",
+        cost: "points x deposits",
+        wrong: "nowhere: it is the oracle, and slow",
         ..Variant::NEW
     };
 

@@ -21,6 +21,8 @@ impl Index for PhotonsGrid {
     const VARIANT: Variant = Variant {
         name: "photons-grid",
         about: "deposits in a hash grid, gathered from each point",
+        cost: "a pass over the points and two over the deposits; a point reads a few cells",
+        wrong: "slow where radii are far above the median",
         frame: &[
             Stage::Clear(0),
             Stage::Run(0, "survey", Over::Pixels),

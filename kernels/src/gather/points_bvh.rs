@@ -25,6 +25,8 @@ impl Index for PointsBvh {
     const VARIANT: Variant = Variant {
         name: "points-bvh",
         about: "the paper's index in software: a tree of boxes around points, searched from each deposit",
+        cost: "a sort of the points and a pass over each level, once a frame; eight boxes a level a deposit",
+        wrong: "slow where radii differ much in one place",
         side: Side::Points,
         frame: &[
             Stage::Clear(0),

@@ -82,6 +82,10 @@ pub struct Variant {
     pub name: &'static str,
     /// What it is, in one line.
     pub about: &'static str,
+    /// What a frame pays for it.
+    pub cost: &'static str,
+    /// Where it is slow or wrong.
+    pub wrong: &'static str,
     /// What is indexed.
     pub side: Side,
     /// Whether it needs ray queries.
@@ -107,6 +111,8 @@ impl Variant {
     pub const NEW: Variant = Variant {
         name: "",
         about: "",
+        cost: "",
+        wrong: "",
         side: Side::Photons,
         hardware: false,
         frame: &[],

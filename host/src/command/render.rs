@@ -15,7 +15,7 @@ pub fn run(options: Render) -> anyhow::Result<ExitCode> {
     let Render { common, method, gather, filter, time, light_paths, frames, radius_px } = options;
     let method = method::find(&method).ok_or_else(|| Usage(format!("no method is called {method}")))?;
     let filter = filters::find(&filter).ok_or_else(|| Usage(format!("no filter is called {filter}")))?;
-    if !method.gathers && *filter != filters::NONE {
+    if !method.takes_filter(filter) {
         let (filter, method) = (filter.name, method.name);
         return Err(Usage(format!(
             "--filter {filter} looks at collection points, and --method {method} makes none; use --method basic"

@@ -1,7 +1,6 @@
 //! Cells: the ways to render that an experiment holds against each other.
 
 use caustics_kernels::gather::variant::{self, Variant};
-use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::needs::Needs;
 
 use super::result::CellConfig;
@@ -96,28 +95,11 @@ impl Cell {
     /// The same frames with all that its method does not look at set aside: cells of one effect are one cell.
     pub fn effective(self) -> Cell {
         let method = self.method;
-        let sample = FrameParams {
-            width: 8,
-            height: 8,
-            light_path_count: 64,
-            light_path_batch: 64,
-            max_bounces: self.max_bounces,
-            deposit_capacity: 64 * 8,
-            cell_mask: 1023,
-            radius_px: 1.0,
-            ..Default::default()
-        };
-        let params = (method.frame)(sample, 0);
-        let base = Parts::from(&variant::PHOTONS_GRID);
-        let steps = |parts| (method.steps)(parts, &params);
-        let usual = steps(base);
-        let has_history = steps(Parts { history: self.history, ..base }) != usual;
-        let has_filter = steps(Parts { filter: self.filter, ..base }) != usual;
         Cell {
             gather: self.gather.filter(|_| method.chooses_gather),
-            history: if has_history { self.history } else { &history::NONE },
-            filter: if has_filter { self.filter } else { &filter::NONE },
-            paths: if params.light_path_count > 0 { self.paths } else { Paths::None },
+            history: if method.takes_history(self.history) { self.history } else { &history::NONE },
+            filter: if method.takes_filter(self.filter) { self.filter } else { &filter::NONE },
+            paths: if method.gathers { self.paths } else { Paths::None },
             radius_px: if method.gathers { self.radius_px } else { 1.0 },
             ..self
         }

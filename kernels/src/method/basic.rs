@@ -13,6 +13,7 @@ pub const BASIC: Method = Method {
     cost: "a camera path a pixel, the light paths, an index and a search of it",
     wrong: "discs blur by their radius, and lose what lies beyond an edge",
     gathers: true,
+    lends: true,
     chooses_gather: true,
     texture_filter: TextureFilter::Cone,
     keeps: &[],

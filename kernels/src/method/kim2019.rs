@@ -44,6 +44,7 @@ pub const KIM2019: Method = Method {
     cost: "a projection a deposit: no index, no search",
     wrong: "caustics are seen on primary surfaces only, never in a mirror; few light paths are grains",
     gathers: true,
+    lends: false,
     chooses_gather: false,
     texture_filter: TextureFilter::Cone,
     keeps: &[],

@@ -1,6 +1,7 @@
 //! What a method is.
 
 use crate::declare::{Filter, History, Step, TextureFilter, named};
+use crate::filter;
 use crate::gather::variant::Variant;
 use crate::interface::frame::FrameParams;
 
@@ -17,6 +18,9 @@ pub struct Method {
     pub wrong: &'static str,
     /// Whether it makes collection points that deposits are brought to; else all its light is in one layer.
     pub gathers: bool,
+    /// Whether points of one frame may lend their light to those of the next: discs that shrink from frame to frame, and what
+    /// is spread by other kernels than discs, have nothing to lend.
+    pub lends: bool,
     /// Whether a gather variant is chosen for it; else it brings deposits and points together in its own way.
     pub chooses_gather: bool,
     /// Which level of its textures a camera prefix sees where nobody asks for another.
@@ -27,6 +31,18 @@ pub struct Method {
     pub frame: fn(FrameParams, u32) -> FrameParams,
     /// The steps of a frame; what they bind is what is allocated.
     pub steps: fn(Parts, &FrameParams) -> Vec<Step>,
+}
+
+impl Method {
+    /// Whether its frames can have a history.
+    pub fn takes_history(&self, history: &History) -> bool {
+        self.lends || history.settings.is_none()
+    }
+
+    /// Whether its frames can have a filter.
+    pub fn takes_filter(&self, filter: &Filter) -> bool {
+        self.gathers || *filter == filter::NONE
+    }
 }
 
 /// The parts of a frame that can be exchanged.

@@ -27,6 +27,7 @@ pub const PATH: Method = Method {
     cost: "a camera path a pixel",
     wrong: "nothing in the mean; caustics are found by chance: noise, and none of lamps of no size",
     gathers: false,
+    lends: false,
     chooses_gather: false,
     texture_filter: TextureFilter::Finest,
     keeps: &[],

@@ -19,6 +19,7 @@ pub const PROGRESSIVE: Method = Method {
     cost: "as basic",
     wrong: "nothing in the limit; blur goes with the cube root of the number of frames",
     gathers: true,
+    lends: false,
     chooses_gather: true,
     texture_filter: TextureFilter::Finest,
     keeps: &[],

@@ -55,6 +55,7 @@ pub const YANG2021: Method = Method {
     wrong: "only primary surfaces receive; an ellipse blurs, and at borders and thin walls part of it is lost or leaks; the \
             extent of a lamp, normal maps and diffuse bounces do not widen it",
     gathers: true,
+    lends: false,
     chooses_gather: false,
     texture_filter: TextureFilter::Cone,
     keeps: &["density", "density_tree", "density_feedback"],

@@ -54,12 +54,10 @@ impl Plan {
         }
         let unknown = |name: &str| Usage(format!("nothing is called {name}"));
         let method = method::find(&options.method).ok_or_else(|| unknown(&options.method))?;
-        // A frame of `progressive` is of another radius than the one before.
-        let lends = *method.name == *method::basic::BASIC.name;
-        let default = if lends { history::VALIDATED.name } else { history::NONE.name };
+        let default = if method.lends { history::VALIDATED.name } else { history::NONE.name };
         let name = options.history.as_deref().unwrap_or(default);
         let history = history::find(name).ok_or_else(|| unknown(name))?;
-        if *history != history::NONE && !lends {
+        if !method.takes_history(history) {
             return Err(Usage(format!(
                 "--history {name} lends light from frame to frame, and --method {} takes none; use --method basic",
                 method.name
@@ -67,7 +65,7 @@ impl Plan {
             .into());
         }
         let filter = filter::find(&options.filter).ok_or_else(|| unknown(&options.filter))?;
-        if *filter != filter::NONE && !method.gathers {
+        if !method.takes_filter(filter) {
             return Err(Usage(format!(
                 "--filter {} looks at collection points, and --method {} makes none; use --method basic",
                 filter.name, method.name

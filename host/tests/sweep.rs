@@ -101,8 +101,9 @@ fn a_dry_run_counts_every_cell_once_and_measures_nothing() {
 }
 
 #[test]
-fn the_experiments_of_the_project_are_read() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiment");
+#[ignore = "makes scenes of a million triangles"]
+fn the_scenes_of_the_experiments_are_there() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments");
     let desk = Desk::new("");
     // A dry run reads its scenes too.
     for name in caustics_scenes::ON_DEMAND {

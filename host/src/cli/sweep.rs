@@ -7,9 +7,9 @@ use clap::Args;
 /// Options of `sweep`.
 #[derive(Args, Debug)]
 #[command(before_help = "Examples:
-  caustics sweep host/experiment/paths.toml -o paths
-  caustics sweep host/experiment/paths.toml --dry-run
-  caustics sweep host/experiment/paths.toml -o part-2 --shard 2/8
+  caustics sweep experiments/paths.toml -o paths
+  caustics sweep experiments/paths.toml --dry-run
+  caustics sweep experiments/paths.toml -o part-2 --shard 2/8
   caustics sweep --merge part-1 part-2 -o whole")]
 pub struct Sweep {
     /// The file that says what to measure

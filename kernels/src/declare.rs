@@ -1,4 +1,4 @@
-//! What a pass declares about itself (see the attribute [`pass`]), and how a CPU calls it. Imports `interface` and `seam`;
+//! What a pass declares about itself (see the attribute [`pass`]), and how a CPU calls it. Imports `interface`, `seam` and `math`;
 //! what the attribute makes stands in the pass's own file.
 
 pub use caustics_kernel_macros::pass;

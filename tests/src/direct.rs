@@ -21,7 +21,7 @@ use caustics_kernels::light::emit::{Emit, Leaving};
 use caustics_kernels::light::power::ByPower;
 use caustics_kernels::math::trig::sin_cos_turns;
 use caustics_kernels::method::basic::BASIC;
-use caustics_kernels::method::frame::{self as gathers, Batch};
+use caustics_kernels::method::frame as gathers;
 use caustics_kernels::pass::collect::{Collected, camera_path};
 use caustics_kernels::pass::resolve::resolve;
 use caustics_kernels::pass::shoot;
@@ -233,8 +233,7 @@ pub fn gather(
         ..*params
     };
     let mut steps = gathers::prepare(variant, &params);
-    let batch = Batch { first: 0, count: params.light_path_batch };
-    steps.extend(gathers::batch(variant, &params, batch).into_iter().skip(gathers::shoot(batch).len()));
+    steps.extend(gathers::exchange(variant, &params));
     let mut memory = Buffers::default();
     for spec in buffers(&steps, &params) {
         memory.add(spec.name, spec.bytes);

@@ -79,7 +79,8 @@ impl Twin {
 
     /// Runs a single step over `count` elements on both.
     pub fn step(&mut self, pass: &'static Pass, count: usize) {
-        self.run(&self.params.clone(), &[single(pass, count)]);
+        let params = self.params;
+        self.run(&params, &[single(pass, count)]);
     }
 
     /// Runs a single step over `count` elements on the CPU, to make inputs of.

@@ -19,7 +19,7 @@ use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::warp::uniform_sphere;
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::frame::frame_buffers;
-use caustics_kernels::method::frame::{self as gather, Batch};
+use caustics_kernels::method::frame as gather;
 use caustics_kernels::pass::collect::pixel_order;
 use caustics_tests::direct::{self, Deposits, render};
 use caustics_tests::gpu::gpu;
@@ -127,17 +127,14 @@ fn by_runner(
     let points = cases.iter().map(|case| case.points.len()).max().unwrap_or(0) as u32;
     let deposits = cases.iter().map(|case| case.deposits.len()).max().unwrap_or(0);
     let params = params(scene, points, deposits);
-    let batch = Batch { first: 0, count: params.light_path_batch };
+    // The given deposits stand in for the light paths.
     let mut steps = vec![Step::Clear { buffer: "accumulator" }];
     steps.extend(gather::prepare(variant, &params));
-    steps.extend(gather::batch(variant, &params, batch));
+    steps.extend(gather::exchange(variant, &params));
     let buffers = frame_buffers(&BASIC, variant.into(), &params);
     let mut runner = session::open(choice, scene, Needs::ALL, &buffers).unwrap();
     let order = pixel_order(params.width, params.height);
     runner.write("pixel_order", cast_slice(&order)).unwrap();
-    // The given deposits stand in for the light paths.
-    let shoots = gather::shoot(batch);
-    steps.retain(|step| !shoots.contains(step));
     let mut words = |case: &Case| {
         assert_eq!(case.points.len(), points as usize);
         runner.write("point_geometry", cast_slice(&case.points)).unwrap();

@@ -37,35 +37,33 @@ pub fn extract(source: &Module, name: &str) -> Option<Vec<u32>> {
         Some(&Operand::IdRef(id)) => has(Some(id)),
         _ => false,
     };
-    let mut module = Module {
+    let module = Module {
         header: source.header.clone(),
         capabilities: source.capabilities.clone(),
         extensions: source.extensions.clone(),
         ext_inst_imports: source.ext_inst_imports.clone(),
         memory_model: source.memory_model.clone(),
         entry_points: vec![entry.clone()],
-        execution_modes: source.execution_modes.clone(),
-        debug_string_source: source.debug_string_source.clone(),
-        debug_names: source.debug_names.clone(),
+        execution_modes: kept(&source.execution_modes, target),
+        debug_string_source: kept(&source.debug_string_source, |instruction| {
+            instruction.class.opcode != Op::String || has(instruction.result_id)
+        }),
+        debug_names: kept(&source.debug_names, target),
         debug_module_processed: source.debug_module_processed.clone(),
-        annotations: source.annotations.clone(),
-        types_global_values: source.types_global_values.clone(),
-        functions: Vec::new(),
+        annotations: kept(&source.annotations, target),
+        // A variable's forward pointer has no result; its target is an operand.
+        types_global_values: kept(&source.types_global_values, |instruction| match instruction.result_id {
+            Some(_) => has(instruction.result_id),
+            None => target(instruction),
+        }),
+        functions: source.functions.iter().filter(|function| has(function.def_id())).cloned().collect(),
     };
-    module.execution_modes.retain(target);
-    module
-        .debug_string_source
-        .retain(|instruction| instruction.class.opcode != Op::String || has(instruction.result_id));
-    module.debug_names.retain(target);
-    module.annotations.retain(target);
-    // A variable's forward pointer has no result; its target is an operand.
-    module.types_global_values.retain(|instruction| match instruction.result_id {
-        Some(_) => has(instruction.result_id),
-        None => target(instruction),
-    });
-    let kept = source.functions.iter().filter(|function| has(function.def_id()));
-    module.functions.extend(kept.cloned());
     Some(module.assemble())
+}
+
+/// The instructions that are chosen.
+fn kept(all: &[Instruction], is_kept: impl Fn(&Instruction) -> bool) -> Vec<Instruction> {
+    all.iter().filter(|instruction| is_kept(instruction)).cloned().collect()
 }
 
 fn literal(name: &str) -> Operand {

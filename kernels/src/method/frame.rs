@@ -69,7 +69,13 @@ pub fn prepare(gather: &'static Variant, params: &FrameParams) -> Vec<Step> {
 /// For each batch of light paths: shoots them, builds what is built over deposits, gathers.
 pub fn batch(gather: &'static Variant, params: &FrameParams, batch: Batch) -> Vec<Step> {
     let mut steps = shoot(batch);
-    steps.extend(gather.batch.iter().map(|&stage| step(gather, stage, params)));
+    steps.extend(exchange(gather, params));
+    steps
+}
+
+/// Builds what is built over the deposits that are stored, and gathers them.
+pub fn exchange(gather: &'static Variant, params: &FrameParams) -> Vec<Step> {
+    let mut steps: Vec<Step> = gather.batch.iter().map(|&stage| step(gather, stage, params)).collect();
     steps.push(Step::dispatch(gather.gather, over(Over::searchers(gather.side), params)));
     steps
 }

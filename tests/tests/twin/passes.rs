@@ -9,7 +9,7 @@ use caustics_kernels::gather::variant::{self, BRUTE, PHOTONS_GRID, Variant};
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::point::{DepositGeometry, PointGeometry};
 use caustics_kernels::method::basic;
-use caustics_kernels::method::frame::{self as gather, Batch};
+use caustics_kernels::method::frame as gather;
 use caustics_tests::compare::{Difference, Tolerance, floats, words};
 use caustics_tests::table::Table;
 use caustics_tests::tremble::Paths;
@@ -39,10 +39,9 @@ pub fn all(twin: &mut Twin, scene: &Scene, hardware: bool, table: &mut Table) {
 
 /// The steps of a gather over the points and deposits at hand.
 fn over_deposits(variant: &'static Variant, params: &FrameParams) -> Vec<Step> {
-    let batch = Batch { first: 0, count: params.light_path_batch };
     let mut steps = vec![Step::Clear { buffer: "accumulator" }, Step::Clear { buffer: "counters" }];
     steps.extend(gather::prepare(variant, params));
-    steps.extend(gather::batch(variant, params, batch).into_iter().skip(gather::shoot(batch).len()));
+    steps.extend(gather::exchange(variant, params));
     steps
 }
 

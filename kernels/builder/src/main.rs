@@ -1,7 +1,7 @@
 //! `cargo kernels`: compiles `kernels/` to `base.spv` and `rayquery.spv` and writes `kernels.lock`.
 //!
-//! Modules in which loops or branches carry pointers are refused (`pointers`). `--check` compares instead of writing and fails on any difference; `--lint` runs clippy over the code that only a
-//! GPU sees; `--panics FOLDER` writes modules there that report panics through debug printf.
+//! Modules in which loops or branches carry pointers are refused (`pointers`). `--check` compares instead of writing and
+//! fails on any difference; `--lint` runs clippy over the code that only a GPU sees; `--panics FOLDER` writes modules there that report panics through debug printf.
 
 #![forbid(unsafe_code)]
 
@@ -37,11 +37,13 @@ fn main() -> anyhow::Result<()> {
 }
 
 fn builder(kernels: &Path, ray_queries: bool) -> SpirvBuilder {
-    let builder = SpirvBuilder::new(kernels, "spirv-unknown-vulkan1.2")
+    let mut builder = SpirvBuilder::new(kernels, "spirv-unknown-vulkan1.2")
         .deny_warnings(true)
         .spirv_metadata(SpirvMetadata::NameVariables)
         .capability(Capability::VulkanMemoryModelDeviceScope)
         .scalar_block_layout(true);
+    // Of the two toolchains of the project, that of this program.
+    builder.toolchain_overwrite = std::env::var("RUSTUP_TOOLCHAIN").ok();
     if ray_queries {
         builder
             .capability(Capability::RayQueryKHR)

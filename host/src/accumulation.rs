@@ -21,9 +21,9 @@ pub struct Accumulation {
 /// Size of the pictures, and how many were added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shape {
-    /// Width [px].
+    /// Width (px).
     pub width: usize,
-    /// Height [px].
+    /// Height (px).
     pub height: usize,
     /// Frames.
     pub frames: u32,

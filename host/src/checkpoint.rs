@@ -21,9 +21,9 @@ pub type Identity = BTreeMap<String, String>;
 /// Kind of the file.
 pub(crate) const KIND: &str = "checkpoint";
 /// Most frames that a checkpoint is believed to hold: the rest of 32 bits is for those that follow.
-const MOST_FRAMES: u32 = 1 << 31;
-/// Longest time that it is believed to have taken [s].
-const MOST_SECONDS: f64 = 1e10;
+const MAX_FRAMES: u32 = 1 << 31;
+/// Longest time that it is believed to have taken (s).
+const MAX_SECONDS: f64 = 1e10;
 
 /// Why a checkpoint cannot be used.
 #[derive(Debug, Error)]
@@ -145,7 +145,7 @@ pub fn parse(
     if theirs != (Shape { frames: theirs.frames, ..shape }) {
         return Err(damaged("its size is not that of its settings"));
     }
-    if !(1..=MOST_FRAMES).contains(&theirs.frames) || !(0.0..=MOST_SECONDS).contains(&seconds) {
+    if !(1..=MAX_FRAMES).contains(&theirs.frames) || !(0.0..=MAX_SECONDS).contains(&seconds) {
         return Err(damaged("no run has its number of frames or seconds"));
     }
     let (values, rest) = payload.as_chunks::<8>();

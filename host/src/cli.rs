@@ -18,7 +18,7 @@ pub use compare::{Compare, Limit};
 pub use report::Report;
 pub use sweep::Sweep;
 
-use values::{filters, gathers, methods};
+use values::{denoisers, gathers, methods};
 
 /// The command line asks for something that cannot be: exit code 2.
 #[derive(Debug, Error)]
@@ -80,16 +80,16 @@ pub struct Common {
     /// What traces rays; auto takes ray queries if the device has them
     #[arg(long, value_enum, default_value = "auto")]
     pub tracer: Tracer,
-    /// Vulkan device, by index or part of its name [default: the best]
+    /// Vulkan device, by index or part of its name (default: the best)
     #[arg(long)]
     pub device: Option<String>,
     /// Threads of the CPU runner; 0 takes every core
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
-    /// Image width [px]
+    /// Image width (px)
     #[arg(long, default_value_t = 960)]
     pub width: u32,
-    /// Image height [px]
+    /// Image height (px)
     #[arg(long, default_value_t = 540)]
     pub height: u32,
     /// Scattering vertices between eye and light, at most
@@ -107,10 +107,10 @@ pub struct Common {
     /// Seed of all random numbers
     #[arg(long, default_value_t = 0)]
     pub seed: u32,
-    /// Name of the camera [default: the first]
+    /// Name of the camera (default: the first)
     #[arg(long)]
     pub camera: Option<String>,
-    /// Exposure of the PNG [stops]
+    /// Exposure of the PNG (stops)
     #[arg(long, default_value_t = 0.0)]
     pub exposure: f32,
     /// Radiance behind everything, as R,G,B; it is seen and lights nothing [default: what the scene says, else 0,0,0]
@@ -118,14 +118,14 @@ pub struct Common {
     pub background: Option<String>,
     /// Which kernel code is alive: what the scene needs, or all of it
     #[arg(long, value_enum, default_value = "scene")]
-    pub needs: NeedsName,
+    pub features: NeedsName,
     /// validation: the Vulkan validation layer watches, and its messages fail the run
     #[arg(long, value_enum)]
     pub debug: Option<Debug>,
     /// Go on from OUTPUT.checkpoint, which an interrupted run leaves behind
     #[arg(long)]
     pub resume: bool,
-    /// Time between checkpoints [s]
+    /// Time between checkpoints (s)
     #[arg(long, default_value_t = 60.0)]
     pub checkpoint_every: f64,
     /// Print times, counters and settings to stdout as JSON
@@ -150,7 +150,7 @@ pub struct Render {
     /// What every command that renders has.
     #[command(flatten)]
     pub common: Common,
-    /// Time of the scene's animations that is shown [s]; before their first key and after their last they stand still
+    /// Time of the scene's animations that is shown (s); before their first key and after their last they stand still
     #[arg(long, default_value_t = 0.0)]
     pub time: f64,
     /// How to render
@@ -160,8 +160,8 @@ pub struct Render {
     #[arg(long, value_parser = gathers())]
     pub gather: Option<String>,
     /// What smooths the path-traced part, caustics excepted
-    #[arg(long, default_value = "none", value_parser = filters())]
-    pub filter: String,
+    #[arg(long, default_value = "none", value_parser = denoisers())]
+    pub denoiser: String,
     /// Light paths a frame
     #[arg(long, default_value_t = 1_048_576)]
     pub light_paths: u32,
@@ -183,13 +183,13 @@ pub struct Reference {
     /// What every command that renders has.
     #[command(flatten)]
     pub common: Common,
-    /// Time of the scene's animations that is shown [s]; before their first key and after their last they stand still
+    /// Time of the scene's animations that is shown (s); before their first key and after their last they stand still
     #[arg(long, default_value_t = 0.0)]
     pub time: f64,
     /// Stop at this many samples a pixel [default: 1024, if nothing else stops it]
     #[arg(long)]
     pub spp: Option<u32>,
-    /// Stop after this time, that of resumed runs included [s]
+    /// Stop after this time, that of resumed runs included (s)
     #[arg(long)]
     pub seconds: Option<f64>,
     /// Stop when the estimated relative mean square error falls below this
@@ -278,13 +278,13 @@ pub struct Device {
     /// Compile every entry point for a device, in a process each, and print what its driver made of them
     #[arg(long)]
     pub compile: bool,
-    /// Device to compile for, by index or part of its name [default: the best]
+    /// Device to compile for, by index or part of its name (default: the best)
     #[arg(long, requires = "compile")]
     pub device: Option<String>,
     /// Code that is alive: all, none, or what a scene needs; several by commas
     #[arg(long, requires = "compile", value_delimiter = ',', default_value = "all")]
-    pub needs: Vec<String>,
-    /// Only these entry points, by commas [default: every one]
+    pub features: Vec<String>,
+    /// Only these entry points, by commas (default: every one)
     #[arg(long, requires = "compile", value_delimiter = ',')]
     pub pass: Vec<String>,
     /// Compile one entry point here: MODULE/ENTRY/BITS

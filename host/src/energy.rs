@@ -2,7 +2,7 @@
 
 use caustics_kernels::interface::ledger::{Entry, LEDGER_BANKS, slot};
 
-/// Flux by fate, summed over channels [W]. What was emitted is the sum of the others but for the noise of sampling.
+/// Flux by fate, summed over channels (W). What was emitted is the sum of the others but for the noise of sampling.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Energy {
     /// Left the lights.

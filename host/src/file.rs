@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::memory;
 
-/// Files from this size on are held against the memory that is there [bytes].
+/// Files from this size on are held against the memory that is there (bytes).
 const LARGE: u64 = 1 << 24;
 
 /// The bytes of a regular file. Refuses pipes and devices, which may never end, and files that memory does not hold: every

@@ -31,7 +31,7 @@ pub struct FrameTooLarge {
     flag: &'static str,
 }
 
-/// Memory of a session by what decides it [bytes].
+/// Memory of a session by what decides it (bytes).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Need {
     /// Buffers and pictures.

@@ -16,7 +16,7 @@ use crate::sealed;
 /// A .gltf or .glb file, without others beside it, brought to the end of its animations.
 pub fn scene(bytes: &[u8]) -> bool {
     scene::read(bytes).is_ok_and(|mut scene| {
-        scene.needs(0.25);
+        scene.features(0.25);
         let end = scene.duration();
         scene.pose(0.5 * end).is_ok() & scene.pose(end).is_ok()
     })

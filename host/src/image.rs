@@ -12,7 +12,7 @@ use crate::file::read_file;
 use crate::memory;
 
 /// Most samples of a picture, those of all channels of all parts: 16 channels of the largest frame.
-const MOST_SAMPLES: u128 = 1 << 30;
+const MAX_SAMPLES: u128 = 1 << 30;
 /// Samples from which on a picture is held against the memory that is there.
 const LARGE: u128 = 1 << 22;
 /// What the numbers of a picture mean.
@@ -28,9 +28,9 @@ pub enum Encoding {
 /// A picture as a set of named channels, row by row from the top.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Channels {
-    /// Width [px].
+    /// Width (px).
     pub width: usize,
-    /// Height [px].
+    /// Height (px).
     pub height: usize,
     /// `width * height` values of each channel; `R`, `caustics.G`, `samples.count` and the like.
     pub channels: BTreeMap<String, Vec<f32>>,
@@ -113,16 +113,16 @@ impl Channels {
 /// Refuses a picture of more samples than can be, or than there is memory for, before it is decoded: a header of few bytes may
 /// speak of any number.
 ///
-/// Reading takes `each` of a sample [bytes], measured as the growth of the peak of `compare`.
+/// Reading takes `each` of a sample (bytes), measured as the growth of the peak of `compare`.
 fn check_samples(samples: u128, each: u64) -> Result<(), String> {
     // The system is asked for what may be much only.
     check_samples_within(samples, each, if samples > LARGE { memory::available() } else { None })
 }
 
 fn check_samples_within(samples: u128, each: u64, available: Option<u64>) -> Result<(), String> {
-    if samples > MOST_SAMPLES {
+    if samples > MAX_SAMPLES {
         return Err(format!(
-            "it has {samples} samples in all its channels, and at most {MOST_SAMPLES} are read"
+            "it has {samples} samples in all its channels, and at most {MAX_SAMPLES} are read"
         ));
     }
     let needed = samples as u64 * each;

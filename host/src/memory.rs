@@ -50,7 +50,7 @@ impl<'a> Group<'a> {
         }
     }
 
-    /// What it and all groups around it leave [bytes]. A container sees its own group at the root, whatever its path.
+    /// What it and all groups around it leave (bytes). A container sees its own group at the root, whatever its path.
     fn available(&self, read: &impl Fn(&Path) -> Option<String>) -> Option<u64> {
         let left = |path: &Path| {
             let of = |name: &str| read(&Path::new(self.root).join(path).join(name));
@@ -80,9 +80,9 @@ pub struct Budget {
 /// More would be taken than is there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Short {
-    /// Wanted [bytes].
+    /// Wanted (bytes).
     pub needed: u64,
-    /// Left [bytes].
+    /// Left (bytes).
     pub available: u64,
 }
 

@@ -9,12 +9,12 @@ use maud::{Markup, html};
 
 mod axis;
 mod cells;
+mod features;
 mod figure;
 mod frames;
 mod growth;
 mod load;
 mod name;
-mod needs;
 mod number;
 mod page;
 mod pareto;
@@ -123,10 +123,10 @@ fn of_cells(cells: &[Measured], request: &Request) -> anyhow::Result<Report> {
         let content = html! { @for part in &parts { (part) } };
         sections.push(Section { id: "growth".into(), title: "Cost against work".into(), content });
     }
-    if let Some(table) = needs::needs(&scenes, &names) {
+    if let Some(table) = features::features(&scenes, &names) {
         report.add_rows(&table.name, &table.rows())?;
-        let content = needs::inline(&table);
-        sections.push(Section { id: "needs".into(), title: "Code that is not needed".into(), content });
+        let content = features::inline(&table);
+        sections.push(Section { id: "features".into(), title: "Code that is not needed".into(), content });
     }
     let stability = stability::stability()?;
     if !stability.mode.is_empty() {

@@ -27,7 +27,7 @@ pub trait Runner {
     fn write(&mut self, buffer: &str, bytes: &[u8]) -> anyhow::Result<()> {
         self.write_at(buffer, 0, bytes)
     }
-    /// Overwrites a buffer from an offset on [bytes].
+    /// Overwrites a buffer from an offset on (bytes).
     fn write_at(&mut self, buffer: &str, offset: usize, bytes: &[u8]) -> anyhow::Result<()>;
     /// Brings meshes that move to where they stand, for structures that are not buffers.
     fn place(&mut self, placements: &[Placement]) -> anyhow::Result<()>;

@@ -1,13 +1,13 @@
 //! glTF in, flat tables out. Imports interface.
 //!
 //! `gltf` reads a file, [`Scene::from_parts`] makes the tables of it: `tree` orders the triangles, `light` chooses
-//! among the emitters, `needs` says which code the scene can reach.
+//! among the emitters, `features` says which code the scene can reach.
 
 use caustics_kernels::interface::NONE;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::instance::Instance;
 use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::material::Material;
-use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::scene::{SceneTables, TextureTables};
 use caustics_kernels::interface::texture::TextureCoordinates;
 use caustics_kernels::interface::tree::{TreeNode, TriangleBlock};
@@ -34,6 +34,7 @@ pub mod animation;
 mod buffers;
 mod camera;
 mod error;
+mod features;
 mod find;
 mod geometry;
 mod gltf;
@@ -41,7 +42,6 @@ mod light;
 mod media;
 pub mod motion;
 pub mod moving;
-mod needs;
 mod punctual;
 mod sheets;
 mod solids;
@@ -55,7 +55,7 @@ mod tree;
 pub struct Scene {
     /// Stem of the file, or its folder's name where the file is `scene.gltf`.
     pub name: String,
-    /// Corners [m], in the order of the tree's leaves.
+    /// Corners (m), in the order of the tree's leaves.
     pub triangles: Vec<Triangle>,
     /// What triangles have beside their corners, in the same order.
     pub surfaces: Vec<TriangleSurface>,
@@ -77,13 +77,13 @@ pub struct Scene {
     pub object_triangles: Vec<Triangle>,
     /// What moves; none in a scene that stands still.
     pub motion: Option<Motion>,
-    /// Radiance behind everything that the file asks for [W m^-2 sr^-1]; it lights nothing.
+    /// Radiance behind everything that the file asks for (W m^-2 sr^-1); it lights nothing.
     pub background: Vec3,
     /// Cameras, in the order of the file's nodes.
     pub cameras: Vec<SceneCamera>,
-    /// Centre of the file's bounds [m], or of what is small beside huge triangles; subtracted from every position.
+    /// Centre of the file's bounds (m), or of what is small beside huge triangles; subtracted from every position.
     pub origin: DVec3,
-    /// Emitted flux of each channel [W].
+    /// Emitted flux of each channel (W).
     pub flux: Vec3,
     /// Whether a path can be inside of two solids at once, or of an open sheet.
     pub has_nested_media: bool,
@@ -187,8 +187,8 @@ impl Scene {
         if triangles.len() + moving == 0 {
             return Err(SceneError::NoGeometry { file: name.into(), dropped: dropped_triangles });
         }
-        if meshes.len() > top::MOST_MESHES {
-            let what = format!("{} meshes move, but at most {} may", meshes.len(), top::MOST_MESHES);
+        if meshes.len() > top::MAX_MESHES {
+            let what = format!("{} meshes move, but at most {} may", meshes.len(), top::MAX_MESHES);
             return Err(SceneError::Tables { file: name.into(), what });
         }
 
@@ -267,12 +267,12 @@ impl Scene {
         self.motion.is_some()
     }
 
-    /// Time of the last key of its animations [s]; 0 where nothing moves.
+    /// Time of the last key of its animations (s); 0 where nothing moves.
     pub fn duration(&self) -> f64 {
         self.motion.as_ref().map_or(0.0, |motion| motion.rig.duration())
     }
 
-    /// Brings cameras, lights and meshes to where they stand at a time [s]. The pose before becomes the previous one.
+    /// Brings cameras, lights and meshes to where they stand at a time (s). The pose before becomes the previous one.
     /// A time that cannot be shown is an error and changes nothing.
     pub fn pose(&mut self, time: f64) -> Result<(), SceneError> {
         let Some(mut motion) = self.motion.take() else { return Ok(()) };
@@ -282,8 +282,8 @@ impl Scene {
     }
 
     /// Its software tracer; `CUT_OUTS` and `INSTANCES` decide whether it looks for holes and for what moves.
-    pub fn tracer(&self, needs: Needs) -> BvhTracer<'_> {
-        let cut_outs = CutOuts::of(self.tables(), needs);
+    pub fn tracer(&self, features: Features) -> BvhTracer<'_> {
+        let cut_outs = CutOuts::of(self.tables(), features);
         BvhTracer { nodes: &self.nodes, blocks: &self.blocks, instances: &self.instances, cut_outs }
     }
 

@@ -4,9 +4,9 @@ use anyhow::{Context, bail};
 use bytemuck::cast_slice;
 use caustics_kernels::gather::accumulator;
 use caustics_kernels::gather::variant::Variant;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::{Camera, FrameParams};
 use caustics_kernels::interface::light::Light;
-use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::point::PointGeometry;
 use caustics_kernels::pass::collect::pixel_order;
 use caustics_kernels::pass::display::DISPLAY;
@@ -53,7 +53,7 @@ pub enum RunnerChoice {
 pub fn open(
     choice: &RunnerChoice,
     scene: &Scene,
-    needs: Needs,
+    features: Features,
     buffers: &[BufferSpec],
 ) -> anyhow::Result<Box<dyn Runner>> {
     let mut tables = scene.buffers();
@@ -65,7 +65,7 @@ pub fn open(
         *bytes = cast_slice(&lights);
     }
     match choice {
-        RunnerChoice::Cpu { threads } => Ok(Box::new(CpuRunner::new(*threads, needs, buffers, &tables)?)),
+        RunnerChoice::Cpu { threads } => Ok(Box::new(CpuRunner::new(*threads, features, buffers, &tables)?)),
         RunnerChoice::Gpu { device, hardware, validation } => {
             let modules = kernels::modules()?;
             let options = DeviceOptions {
@@ -78,7 +78,7 @@ pub fn open(
             let motion = scene.motion.as_ref();
             let triangles = motion.map_or(scene.triangles.len(), |motion| motion.still) as u32;
             let placements = motion.map_or(&[][..], |motion| &motion.placements);
-            Ok(Box::new(GpuRunner::new(&options, needs, buffers, &tables, triangles, placements)?))
+            Ok(Box::new(GpuRunner::new(&options, features, buffers, &tables, triangles, placements)?))
         }
     }
 }
@@ -106,7 +106,7 @@ impl Session {
         settings: &Settings,
         method: &'static Method,
         variant: &'static Variant,
-        needs: Needs,
+        features: Features,
     ) -> anyhow::Result<Session> {
         if method.chooses_gather
             && variant.hardware
@@ -116,7 +116,7 @@ impl Session {
         }
         let settings = settings.clone().of(method);
         let params = settings.params(scene, camera, 0);
-        let parts = Parts { gather: variant, history: settings.history, filter: settings.filter };
+        let parts = Parts { gather: variant, history: settings.history, denoiser: settings.denoiser };
         let largest = settings.largest(scene, camera);
         let scene_bytes = scene.buffers().iter().map(|(_, bytes)| bytes.len() as u64).sum();
         let on_gpu = matches!(choice, RunnerChoice::Gpu { .. });
@@ -124,8 +124,8 @@ impl Session {
         let buffers = frame_buffers(method, parts, &largest);
         let is_kept = |name| method.keeps.contains(&name) || parts.history.keeps.contains(&name);
         let kept = buffers.iter().filter(|spec| is_kept(spec.name)).copied().collect();
-        let of_history = parts.history.settings.map_or(Needs(0), |_| Needs::HISTORY);
-        let mut runner = open(choice, scene, needs | of_history, &buffers)?;
+        let of_history = parts.history.settings.map_or(Features(0), |_| Features::HISTORY);
+        let mut runner = open(choice, scene, features | of_history, &buffers)?;
         runner.write("pixel_order", cast_slice(&pixel_order(params.width, params.height)))?;
         let previous_camera = params.camera;
         let upload = Upload::new(scene);

@@ -1,10 +1,10 @@
 //! The settings of a run, and those of a frame that they make of a scene.
 
 use caustics_kernels::declare::TextureFilter;
-use caustics_kernels::filter::{self, Filter};
+use caustics_kernels::denoiser::{self, Denoiser};
 use caustics_kernels::history::{self, History};
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::{FrameParams, TEXTURE_FILTER_CONE, TEXTURE_FILTER_FINEST};
-use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::method::Method;
 use glam::Vec3;
 
@@ -14,9 +14,9 @@ use crate::scene::{Scene, SceneCamera};
 /// What a person sets for a run; the defaults are the talk's, at a smaller picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Image width [px].
+    /// Image width (px).
     pub width: u32,
-    /// Image height [px].
+    /// Image height (px).
     pub height: u32,
     /// Light paths a frame.
     pub light_paths: u32,
@@ -32,14 +32,14 @@ pub struct Settings {
     pub pixel_filter: u32,
     /// Which level of its textures a camera prefix sees; none: what the method says.
     pub texture_filter: Option<TextureFilter>,
-    /// Exposure of the PNG [stops].
+    /// Exposure of the PNG (stops).
     pub exposure: f32,
-    /// Radiance behind everything [W m^-2 sr^-1]; none: what the scene says.
+    /// Radiance behind everything (W m^-2 sr^-1); none: what the scene says.
     pub background: Option<Vec3>,
     /// What the frame before lends; frames of one view that are averaged lend nothing.
     pub history: &'static History,
     /// What smooths the path-traced part.
-    pub filter: &'static Filter,
+    pub denoiser: &'static Denoiser,
 }
 
 impl Default for Settings {
@@ -57,17 +57,17 @@ impl Default for Settings {
             exposure: 0.0,
             background: None,
             history: &history::NONE,
-            filter: &filter::NONE,
+            denoiser: &denoiser::NONE,
         }
     }
 }
 
 /// Largest buffer that is asked for [bytes]: what lavapipe grants.
-const LARGEST_BUFFER: u32 = 128 << 20;
+const MAX_BUFFER: u32 = 128 << 20;
 /// Bytes of a row of `deposit_geometry` or `deposit_light`.
 const DEPOSIT_BYTES: u32 = 32;
 /// Most cells of the hash grid.
-const MOST_CELLS: u32 = 1 << 20;
+const MAX_CELLS: u32 = 1 << 20;
 
 impl Settings {
     /// The same with what a method decides where a person did not.
@@ -88,14 +88,14 @@ impl Settings {
     }
 
     fn params_where(&self, scene: &Scene, camera: &SceneCamera, frame: u32, is_lit: bool) -> FrameParams {
-        let needs = scene.needs(self.specular_roughness);
-        let caustics = needs.has(Needs::CASTERS) && needs.has(Needs::RECEIVERS);
+        let features = scene.features(self.specular_roughness);
+        let caustics = features.has(Features::CASTERS) && features.has(Features::RECEIVERS);
         let shoots = caustics && is_lit && self.max_bounces > 1;
         let light_paths = if shoots { self.light_paths } else { 0 };
 
         // A batch never overflows the deposit buffers: a path deposits at every hit but the first, at most.
         let deposits_per_path = self.max_bounces.saturating_sub(1).max(1);
-        let batch = light_paths.min((LARGEST_BUFFER / DEPOSIT_BYTES / deposits_per_path).max(1));
+        let batch = light_paths.min((MAX_BUFFER / DEPOSIT_BYTES / deposits_per_path).max(1));
 
         // The largest flux of a light path: lights are chosen by the mean of their channels, so one of a single channel
         // sends three times the mean. A power of two, so that scaling lights by one changes no bit.
@@ -122,7 +122,7 @@ impl Settings {
             quantum,
             light_count: scene.lights.len() as u32,
             deposit_capacity: (batch * deposits_per_path).max(1),
-            cell_mask: batch.next_power_of_two().clamp(1024, MOST_CELLS) - 1,
+            cell_mask: batch.next_power_of_two().clamp(1024, MAX_CELLS) - 1,
             exposure: self.exposure.exp2(),
             background: self.background.unwrap_or(scene.background),
             history: self.history.settings.unwrap_or_default(),

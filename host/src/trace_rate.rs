@@ -1,8 +1,8 @@
 //! The speed of a tracer alone.
 
 use bytemuck::cast_slice;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
-use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::point::PointGeometry;
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::math::rng::{Rng, Stream};
@@ -21,14 +21,14 @@ pub fn closest_hits_per_second(
     choice: &RunnerChoice,
     scene: &Scene,
     camera: &SceneCamera,
-    needs: Needs,
+    features: Features,
 ) -> anyhow::Result<f64> {
     const SIDE: u32 = 512;
     let settings = Settings { width: SIDE, height: SIDE, ..Settings::default() };
     let params = FrameParams { light_path_batch: SIDE * SIDE, ..settings.params(scene, camera, 0) };
     let pixels = params.pixel_count() as usize;
     let (collect, hit) = (Step::of(&COLLECT, &params), Step::of(&STEP_HIT, &params));
-    let mut runner = open(choice, scene, needs, &buffers(&[collect, hit], &params))?;
+    let mut runner = open(choice, scene, features, &buffers(&[collect, hit], &params))?;
     runner.write("pixel_order", cast_slice(&pixel_order(SIDE, SIDE)))?;
     runner.run(&params, &[collect])?;
     let points: Vec<PointGeometry> = bytemuck::pod_collect_to_vec(&runner.read("point_geometry")?);

@@ -282,7 +282,7 @@ fn frames_of_another_run_are_refused_by_what_differs() {
         (["--light-paths", "600"], ["01.exr", "light_paths", "\"500\", not \"600\""]),
         (["--seed", "1"], ["01.exr", "seed", "--force"]),
         (["--history", "none"], ["01.exr", "first_frame", "--force"]),
-        (["--filter", "atrous"], ["01.exr", "filter", "\"none\", not \"atrous\""]),
+        (["--denoiser", "atrous"], ["01.exr", "denoiser", "\"none\", not \"atrous\""]),
         (["--fps", "12"], ["01.exr", "fps", "\"24\", not \"12\""]),
     ] {
         // An option that TINY has already is given once.
@@ -323,7 +323,7 @@ fn what_cannot_be_an_animation_is_a_usage_error() {
     desk.refuses("ring", &[], &["ring", "--frames A..B"]);
     desk.refuses("animated-light", &["--method", "path", "--history", "paper"], &["paper", "path", "basic"]);
     desk.refuses("animated-light", &["--method", "progressive", "--history", "validated"], &["validated"]);
-    desk.refuses("animated-light", &["--method", "path", "--filter", "atrous"], &["atrous", "path"]);
+    desk.refuses("animated-light", &["--method", "path", "--denoiser", "atrous"], &["atrous", "path"]);
     desk.refuses("animated-light", &["--fps", "0"], &["--fps 0"]);
     desk.refuses("animated-light", &["--fps", "1e9"], &["--frames A..B"]);
     desk.refuses("animated-light", &["--frames", "3..3"], &["A..B"]);

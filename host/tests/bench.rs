@@ -216,10 +216,10 @@ fn shown_change(seeds: &[u32]) -> f64 {
     let scene = Scene::load(&resolve("mirror-room").unwrap()).unwrap();
     let of_seed = |&seed: &u32| {
         let settings = Settings { width: 40, height: 24, light_paths: 1920, seed, ..Settings::default() };
-        let needs = scene.needs(settings.specular_roughness);
+        let features = scene.features(settings.specular_roughness);
         let (choice, camera) = (RunnerChoice::Cpu { threads: 1 }, &scene.cameras[0]);
         let mut session =
-            Session::new(&choice, &scene, camera, &settings, &BASIC, &PHOTONS_GRID, needs).unwrap();
+            Session::new(&choice, &scene, camera, &settings, &BASIC, &PHOTONS_GRID, features).unwrap();
         let [first, second] = [0, 1].map(|frame| {
             session.frame(frame).unwrap();
             let values = session.picture().unwrap().beauty();

@@ -29,7 +29,7 @@ fn cells_are_measured_in_turns_and_written() {
         "basic,path",
         "--gather",
         "photons-grid,brute",
-        "--needs",
+        "--features",
         "scene,all",
     ];
     let (code, stdout, stderr) = bench(folder.path(), &[&run[..], &["--frames", "5", "-o", "out"]].concat());
@@ -56,7 +56,7 @@ fn cells_are_measured_in_turns_and_written() {
         assert!(provenance.device.starts_with("CPU") && provenance.unix_s > 1_700_000_000);
     }
     let first =
-        results.iter().find(|of| of.cell.gather == "photons-grid" && of.cell.needs == "scene").unwrap();
+        results.iter().find(|of| of.cell.gather == "photons-grid" && of.cell.features == "scene").unwrap();
     assert_eq!(first.time.as_ref().unwrap().ratio_to_first, Some(1.0));
     assert!(stdout.contains("path-none-all") && stdout.contains(" gather.brute"), "{stdout}");
 

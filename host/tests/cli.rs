@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use assert_cmd::Command;
 use caustics::scene::{Scene, resolve};
-use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::trace::Tracer;
 use serde_json::{Value, json};
@@ -74,7 +74,7 @@ fn scenes_are_listed_described_and_made() {
     for name in caustics_scenes::NAMES {
         assert!(list.lines().any(|line| line.starts_with(name)), "{name} is not in {list}");
     }
-    assert!(run(folder.path(), &["scene", "info", "mirror-room"]).contains("needs "));
+    assert!(run(folder.path(), &["scene", "info", "mirror-room"]).contains("features "));
 
     run(folder.path(), &["scene", "make", "ring", "-o", "made"]);
     let info = run(folder.path(), &["scene", "info", "made/ring", "--json"]);
@@ -82,8 +82,8 @@ fn scenes_are_listed_described_and_made() {
     assert_eq!(info["name"], "ring");
     assert_eq!(info["cameras"][0], "main");
     assert!(info["triangles"].as_u64().unwrap() > 1000);
-    assert!(info["needs"].as_array().unwrap().contains(&"mirror".into()));
-    assert!(!info["needs"].as_array().unwrap().contains(&"glass".into()));
+    assert!(info["features"].as_array().unwrap().contains(&"mirror".into()));
+    assert!(!info["features"].as_array().unwrap().contains(&"glass".into()));
 }
 
 #[test]
@@ -101,12 +101,12 @@ fn the_bar_is_made_on_demand_and_found_by_its_name() {
     assert_eq!(info["cameras"], json!(["main", "counter"]));
     // Eleven lamps of six triangles each.
     assert_eq!(info["lights"], 66);
-    let needs = info["needs"].as_array().unwrap();
+    let features = info["features"].as_array().unwrap();
     for need in ["casters", "receivers", "area-lights", "mirror", "glass", "absorption", "coat"] {
-        assert!(needs.contains(&need.into()), "{need} is not in {needs:?}");
+        assert!(features.contains(&need.into()), "{need} is not in {features:?}");
     }
     // Nobody stands inside of glass: no kernel has to look for media at the eye and the lamps.
-    assert!(!needs.contains(&"enclosed".into()), "{needs:?}");
+    assert!(!features.contains(&"enclosed".into()), "{features:?}");
 
     let report = render(folder.path(), "bar", "bar.exr", &[&TINY[..], &["--json"]].concat());
     let counters = &serde_json::from_str::<Value>(&report).unwrap()["counters"];
@@ -162,7 +162,7 @@ fn a_render_reports_times_counters_needs_and_device() {
         assert!(report["counters"][counter].as_u64().unwrap() > 0, "{counter}");
     }
     assert!(report["rates"]["light_paths_per_s"].as_f64().unwrap() > 0.0);
-    assert!(report["needs"].as_array().unwrap().contains(&"glass".into()));
+    assert!(report["features"].as_array().unwrap().contains(&"glass".into()));
     assert!(report["device"].as_str().unwrap().starts_with("CPU"));
     assert_eq!((&report["width"], &report["height"], &report["frames"]), (&32.into(), &18.into(), &1.into()));
 }
@@ -230,7 +230,7 @@ fn code_that_a_scene_does_not_need_changes_no_bit() {
     for scene in ["mirror-room", "ring"] {
         let options = [&TINY[..], &["--force"]].concat();
         render(folder.path(), scene, "scene.exr", &options);
-        render(folder.path(), scene, "all.exr", &[&options[..], &["--needs", "all"]].concat());
+        render(folder.path(), scene, "all.exr", &[&options[..], &["--features", "all"]].concat());
         let [a, b] = ["scene.exr", "all.exr"].map(|file| Picture::read(&folder.path().join(file)));
         assert!(a.channels == b.channels, "{scene}");
     }
@@ -239,14 +239,14 @@ fn code_that_a_scene_does_not_need_changes_no_bit() {
 #[test]
 fn a_scene_without_casters_shoots_nothing() {
     let folder = tempfile::tempdir().unwrap();
-    for needs in ["scene", "all"] {
-        let options = [&TINY[..], &["--force", "--json", "--needs", needs]].concat();
+    for features in ["scene", "all"] {
+        let options = [&TINY[..], &["--force", "--json", "--features", features]].concat();
         let report: Value =
             serde_json::from_str(&render(folder.path(), "plain-room", "out.exr", &options)).unwrap();
         assert_eq!(report["counters"]["light_rays"], 0);
         let picture = Picture::read(&folder.path().join("out.exr"));
         for name in ["caustics.R", "caustics.G", "caustics.B", "deposits.count"] {
-            assert!(picture.channels[name].iter().all(|&value| value == 0.0), "{name} --needs {needs}");
+            assert!(picture.channels[name].iter().all(|&value| value == 0.0), "{name} --features {features}");
         }
     }
 }
@@ -256,7 +256,7 @@ fn mirror_region(width: usize, height: usize) -> Vec<bool> {
     let scene = Scene::load(&resolve("mirror-room").unwrap()).unwrap();
     let camera = scene.cameras[0].camera(width as u32, height as u32);
     let mirror = scene.material_names.iter().position(|name| name == "mirror").unwrap() as u32;
-    let mut tracer = scene.tracer(Needs(0));
+    let mut tracer = scene.tracer(Features(0));
     let mut is_mirror = |pixel: usize| {
         let x = ((pixel % width) as f32 + 0.5) / width as f32 * 2.0 - 1.0;
         let y = 1.0 - ((pixel / width) as f32 + 0.5) / height as f32 * 2.0;

@@ -26,22 +26,23 @@ fn compiled(arguments: &[&str]) -> Option<String> {
 
 #[test]
 fn entry_points_of_both_modules_compile_for_all_needs_and_for_none() {
-    let Some(json) = compiled(&["--pass", "display,gather.brute,step.hit", "--needs", "all,none", "--json"])
+    let Some(json) =
+        compiled(&["--pass", "display,gather.brute,step.hit", "--features", "all,none", "--json"])
     else {
         return;
     };
     let report: Value = serde_json::from_str(&json).unwrap();
     let hardware = report["device"]["ray_queries"] == true;
     let rows = report["entry_points"].as_array().unwrap();
-    let has = |module: &str, entry: &str, needs: &str| {
+    let has = |module: &str, entry: &str, features: &str| {
         rows.iter()
-            .filter(|row| row["module"] == module && row["entry"] == entry && row["needs"] == needs)
+            .filter(|row| row["module"] == module && row["entry"] == entry && row["features"] == features)
             .count()
     };
-    for needs in ["all", "none"] {
-        let found = ["display", "gather.brute", "step.hit"].map(|entry| has("base.spv", entry, needs));
+    for features in ["all", "none"] {
+        let found = ["display", "gather.brute", "step.hit"].map(|entry| has("base.spv", entry, features));
         assert_eq!(found, [1, 1, 1]);
-        assert_eq!(has("rayquery.spv", "step.hit", needs), usize::from(hardware));
+        assert_eq!(has("rayquery.spv", "step.hit", features), usize::from(hardware));
     }
     for row in rows {
         assert!(row["error"].is_null() && row["compile_ms"].as_f64().unwrap() > 0.0, "{row}");
@@ -53,13 +54,13 @@ fn entry_points_of_both_modules_compile_for_all_needs_and_for_none() {
 fn the_table_names_device_modules_and_entry_points() {
     let Some(text) = compiled(&["--pass", "display"]) else { return };
     assert!(text.contains("base.spv      display"), "{text}");
-    assert!(text.contains("needs of all:") && text.ends_with("1 of 1 entry points compiled\n"), "{text}");
+    assert!(text.contains("features of all:") && text.ends_with("1 of 1 entry points compiled\n"), "{text}");
 }
 
 #[test]
 fn what_is_unknown_is_named() {
     for (arguments, named) in
-        [(["--pass", "displya"], "display"), (["--needs", "no-such-room"], "no-such-room")]
+        [(["--pass", "displya"], "display"), (["--features", "no-such-room"], "no-such-room")]
     {
         let output = compile(&arguments);
         let stderr = String::from_utf8_lossy(&output.stderr);

@@ -8,8 +8,8 @@ use caustics::runner::gpu::GpuRunner;
 use caustics::vulkan::passes::DeviceOptions;
 use caustics_kernels::declare::buffers;
 use caustics_kernels::gather::variant::POINTS_RT;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
-use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::point::PointGeometry;
 use caustics_kernels::method::frame::{self as gather};
 
@@ -29,6 +29,6 @@ fn an_index_out_of_bounds_is_reported() {
     // Watched by the validation layer, as the tests are that must not panic.
     let base = kernels::modules().unwrap().base;
     let options = DeviceOptions { base, validation: true, ..DeviceOptions::default() };
-    let mut runner = GpuRunner::new(&options, Needs::ALL, &buffers, &tables, 0, &[]).unwrap();
+    let mut runner = GpuRunner::new(&options, Features::ALL, &buffers, &tables, 0, &[]).unwrap();
     runner.run(&params, &[step]).unwrap();
 }

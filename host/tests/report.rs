@@ -206,9 +206,9 @@ fn parts_hold_the_data_they_are_about() {
     let desk = Desk::new();
     let cells = fixture::write(&desk.path("results"));
     let (_, page) = desk.page(&["results"]);
-    let needs = rows(&desk.path("report_files/needs.csv"));
-    assert_eq!(needs.len(), 4, "two pairs of two scenes");
-    for row in &needs {
+    let features = rows(&desk.path("report_files/needs.csv"));
+    assert_eq!(features.len(), 4, "two pairs of two scenes");
+    for row in &features {
         let [scene, all]: [f64; 2] = [&row["scene_ms"], &row["all_ms"]].map(|value| value.parse().unwrap());
         assert!((row["saved_percent"].parse::<f64>().unwrap() - 100.0 * (1.0 - scene / all)).abs() < 1e-9);
     }

@@ -66,9 +66,9 @@ pub trait Gather: Index {
 /// Where to look: a box around a position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Near {
-    /// Centre [m].
+    /// Centre (m).
     pub position: Vec3,
-    /// Half extent of the box [m]; zero asks for the elements whose own box holds the position.
+    /// Half extent of the box (m); zero asks for the elements whose own box holds the position.
     pub half_extent: Vec3,
 }
 

@@ -1,15 +1,15 @@
 //! What host and kernels share: `repr(C)` plain-old-data with a unit on every field. Imports nothing of the crate.
 
 pub mod counters;
+pub mod denoiser;
 pub mod density;
-pub mod filter;
+pub mod features;
 pub mod frame;
 pub mod history;
 pub mod instance;
 pub mod ledger;
 pub mod light;
 pub mod material;
-pub mod needs;
 pub mod packed;
 pub mod point;
 pub mod ray;

@@ -6,7 +6,7 @@
 extern crate self as caustics_kernels;
 
 pub mod declare;
-pub mod filter;
+pub mod denoiser;
 pub mod gather;
 pub mod history;
 pub mod interface;

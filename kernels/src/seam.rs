@@ -16,7 +16,7 @@ pub trait Words: Atomics {
     /// Overwrites a word.
     fn set(&mut self, index: u32, value: u32);
     /// Raises a word to a value.
-    fn raise(&mut self, index: u32, value: u32);
+    fn fetch_max(&mut self, index: u32, value: u32);
 }
 
 /// Counts nothing.
@@ -71,7 +71,7 @@ mod gpu {
         }
 
         #[inline(always)]
-        fn raise(&mut self, index: u32, value: u32) {
+        fn fetch_max(&mut self, index: u32, value: u32) {
             // Most values raise nothing: look before all invocations queue for the word. What is read may be old, never too high.
             if self.0[index as usize] < value {
                 let word = &mut self.0[index as usize];
@@ -138,7 +138,7 @@ mod cpu {
         }
 
         #[inline]
-        fn raise(&mut self, index: u32, value: u32) {
+        fn fetch_max(&mut self, index: u32, value: u32) {
             // Most values raise nothing: look before the word is taken from the other threads.
             let word = &self.0[index as usize];
             if word.load(Relaxed) < value {

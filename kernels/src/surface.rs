@@ -21,23 +21,23 @@ pub mod textured;
 pub mod turn;
 pub mod vertex;
 
+use crate::interface::features::Features;
 use crate::interface::material::Material;
-use crate::interface::needs::Needs;
 use crate::math::mean;
 use crate::surface::class::Classes;
 use spirv_std::glam::{Vec3, Vec4};
 
 /// The mixture of lobes at one vertex, seen from one direction.
 #[derive(Clone, Copy, Debug)]
-pub struct Surface {
+pub struct Bsdf {
     material: Material,
     /// Unit local direction to where the path came from, z > 0.
-    to_origin: Vec3,
+    to_previous: Vec3,
     /// Index on the path's side over index behind.
     pub eta: f32,
     /// Whether the glass has facets.
     rough_glass: bool,
-    needs: Needs,
+    features: Features,
     chances: Chances,
     reflection_class: Classes,
 }
@@ -84,28 +84,28 @@ pub struct Sampled {
     pub roughness: f32,
 }
 
-impl Surface {
+impl Bsdf {
     /// The mixture of `classes`' lobes. `eta` = index on the path's side over index behind the surface.
     #[inline(always)]
     pub fn new(
         material: Material,
-        to_origin: Vec3,
+        to_previous: Vec3,
         eta: f32,
         specular_roughness: f32,
         classes: Classes,
-        needs: Needs,
+        features: Features,
     ) -> (Self, GlassInterface) {
         let reflection_class = class::reflection(material.roughness, specular_roughness);
         let dielectric = 1.0 - material.metallic;
-        let cos = to_origin.z;
+        let cos = to_previous.z;
 
         // Weigh each lobe by what it is about to scatter.
         let mut chances = Chances { metal: 0.0, coat: 0.0, lambert: 0.0, glass: 0.0, gloss: 0.0 };
-        if needs.has(Needs::METAL | Needs::MIRROR) && classes.has(reflection_class) {
+        if features.has(Features::METAL | Features::MIRROR) && classes.has(reflection_class) {
             chances.metal = material.metallic * mean(fresnel::schlick(material.base_color, cos));
         }
         let mut under_coat = 1.0;
-        if needs.has(Needs::COAT) {
+        if features.has(Features::COAT) {
             let reflectance = coat::reflectance(&material, cos);
             under_coat = 1.0 - reflectance;
             if classes.has(reflection_class) {
@@ -117,7 +117,7 @@ impl Surface {
                 dielectric * (1.0 - material.transmission) * under_coat * mean(material.base_color);
         }
         let mut glass = GlassInterface { eta, reflectance: 0.0 };
-        let rough_glass = needs.has(Needs::ROUGH_GLASS) && rough_glass::is_rough(&material, eta);
+        let rough_glass = features.has(Features::ROUGH_GLASS) && rough_glass::is_rough(&material, eta);
         if rough_glass {
             let share = dielectric * material.transmission;
             let reflected = rough_glass::reflection_chance(&material, cos, eta);
@@ -127,7 +127,7 @@ impl Surface {
             if classes.has(Classes::SPECULAR) {
                 chances.glass = share * (1.0 - reflected) * mean(material.base_color);
             }
-        } else if needs.has(Needs::GLASS) && classes.has(Classes::SPECULAR) {
+        } else if features.has(Features::GLASS) && classes.has(Classes::SPECULAR) {
             glass.reflectance = glass::reflectance(&material, cos, eta);
             let passed = (1.0 - glass.reflectance) * mean(material.base_color);
             chances.glass = dielectric * material.transmission * (glass.reflectance + passed);
@@ -139,7 +139,7 @@ impl Surface {
         chances.lambert *= scale;
         chances.glass *= scale;
         chances.gloss *= scale;
-        (Surface { material, to_origin, eta, rough_glass, needs, chances, reflection_class }, glass)
+        (Bsdf { material, to_previous, eta, rough_glass, features, chances, reflection_class }, glass)
     }
 
     /// Whether any lobe scatters.
@@ -173,31 +173,31 @@ impl Surface {
     pub fn eval(&self, direction: Vec3, class: Classes) -> Evaluated {
         let mut f = Vec3::ZERO;
         let mut pdf = 0.0;
-        if self.to_origin.z <= 0.0 {
+        if self.to_previous.z <= 0.0 {
             return Evaluated { f, pdf_solid_angle: pdf };
         }
         if direction.z <= 0.0 {
             if self.rough_glass && direction.z < 0.0 && class.has(Classes::SPECULAR) {
                 let (passed, density) =
-                    rough_glass::eval(&self.material, self.to_origin, direction, self.eta);
+                    rough_glass::eval(&self.material, self.to_previous, direction, self.eta);
                 f = self.material.base_color * (self.glass_share() * passed);
                 pdf = self.chances.glass * density;
             }
             return Evaluated { f, pdf_solid_angle: pdf };
         }
-        let half = (self.to_origin + direction).normalize();
-        let cos_half = self.to_origin.dot(half);
+        let half = (self.to_previous + direction).normalize();
+        let cos_half = self.to_previous.dot(half);
         let opaque = (1.0 - self.material.metallic) * (1.0 - self.material.transmission);
         let rough = self.material.roughness >= ggx::DELTA_ROUGHNESS && class.has(self.reflection_class);
-        if self.needs.has(Needs::METAL | Needs::COAT | Needs::ROUGH_GLASS) && rough {
+        if self.features.has(Features::METAL | Features::COAT | Features::ROUGH_GLASS) && rough {
             let alpha = ggx::alpha(self.material.roughness);
-            let facets = ggx::eval(self.to_origin, direction, half, alpha);
-            let reflected = ggx::visible_pdf(self.to_origin, half, alpha);
-            if self.needs.has(Needs::METAL) {
+            let facets = ggx::eval(self.to_previous, direction, half, alpha);
+            let reflected = ggx::visible_pdf(self.to_previous, half, alpha);
+            if self.features.has(Features::METAL) {
                 f += metal::eval(&self.material, facets, cos_half);
                 pdf += self.chances.metal * reflected;
             }
-            if self.needs.has(Needs::COAT) {
+            if self.features.has(Features::COAT) {
                 f += Vec3::splat(opaque * coat::eval(&self.material, facets, cos_half));
                 pdf += self.chances.coat * reflected;
             }
@@ -209,8 +209,8 @@ impl Surface {
         }
         if class.has(Classes::NON_SPECULAR) {
             let mut base = opaque;
-            if self.needs.has(Needs::COAT) {
-                base *= coat::base_share(&self.material, self.to_origin.z, direction.z);
+            if self.features.has(Features::COAT) {
+                base *= coat::base_share(&self.material, self.to_previous.z, direction.z);
             }
             f += lambert::eval(&self.material) * base;
             pdf += self.chances.lambert * lambert::pdf(direction);
@@ -221,7 +221,7 @@ impl Surface {
     /// Estimate of the share of flux that all lobes of all classes scatter, apart from `sample`; `u` is uniform.
     #[inline(always)]
     pub fn albedo(&self, u: Vec4) -> Vec3 {
-        albedo::albedo(&self.material, self.to_origin, self.eta, u.x, u.y)
+        albedo::albedo(&self.material, self.to_previous, self.eta, u.x, u.y)
     }
 
     /// Share of glass among what the material is.
@@ -235,17 +235,17 @@ impl Surface {
     pub fn sample(&self, glass: GlassInterface, u: Vec4) -> Sampled {
         let reflections = self.reflections();
         let into_glass = u.x >= reflections + self.chances.lambert && self.chances.glass > 0.0;
-        if self.needs.has(Needs::GLASS) && into_glass && !self.rough_glass {
-            return glass::sample(&self.material, self.to_origin, glass, self.chances.glass, u.w);
+        if self.features.has(Features::GLASS) && into_glass && !self.rough_glass {
+            return glass::sample(&self.material, self.to_previous, glass, self.chances.glass, u.w);
         }
 
         // A smooth reflection is a delta lobe of its own.
         let reflect = u.x < reflections;
-        if self.needs.has(Needs::MIRROR | Needs::COAT)
+        if self.features.has(Features::MIRROR | Features::COAT)
             && reflect
             && self.material.roughness < ggx::DELTA_ROUGHNESS
         {
-            let cos = self.to_origin.z;
+            let cos = self.to_previous.z;
             let opaque = (1.0 - self.material.metallic) * (1.0 - self.material.transmission);
             let (lobe, chance) = if u.x < self.chances.metal {
                 (fresnel::schlick(self.material.base_color, cos) * self.material.metallic, self.chances.metal)
@@ -253,7 +253,7 @@ impl Surface {
                 (Vec3::splat(opaque * coat::reflectance(&self.material, cos)), self.chances.coat)
             };
             return Sampled {
-                direction: Vec3::new(-self.to_origin.x, -self.to_origin.y, cos),
+                direction: Vec3::new(-self.to_previous.x, -self.to_previous.y, cos),
                 weight: lobe / chance,
                 pdf_solid_angle: 0.0,
                 class: self.reflection_class,
@@ -272,11 +272,11 @@ impl Surface {
         if transmitted {
             class = Classes::SPECULAR;
             roughness = self.material.roughness;
-            direction = rough_glass::sample(&self.material, self.to_origin, self.eta, u.y, u.z);
-        } else if self.needs.has(Needs::METAL | Needs::COAT | Needs::ROUGH_GLASS) && reflect {
+            direction = rough_glass::sample(&self.material, self.to_previous, self.eta, u.y, u.z);
+        } else if self.features.has(Features::METAL | Features::COAT | Features::ROUGH_GLASS) && reflect {
             class = self.reflection_class;
             roughness = self.material.roughness;
-            direction = ggx::sample(self.to_origin, ggx::alpha(roughness), u.y, u.z);
+            direction = ggx::sample(self.to_previous, ggx::alpha(roughness), u.y, u.z);
         }
         let evaluated = self.eval(direction, class);
         let mut weight = Vec3::ZERO;

@@ -9,15 +9,15 @@ use crate::gltf::{Document, Interpolation, Property, emitter, glass, looking, me
 use crate::mesh::Mesh;
 use crate::walls;
 
-/// Time that the flight takes [s].
+/// Time that the flight takes (s).
 const DURATION: f64 = 2.0;
 /// Keys of the orientation: one for each frame at 24 a second, and the last.
 const KEYS: u32 = 48;
-/// Gap that keeps faces of things that stand on each other apart [m].
+/// Gap that keeps faces of things that stand on each other apart (m).
 const GAP: f64 = 0.001;
-/// Where the left half's casters stand [m].
+/// Where the left half's casters stand (m).
 const LEFT: f64 = -1.3;
-/// Where the right half's casters stand [m].
+/// Where the right half's casters stand (m).
 const RIGHT: f64 = 1.3;
 
 /// Builds the scene.

@@ -10,15 +10,15 @@ use crate::gltf::{Document, Interpolation, Property, emitter, glass, lambert, me
 use crate::mesh::Mesh;
 use crate::walls;
 
-/// Time of a swing there and back [s].
+/// Time of a swing there and back (s).
 const PERIOD: f64 = 2.0;
-/// Largest angle of the swing [rad].
+/// Largest angle of the swing (rad).
 const LARGEST: f64 = 0.6;
-/// What the lamp hangs from [m].
+/// What the lamp hangs from (m).
 const PIVOT: DVec3 = DVec3::new(-1.35, 2.5, -0.95);
-/// Length of the rod [m].
+/// Length of the rod (m).
 const ROD: f64 = 0.8;
-/// Gap that keeps faces of things that stand on each other apart [m].
+/// Gap that keeps faces of things that stand on each other apart (m).
 const GAP: f64 = 0.001;
 
 /// Builds the scene.

@@ -18,11 +18,11 @@ mod lamps;
 mod metal;
 mod palette;
 
-/// Size of the room [m]; x is centred, y and z begin at 0.
+/// Size of the room (m); x is centred, y and z begin at 0.
 const ROOM: DVec3 = DVec3::new(7.2, 3.1, 5.2);
-/// Gap that keeps faces of things that stand on each other apart [m].
+/// Gap that keeps faces of things that stand on each other apart (m).
 const GAP: f64 = 0.0005;
-/// Where tables stand [m].
+/// Where tables stand (m).
 const TABLES: [[f64; 2]; 3] = [[-2.1, 3.3], [-0.3, 4.1], [1.6, 3.9]];
 
 /// Builds the bar.
@@ -64,7 +64,7 @@ impl Scatter {
     }
 }
 
-/// Puts a thing on something of this height, at x and z [m].
+/// Puts a thing on something of this height, at x and z (m).
 fn put(document: &mut Document, name: &str, shape: Shape, [x, height, z]: [f64; 3]) {
     let node = document.node(name, shape);
     document.place(node, DVec3::new(x, height + GAP, z));

@@ -6,15 +6,15 @@ use glam::DVec3;
 use crate::gltf::{Document, emitter, glass, lambert, metal};
 use crate::mesh::Mesh;
 
-/// Half the box's side [m]; its floor lies at height 0.
+/// Half the box's side (m); its floor lies at height 0.
 const HALF: f64 = 1.0;
-/// Radius of the balls [m].
+/// Radius of the balls (m).
 const BALL_RADIUS: f64 = 0.36;
-/// Gap between a ball and the floor [m].
+/// Gap between a ball and the floor (m).
 const GAP: f64 = 0.001;
-/// Half the lamp's side [m].
+/// Half the lamp's side (m).
 const LAMP_HALF: f64 = 0.25;
-/// Radiance of the lamp [W m^-2 sr^-1].
+/// Radiance of the lamp (W m^-2 sr^-1).
 const LAMP_RADIANCE: f64 = 12.0;
 
 /// How finely the surfaces are cut.

@@ -68,7 +68,7 @@ pub fn coated(albedo: [f64; 3], roughness: f64) -> Value {
     json!({ "pbrMetallicRoughness": pbr(albedo, 0.0, roughness) })
 }
 
-/// A volume of this index of refraction that lets `color` pass after `distance` [m].
+/// A volume of this index of refraction that lets `color` pass after `distance` (m).
 pub fn tinted(ior: f64, color: [f64; 3], distance: f64) -> Value {
     let mut material = glass(ior, 0.05);
     let volume = &mut material["extensions"]["KHR_materials_volume"];
@@ -89,7 +89,7 @@ pub fn glass(ior: f64, thickness: f64) -> Value {
     })
 }
 
-/// A black surface that emits `strength` times `color` [W m^-2 sr^-1] from its front.
+/// A black surface that emits `strength` times `color` (W m^-2 sr^-1) from its front.
 pub fn emitter(color: [f64; 3], strength: f64) -> Value {
     json!({
         "emissiveFactor": color,
@@ -168,7 +168,7 @@ impl Document {
         json!({ "attributes": attributes, "indices": indices, "material": material.0 })
     }
 
-    /// Adds a camera that looks from `eye` at `target`, with a vertical field of view [rad] and y upwards.
+    /// Adds a camera that looks from `eye` at `target`, with a vertical field of view (rad) and y upwards.
     pub fn camera(&mut self, name: &str, eye: DVec3, target: DVec3, fov_y: f64, aspect: f64) -> Node {
         let rotation = looking(eye, target);
         self.nodes.push(json!({

@@ -1,6 +1,6 @@
 //! Solids of revolution from a drawn outline.
 //!
-//! An outline is a chain of points (distance from the axis, height) [m] that runs around the solid's half: on the outside
+//! An outline is a chain of points (distance from the axis, height) (m) that runs around the solid's half: on the outside
 //! downwards, at the bottom inwards, in a hollow upwards, on a rim outwards. Its pieces are smooth curves that meet in
 //! edges. A point of distance zero lies on the axis, and the next piece may begin elsewhere on the axis.
 
@@ -11,7 +11,7 @@ use crate::mesh::Mesh;
 /// A smooth part of an outline.
 #[derive(Clone, Debug)]
 pub struct Piece {
-    /// Points that it passes [m].
+    /// Points that it passes (m).
     points: Vec<DVec2>,
     /// Rows of triangles between two points.
     rows: u32,
@@ -91,7 +91,7 @@ impl Piece {
     }
 }
 
-/// The outline of a liquid in a hollow up to a level [m]. It reaches `depth` [m] into the wall, so that no air is left
+/// The outline of a liquid in a hollow up to a level (m). It reaches `depth` (m) into the wall, so that no air is left
 /// between. The hollow begins on the axis, runs upwards and has no sharp edge.
 pub fn filling(hollow: &[Piece], level: f64, depth: f64) -> Vec<Piece> {
     let mut wall: Vec<(DVec2, DVec2)> = Vec::new();
@@ -120,7 +120,7 @@ pub fn lathe(segments: u32, pieces: &[Piece]) -> Mesh {
     lathe_at(Mesh::default(), DVec3::ZERO, segments, pieces)
 }
 
-/// Adds such a solid that stands somewhere [m].
+/// Adds such a solid that stands somewhere (m).
 pub fn lathe_at(mesh: Mesh, base: DVec3, segments: u32, pieces: &[Piece]) -> Mesh {
     pieces
         .iter()

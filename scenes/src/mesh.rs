@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 /// Triangles with vertex normals; counter-clockwise seen from the front.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
-    /// Vertices [m].
+    /// Vertices (m).
     pub positions: Vec<Vec3>,
     /// Unit normals of the vertices.
     pub normals: Vec<Vec3>,
@@ -128,7 +128,7 @@ impl Mesh {
 mod tests {
     use super::*;
 
-    /// Volume inside [m^3] by the divergence theorem; negative if fronts look inwards.
+    /// Volume inside (m^3) by the divergence theorem; negative if fronts look inwards.
     fn volume(mesh: &Mesh) -> f64 {
         mesh.indices
             .chunks(3)

@@ -5,17 +5,17 @@ use glam::DVec3;
 use crate::gltf::{Document, Interpolation, Node, Property, emitter, lambert, looking, metal};
 use crate::mesh::Mesh;
 
-/// Half the lamp's side [m].
+/// Half the lamp's side (m).
 const LAMP_HALF: f64 = 0.05;
 /// Radiance of a lamp [W m^-2 sr^-1]: about 1 W/m^2 where it looks.
 const RADIANCE: f64 = 1400.0;
-/// From what a lamp looks at to the lamp [m].
+/// From what a lamp looks at to the lamp (m).
 const TO_LAMP: DVec3 = DVec3::new(2.6, 2.6, 0.0);
-/// Gap that keeps faces of things that stand on each other apart [m].
+/// Gap that keeps faces of things that stand on each other apart (m).
 const GAP: f64 = 0.001;
-/// When the last key is [s].
+/// When the last key is (s).
 const END: f64 = 1.0;
-/// When something jumps [s].
+/// When something jumps (s).
 const JUMP: f64 = 0.5;
 
 /// One of two lamps goes out.
@@ -93,7 +93,7 @@ pub fn camera_cut() -> Document {
     document
 }
 
-/// A floor at this height [m].
+/// A floor at this height (m).
 fn add_floor(document: &mut Document, half: f64, height: f64) {
     let material = document.material("floor", lambert([0.6, 0.58, 0.55]));
     let centre = DVec3::new(0.0, height, 0.0);
@@ -116,7 +116,7 @@ fn add_ring(document: &mut Document) -> Node {
     document.mesh("ring", material, &Mesh::default().ring(base, 0.4, 0.408, 0.3, 256, 2))
 }
 
-/// A lamp here [m] that looks at the origin, or at what is below it as the origin is; its node stands at the lamp.
+/// A lamp here (m) that looks at the origin, or at what is below it as the origin is; its node stands at the lamp.
 fn add_lamp(document: &mut Document, name: &str, from: DVec3) -> Node {
     let material = document.material(name, emitter([1.0, 0.95, 0.85], RADIANCE));
     let facing = -from.normalize();

@@ -5,9 +5,9 @@ use glam::DVec3;
 use crate::gltf::{Document, emitter, lambert, metal};
 use crate::mesh::Mesh;
 
-/// Distance of the emitter from the ring's centre [m].
+/// Distance of the emitter from the ring's centre (m).
 const DISTANCE: f64 = 10.0;
-/// Half the emitter's side [m].
+/// Half the emitter's side (m).
 const HALF_SIDE: f64 = 0.05;
 /// Radiance of the emitter [W m^-2 sr^-1]: about 1 W/m^2 on the plane.
 const RADIANCE: f64 = 14_000.0;

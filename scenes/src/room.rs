@@ -22,29 +22,29 @@ pub enum Kind {
     Plain,
 }
 
-/// Lower corner of the room [m].
+/// Lower corner of the room (m).
 const ROOM_MIN: DVec3 = DVec3::new(-2.2, 0.0, -2.0);
-/// Upper corner of the room [m].
+/// Upper corner of the room (m).
 const ROOM_MAX: DVec3 = DVec3::new(2.2, 3.0, 2.0);
-/// Mirror, lower left corner on its plane [m].
+/// Mirror, lower left corner on its plane (m).
 const MIRROR_MIN: DVec3 = DVec3::new(-1.3, 0.55, -1.98);
-/// Mirror, upper right corner [m].
+/// Mirror, upper right corner (m).
 const MIRROR_MAX: DVec3 = DVec3::new(1.3, 1.9, -1.98);
-/// Height of the table's top [m].
+/// Height of the table's top (m).
 const TABLE_TOP: f64 = 0.5;
-/// Height of the screen [m].
+/// Height of the screen (m).
 const SCREEN_TOP: f64 = 1.37;
-/// Eye [m].
+/// Eye (m).
 const EYE: DVec3 = DVec3::new(0.0, 2.65, 1.85);
-/// Centre of the lamp [m].
+/// Centre of the lamp (m).
 const LAMP: DVec3 = DVec3::new(1.75, 2.5, -1.7);
-/// Half the lamp's side [m].
+/// Half the lamp's side (m).
 const LAMP_HALF: f64 = 0.06;
-/// Radiance of the lamp [W m^-2 sr^-1].
+/// Radiance of the lamp (W m^-2 sr^-1).
 const LAMP_RADIANCE: f64 = 1500.0;
-/// Radius of the ball [m].
+/// Radius of the ball (m).
 const BALL_RADIUS: f64 = 0.18;
-/// Gap that keeps faces of things that stand on each other apart [m].
+/// Gap that keeps faces of things that stand on each other apart (m).
 const GAP: f64 = 0.001;
 
 /// Builds the room.

@@ -10,19 +10,19 @@ use crate::gltf::{Document, Texture, emitter, glass, lambert, metal};
 use crate::mesh::Mesh;
 use crate::picture::{byte, draw, noise, normal};
 
-/// Lower corner of the room [m].
+/// Lower corner of the room (m).
 const MIN: DVec3 = DVec3::new(-2.0, 0.0, -2.0);
-/// Upper corner [m].
+/// Upper corner (m).
 const MAX: DVec3 = DVec3::new(2.0, 2.6, 2.0);
-/// Centre of the lamp [m].
+/// Centre of the lamp (m).
 const LAMP: DVec3 = DVec3::new(0.9, 2.55, -0.3);
-/// Half the lamp's side [m].
+/// Half the lamp's side (m).
 const LAMP_HALF: f64 = 0.07;
-/// Radiance of the lamp's brightest panes [W m^-2 sr^-1].
+/// Radiance of the lamp's brightest panes (W m^-2 sr^-1).
 const LAMP_RADIANCE: f64 = 800.0;
-/// Radius of the glass ball [m].
+/// Radius of the glass ball (m).
 const BALL_RADIUS: f64 = 0.22;
-/// Gap between things that touch [m].
+/// Gap between things that touch (m).
 const GAP: f64 = 0.001;
 
 /// Builds the room and its images, by file name.

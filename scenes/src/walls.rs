@@ -8,7 +8,7 @@ use crate::mesh::Mesh;
 /// A wall: its name, its albedo, and the way that it faces, along an axis.
 pub type Wall = (&'static str, [f64; 3], DVec3);
 
-/// Adds Lambertian walls around `centre`, `half` the room's size away [m], each a mesh with a material of its own.
+/// Adds Lambertian walls around `centre`, `half` the room's size away (m), each a mesh with a material of its own.
 pub fn add_walls(document: &mut Document, centre: DVec3, half: DVec3, walls: [Wall; 6]) {
     for (name, albedo, facing) in walls {
         let material = document.material(name, lambert(albedo));

@@ -10,7 +10,7 @@ use glam::Vec3;
 
 use crate::statistics::Mean;
 
-/// Side of a block [px].
+/// Side of a block (px).
 const SIDE: usize = 8;
 
 /// Mean radiance of each block of 8 x 8 pixels in each frame; what is left over at the edges is left out.
@@ -32,10 +32,10 @@ impl Blocks {
         variant: &'static Variant,
         frames: u32,
     ) -> Blocks {
-        let needs = scene.needs(settings.specular_roughness);
+        let features = scene.features(settings.specular_roughness);
         let camera = &scene.cameras[0];
-        let mut session =
-            Session::new(choice, scene, camera, settings, method, variant, needs).expect("a session opens");
+        let mut session = Session::new(choice, scene, camera, settings, method, variant, features)
+            .expect("a session opens");
         let (mut rows, mut all, mut caustic) = (Vec::new(), 0.0, 0.0);
         for frame in 0..frames {
             session.frame(frame).expect("a frame runs");

@@ -6,7 +6,7 @@ use caustics_kernels::interface::packed::from_signed_shares;
 /// How far two computations of one thing may lie apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// Absolute difference that is allowed [unit of the field].
+    /// Absolute difference that is allowed (unit of the field).
     pub absolute: f32,
     /// Difference relative to the larger magnitude (of the whole vector, for vectors) that is allowed as well.
     pub relative: f32,

@@ -11,13 +11,13 @@ use caustics_kernels::declare::Step;
 use caustics_kernels::declare::{Buffers, Call, buffers};
 use caustics_kernels::gather::variant::{self, Variant};
 use caustics_kernels::interface::counters::COUNTER_COUNT;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::material::Material;
-use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::interface::scene::SceneTables;
-use caustics_kernels::light::emit::{Emit, Leaving};
+use caustics_kernels::light::emit::{EmissionSample, Emit};
 use caustics_kernels::light::power::ByPower;
 use caustics_kernels::math::trig::sin_cos_turns;
 use caustics_kernels::method::basic::BASIC;
@@ -41,20 +41,20 @@ pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
 /// Parallel light through a parallelogram (or the ellipse in it).
 #[derive(Clone, Copy, Debug)]
 pub struct Beam {
-    /// Centre of the cross-section [m].
+    /// Centre of the cross-section (m).
     pub centre: Vec3,
     /// Unit direction of travel.
     pub direction: Vec3,
-    /// Half axes of the cross-section [m], orthogonal to each other and to the direction.
+    /// Half axes of the cross-section (m), orthogonal to each other and to the direction.
     pub axes: [Vec3; 2],
     /// Ellipse instead of parallelogram.
     pub round: bool,
-    /// Irradiance on a plane across [W m^-2].
+    /// Irradiance on a plane across (W m^-2).
     pub irradiance: f32,
 }
 
 impl Beam {
-    /// Area of the cross-section [m^2].
+    /// Area of the cross-section (m^2).
     pub fn area(&self) -> f64 {
         let area = 4.0 * f64::from(self.axes[0].length()) * f64::from(self.axes[1].length());
         if self.round { area * std::f64::consts::PI / 4.0 } else { area }
@@ -62,7 +62,7 @@ impl Beam {
 }
 
 impl Emit for Beam {
-    fn leave(&self, place: Vec4, _direction: Vec4) -> Leaving {
+    fn sample(&self, place: Vec4, _direction: Vec4) -> EmissionSample {
         let (x, y) = if self.round {
             let (sin, cos) = sin_cos_turns(place.w);
             (place.z.sqrt() * cos, place.z.sqrt() * sin)
@@ -70,7 +70,7 @@ impl Emit for Beam {
             (2.0 * place.z - 1.0, 2.0 * place.w - 1.0)
         };
         let origin = self.centre + self.axes[0] * x + self.axes[1] * y;
-        Leaving {
+        EmissionSample {
             ray: Ray::endless(origin, self.direction),
             flux: Vec3::splat(self.irradiance * self.area() as f32),
             solid_angle: 0.0,
@@ -124,7 +124,7 @@ impl Deposits {
         self.geometry.is_empty()
     }
 
-    /// Each deposit and the flux [W] that it brought, in the red channel.
+    /// Each deposit and the flux (W) that it brought, in the red channel.
     pub fn flux(&self) -> impl Iterator<Item = (&DepositGeometry, f64)> {
         self.geometry.iter().zip(&self.light).map(|(geometry, light)| {
             (geometry, f64::from(light.flux.x) * f64::from(light.to_light.dot(geometry.normal)))
@@ -145,7 +145,7 @@ pub struct World<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// What it needs.
-    pub needs: Needs,
+    pub features: Features,
     /// Push constants.
     pub params: FrameParams,
 }
@@ -153,10 +153,10 @@ pub struct World<'a> {
 impl<'a> World<'a> {
     /// Through the scene's first camera. Light paths are shot whatever the scene's lights are.
     pub fn new(scene: &'a Scene, settings: &Settings) -> Self {
-        let needs = scene.needs(settings.specular_roughness) | Needs::HISTORY;
+        let features = scene.features(settings.specular_roughness) | Features::HISTORY;
         let mut params = settings.params(scene, &scene.cameras[0], 0);
         params.light_path_count = settings.light_paths;
-        World { scene, needs, params }
+        World { scene, features, params }
     }
 
     /// The scene's tables.
@@ -166,13 +166,13 @@ impl<'a> World<'a> {
 
     /// The software tracer.
     pub fn tracer(&self) -> BvhTracer<'a> {
-        self.scene.tracer(self.needs)
+        self.scene.tracer(self.features)
     }
 
     /// Emission by power.
     pub fn by_power(&self) -> ByPower<'a> {
         let light_count = self.scene.lights.len() as u32;
-        ByPower { scene: self.tables(), light_count, needs: self.needs }
+        ByPower { scene: self.tables(), light_count, features: self.features }
     }
 
     /// All light paths of the frame, on two threads.
@@ -185,7 +185,7 @@ impl<'a> World<'a> {
                 shoot::shoot(
                     index,
                     &self.params,
-                    self.needs,
+                    self.features,
                     self.tables(),
                     emit,
                     &mut tracer,
@@ -209,7 +209,9 @@ impl<'a> World<'a> {
     pub fn collect(&self) -> Vec<Collected> {
         let (mut tracer, mut tally) = (self.tracer(), Tally::default());
         (0..self.params.pixel_count())
-            .map(|pixel| camera_path(pixel, &self.params, self.needs, self.tables(), &mut tracer, &mut tally))
+            .map(|pixel| {
+                camera_path(pixel, &self.params, self.features, self.tables(), &mut tracer, &mut tally)
+            })
             .collect()
     }
 }
@@ -222,7 +224,7 @@ pub fn gather(
     shadings: &[PointShading],
     deposits: &Deposits,
     materials: &[Material],
-    needs: Needs,
+    features: Features,
     params: &FrameParams,
 ) -> Vec<u32> {
     // One row of pixels, and room for these deposits alone.
@@ -258,7 +260,7 @@ pub fn gather(
             Step::Clear { buffer } => memory.clear(buffer).expect("words of an index"),
             Step::Dispatch { pass, dispatch, .. } => {
                 let run = pass.cpu.expect("a gather in software");
-                run(&Call { buffers: &memory, params: &params, dispatch, needs })
+                run(&Call { buffers: &memory, params: &params, dispatch, features })
                     .expect("its buffers are there");
             }
             other => panic!("{} is no step of the CPU", other.label()),
@@ -285,14 +287,14 @@ pub fn render(
     scene: &Scene,
     settings: &Settings,
     gather: &str,
-    needs: Option<Needs>,
+    features: Option<Features>,
     threads: usize,
     frames: u32,
 ) -> Vec<(Picture, Counters)> {
     let variant = variant::find(gather).expect("a known gather");
     let choice = RunnerChoice::Cpu { threads };
-    let needs = needs.unwrap_or_else(|| scene.needs(settings.specular_roughness));
-    let mut session = Session::new(&choice, scene, &scene.cameras[0], settings, &BASIC, variant, needs)
+    let features = features.unwrap_or_else(|| scene.features(settings.specular_roughness));
+    let mut session = Session::new(&choice, scene, &scene.cameras[0], settings, &BASIC, variant, features)
         .expect("a session on the CPU opens");
     (0..frames)
         .map(|frame| {

@@ -1,7 +1,7 @@
 //! Energy ledgers of light paths, frame by frame, without a runner.
 
 use caustics::energy::Energy;
-use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
 use caustics_kernels::light::emit::Emit;
 use caustics_kernels::pass::shoot::receive::Receive;
@@ -23,10 +23,10 @@ impl Receive for Nobody {
 pub fn ledger<E: Emit>(world: &World<'_>, emit: &E, frame: u32) -> Energy {
     let mut params = world.params;
     params.frame = frame;
-    let needs = world.needs | Needs::LEDGER;
+    let features = world.features | Features::LEDGER;
     let (mut tracer, mut tally) = (world.tracer(), Tally::default());
     for index in 0..params.light_path_count {
-        shoot(index, &params, needs, world.tables(), emit, &mut tracer, &mut Nobody, &mut tally);
+        shoot(index, &params, features, world.tables(), emit, &mut tracer, &mut Nobody, &mut tally);
     }
     Energy::from_words(&tally.0, params.quantum)
 }

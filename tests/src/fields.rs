@@ -1,7 +1,7 @@
 //! The fields of the interface's rows, so that differences are reported by name.
 
 use bytemuck::Pod;
-use caustics_kernels::interface::history::{Lent, ValidationDeposit};
+use caustics_kernels::interface::history::{Reprojected, ValidationDeposit};
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
 use caustics_kernels::interface::ray::Hit;
 use caustics_kernels::interface::step::{EmitStep, SampleStep, ScatterOut};
@@ -71,7 +71,7 @@ fields!(PointShading {
 });
 fields!(DepositGeometry { position: 3 Floats, scatterings: 1 Words, normal: 3 Floats, });
 fields!(DepositLight { to_light: 3 Floats, flux: 3 Floats, });
-fields!(Lent { mean: 3 Floats, samples: 1 Floats, offset: 3 Floats, });
+fields!(Reprojected { mean: 3 Floats, samples: 1 Floats, offset: 3 Floats, });
 fields!(ValidationDeposit { position: 3 Floats, flux: 1 Floats, instance: 1 Words, });
 
 #[cfg(test)]
@@ -96,7 +96,7 @@ mod tests {
         check::<PointShading>();
         check::<DepositGeometry>();
         check::<DepositLight>();
-        check::<Lent>();
+        check::<Reprojected>();
         check::<ValidationDeposit>();
         assert_eq!(ScatterOut::FIELDS.iter().map(|field| field.words).sum::<usize>(), 20);
     }

@@ -31,9 +31,9 @@ impl Frames {
         history: &'static History,
     ) -> Frames {
         let settings = Settings { history, ..settings.clone() };
-        let needs = scene.needs(settings.specular_roughness);
+        let features = scene.features(settings.specular_roughness);
         let camera = &scene.cameras[0];
-        let session = Session::new(choice, scene, camera, &settings, &BASIC, &PHOTONS_GRID, needs)
+        let session = Session::new(choice, scene, camera, &settings, &BASIC, &PHOTONS_GRID, features)
             .expect("a session opens");
         Frames { session, next: 0 }
     }

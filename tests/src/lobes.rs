@@ -114,14 +114,14 @@ fn ball() -> Vec<[Vec3; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use caustics_kernels::interface::needs::Needs;
+    use caustics_kernels::interface::features::Features;
 
     #[test]
     fn the_scene_needs_every_lobe_and_light() {
         let scene = scene();
         // All but textures, which a scene of their own has, and the ledger, which is asked for.
-        let all = Needs((Needs::DIRECTIONAL_LIGHTS.0 << 1) - 1);
-        assert_eq!(scene.needs(0.25), all);
+        let all = Features((Features::DIRECTIONAL_LIGHTS.0 << 1) - 1);
+        assert_eq!(scene.features(0.25), all);
         assert_eq!(scene.dropped_triangles, 0);
     }
 

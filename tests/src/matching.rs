@@ -22,7 +22,7 @@ pub struct Matching {
 /// Largest difference of unit directions, and of fluxes relative to the larger, between partners.
 const ALIKE: f32 = 1.0e-2;
 
-/// Pairs deposits that lie within `reach` [m] of each other, after as many scatterings, with like light. Nearest first.
+/// Pairs deposits that lie within `reach` (m) of each other, after as many scatterings, with like light. Nearest first.
 pub fn pair(left: &[Deposit], right: &[Deposit], reach: f32) -> Matching {
     let cell = |position: Vec3| (position / reach).floor().as_ivec3();
     let mut cells: HashMap<IVec3, Vec<usize>> = HashMap::new();

@@ -2,7 +2,7 @@
 
 use caustics::scene::Scene;
 use caustics_kernels::interface::NONE;
-use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::ray::{Hit, Ray};
 use caustics_kernels::interface::step::ScatterIn;
 use caustics_kernels::math::offset;
@@ -31,7 +31,7 @@ pub fn through(scene: &Scene, count: usize) -> Vec<Ray> {
 /// A ray from where each of these hits is, to either side of its triangle; misses start nothing.
 pub fn from_surfaces(scene: &Scene, rays: &[Ray], hits: &[Hit]) -> Vec<Ray> {
     let leave = |(index, (ray, hit)): (usize, (&Ray, &Hit))| {
-        let here = vertex(scene.tables(), Needs::ALL, ray, hit, 0.0);
+        let here = vertex(scene.tables(), Features::ALL, ray, hit, 0.0);
         let u = rng(index, 1).next4();
         let direction = uniform_sphere(u.x, u.y);
         Ray::endless(offset::leave(here.position, here.face_normal, direction, here.clearance), direction)
@@ -43,7 +43,7 @@ pub fn from_surfaces(scene: &Scene, rays: &[Ray], hits: &[Hit]) -> Vec<Ray> {
 /// inside it, or for every fourth wrongly in nothing.
 pub fn events(scene: &Scene, rays: &[Ray], hits: &[Hit]) -> Vec<ScatterIn> {
     let event = |(index, (&ray, &hit)): (usize, (&Ray, &Hit))| {
-        let here = vertex(scene.tables(), Needs::ALL, &ray, &hit, 0.0);
+        let here = vertex(scene.tables(), Features::ALL, &ray, &hit, 0.0);
         let is_glass = scene.materials[here.material as usize].transmission > 0.0;
         let inside = if is_glass && !here.front && index % 4 != 0 { here.material } else { NONE };
         let mut rng = rng(index, 2);

@@ -34,7 +34,7 @@ pub fn pane(ior: f32) -> Material {
     Material { flags: FLAG_THIN, ..glass(ior) }
 }
 
-/// Black, with this radiance [W m^-2 sr^-1] from its front.
+/// Black, with this radiance (W m^-2 sr^-1) from its front.
 pub fn emitter(radiance: f32) -> Material {
     Material { emission: Vec3::splat(radiance), ..lambert(0.0) }
 }
@@ -230,12 +230,12 @@ impl Builder {
         }
     }
 
-    /// Adds a point light of this intensity [W/sr] in every channel.
+    /// Adds a point light of this intensity (W/sr) in every channel.
     pub fn light(&mut self, position: DVec3, intensity: f32) {
         self.lights.push(PunctualLight::point(position.as_vec3(), Vec3::splat(intensity)));
     }
 
-    /// Adds a spot light of this intensity [W/sr] in its inner cone; angles to the axis in radians.
+    /// Adds a spot light of this intensity (W/sr) in its inner cone; angles to the axis in radians.
     pub fn spot(&mut self, position: DVec3, direction: DVec3, inner: f64, outer: f64, intensity: f32) {
         let direction = direction.normalize().as_vec3();
         let shape = LightShape::Spot { direction, inner, outer };
@@ -243,7 +243,7 @@ impl Builder {
         self.lights.push(PunctualLight { position, intensity, shape });
     }
 
-    /// Adds a directional light of this irradiance across [W/m^2].
+    /// Adds a directional light of this irradiance across (W/m^2).
     pub fn directional(&mut self, direction: DVec3, irradiance: f32) {
         let shape = LightShape::Directional { direction: direction.normalize().as_vec3() };
         self.lights.push(PunctualLight { position: Vec3::ZERO, intensity: Vec3::splat(irradiance), shape });
@@ -298,7 +298,7 @@ pub fn committed(name: &str) -> Scene {
     Scene::load(&folder.join("scene.gltf")).expect("committed scenes load")
 }
 
-/// A grey room that is seen from one end, with a mirror and a lamp in the other half; a wall of this half thickness [m]
+/// A grey room that is seen from one end, with a mirror and a lamp in the other half; a wall of this half thickness (m)
 /// may part them.
 pub fn half_room(wall: Option<f64>) -> Scene {
     let mut b = Builder::default();

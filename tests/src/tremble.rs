@@ -4,9 +4,9 @@
 use std::convert::Infallible;
 
 use caustics::scene::Scene;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::history::VALIDATION_PERIOD;
-use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
 use caustics_kernels::interface::ray::{Hit, Ray};
 use caustics_kernels::interface::scene::SceneTables;
@@ -25,7 +25,7 @@ use crate::matching::Deposit;
 /// What a tracer answered.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Answer {
-    /// The closest triangle and its distance [m].
+    /// The closest triangle and its distance (m).
     Hit(u32, f32),
     /// Whether something is between.
     Occluded(bool),
@@ -96,7 +96,7 @@ pub struct Paths<'a> {
     /// Push constants.
     pub params: &'a FrameParams,
     /// What the scene needs.
-    pub needs: Needs,
+    pub features: Features,
 }
 
 impl<'a> Paths<'a> {
@@ -107,14 +107,15 @@ impl<'a> Paths<'a> {
     fn tracer(&self, attempt: u32) -> Trembling<'a> {
         let amount = if attempt == 0 { 0.0 } else { AMOUNT };
         let rng = Rng::new(Stream::Camera, 99, attempt, 0);
-        Trembling { tracer: self.scene.tracer(self.needs), rng, amount, answers: vec![] }
+        Trembling { tracer: self.scene.tracer(self.features), rng, amount, answers: vec![] }
     }
 
     /// The camera path of a pixel; attempt 0 does not tremble.
     fn camera(&self, pixel: u32, attempt: u32) -> (Collected, Vec<Answer>) {
         let mut tracer = self.tracer(attempt);
         let tables = self.tables();
-        let collected = camera_path(pixel, self.params, self.needs, tables, &mut tracer, &mut Ignore(None));
+        let collected =
+            camera_path(pixel, self.params, self.features, tables, &mut tracer, &mut Ignore(None));
         (collected, tracer.answers)
     }
 
@@ -131,11 +132,11 @@ impl<'a> Paths<'a> {
 
     fn follow(&self, path: u32, rng: Rng, attempt: u32) -> (Vec<Deposit>, Vec<Answer>) {
         let (mut tracer, mut keep) = (self.tracer(attempt), Keep(vec![]));
-        let (params, needs, scene) = (self.params, self.needs, self.tables());
+        let (params, features, scene) = (self.params, self.features, self.tables());
         let light_count = params.light_count;
-        let emit = ByPower { scene, light_count, needs };
+        let emit = ByPower { scene, light_count, features };
         let ignore = &mut Ignore(None);
-        follow(path, rng, params, needs, scene, &emit, &mut tracer, &mut keep, ignore);
+        follow(path, rng, params, features, scene, &emit, &mut tracer, &mut keep, ignore);
         (keep.0, tracer.answers)
     }
 
@@ -220,7 +221,7 @@ mod tests {
         let scene = lobes::scene();
         let settings = Settings { width: 64, height: 36, light_paths: 1024, ..Settings::default() };
         let params = settings.params(&scene, &scene.cameras[0], 0);
-        let paths = Paths { scene: &scene, params: &params, needs: Needs::ALL };
+        let paths = Paths { scene: &scene, params: &params, features: Features::ALL };
         assert_eq!(paths.camera(1000, 0), paths.camera(1000, 0));
         assert!(!paths.deposits().is_empty());
         // A comparer that never differs finds no explanation; one that asks for the same bits soon does.

@@ -7,11 +7,11 @@ use caustics::session::{self, RunnerChoice};
 use caustics::settings::Settings;
 use caustics_kernels::declare::Pass;
 use caustics_kernels::declare::{BufferSpec, Step, buffers};
-use caustics_kernels::filter;
+use caustics_kernels::denoiser;
 use caustics_kernels::gather::variant;
 use caustics_kernels::history::History;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::{Dispatch, FrameParams};
-use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::method::Parts;
 use caustics_kernels::method::basic;
 use caustics_kernels::pass::collect::pixel_order;
@@ -35,7 +35,7 @@ pub struct Twin {
     /// The GPU.
     pub gpu: Box<dyn Runner>,
     /// What the scene needs.
-    pub needs: Needs,
+    pub features: Features,
     /// Settings of frame 0.
     pub params: FrameParams,
     frame_buffers: Vec<&'static str>,
@@ -45,14 +45,14 @@ impl Twin {
     /// Opens both for a view of a scene, with the buffers of every gather, of the settings' history and of the single
     /// steps.
     pub fn open(gpu: &Gpu, hardware: bool, scene: &Scene, settings: &Settings) -> Twin {
-        let needs = scene.needs(settings.specular_roughness);
+        let features = scene.features(settings.specular_roughness);
         let params = settings.params(scene, &scene.cameras[0], 0);
         let frame = frame_buffers(settings.history, &params);
         let steps = STEP_PASSES.map(|pass| Step::of(pass, &FrameParams::default()));
         let of_steps = buffers(&steps, &FrameParams { light_path_batch: STEPS as u32, ..params });
         let all: Vec<_> = frame.iter().chain(&of_steps).copied().collect();
         let open = |choice: &RunnerChoice| {
-            let mut runner = session::open(choice, scene, needs, &all).expect("the runner opens");
+            let mut runner = session::open(choice, scene, features, &all).expect("the runner opens");
             let order = pixel_order(params.width, params.height);
             runner.write("pixel_order", cast_slice(&order)).expect("the order fits");
             runner
@@ -60,7 +60,7 @@ impl Twin {
         Twin {
             cpu: open(&RunnerChoice::Cpu { threads: 0 }),
             gpu: open(&gpu.choice(hardware)),
-            needs,
+            features,
             params,
             frame_buffers: frame.iter().map(|spec| spec.name).collect(),
         }
@@ -135,8 +135,8 @@ const STEP_PASSES: [&Pass; 4] = [&STEP_SAMPLE, &STEP_HIT, &STEP_SCATTER, &STEP_E
 pub fn frame_buffers(history: &'static History, params: &FrameParams) -> Vec<BufferSpec> {
     let mut steps = Vec::new();
     for gather in variant::ALL {
-        for &filter in filter::ALL {
-            steps.extend(basic::steps(Parts { gather, history, filter }, params));
+        for &denoiser in denoiser::ALL {
+            steps.extend(basic::steps(Parts { gather, history, denoiser }, params));
         }
     }
     buffers(&steps, params)

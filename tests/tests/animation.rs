@@ -8,7 +8,7 @@ use caustics::settings::Settings;
 use caustics::upload::Upload;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::NONE;
-use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::ray::{Hit, Ray};
 use caustics_kernels::interface::triangle::Triangle;
 use caustics_kernels::math::rng::{Rng, Stream};
@@ -175,11 +175,11 @@ fn meet(ray: &Ray, triangle: &Triangle) -> Option<(f64, f64, f64)> {
 #[test]
 fn instances_are_hit_where_their_triangles_are() {
     let mut scene = soups().load().unwrap();
-    let needs = scene.needs(0.25);
-    assert!(needs.has(Needs::INSTANCES) && scene.is_animated());
+    let features = scene.features(0.25);
+    assert!(features.has(Features::INSTANCES) && scene.is_animated());
     for time in [0.0, 0.7, 1.9, 1.2] {
         scene.pose(time).unwrap();
-        let mut tracer = scene.tracer(needs);
+        let mut tracer = scene.tracer(features);
         let (mut hits, mut others) = (0, 0);
         for ray in aimed(&scene, 4000) {
             let hit = tracer.closest(&ray);
@@ -283,8 +283,8 @@ fn posed_scenes_are_static_scenes_with_the_same_places() {
     assert_eq!(moving.lights[0].direction, still.lights[0].direction);
     assert_eq!((moving.lights.len(), moving.flux), (1, still.flux));
     assert!((moving.lights[0].position - still.lights[0].position - shift).length() < 1e-6);
-    let (needs, still_needs) = (moving.needs(0.25), still.needs(0.25));
-    let (mut tracer_a, mut tracer_b) = (moving.tracer(needs), still.tracer(still_needs));
+    let (features, still_needs) = (moving.features(0.25), still.features(0.25));
+    let (mut tracer_a, mut tracer_b) = (moving.tracer(features), still.tracer(still_needs));
     let (mut met, mut others) = (0, 0);
     for ray in aimed(&moving, 4000) {
         let (a, b) = (tracer_a.closest(&ray), tracer_b.closest(&Ray { origin: ray.origin - shift, ..ray }));
@@ -321,7 +321,7 @@ fn lamp() -> File {
 fn flux_follows_the_area_and_a_lamp_of_no_size_is_out() {
     let mut scene = lamp().load().unwrap();
     assert_eq!((scene.lights.len(), scene.flux), (0, Vec3::ZERO));
-    assert!(scene.needs(0.25).has(Needs::AREA_LIGHTS));
+    assert!(scene.features(0.25).has(Features::AREA_LIGHTS));
     for time in [0.25, 0.5, 1.0, 3.0] {
         scene.pose(time).unwrap();
         // Radiance 1 over pi sr and the area of a square of side 2 t.
@@ -337,7 +337,7 @@ fn flux_follows_the_area_and_a_lamp_of_no_size_is_out() {
     assert_eq!((scene.lights.len(), ids(&scene)), (0, 0));
     let rows = scene.instances.iter();
     assert!(rows.flat_map(|row| [row.to_previous.x, row.to_previous.offset]).all(Vec3::is_finite));
-    let mut tracer = scene.tracer(scene.needs(0.25));
+    let mut tracer = scene.tracer(scene.features(0.25));
     let through = Ray::endless(Vec3::new(0.0, 0.0, 9.0), Vec3::NEG_Z);
     let hit = tracer.closest(&through);
     assert_eq!(scene.surfaces[hit.triangle as usize].instance, 0, "the lamp is not there");
@@ -349,9 +349,9 @@ fn frames_go_dark_with_the_lamp_and_light_up_again() {
     let settings = Settings { width: 48, height: 32, light_paths: 20_000, ..Settings::default() };
     let camera = |scene: &Scene| scene.cameras[0].clone();
     let open = |scene: &Scene| {
-        let needs = scene.needs(settings.specular_roughness);
+        let features = scene.features(settings.specular_roughness);
         let choice = RunnerChoice::Cpu { threads: 0 };
-        Session::new(&choice, scene, &camera(scene), &settings, &BASIC, &PHOTONS_GRID, needs).unwrap()
+        Session::new(&choice, scene, &camera(scene), &settings, &BASIC, &PHOTONS_GRID, features).unwrap()
     };
     let mut session = open(&scene);
     for (time, is_lit) in [(0.0, false), (0.8, true), (0.0, false), (0.4, true)] {

@@ -20,9 +20,9 @@ fn settings(width: u32, height: u32) -> Settings {
 }
 
 fn picture(scene: &Scene, settings: &Settings, method: &'static Method) -> Picture {
-    let (choice, needs) = (RunnerChoice::Cpu { threads: 0 }, scene.needs(settings.specular_roughness));
+    let (choice, features) = (RunnerChoice::Cpu { threads: 0 }, scene.features(settings.specular_roughness));
     let mut session =
-        Session::new(&choice, scene, &scene.cameras[0], settings, method, &PHOTONS_GRID, needs).unwrap();
+        Session::new(&choice, scene, &scene.cameras[0], settings, method, &PHOTONS_GRID, features).unwrap();
     session.frame(0).unwrap();
     session.picture().unwrap()
 }

@@ -85,10 +85,10 @@ fn mean_square(layer: &[Vec3], truth: &[f64]) -> f64 {
 /// Runs to `frames` frames and hands the mean to `look` at every power of two.
 fn progressive(scene: &Scene, seed: u32, frames: u32, mut look: impl FnMut(u32, &Accumulation)) {
     let settings = settings(seed);
-    let needs = scene.needs(settings.specular_roughness);
+    let features = scene.features(settings.specular_roughness);
     let (choice, camera) = (RunnerChoice::Cpu { threads: 0 }, &scene.cameras[0]);
     let mut session =
-        Session::new(&choice, scene, camera, &settings, &PROGRESSIVE, &PHOTONS_GRID, needs).unwrap();
+        Session::new(&choice, scene, camera, &settings, &PROGRESSIVE, &PHOTONS_GRID, features).unwrap();
     let mut sums = Accumulation::default();
     for frame in 0..frames {
         session.frame(frame).unwrap();

@@ -145,7 +145,7 @@ fn odd_sizes_render_every_pixel() {
             let own = caustics_kernels::pass::collect::camera_path(
                 pixel as u32,
                 &world.params,
-                world.needs,
+                world.features,
                 world.tables(),
                 &mut tracer,
                 &mut tally,

@@ -7,8 +7,8 @@ use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics_kernels::gather::variant;
 use caustics_kernels::history::{PAPER, VALIDATED};
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::{FLAG_THIN, Material};
-use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::method::basic::BASIC;
 use caustics_tests::direct::{Beam, World};
 use caustics_tests::energy::{ledger, ledgers, share};
@@ -244,8 +244,8 @@ fn coarse_smooth_meshes_balance() {
 fn detects_a_lobe_that_is_never_sampled() {
     let scene = furnished(coated(0.6, 0.4), coated(0.5, 0.4));
     let mut world = World::new(&scene, &settings(10));
-    assert!(world.needs.has(Needs::COAT));
-    world.needs = Needs(world.needs.0 & !Needs::COAT.0);
+    assert!(world.features.has(Features::COAT));
+    world.features = Features(world.features.0 & !Features::COAT.0);
     let residual = share(&ledgers(&world, &world.by_power(), 32), |e| e.residual * e.emitted);
     println!("{residual:?}");
     assert!(residual.value.abs() > 1e-3 && residual.value.abs() > 5.0 * residual.error);
@@ -299,11 +299,11 @@ fn endless_total_reflection_ends_and_is_counted_as_cut() {
 }
 
 /// Energies and the caustic picture of a frame through a session.
-fn session(choice: &RunnerChoice, scene: &Scene, needs: Needs) -> (Energy, Vec<Vec3>) {
+fn session(choice: &RunnerChoice, scene: &Scene, features: Features) -> (Energy, Vec<Vec3>) {
     let settings = Settings { width: 48, height: 27, ..settings(6) };
     let gather = variant::find("photons-grid").unwrap();
     let mut session =
-        Session::new(choice, scene, &scene.cameras[0], &settings, &BASIC, gather, needs).unwrap();
+        Session::new(choice, scene, &scene.cameras[0], &settings, &BASIC, gather, features).unwrap();
     session.frame(3).unwrap();
     (session.energy().unwrap(), session.picture().unwrap().caustics)
 }
@@ -312,8 +312,8 @@ fn session(choice: &RunnerChoice, scene: &Scene, needs: Needs) -> (Energy, Vec<V
 #[test]
 fn the_ledger_is_deterministic_and_disturbs_nothing() {
     let scene = mixed_room().build();
-    let needs = scene.needs(0.25);
-    let with = |threads| session(&RunnerChoice::Cpu { threads }, &scene, needs | Needs::LEDGER);
+    let features = scene.features(0.25);
+    let with = |threads| session(&RunnerChoice::Cpu { threads }, &scene, features | Features::LEDGER);
     let (one, three) = (with(1), with(3));
     assert!(one.0.emitted > 0.0 && one.0.absorbed > 0.0);
     assert_eq!(one, three);
@@ -321,7 +321,7 @@ fn the_ledger_is_deterministic_and_disturbs_nothing() {
     let settings = Settings { width: 48, height: 27, ..settings(6) };
     let world = World::new(&scene, &settings);
     assert_eq!(one.0, ledger(&world, &world.by_power(), 3));
-    let without = session(&RunnerChoice::Cpu { threads: 2 }, &scene, needs);
+    let without = session(&RunnerChoice::Cpu { threads: 2 }, &scene, features);
     assert_eq!(without.0, Energy::default());
     assert!(without.1 == one.1 && one.1.iter().any(|value| *value != Vec3::ZERO));
 }
@@ -331,10 +331,10 @@ fn the_ledger_is_deterministic_and_disturbs_nothing() {
 fn ledgers_of_cpu_and_gpu_agree() {
     let Some(gpu) = gpu() else { return };
     let scene = mixed_room().build();
-    let needs = scene.needs(0.25) | Needs::LEDGER;
-    let (cpu, _) = session(&RunnerChoice::Cpu { threads: 0 }, &scene, needs);
+    let features = scene.features(0.25) | Features::LEDGER;
+    let (cpu, _) = session(&RunnerChoice::Cpu { threads: 0 }, &scene, features);
     for &hardware in gpu.tracers() {
-        let (gpu, _) = session(&gpu.choice(hardware), &scene, needs);
+        let (gpu, _) = session(&gpu.choice(hardware), &scene, features);
         println!("CPU {cpu:?}\nGPU {gpu:?}");
         let parts = |e: &Energy| [e.emitted, e.absorbed, e.escaped, e.cut, e.shading_normals];
         for (a, b) in parts(&cpu).iter().zip(parts(&gpu)) {

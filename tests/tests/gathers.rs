@@ -11,8 +11,8 @@ use caustics_kernels::gather::points_rt::bound;
 use caustics_kernels::gather::tables::{Build, Tables};
 use caustics_kernels::gather::variant::{self, BRUTE, Variant};
 use caustics_kernels::gather::{Gather, Index, Near, Visit};
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
-use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
 use caustics_kernels::math::quanta::Quanta;
 use caustics_kernels::math::rng::{Rng, Stream};
@@ -132,7 +132,7 @@ fn by_runner(
     steps.extend(gather::prepare(variant, &params));
     steps.extend(gather::exchange(variant, &params));
     let buffers = frame_buffers(&BASIC, variant.into(), &params);
-    let mut runner = session::open(choice, scene, Needs::ALL, &buffers).unwrap();
+    let mut runner = session::open(choice, scene, Features::ALL, &buffers).unwrap();
     let order = pixel_order(params.width, params.height);
     runner.write("pixel_order", cast_slice(&order)).unwrap();
     let mut words = |case: &Case| {
@@ -152,7 +152,7 @@ fn by_runner(
 fn by_brute(scene: &Scene, case: &Case) -> Vec<u32> {
     let params = params(scene, case.points.len() as u32, case.deposits.len());
     let (points, shadings) = (&case.points, &case.shadings);
-    direct::gather(&BRUTE, points, shadings, &case.deposits, &scene.materials, Needs::ALL, &params)
+    direct::gather(&BRUTE, points, shadings, &case.deposits, &scene.materials, Features::ALL, &params)
 }
 
 /// Whether a variant's words are those expected.
@@ -226,8 +226,9 @@ fn a_variant_from_outside_runs_on_the_cpu() {
     let settings = Settings { width: 80, height: 45, light_paths: 30_000, ..Settings::default() };
     let choice = RunnerChoice::Cpu { threads: 0 };
     let picture = |variant: &'static Variant| {
-        let (camera, needs) = (&scene.cameras[0], scene.needs(settings.specular_roughness));
-        let mut session = Session::new(&choice, &scene, camera, &settings, &BASIC, variant, needs).unwrap();
+        let (camera, features) = (&scene.cameras[0], scene.features(settings.specular_roughness));
+        let mut session =
+            Session::new(&choice, &scene, camera, &settings, &BASIC, variant, features).unwrap();
         let times = session.frame(0).unwrap();
         assert!(times.iter().any(|time| time.pass == variant.gather.name));
         session.picture().unwrap()
@@ -356,7 +357,7 @@ fn many_deposits_in_one_spot_sum_exactly() {
     let case = Case { points: vec![point; 3], shadings: vec![shading; 3], deposits };
     let words = all_agree(&scene, &case);
     let params = params(&scene, 3, 1_000_000);
-    let value = contribution(&shading, scene.materials[0], &light, params.specular_roughness, Needs::ALL);
+    let value = contribution(&shading, scene.materials[0], &light, params.specular_roughness, Features::ALL);
     for channel in 0..3 {
         let one = Quanta::from_f32(value[channel], params.inverse_quantum());
         let exact = 1_000_000 * (u64::from(one.high) << 32 | u64::from(one.low));

@@ -6,8 +6,8 @@ use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, open};
 use caustics::settings::Settings;
 use caustics_kernels::gather::variant;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
-use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::method::basic::{self, BASIC};
 use caustics_kernels::method::frame::frame_buffers;
 use caustics_kernels::pass::collect::pixel_order;
@@ -124,12 +124,12 @@ fn pictures_do_not_depend_on_the_unit_of_length() {
 /// Renders with the scene's needs and with all; the bits to blame are printed.
 fn assert_needs_change_nothing(name: &str, scene: &Scene) {
     let own = render(scene, &settings(), "photons-grid", None, 0, 1).remove(0);
-    let with = |needs| render(scene, &settings(), "photons-grid", Some(needs), 0, 1).remove(0);
-    let all = with(Needs::ALL);
+    let with = |features| render(scene, &settings(), "photons-grid", Some(features), 0, 1).remove(0);
+    let all = with(Features::ALL);
     if own.0 != all.0 {
-        let needs = scene.needs(0.25);
-        for (bit, bit_name) in Needs::NAMES.into_iter().filter(|&(bit, _)| !needs.has(bit)) {
-            let one = with(needs | bit).0;
+        let features = scene.features(0.25);
+        for (bit, bit_name) in Features::NAMES.into_iter().filter(|&(bit, _)| !features.has(bit)) {
+            let one = with(features | bit).0;
             let off = |a: &[Vec3], b: &[Vec3]| (differing(a, b), max_relative(a, b));
             let (path, caustics) = (off(&one.path, &own.0.path), off(&one.caustics, &own.0.caustics));
             println!("{name} with {bit_name}: path {path:?}, caustics {caustics:?} (pixels, largest)");
@@ -217,7 +217,7 @@ fn moved_scenes_look_the_same() {
 fn batches_change_no_bit() {
     let scene = mixed_room().build();
     let settings = settings();
-    let needs = scene.needs(settings.specular_roughness);
+    let features = scene.features(settings.specular_roughness);
     let variant = variant::find("photons-grid").unwrap();
     let whole = settings.params(&scene, &scene.cameras[0], 0);
     assert_eq!(whole.light_path_batch, whole.light_path_count, "one batch");
@@ -228,7 +228,7 @@ fn batches_change_no_bit() {
             ..whole
         };
         let buffers = frame_buffers(&BASIC, variant.into(), &params);
-        let mut runner = open(&RunnerChoice::Cpu { threads: 0 }, &scene, needs, &buffers).unwrap();
+        let mut runner = open(&RunnerChoice::Cpu { threads: 0 }, &scene, features, &buffers).unwrap();
         let order = pixel_order(params.width, params.height);
         runner.write("pixel_order", cast_slice(&order)).unwrap();
         runner.run(&params, &basic::steps(variant, &params)).unwrap();

@@ -22,8 +22,8 @@ fn settings(seed: u32) -> Settings {
 }
 
 fn session(choice: &RunnerChoice, scene: &Scene, settings: &Settings, method: &'static Method) -> Session {
-    let needs = scene.needs(settings.specular_roughness);
-    Session::new(choice, scene, &scene.cameras[0], settings, method, &PHOTONS_GRID, needs).unwrap()
+    let features = scene.features(settings.specular_roughness);
+    Session::new(choice, scene, &scene.cameras[0], settings, method, &PHOTONS_GRID, features).unwrap()
 }
 
 fn pictures(scene: &Scene, settings: &Settings, method: &'static Method, frames: u32) -> Vec<Picture> {

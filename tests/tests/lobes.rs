@@ -1,4 +1,4 @@
-//! Lobes through `Surface`: energy, reciprocity, and every sampler against its density.
+//! Lobes through `Bsdf`: energy, reciprocity, and every sampler against its density.
 
 #[path = "lobes/furnace.rs"]
 mod furnace;
@@ -7,12 +7,12 @@ mod lights;
 #[path = "lobes/samplers.rs"]
 mod samplers;
 
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::Material;
-use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::warp::cosine_hemisphere;
 use caustics_kernels::surface::class::Classes;
-use caustics_kernels::surface::{Surface, fresnel};
+use caustics_kernels::surface::{Bsdf, fresnel};
 use caustics_tests::scenes::{coated, glass, lambert, metal, pane};
 use glam::Vec3;
 
@@ -22,7 +22,7 @@ fn viewer(cos: f32) -> Vec3 {
 
 /// Mean weight of samples seen at `cos` (the directional albedo), and its standard error.
 fn albedo(material: Material, cos: f32) -> (f64, f64) {
-    let (surface, glass) = Surface::new(material, viewer(cos), 1.0, 0.25, Classes::ALL, Needs::ALL);
+    let (surface, glass) = Bsdf::new(material, viewer(cos), 1.0, 0.25, Classes::ALL, Features::ALL);
     let count = 100_000;
     let (mut sum, mut squares) = (0.0, 0.0);
     for path in 0..count {
@@ -53,7 +53,7 @@ fn delta_mirror_and_glass_lose_nothing() {
         assert!((mean - 1.0).abs() < 1e-5, "mirror {cos}: {mean}");
         for eta in [1.0 / 1.5, 1.5, 1.33 / 1.5] {
             let (surface, interface) =
-                Surface::new(glass(1.5), viewer(cos), eta, 0.25, Classes::ALL, Needs::ALL);
+                Bsdf::new(glass(1.5), viewer(cos), eta, 0.25, Classes::ALL, Features::ALL);
             let mut reflected = 0;
             for path in 0..20_000 {
                 let sampled = surface.sample(interface, Rng::new(Stream::Camera, 2, path, 0).next4());
@@ -133,7 +133,7 @@ fn lobes_are_reciprocal() {
                 continue;
             }
             let f = |from: Vec3, to: Vec3| {
-                let (surface, _) = Surface::new(material, from, 1.0, 0.25, Classes::ALL, Needs::ALL);
+                let (surface, _) = Bsdf::new(material, from, 1.0, 0.25, Classes::ALL, Features::ALL);
                 surface.eval(to, Classes::SPECULAR).f.x + surface.eval(to, Classes::NON_SPECULAR).f.x
             };
             let (there, back) = (f(a, b), f(b, a));
@@ -157,7 +157,7 @@ fn rough_transmission_is_reciprocal_but_for_the_square_of_the_index() {
     ];
     for (material, eta) in cases {
         let f = |from: Vec3, to: Vec3, eta: f32| {
-            Surface::new(material, from, eta, 0.25, Classes::ALL, Needs::ALL)
+            Bsdf::new(material, from, eta, 0.25, Classes::ALL, Features::ALL)
                 .0
                 .eval(to, Classes::SPECULAR)
                 .f

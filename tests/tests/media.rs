@@ -6,12 +6,12 @@ use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::counters::Counter;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_kernels::interface::material::{FLAG_HANGING, Material};
-use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
 use caustics_kernels::interface::ray::Ray;
-use caustics_kernels::light::emit::Leaving;
+use caustics_kernels::light::emit::EmissionSample;
 use caustics_kernels::math::cone::RayCone;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::method::basic::BASIC;
@@ -91,9 +91,9 @@ fn a_passive_stack_shows_no_more_than_its_surroundings() {
         b.camera(DVec3::new(-2.0, 4.0, 0.5), DVec3::new(0.0, 1.0, 0.0), 1.2);
         let scene = b.build();
         let settings = Settings { max_bounces: 60, ..settings(48, 32) };
-        let needs = scene.needs(0.25);
+        let features = scene.features(0.25);
         let mut session =
-            Session::new(&CPU, &scene, &scene.cameras[0], &settings, &PATH, &PHOTONS_GRID, needs)
+            Session::new(&CPU, &scene, &scene.cameras[0], &settings, &PATH, &PHOTONS_GRID, features)
                 .expect("a session opens");
         session.frame(0).expect("a frame runs");
         let radiance: Vec<f32> = session.picture().expect("a picture").path.iter().map(|v| v.x).collect();
@@ -135,9 +135,9 @@ fn a_bottle_of_water_is_a_hole_full_of_water() {
     };
     let settings = Settings { max_bounces: 8, light_paths: 20_000, ..settings(48, 36) };
     let frame = |scene: &Scene| {
-        let needs = scene.needs(0.25);
+        let features = scene.features(0.25);
         let mut session =
-            Session::new(&CPU, scene, &scene.cameras[0], &settings, &BASIC, &PHOTONS_GRID, needs)
+            Session::new(&CPU, scene, &scene.cameras[0], &settings, &BASIC, &PHOTONS_GRID, features)
                 .expect("a session opens");
         session.frame(0).expect("a frame runs");
         let counters = session.counters().expect("counters");
@@ -187,7 +187,7 @@ fn the_smaller_solid_wins_unless_the_file_says_otherwise() {
     };
     let scene = build(0);
     assert_eq!(order(&scene), [1, 2, 3, 0], "cup < water < ice < bubble");
-    assert!(scene.warnings.is_empty() && scene.needs(0.25).has(Needs::NESTED), "{:?}", scene.warnings);
+    assert!(scene.warnings.is_empty() && scene.features(0.25).has(Features::NESTED), "{:?}", scene.warnings);
     assert_eq!(order(&build(-1)), [3, 1, 2, 0]);
 }
 
@@ -219,7 +219,7 @@ fn a_path_and_its_reverse_have_the_same_throughput() {
         shoot::shoot(
             index,
             &params,
-            world.needs,
+            world.features,
             world.tables(),
             &emit,
             &mut tracer,
@@ -240,7 +240,7 @@ fn a_path_and_its_reverse_have_the_same_throughput() {
                 rng,
                 all,
                 &world.params,
-                world.needs,
+                world.features,
                 world.tables(),
                 &mut tracer,
                 &mut Tally::default(),
@@ -263,8 +263,8 @@ fn a_path_and_its_reverse_have_the_same_throughput() {
 struct Single(Ray);
 
 impl caustics_kernels::light::emit::Emit for Single {
-    fn leave(&self, _place: Vec4, _direction: Vec4) -> Leaving {
-        Leaving { ray: self.0, flux: Vec3::ONE, solid_angle: 0.0, area: 1.0, texel: 0 }
+    fn sample(&self, _place: Vec4, _direction: Vec4) -> EmissionSample {
+        EmissionSample { ray: self.0, flux: Vec3::ONE, solid_angle: 0.0, area: 1.0, texel: 0 }
     }
 }
 
@@ -319,9 +319,9 @@ fn no_place_about_an_open_sheet_is_inside() {
         b.light(DVec3::Y, 1.0);
         let scene = b.build();
         open += scene.warnings.len();
-        let needs = scene.needs(0.25) | Needs::ENCLOSED;
-        let mut tracer = scene.tracer(needs);
-        let around = enclosing(0.3 * v.truncate(), needs, scene.tables(), &mut tracer);
+        let features = scene.features(0.25) | Features::ENCLOSED;
+        let mut tracer = scene.tracer(features);
+        let around = enclosing(0.3 * v.truncate(), features, scene.tables(), &mut tracer);
         assert_eq!(around, MediaStack::VACUUM, "{index}");
     }
     assert_eq!(open, 200, "an open medium is named");
@@ -343,9 +343,9 @@ fn a_box_without_a_lid_has_an_inside() {
     b.camera(4.0 * DVec3::Z, DVec3::ZERO, 0.5);
     b.light(4.0 * DVec3::Y, 1.0);
     let scene = b.build();
-    let needs = scene.needs(0.25) | Needs::ENCLOSED;
-    let mut tracer = scene.tracer(needs);
-    let mut is_inside = |place: Vec3| enclosing(place, needs, scene.tables(), &mut tracer).holds(water);
+    let features = scene.features(0.25) | Features::ENCLOSED;
+    let mut tracer = scene.tracer(features);
+    let mut is_inside = |place: Vec3| enclosing(place, features, scene.tables(), &mut tracer).holds(water);
     for index in 0..200 {
         let u = Rng::new(Stream::Camera, 10, index, 0).next4() - 0.5;
         let place = Vec3::new(1.8 * u.x, 1.2 * u.y - 0.3, 1.8 * u.z);
@@ -361,16 +361,16 @@ fn a_pool_has_an_inside_and_a_hanging_sheet_has_none() {
     let scene = pool(DVec3::new(0.2, 0.5, 0.9), DVec3::NEG_Y).build();
     let hangs = |scene: &Scene| scene.materials[0].flags & FLAG_HANGING != 0;
     assert!(!hangs(&scene));
-    let needs = scene.needs(0.25);
-    assert!(!needs.has(Needs::ENCLOSED));
-    let mut tracer = scene.tracer(needs);
+    let features = scene.features(0.25);
+    assert!(!features.has(Features::ENCLOSED));
+    let mut tracer = scene.tracer(features);
     for index in 0..200 {
         let u = 1.9 * (Rng::new(Stream::Camera, 11, index, 0).next4() - 0.5);
-        let inside = enclosing(Vec3::new(u.x, u.y, u.z), needs, scene.tables(), &mut tracer).holds(0);
+        let inside = enclosing(Vec3::new(u.x, u.y, u.z), features, scene.tables(), &mut tracer).holds(0);
         assert_eq!(inside, u.y < 0.0, "{u}");
     }
     let diver = pool(DVec3::new(0.2, -0.5, 0.9), DVec3::ZERO).build();
-    assert!(diver.needs(0.25).has(Needs::ENCLOSED));
+    assert!(diver.features(0.25).has(Features::ENCLOSED));
 
     let mut b = Builder::default();
     let water = b.material(tinted(1.33, 0, 1.0));
@@ -381,7 +381,7 @@ fn a_pool_has_an_inside_and_a_hanging_sheet_has_none() {
     b.camera(DVec3::new(0.0, -0.2, 0.0), DVec3::NEG_Y, 0.9);
     let scene = b.build();
     assert!(hangs(&scene) && scene.warnings[0].contains("round its border"), "{:?}", scene.warnings);
-    assert!(!scene.needs(0.25).has(Needs::ENCLOSED));
+    assert!(!scene.features(0.25).has(Features::ENCLOSED));
 }
 
 /// A block whose fronts look inwards does not fill the room around it.
@@ -395,11 +395,11 @@ fn no_place_is_inside_of_what_is_turned_inside_out() {
     b.camera(0.9 * DVec3::Z, DVec3::ZERO, 0.9);
     let scene = b.build();
     assert!(scene.warnings[0].contains("look inwards"), "{:?}", scene.warnings);
-    let needs = scene.needs(0.25);
-    let mut tracer = scene.tracer(needs);
+    let features = scene.features(0.25);
+    let mut tracer = scene.tracer(features);
     for index in 0..100 {
         let u = 1.9 * (Rng::new(Stream::Camera, 12, index, 0).next4() - 0.5);
-        let around = enclosing(u.truncate(), needs, scene.tables(), &mut tracer);
+        let around = enclosing(u.truncate(), features, scene.tables(), &mut tracer);
         assert_eq!(around, MediaStack::VACUUM, "{u}");
     }
 }
@@ -421,9 +421,10 @@ fn under_a_sheet(eye: DVec3, view: f32) -> Scene {
 fn mean_of(scene: &Scene, seed: u32, progressive: bool, frames: u32) -> [Mean; 3] {
     let settings = Settings { seed, light_paths: 8000, pixel_filter: PIXEL_FILTER_BOX, ..settings(24, 18) };
     let method = if progressive { &caustics_kernels::method::progressive::PROGRESSIVE } else { &PATH };
-    let needs = scene.needs(0.25);
-    let mut session = Session::new(&CPU, scene, &scene.cameras[0], &settings, method, &PHOTONS_GRID, needs)
-        .expect("a session opens");
+    let features = scene.features(0.25);
+    let mut session =
+        Session::new(&CPU, scene, &scene.cameras[0], &settings, method, &PHOTONS_GRID, features)
+            .expect("a session opens");
     let mut sums = [const { Vec::new() }; 3];
     for frame in 0..frames {
         session.frame(frame).expect("a frame runs");

@@ -6,7 +6,7 @@ use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::history::{History, NONE, PAPER, VALIDATED};
-use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::math::offset;
 use caustics_kernels::math::rng::{Rng, Stream};
@@ -30,10 +30,11 @@ fn frames(
     frames: std::ops::Range<u32>,
 ) -> Vec<Vec<f64>> {
     let settings = Settings { history, ..settings.clone() };
-    let needs = scene.needs(settings.specular_roughness);
+    let features = scene.features(settings.specular_roughness);
     let choice = RunnerChoice::Cpu { threads: 0 };
     let camera = &scene.cameras[0];
-    let mut session = Session::new(&choice, scene, camera, &settings, method, &PHOTONS_GRID, needs).unwrap();
+    let mut session =
+        Session::new(&choice, scene, camera, &settings, method, &PHOTONS_GRID, features).unwrap();
     let mut frame = |index| {
         session.frame(index).unwrap();
         sums(&session.read::<Vec3>("caustic_radiance").unwrap())
@@ -130,7 +131,7 @@ fn rays_from_shared_edges_neither_meet_their_faces_nor_leak() {
         b.light(centre + 5.0 * size * DVec3::Y, 1.0);
         b.camera(centre + 5.0 * size * DVec3::Z, centre, 0.5);
         let scene = b.build();
-        let mut tracer = scene.tracer(Needs::ALL);
+        let mut tracer = scene.tracer(Features::ALL);
         for path in 0..20_000 {
             let mut rng = Rng::new(Stream::Light, 5, path, 0);
             let (u, v) = (rng.next4(), rng.next4());

@@ -14,7 +14,7 @@ use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics_kernels::gather::variant::{self, Variant};
 use caustics_kernels::method::{self, Method};
-use caustics_kernels::{filter, history};
+use caustics_kernels::{denoiser, history};
 
 /// Frames of each picture: two that history lends to.
 const FRAMES: u32 = 3;
@@ -33,9 +33,9 @@ fn picture(
 ) -> Result<u64, Box<dyn std::error::Error>> {
     scene.pose(0.0)?;
     let camera = |scene: &Scene| -> SceneCamera { scene.cameras[0].clone() };
-    let needs = scene.needs(settings.specular_roughness);
+    let features = scene.features(settings.specular_roughness);
     let cpu = RunnerChoice::Cpu { threads: 0 };
-    let mut session = Session::new(&cpu, scene, &camera(scene), settings, method, gather, needs)?;
+    let mut session = Session::new(&cpu, scene, &camera(scene), settings, method, gather, features)?;
     let mut found = 0xcbf2_9ce4_8422_2325;
     for frame in 0..FRAMES {
         scene.pose(f64::from(frame) / 24.0)?;
@@ -59,7 +59,7 @@ fn pictures(name: &str, scene: &mut Scene, all: &mut BTreeMap<String, u64>) {
     for &method in method::ALL {
         for &gather in if method.chooses_gather { &gathers[..] } else { &gathers[..1] } {
             for &history in if method.gathers { history::ALL } else { &history::ALL[..1] } {
-                for &filter in if method.gathers { filter::ALL } else { &filter::ALL[..1] } {
+                for &denoiser in if method.gathers { denoiser::ALL } else { &denoiser::ALL[..1] } {
                     let settings = Settings {
                         width: 48,
                         height: 27,
@@ -67,10 +67,10 @@ fn pictures(name: &str, scene: &mut Scene, all: &mut BTreeMap<String, u64>) {
                         seed: 7,
                         pixel_filter: 1,
                         history,
-                        filter,
+                        denoiser,
                         ..Settings::default()
                     };
-                    let key = [name, method.name, gather.name, history.name, filter.name].join(" ");
+                    let key = [name, method.name, gather.name, history.name, denoiser.name].join(" ");
                     let found = picture(scene, &settings, method, gather);
                     all.insert(key, found.expect("a picture"));
                 }

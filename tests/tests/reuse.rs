@@ -136,7 +136,7 @@ fn moved(camera: &SceneCamera, by: Vec3) -> SceneCamera {
     SceneCamera { position: camera.position + by, ..camera.clone() }
 }
 
-/// Root mean square width of the line [px], row by row.
+/// Root mean square width of the line (px), row by row.
 fn width_of_line(layer: &[f64], width: usize) -> f64 {
     let (mut variance, mut weight) = (0.0, 0.0);
     for row in layer.chunks(width) {
@@ -190,10 +190,10 @@ fn what_was_not_seen_before_equals_no_history() {
         }
         let (fresh, blended) = (none.pose(&scene, &turned), other.pose(&scene, &turned));
         let samples: Vec<_> =
-            other.session.read::<caustics_kernels::interface::history::Lent>("lent").unwrap();
+            other.session.read::<caustics_kernels::interface::history::Reprojected>("lent").unwrap();
         let mut unseen = 0;
-        for (pixel, lent) in samples.iter().enumerate() {
-            if lent.samples == 0.0 {
+        for (pixel, reprojected) in samples.iter().enumerate() {
+            if reprojected.samples == 0.0 {
                 unseen += 1;
                 assert_eq!(fresh[pixel], blended[pixel], "{}", history.name);
             }

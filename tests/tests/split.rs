@@ -341,10 +341,10 @@ fn mixed_room_of_area_lights() -> Scene {
 
 /// Renders 16 frames at a time until the mean's standard error is below `error` of it.
 fn mean_to(error: f64, scene: &Scene, settings: &Settings, method: &'static Method) -> (Mean, f64) {
-    let needs = scene.needs(settings.specular_roughness);
+    let features = scene.features(settings.specular_roughness);
     let camera = &scene.cameras[0];
-    let mut session =
-        Session::new(&CPU, scene, camera, settings, method, &PHOTONS_GRID, needs).expect("a session opens");
+    let mut session = Session::new(&CPU, scene, camera, settings, method, &PHOTONS_GRID, features)
+        .expect("a session opens");
     let (mut means, mut caustic, mut all) = (Vec::new(), 0.0, 0.0);
     let sum = |layer: &[Vec3]| layer.iter().map(|v| f64::from(v.x)).sum::<f64>();
     loop {

@@ -1,7 +1,7 @@
 //! The software tracer against an oracle in double precision.
 
 use caustics::scene::{Scene, resolve};
-use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::interface::triangle::Triangle;
 use caustics_kernels::math::max_abs;
@@ -45,7 +45,7 @@ fn distance(ray: &Ray, triangle: &Triangle) -> Option<f64> {
 fn closest_hits_are_the_oracles() {
     for name in ["mirror-room", "ring"] {
         let scene = scene(name);
-        let mut tracer = scene.tracer(Needs(0));
+        let mut tracer = scene.tracer(Features(0));
         let mut others = 0;
         for ray in rays(&scene, 3000) {
             let hit = tracer.closest(&ray);
@@ -79,7 +79,7 @@ fn closest_hits_are_the_oracles() {
 #[test]
 fn no_ray_slips_out_of_a_closed_room() {
     let scene = scene("mirror-room");
-    let mut tracer = scene.tracer(Needs(0));
+    let mut tracer = scene.tracer(Features(0));
     let lost = rays(&scene, 300_000).filter(|ray| tracer.closest(ray).is_miss()).count();
     assert_eq!(lost, 0, "rays between the triangles of a watertight room");
 }
@@ -88,7 +88,7 @@ fn no_ray_slips_out_of_a_closed_room() {
 fn rays_through_shared_corners_and_edges_hit() {
     // A fan of triangles round a corner, met exactly at the corner and along its edges from many sides.
     let scene = scene("mirror-room");
-    let mut tracer = scene.tracer(Needs(0));
+    let mut tracer = scene.tracer(Features(0));
     let mut lost = 0;
     for (path, triangle) in scene.triangles.iter().enumerate().step_by(7) {
         let u = Rng::new(Stream::Light, 3, path as u32, 0).next4();
@@ -104,7 +104,7 @@ fn rays_through_shared_corners_and_edges_hit() {
 #[test]
 fn occlusion_agrees_with_the_closest_hit() {
     let scene = scene("mirror-room");
-    let mut tracer = scene.tracer(Needs(0));
+    let mut tracer = scene.tracer(Features(0));
     for ray in rays(&scene, 20_000) {
         let hit = tracer.closest(&ray);
         assert!(tracer.occluded(&Ray { length: hit.distance * 1.001, ..ray }));

@@ -24,10 +24,10 @@ fn base_module_renders_on_a_device_without_ray_queries() {
     assert!(!Context::new(None, false, gpu.validation).unwrap().is_hardware());
     let (scene, settings) =
         (load("mirror-room"), Settings { width: 96, height: 54, light_paths: 8192, ..full() });
-    let needs = scene.needs(settings.specular_roughness);
+    let features = scene.features(settings.specular_roughness);
     let variant = &variant::PHOTONS_GRID;
     let mut session =
-        Session::new(&gpu.choice(false), &scene, &scene.cameras[0], &settings, &BASIC, variant, needs)
+        Session::new(&gpu.choice(false), &scene, &scene.cameras[0], &settings, &BASIC, variant, features)
             .unwrap();
     session.frame(0).unwrap();
     let picture = session.picture().unwrap();
@@ -46,7 +46,7 @@ fn module_with_ray_queries_is_refused_on_a_device_without() {
     let scene = load("plain-room");
     let tables = scene.buffers();
     let error =
-        GpuRunner::new(&options, scene.needs(0.25), &[], &tables, 0, &[]).err().expect("it is refused");
+        GpuRunner::new(&options, scene.features(0.25), &[], &tables, 0, &[]).err().expect("it is refused");
     assert!(error.to_string().contains("RayQuery"), "{error}");
 }
 
@@ -55,7 +55,7 @@ fn module_with_ray_queries_is_refused_on_a_device_without() {
 fn full_hd_frame_runs() {
     let Some(gpu) = watched_gpu() else { return };
     let scene = load("mirror-room");
-    let needs = scene.needs(full().specular_roughness);
+    let features = scene.features(full().specular_roughness);
     for variant in variant::ALL.iter().filter(|variant| variant.name != "brute") {
         if variant.hardware && !gpu.info.ray_queries {
             eprintln!("{} skipped: no ray queries", variant.name);
@@ -63,7 +63,7 @@ fn full_hd_frame_runs() {
         }
         let choice = gpu.choice(variant.hardware);
         let mut session =
-            Session::new(&choice, &scene, &scene.cameras[0], &full(), &BASIC, variant, needs).unwrap();
+            Session::new(&choice, &scene, &scene.cameras[0], &full(), &BASIC, variant, features).unwrap();
         let start = std::time::Instant::now();
         let times = session.frame(0).unwrap();
         eprintln!("{} on {}: {:.2?}", variant.name, session.device(), start.elapsed());
@@ -113,7 +113,7 @@ fn stale_kernels_are_refused_with_what_to_do() {
         return;
     }
     let scene = load("plain-room");
-    let open = |choice| session::open(&choice, &scene, scene.needs(0.25), &[]).map(|_| ());
+    let open = |choice| session::open(&choice, &scene, scene.features(0.25), &[]).map(|_| ());
     let gpu = RunnerChoice::Gpu { device: None, hardware: false, validation: false };
     let message = open(gpu).unwrap_err().to_string();
     assert!(message.contains("cargo kernels") && message.contains("--runner cpu"), "{message}");

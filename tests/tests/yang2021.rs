@@ -33,8 +33,8 @@ fn open(scene: &Scene, settings: &Settings, method: &'static Method, threads: us
 }
 
 fn open_on(choice: &RunnerChoice, scene: &Scene, settings: &Settings, method: &'static Method) -> Session {
-    let needs = scene.needs(settings.specular_roughness);
-    Session::new(choice, scene, &scene.cameras[0], settings, method, &PHOTONS_GRID, needs)
+    let features = scene.features(settings.specular_roughness);
+    Session::new(choice, scene, &scene.cameras[0], settings, method, &PHOTONS_GRID, features)
         .expect("a session opens")
 }
 
@@ -351,14 +351,14 @@ fn normals_turn_as_they_are_interpolated() {
     assert!(!hit.is_miss());
     let at = |u: f32, v: f32| {
         let hit = caustics_kernels::interface::ray::Hit { u: hit.u + u, v: hit.v + v, ..hit };
-        vertex(world.tables(), world.needs, &ray, &hit, 0.0)
+        vertex(world.tables(), world.features, &ray, &hit, 0.0)
     };
     let here = at(0.0, 0.0);
     for (u, v) in [(0.01, 0.0), (0.0, 0.01), (-0.01, 0.02)] {
         let (ahead, behind) = (at(u, v), at(-u, -v));
         let step = 0.5 * (ahead.position - behind.position);
         let want = 0.5 * (ahead.shading_normal - behind.shading_normal);
-        let got = normal_change(world.tables(), world.needs, &hit, here.front, step);
+        let got = normal_change(world.tables(), world.features, &hit, here.front, step);
         // Unit normals carry an ulp of 1: 6e-8 each, against changes of 1e-4.
         assert!((got - want).length() < 3e-7, "{got} {want}");
         assert!(want.length() > 1e-4, "the test has lost its subject");

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::Common;
 use super::bench::frames;
-use super::values::{filters, gathers, histories, methods};
+use super::values::{denoisers, gathers, histories, methods};
 
 /// Options of `animate`.
 #[derive(Args, Debug)]
@@ -31,12 +31,12 @@ pub struct Animate {
     #[arg(long, value_parser = histories())]
     pub history: Option<String>,
     /// What smooths the path-traced part, caustics excepted
-    #[arg(long, default_value = "none", value_parser = filters())]
-    pub filter: String,
+    #[arg(long, default_value = "none", value_parser = denoisers())]
+    pub denoiser: String,
     /// How deposits and collection points meet [default: points-rt with ray queries, else photons-grid]
     #[arg(long, value_parser = gathers())]
     pub gather: Option<String>,
-    /// The frames, the last one left out [default: all of the scene's animations]
+    /// The frames, the last one left out (default: all of the scene's animations)
     #[arg(long, value_name = "A..B", value_parser = frames)]
     pub frames: Option<Range<u32>>,
     /// Frames a second: frame k shows the time k / fps

@@ -7,7 +7,7 @@ use caustics::experiment::matrix::RUNNERS;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 
-use super::values::{filters, gathers, histories, methods};
+use super::values::{denoisers, gathers, histories, methods};
 use super::{Common, Debug, NeedsName, PixelFilter, RunnerName, TextureFilter, Tracer};
 
 /// Options of `bench`.
@@ -38,12 +38,12 @@ pub struct Bench {
     /// Gathers to hold against each other, with commas between [default: points-rt with ray queries, else photons-grid]
     #[arg(long, value_delimiter = ',', value_parser = gathers())]
     pub gather: Vec<String>,
-    /// Histories to hold against each other, with commas between [default: none; with --animation all]
+    /// Histories to hold against each other, with commas between (default: none; with --animation all)
     #[arg(long, value_delimiter = ',', value_parser = histories())]
     pub history: Vec<String>,
     /// Filters to hold against each other, with commas between
-    #[arg(long, default_value = "none", value_delimiter = ',', value_parser = filters())]
-    pub filter: Vec<String>,
+    #[arg(long, default_value = "none", value_delimiter = ',', value_parser = denoisers())]
+    pub denoiser: Vec<String>,
     /// Light paths a frame, with commas between [default: 1048576]
     #[arg(long, value_delimiter = ',', conflicts_with = "paths_per_pixel")]
     pub light_paths: Vec<u32>,
@@ -61,17 +61,17 @@ pub struct Bench {
     pub runner: Vec<String>,
     /// Which kernel code is alive: what the scene needs, or all of it; with commas between
     #[arg(long, value_enum, default_value = "scene", value_delimiter = ',')]
-    pub needs: Vec<NeedsName>,
-    /// The frames: how many, or A..B with B left out [default: 16; with --animation 0..48]
+    pub features: Vec<NeedsName>,
+    /// The frames: how many, or A..B with B left out (default: 16; with --animation 0..48)
     #[arg(long, value_name = "N|A..B", value_parser = count_or_frames)]
     pub frames: Option<Range<u32>>,
-    /// Frames rendered before the first one, at its pose, and not recorded [default: 2; with --animation 0]
+    /// Frames rendered before the first one, at its pose, and not recorded (default: 2; with --animation 0)
     #[arg(long)]
     pub warm_up: Option<u32>,
     /// Frames a second of an animation: frame k shows the time k / fps
     #[arg(long, default_value_t = 24.0)]
     pub fps: f64,
-    /// Time of the scene's animations that all frames show, without --animation [s]
+    /// Time of the scene's animations that all frames show, without --animation (s)
     #[arg(long, default_value_t = 0.0, conflicts_with = "animation")]
     pub time_s: f64,
     /// Independent runs of each cell for --error
@@ -83,16 +83,16 @@ pub struct Bench {
     /// What traces rays with --runner gpu or auto; auto takes ray queries if the device has them
     #[arg(long, value_enum, default_value = "auto")]
     pub tracer: Tracer,
-    /// Vulkan device, by index or part of its name [default: the best]
+    /// Vulkan device, by index or part of its name (default: the best)
     #[arg(long)]
     pub device: Option<String>,
     /// Threads of the CPU runner; 0 takes every core
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
-    /// Image width [px]
+    /// Image width (px)
     #[arg(long, default_value_t = 960)]
     pub width: u32,
-    /// Image height [px]
+    /// Image height (px)
     #[arg(long, default_value_t = 540)]
     pub height: u32,
     /// Reflections of at most this roughness are specular
@@ -107,10 +107,10 @@ pub struct Bench {
     /// First seed of all random numbers
     #[arg(long, default_value_t = 0)]
     pub seed: u32,
-    /// Name of the camera [default: the first]
+    /// Name of the camera (default: the first)
     #[arg(long)]
     pub camera: Option<String>,
-    /// Exposure of the display that FLIP looks at [stops]
+    /// Exposure of the display that FLIP looks at (stops)
     #[arg(long, default_value_t = 0.0)]
     pub exposure: f32,
     /// Radiance behind everything, as R,G,B; it is seen and lights nothing [default: what the scene says, else 0,0,0]
@@ -188,7 +188,7 @@ impl Common {
             camera: None,
             exposure: 0.0,
             background: None,
-            needs: NeedsName::Scene,
+            features: NeedsName::Scene,
             debug: None,
             resume: false,
             checkpoint_every: 60.0,

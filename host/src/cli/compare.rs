@@ -20,7 +20,7 @@ pub struct Compare {
     /// Layer to compare: beauty, path, caustics, or the name of any channel
     #[arg(long, default_value = "beauty")]
     pub layer: String,
-    /// Compare this rectangle only: left, top, width, height [px]
+    /// Compare this rectangle only: left, top, width, height (px)
     #[arg(long, value_name = "X,Y,W,H", value_parser = region)]
     pub region: Option<Region>,
     /// Write FLIP's error map as PNG: of the high dynamic range for EXR files, else of display colours
@@ -29,7 +29,7 @@ pub struct Compare {
     /// Exit with 3 if a metric is above a value or has none; may be given several times
     #[arg(long, value_name = "METRIC=VALUE", value_parser = limit)]
     pub fail_above: Vec<Limit>,
-    /// Exposure of EXR files for flip_ldr [stops]
+    /// Exposure of EXR files for flip_ldr (stops)
     #[arg(long, default_value_t = 0.0)]
     pub exposure: f64,
     /// Pixels per degree of visual angle for FLIP

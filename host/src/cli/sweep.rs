@@ -30,7 +30,7 @@ pub struct Sweep {
     /// Join the results of these folders instead of measuring
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["experiment", "dry_run", "shard", "shards", "force"])]
     pub merge: Vec<PathBuf>,
-    /// Vulkan device, by index or part of its name [default: the best]
+    /// Vulkan device, by index or part of its name (default: the best)
     #[arg(long)]
     pub device: Option<String>,
     /// Threads of the CPU runner; 0 takes every core

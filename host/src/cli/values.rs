@@ -16,5 +16,5 @@ values! {
     methods: caustics_kernels::method::ALL;
     gathers: caustics_kernels::gather::variant::ALL;
     histories: caustics_kernels::history::ALL;
-    filters: caustics_kernels::filter::ALL;
+    denoisers: caustics_kernels::denoiser::ALL;
 }

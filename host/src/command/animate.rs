@@ -13,13 +13,13 @@ use serde_json::json;
 use self::plan::Plan;
 use self::record::{Record, sums};
 use self::run::Run;
-use super::identity::whatever_the_pose;
+use super::identity::pose_independent;
 use super::interrupt;
 use super::keeper::Keeper;
-use super::options::{camera, needs};
+use super::options::{camera, features};
 use super::pick::pick;
 use super::say::say;
-use super::scene::needs_names;
+use super::scene::feature_names;
 use super::warn::warn;
 use crate::cli::Animate;
 
@@ -52,8 +52,8 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     let name = view.name.clone();
     let (choice, variant, reason) =
         pick(common, options.gather.as_deref().filter(|_| plan.method.chooses_gather))?;
-    let needs = needs(common, &scene, &plan.settings);
-    let session = Session::new(&choice, &scene, view, &plan.settings, plan.method, variant, needs)?;
+    let features = features(common, &scene, &plan.settings);
+    let session = Session::new(&choice, &scene, view, &plan.settings, plan.method, variant, features)?;
     let gather = if plan.method.chooses_gather { variant.name } else { "none" };
     let (method, history) = (plan.method.name, plan.settings.history.name);
     tell!(
@@ -65,7 +65,7 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
     // What a history keeps has one name for all runs.
     let _lock = Lock::take(&plan.pattern.whole("state"))?;
-    let shared = whatever_the_pose(&scene, &name, &plan.settings, plan.method, gather, &choice, &session);
+    let shared = pose_independent(&scene, &name, &plan.settings, plan.method, gather, &choice, &session);
     let identity = plan.identity(shared);
     let mut run = Run { plan, scene, camera: name, session, identity, keeper: Keeper::new("a state") };
     if common.force {
@@ -90,13 +90,13 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
         let settings = &plan.settings;
         let out = json!({
             "scene": scene.name, "file": file, "method": method, "gather": gather, "history": history,
-            "filter": settings.filter.name, "device": session.device(), "why": reason, "camera": camera,
+            "denoiser": settings.denoiser.name, "device": session.device(), "why": reason, "camera": camera,
             "fps": plan.fps, "first": plan.frames.start, "end": plan.frames.end,
             "width": settings.width, "height": settings.height, "light_paths": settings.light_paths,
             "max_bounces": settings.max_bounces, "radius_px": settings.radius_px,
             "specular_roughness": settings.specular_roughness,
             "texture_filter": settings.texture_filter.map(TextureFilter::name), "seed": settings.seed,
-            "needs": needs_names(needs), "commit": env!("CAUSTICS_COMMIT"), "kernels": kernels::SOURCES,
+            "features": feature_names(features), "commit": env!("CAUSTICS_COMMIT"), "kernels": kernels::SOURCES,
             "kept": plan.frames.len() - missing.len(), "done": done,
             "video": (done && has_video).then_some(video),
             "frames": records, "frame_ms": frame_ms, "counters": counters,

@@ -8,7 +8,7 @@ use caustics::scene::Scene;
 use caustics::settings::Settings;
 use caustics_kernels::gather::variant;
 use caustics_kernels::method::{self};
-use caustics_kernels::{filter, history};
+use caustics_kernels::{denoiser, history};
 
 use super::options::{camera, settings};
 use super::pick::pick;
@@ -17,7 +17,7 @@ use crate::cli::{Bench, NeedsName, Usage};
 /// The talk's light paths: 1024^2.
 const LIGHT_PATHS: u32 = 1024 * 1024;
 /// Most light paths a pixel.
-const MOST_PER_PIXEL: f64 = 4096.0;
+const MAX_PER_PIXEL: f64 = 4096.0;
 
 /// Checks what no type can.
 pub fn check(options: &Bench) -> Result<Settings, Usage> {
@@ -45,9 +45,9 @@ pub fn check(options: &Bench) -> Result<Settings, Usage> {
     if options.reference_frames == 0 {
         return Err(Usage("--reference-frames 0: give at least 1".into()));
     }
-    let is_wrong = |paths: &&f64| !(**paths > 0.0 && **paths <= MOST_PER_PIXEL);
+    let is_wrong = |paths: &&f64| !(**paths > 0.0 && **paths <= MAX_PER_PIXEL);
     if let Some(paths) = options.paths_per_pixel.iter().find(is_wrong) {
-        return Err(Usage(format!("--paths-per-pixel {paths}: give more than 0, at most {MOST_PER_PIXEL}")));
+        return Err(Usage(format!("--paths-per-pixel {paths}: give more than 0, at most {MAX_PER_PIXEL}")));
     }
     // Each value is checked; what cells have in common is that of the last.
     let mut common = Settings::default();
@@ -108,7 +108,7 @@ fn cells(options: &Bench) -> anyhow::Result<(Cells, String)> {
         runners.push(choice);
         reasons.push(reason);
     }
-    let code = |needs: &NeedsName| match needs {
+    let code = |features: &NeedsName| match features {
         NeedsName::Scene => Code::Scene,
         NeedsName::All => Code::All,
     };
@@ -122,12 +122,12 @@ fn cells(options: &Bench) -> anyhow::Result<(Cells, String)> {
         methods,
         gathers: found(&options.gather, variant::find)?,
         histories,
-        filters: found(&options.filter, filter::find)?,
+        denoisers: found(&options.denoiser, denoiser::find)?,
         paths: paths(options),
         radii: options.radius_px.clone(),
         bounces: options.max_bounces.clone(),
         runners,
-        codes: options.needs.iter().map(code).collect(),
+        codes: options.features.iter().map(code).collect(),
     };
     let cells = matrix.cells();
     if cells.cells.is_empty() {

@@ -35,9 +35,9 @@ pub fn report(plan: &Plan, scene: &Scene, rows: &[Row], folder: &Path, as_json: 
     let posed = posed(scene, plan.time_of(plan.frames.start))?;
     let mut hits_per_s = None;
     if let Some(first) = plan.cells.first().filter(|_| plan.time) {
-        let needs = first.needs(&posed, plan.settings.specular_roughness);
+        let features = first.features(&posed, plan.settings.specular_roughness);
         hits_per_s =
-            Some(closest_hits_per_second(&first.runner, &posed, camera(&posed, &plan.camera)?, needs)?);
+            Some(closest_hits_per_second(&first.runner, &posed, camera(&posed, &plan.camera)?, features)?);
     }
     let of_cell = |cell: &Cell| -> Option<BTreeMap<String, Cost>> {
         let own: Vec<&Row> = rows.iter().filter(|row| row.cell == cell.name).collect();

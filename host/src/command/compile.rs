@@ -14,7 +14,7 @@ use caustics::kernels::{self, Modules};
 use caustics::scene::{self, Scene};
 use caustics::vulkan::module::Reflection;
 use caustics::vulkan::{self, DeviceInfo};
-use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::features::Features;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -32,8 +32,8 @@ struct Job {
     module: &'static str,
     entry: String,
     /// Whose needs these are.
-    needs: String,
-    needs_bits: u32,
+    features: String,
+    feature_bits: u32,
 }
 
 /// What became of it.
@@ -66,7 +66,7 @@ pub fn run(options: &cli::Device) -> anyhow::Result<ExitCode> {
     }
     let device = vulkan::best(options.device.as_deref())?;
     let modules = suitable(&device, &modules);
-    let jobs = jobs(&modules, &needs(&options.needs)?, &options.pass)?;
+    let jobs = jobs(&modules, &features(&options.features)?, &options.pass)?;
     let program = std::env::current_exe().context("finding the program itself, to start it anew")?;
     let entry_points: Vec<Row> =
         jobs.into_par_iter().map(|job| compile(&program, device.index, job)).collect();
@@ -96,14 +96,14 @@ fn hash(words: &[u32]) -> String {
 }
 
 /// Names and bits of what code is alive.
-fn needs(names: &[String]) -> anyhow::Result<Vec<(String, Needs)>> {
+fn features(names: &[String]) -> anyhow::Result<Vec<(String, Features)>> {
     let one = |name: &String| {
-        let needs = match name.as_str() {
-            "all" => Needs::ALL,
-            "none" => Needs(0),
-            scene => Scene::load(&scene::resolve(scene)?)?.needs(SPECULAR_ROUGHNESS),
+        let features = match name.as_str() {
+            "all" => Features::ALL,
+            "none" => Features(0),
+            scene => Scene::load(&scene::resolve(scene)?)?.features(SPECULAR_ROUGHNESS),
         };
-        Ok((name.clone(), needs))
+        Ok((name.clone(), features))
     };
     names.iter().map(one).collect()
 }
@@ -111,7 +111,7 @@ fn needs(names: &[String]) -> anyhow::Result<Vec<(String, Needs)>> {
 /// Every entry point for all needs, or those that are asked for.
 fn jobs(
     modules: &[(&'static str, &[u32])],
-    needs: &[(String, Needs)],
+    features: &[(String, Features)],
     wanted: &[String],
 ) -> anyhow::Result<Vec<Job>> {
     let mut found = Vec::new();
@@ -126,13 +126,13 @@ fn jobs(
             Usage(format!("no entry point is called `{unknown}`; there are: {}", known.join(", "))).into()
         );
     }
-    let all = needs.iter().flat_map(|(name, bits)| {
+    let all = features.iter().flat_map(|(name, bits)| {
         let wanted = found.iter().filter(|(_, entry)| wanted.is_empty() || wanted.contains(entry));
         wanted.map(move |&(module, ref entry)| Job {
             module,
             entry: entry.clone(),
-            needs: name.clone(),
-            needs_bits: bits.0,
+            features: name.clone(),
+            feature_bits: bits.0,
         })
     });
     Ok(all.collect())
@@ -140,7 +140,7 @@ fn jobs(
 
 /// Compiles an entry point in a process of its own, which is this program or one that does as it does.
 fn compile(program: &Path, device: usize, job: Job) -> Row {
-    let one = format!("{}/{}/{}", job.module, job.entry, job.needs_bits);
+    let one = format!("{}/{}/{}", job.module, job.entry, job.feature_bits);
     let output = Command::new(program)
         .args(["device", "--compile", "--device", &device.to_string(), "--one", &one])
         // Mesa's and NVIDIA's own caches on disk.
@@ -190,7 +190,7 @@ mod tests {
     }
 
     fn job(entry: &str) -> Job {
-        Job { module: "base.spv", entry: entry.into(), needs: "all".into(), needs_bits: Needs::ALL.0 }
+        Job { module: "base.spv", entry: entry.into(), features: "all".into(), feature_bits: Features::ALL.0 }
     }
 
     #[test]
@@ -221,7 +221,7 @@ mod tests {
             entry_points: rows,
         };
         let text = table::text(&report);
-        assert!(text.contains("base.spv dies, needs all: the driver's compiler crashed"), "{text}");
+        assert!(text.contains("base.spv dies, features all: the driver's compiler crashed"), "{text}");
         assert!(text.contains("3 of 5 entry points failed"), "{text}");
     }
 
@@ -238,12 +238,12 @@ mod tests {
             rayquery: bytemuck::pod_collect_to_vec(include_bytes!("../../../kernels/rayquery.spv")),
         };
         let modules = [("base.spv", &modules.base[..]), ("rayquery.spv", &modules.rayquery[..])];
-        let two = [("all".to_string(), Needs::ALL), ("none".to_string(), Needs(0))];
+        let two = [("all".to_string(), Features::ALL), ("none".to_string(), Features(0))];
         let all = jobs(&modules, &two, &[]).unwrap();
         let one = jobs(&modules, &two[..1], &[]).unwrap();
         assert!(one.len() >= 30 && all.len() == 2 * one.len(), "{} and {}", one.len(), all.len());
         let collect = jobs(&modules, &two[1..], &["collect".into()]).unwrap();
-        let places: Vec<_> = collect.iter().map(|job| (job.module, job.needs_bits)).collect();
+        let places: Vec<_> = collect.iter().map(|job| (job.module, job.feature_bits)).collect();
         assert_eq!(places, [("base.spv", 0), ("rayquery.spv", 0)]);
         let error = jobs(&modules, &two, &["colect".into()]).unwrap_err();
         assert!(error.is::<Usage>() && error.to_string().contains("collect"), "{error}");
@@ -251,11 +251,11 @@ mod tests {
 
     #[test]
     fn needs_are_those_of_a_scene_or_of_none_or_of_all() {
-        let found = needs(&["all".into(), "none".into(), "mirror-room".into()]).unwrap();
-        assert_eq!((found[0].1, found[1].1), (Needs::ALL, Needs(0)));
+        let found = features(&["all".into(), "none".into(), "mirror-room".into()]).unwrap();
+        assert_eq!((found[0].1, found[1].1), (Features::ALL, Features(0)));
         let room = found[2].1;
-        assert!(room.has(Needs::MIRROR) && room.has(Needs::GLASS) && !room.has(Needs::INSTANCES));
-        let error = needs(&["no-such-room".into()]).unwrap_err().to_string();
+        assert!(room.has(Features::MIRROR) && room.has(Features::GLASS) && !room.has(Features::INSTANCES));
+        let error = features(&["no-such-room".into()]).unwrap_err().to_string();
         assert!(error.contains("no-such-room"), "{error}");
     }
 

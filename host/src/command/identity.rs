@@ -17,7 +17,7 @@ pub fn identity(
     choice: &RunnerChoice,
     session: &Session,
 ) -> Identity {
-    let mut identity = whatever_the_pose(scene, camera, settings, method, gather, choice, session);
+    let mut identity = pose_independent(scene, camera, settings, method, gather, choice, session);
     let viewpoint = format!("{:?} from {}", session.params(0).camera, scene.origin);
     identity.insert("viewpoint".into(), viewpoint);
     // Neither exposure nor the number of threads touches the sums.
@@ -27,7 +27,7 @@ pub fn identity(
 }
 
 /// What is the same at every pose, settings but the seed aside.
-pub fn whatever_the_pose(
+pub fn pose_independent(
     scene: &Scene,
     camera: &str,
     settings: &Settings,

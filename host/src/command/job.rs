@@ -15,7 +15,7 @@ use caustics::session::Session;
 use caustics::settings::Settings;
 use caustics::trace_rate::closest_hits_per_second;
 use caustics_kernels::declare::TextureFilter;
-use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::method::Method;
 use serde_json::json;
 
@@ -23,11 +23,11 @@ use super::bar::bar;
 use super::identity::identity;
 use super::interrupt;
 use super::keeper::Keeper;
-use super::options::{camera, check_outputs, check_scene_files, duration, needs};
+use super::options::{camera, check_outputs, check_scene_files, duration, features};
 use super::pick::pick;
 use super::report::Report;
 use super::say::say;
-use super::scene::needs_names;
+use super::scene::feature_names;
 use super::stop::Stop;
 use super::warn::warn;
 use crate::cli::{Common, Usage};
@@ -42,7 +42,7 @@ pub struct Job {
     pub method: &'static Method,
     /// Name of the gather, where one was given.
     pub gather: Option<String>,
-    /// The moment of the animation that is shown [s].
+    /// The moment of the animation that is shown (s).
     pub time: f64,
     /// When to stop.
     pub stop: Stop,
@@ -90,11 +90,11 @@ impl Job {
         let camera = camera(&scene, options.camera.as_deref())?;
         let (choice, variant, reason) = pick(&options, gather.as_deref().filter(|_| method.chooses_gather))?;
         warn(&scene, method, &settings);
-        let needs = needs(&options, &scene, &settings);
+        let features = features(&options, &scene, &settings);
         // Only who asks for figures pays for the energy ledger.
         let has_ledger = options.json && !options.no_ledger;
-        let needs = if has_ledger { needs | Needs::LEDGER } else { needs };
-        let mut session = Session::new(&choice, &scene, camera, &settings, method, variant, needs)?;
+        let features = if has_ledger { features | Features::LEDGER } else { features };
+        let mut session = Session::new(&choice, &scene, camera, &settings, method, variant, features)?;
         let gather = if method.chooses_gather { variant.name } else { "none" };
         tell!("{}: {} ({reason}), method {}, gather {gather}", scene.name, session.device(), method.name);
         let identity = identity(&scene, &camera.name, &settings, method, gather, &choice, &session);
@@ -154,7 +154,7 @@ impl Job {
             ("frames".into(), sums.frames().to_string()),
             ("commit".into(), env!("CAUSTICS_COMMIT").to_string()),
         ]);
-        // Set by who wants equal files of equal runs [reproducible-builds.org].
+        // Set by who wants equal files of equal runs (reproducible-builds.org).
         if std::env::var_os("SOURCE_DATE_EPOCH").is_none() {
             attributes.insert("seconds".into(), seconds.to_string());
         }
@@ -170,7 +170,7 @@ impl Job {
         };
         let mut rates = report.rates(u64::from(settings.width) * u64::from(settings.height));
         if options.json {
-            rates.insert("closest_hits_per_s", closest_hits_per_second(&choice, &scene, camera, needs)?);
+            rates.insert("closest_hits_per_s", closest_hits_per_second(&choice, &scene, camera, features)?);
         }
         target.finish(&exr)?;
         if let Some((target, bytes)) = png {
@@ -184,13 +184,13 @@ impl Job {
             let relative_error = sums.relative_error();
             let out = json!({
                 "scene": scene.name, "file": file, "method": method.name, "gather": gather,
-                "filter": settings.filter.name,
+                "denoiser": settings.denoiser.name,
                 "device": session.device(), "why": reason, "camera": camera.name, "time_s": time,
                 "width": settings.width, "height": settings.height, "frames": sums.frames(),
                 "light_paths": params.light_path_count, "max_bounces": settings.max_bounces,
                 "radius_px": settings.radius_px, "specular_roughness": settings.specular_roughness,
                 "texture_filter": settings.texture_filter.map(TextureFilter::name),
-                "seed": settings.seed, "needs": needs_names(needs), "triangles": scene.triangles.len(),
+                "seed": settings.seed, "features": feature_names(features), "triangles": scene.triangles.len(),
                 "commit": env!("CAUSTICS_COMMIT"), "kernels": kernels::SOURCES,
                 "frame_ms": report.frame_ms(), "pass_ms": report.pass_ms(), "rates": rates,
                 "counters": report.counters, "seconds": seconds,

@@ -6,24 +6,24 @@ use std::time::Duration;
 use caustics::checkpoint;
 use caustics::scene::{Scene, SceneCamera};
 use caustics::settings::Settings;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
-use caustics_kernels::interface::needs::Needs;
 use glam::Vec3;
 
 use crate::cli::{Common, NeedsName, PixelFilter, TextureFilter, Usage};
 
-/// Largest side [px], and largest area, that a frame may have.
-const LARGEST_SIDE: u32 = 16_384;
-const LARGEST_AREA: u32 = 1 << 26;
+/// Largest side (px), and largest area, that a frame may have.
+const MAX_SIDE: u32 = 16_384;
+const MAX_AREA: u32 = 1 << 26;
 
 /// Checks the options that no type can.
 pub fn settings(options: &Common, light_paths: u32, frames: u32, radius_px: f32) -> Result<Settings, Usage> {
     let (width, height) = (options.width, options.height);
-    let within = |side| (1..=LARGEST_SIDE).contains(&side);
-    if !within(width) || !within(height) || width * height > LARGEST_AREA {
+    let within = |side| (1..=MAX_SIDE).contains(&side);
+    if !within(width) || !within(height) || width * height > MAX_AREA {
         return Err(Usage(format!(
-            "--width {width} --height {height}: each side must be 1 to {LARGEST_SIDE} px, and the area at most \
-             {LARGEST_AREA} px"
+            "--width {width} --height {height}: each side must be 1 to {MAX_SIDE} px, and the area at most \
+             {MAX_AREA} px"
         )));
     }
     let counts =
@@ -172,14 +172,14 @@ pub fn camera<'a>(scene: &'a Scene, name: Option<&str>) -> Result<&'a SceneCamer
 }
 
 /// Which kernel code is alive.
-pub fn needs(options: &Common, scene: &Scene, settings: &Settings) -> Needs {
-    match options.needs {
-        NeedsName::Scene => scene.needs(settings.specular_roughness),
-        NeedsName::All => Needs::ALL,
+pub fn features(options: &Common, scene: &Scene, settings: &Settings) -> Features {
+    match options.features {
+        NeedsName::Scene => scene.features(settings.specular_roughness),
+        NeedsName::All => Features::ALL,
     }
 }
 
-/// A time that a person gave [s].
+/// A time that a person gave (s).
 pub fn duration(flag: &str, seconds: f64) -> Result<Duration, Usage> {
     Duration::try_from_secs_f64(seconds)
         .map_err(|_| Usage(format!("{flag} {seconds}: give a number of seconds")))

@@ -9,7 +9,7 @@ use caustics_kernels::gather::variant::{self, Variant};
 use crate::cli::{Common, Debug, RunnerName, Tracer, Usage};
 
 /// Threads at most: more than any machine has cores.
-const MOST_THREADS: usize = 1024;
+const MAX_THREADS: usize = 1024;
 
 /// What will run, and the reason in one line.
 pub fn pick(
@@ -54,8 +54,8 @@ fn cpu(options: &Common) -> Result<RunnerChoice, Usage> {
     if let Some(device) = &options.device {
         return Err(Usage(format!("--device {device:?} is a Vulkan device: it needs --runner gpu")));
     }
-    if options.threads > MOST_THREADS {
-        return Err(Usage(format!("--threads {}: give at most {MOST_THREADS}", options.threads)));
+    if options.threads > MAX_THREADS {
+        return Err(Usage(format!("--threads {}: give at most {MAX_THREADS}", options.threads)));
     }
     Ok(RunnerChoice::Cpu { threads: options.threads })
 }

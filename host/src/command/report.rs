@@ -34,17 +34,17 @@ impl Report {
         self.energy = self.energy.plus(energy);
     }
 
-    /// Mean time of a frame [ms].
+    /// Mean time of a frame (ms).
     pub fn frame_ms(&self) -> f64 {
         self.wall.as_secs_f64() * 1e3 / f64::from(self.frames.max(1))
     }
 
-    /// Mean energy ledger of a frame [W].
+    /// Mean energy ledger of a frame (W).
     pub fn energy(&self) -> Energy {
         self.energy.times(1.0 / f64::from(self.frames.max(1)))
     }
 
-    /// Mean time of each pass in a frame [ms].
+    /// Mean time of each pass in a frame (ms).
     pub fn pass_ms(&self) -> BTreeMap<&str, f64> {
         let mean = |time: &Duration| time.as_secs_f64() * 1e3 / f64::from(self.frames.max(1));
         self.passes.iter().map(|(name, time)| (name.as_str(), mean(time))).collect()

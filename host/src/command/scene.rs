@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use caustics::output::target::TargetError;
 use caustics::scene::{self, Scene};
 use caustics::text::cut;
-use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::features::Features;
 use serde_json::json;
 
 use super::say::say;
@@ -66,8 +66,8 @@ fn list() -> std::io::Result<()> {
 fn info(argument: &str, specular_roughness: f32, as_json: bool) -> anyhow::Result<()> {
     let file = scene::resolve(argument)?;
     let scene = Scene::load(&file)?;
-    let needs = scene.needs(specular_roughness);
-    let depth = useful_bounces(needs);
+    let features = scene.features(specular_roughness);
+    let depth = useful_bounces(features);
     if as_json {
         let info = json!({
             "name": scene.name,
@@ -84,7 +84,7 @@ fn info(argument: &str, specular_roughness: f32, as_json: bool) -> anyhow::Resul
             "duration_s": scene.duration(),
             "moving": moving(&scene),
             "tree_nodes": scene.nodes.len(),
-            "needs": needs_names(needs),
+            "features": feature_names(features),
             "deepest_useful_prefix": depth,
             "warnings": scene.warnings,
         });
@@ -114,7 +114,7 @@ fn info(argument: &str, specular_roughness: f32, as_json: bool) -> anyhow::Resul
         ))?;
     }
     say(format_args!("tree       {} nodes, {} leaves", scene.nodes.len(), scene.blocks.len()))?;
-    say(format_args!("needs      {}", needs_names(needs).join(", ")))?;
+    say(format_args!("features   {}", feature_names(features).join(", ")))?;
     let unlimited = "as many as --max-bounces allows".to_string();
     say(format_args!(
         "prefix     {}",
@@ -138,11 +138,11 @@ fn moving(scene: &Scene) -> Vec<&str> {
 }
 
 /// Names of what a scene needs.
-pub fn needs_names(needs: Needs) -> Vec<&'static str> {
-    Needs::NAMES.iter().filter(|(bit, _)| needs.has(*bit)).map(|(_, name)| *name).collect()
+pub fn feature_names(features: Features) -> Vec<&'static str> {
+    Features::NAMES.iter().filter(|(bit, _)| features.has(*bit)).map(|(_, name)| *name).collect()
 }
 
 /// Vertices that a camera prefix can have: one where nothing is specular; else the bounce limit decides.
-fn useful_bounces(needs: Needs) -> Option<u32> {
-    (!needs.has(Needs::CASTERS)).then_some(1)
+fn useful_bounces(features: Features) -> Option<u32> {
+    (!features.has(Features::CASTERS)).then_some(1)
 }

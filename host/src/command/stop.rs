@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 /// Frames from which on an estimated error is believed.
-const FEWEST_FRAMES: u32 = 64;
+const MIN_FRAMES: u32 = 64;
 
 /// What ends a run; the first that is reached does.
 #[derive(Clone, Copy, Debug, Default)]
@@ -23,7 +23,7 @@ impl Stop {
         // A mean without a variance is of no use.
         let by_time = self.time.filter(|_| frames >= 2).map(|most| spent.as_secs_f64() / most.as_secs_f64());
         // Few frames may all have missed a small light, and know nothing of their error.
-        let known = frames >= if relative_error > 0.0 { FEWEST_FRAMES } else { 16 * FEWEST_FRAMES };
+        let known = frames >= if relative_error > 0.0 { MIN_FRAMES } else { 16 * MIN_FRAMES };
         let by_error = self.relative_error.filter(|_| known).map(|target| target / relative_error);
         [by_frames, by_time, by_error].into_iter().flatten().fold(0.0, f64::max)
     }

@@ -16,15 +16,15 @@ use super::sweep::{is_done, time_plan};
 use super::sweep_cell::{Desk, Task};
 
 /// Most cells that take turns, the first one of the group aside: what an interruption loses.
-const MOST_TURNS: usize = 8;
-/// Most memory of all that take turns [bytes].
-const MOST_MEMORY: usize = 6 << 30;
+const MAX_TURNS: usize = 8;
+/// Most memory of all that take turns (bytes).
+const MAX_MEMORY: usize = 6 << 30;
 /// Frames by which a number of light paths is tried.
 const TRIAL_FRAMES: u32 = 5;
 /// Rounds of turns in which light paths are corrected, at most: beside others a cell is slower than by itself.
-const MOST_CORRECTIONS: u32 = 6;
+const MAX_CORRECTIONS: u32 = 6;
 /// Most light paths a pixel that are tried.
-const MOST_PER_PIXEL: u64 = 4096;
+const MAX_PER_PIXEL: u64 = 4096;
 
 /// A cell with its light paths found.
 struct Ready<'a> {
@@ -75,14 +75,14 @@ fn measure_group(desk: &Desk, group: &[&Task]) -> anyhow::Result<bool> {
         while let Some(task) = rest.first() {
             let Some(ready) = find_paths(desk, task)? else { return Ok(false) };
             bytes += size(&ready.cell);
-            if !turns.is_empty() && (turns.len() == MOST_TURNS || bytes > MOST_MEMORY) {
+            if !turns.is_empty() && (turns.len() == MAX_TURNS || bytes > MAX_MEMORY) {
                 break;
             }
             turns.push(ready);
             rest = &rest[1..];
         }
         let tasks: Vec<&Task> = turns.iter().map(|ready| ready.task).collect();
-        if !take_turns(desk, &plan, &first, turns, MOST_CORRECTIONS)? {
+        if !take_turns(desk, &plan, &first, turns, MAX_CORRECTIONS)? {
             return Ok(false);
         }
         for task in tasks {
@@ -215,7 +215,7 @@ fn miss(plan: &Plan, timed: &Timed, first: &Ready, first_ms: f64) -> Option<Miss
 /// Most light paths of a frame that are tried: the kernels count rays in 32 bits.
 fn most_paths(plan: &Plan, cell: &Cell) -> u32 {
     let pixels = u64::from(plan.settings.width) * u64::from(plan.settings.height);
-    u64::from(u32::MAX / (cell.max_bounces + 1)).min(pixels * MOST_PER_PIXEL) as u32
+    u64::from(u32::MAX / (cell.max_bounces + 1)).min(pixels * MAX_PER_PIXEL) as u32
 }
 
 /// The cell of a task with its light paths: searched for where a time is given, but once. None where it was stopped.

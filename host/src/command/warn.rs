@@ -3,7 +3,7 @@
 use caustics::scene::Scene;
 use caustics::settings::Settings;
 use caustics_kernels::interface::NONE;
-use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::method::Method;
 
 /// Says what will be missing.
@@ -11,7 +11,7 @@ pub fn warn(scene: &Scene, method: &Method, settings: &Settings) {
     for warning in &scene.warnings {
         tell!("warning: {warning}");
     }
-    let has_casters = scene.needs(settings.specular_roughness).has(Needs::CASTERS);
+    let has_casters = scene.features(settings.specular_roughness).has(Features::CASTERS);
     if !method.gathers && has_casters && scene.lights.iter().any(|light| light.triangle == NONE) {
         tell!(
             "warning: no path finds a light without a size: caustics of point, spot and directional lights are \

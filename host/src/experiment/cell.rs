@@ -1,13 +1,13 @@
 //! Cells: the ways to render that an experiment holds against each other.
 
 use caustics_kernels::gather::variant::{self, Variant};
-use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::features::Features;
 
 use super::result::CellConfig;
 use crate::scene::Scene;
 use crate::session::RunnerChoice;
 use crate::settings::Settings;
-use caustics_kernels::filter::{self, Filter};
+use caustics_kernels::denoiser::{self, Denoiser};
 use caustics_kernels::history::{self, History};
 use caustics_kernels::method::Method;
 use caustics_kernels::method::Parts;
@@ -24,7 +24,7 @@ pub struct Cell {
     /// What the frame before lends.
     pub history: &'static History,
     /// What smooths the path-traced part.
-    pub filter: &'static Filter,
+    pub denoiser: &'static Denoiser,
     /// Light paths of a frame.
     pub paths: Paths,
     /// Radius of collection points relative to the disc of the pixel's footprint.
@@ -46,7 +46,7 @@ pub enum Paths {
     Count(u32),
     /// This many a pixel.
     PerPixel(f64),
-    /// As many as a frame of this time has [ms]; they are searched for, from one a pixel on.
+    /// As many as a frame of this time has (ms); they are searched for, from one a pixel on.
     Time(f64),
 }
 
@@ -81,7 +81,7 @@ impl Cell {
             method,
             gather: Some(usual_gather(&runner)),
             history: &history::NONE,
-            filter: &filter::NONE,
+            denoiser: &denoiser::NONE,
             paths: Paths::PerPixel(1.0),
             radius_px: 1.0,
             max_bounces: Settings::default().max_bounces,
@@ -98,7 +98,7 @@ impl Cell {
         Cell {
             gather: self.gather.filter(|_| method.chooses_gather),
             history: if method.takes_history(self.history) { self.history } else { &history::NONE },
-            filter: if method.takes_filter(self.filter) { self.filter } else { &filter::NONE },
+            denoiser: if method.takes_denoiser(self.denoiser) { self.denoiser } else { &denoiser::NONE },
             paths: if method.gathers { self.paths } else { Paths::None },
             radius_px: if method.gathers { self.radius_px } else { 1.0 },
             ..self
@@ -114,7 +114,7 @@ impl Cell {
             self.method.name,
             self.gather_name(),
             self.history.name,
-            self.filter.name
+            self.denoiser.name
         )
     }
 
@@ -125,7 +125,7 @@ impl Cell {
 
     /// Its parts as a session takes them.
     pub fn parts(&self) -> Parts {
-        Parts { gather: self.variant(), history: self.history, filter: self.filter }
+        Parts { gather: self.variant(), history: self.history, denoiser: self.denoiser }
     }
 
     /// Its gather; where its method chooses none, one that every runner has.
@@ -140,16 +140,16 @@ impl Cell {
             radius_px: self.radius_px,
             max_bounces: self.max_bounces,
             history: self.history,
-            filter: self.filter,
+            denoiser: self.denoiser,
             ..common.clone()
         }
     }
 
     /// Kernel code for a scene as it is posed.
-    pub fn needs(&self, scene: &Scene, specular_roughness: f32) -> Needs {
+    pub fn features(&self, scene: &Scene, specular_roughness: f32) -> Features {
         match self.code {
-            Code::Scene => scene.needs(specular_roughness),
-            Code::All => Needs::ALL,
+            Code::Scene => scene.features(specular_roughness),
+            Code::All => Features::ALL,
         }
     }
 
@@ -162,7 +162,7 @@ impl Cell {
     /// Method, history, and filter if it has one: `basic-paper`, `basic-paper-atrous`.
     fn short_name(&self) -> String {
         let name = format!("{}-{}", self.method.name, self.history.name);
-        if self.filter.name == "none" { name } else { format!("{name}-{}", self.filter.name) }
+        if self.denoiser.name == "none" { name } else { format!("{name}-{}", self.denoiser.name) }
     }
 
     /// What a result says of it; paths a pixel are those of a frame of this size.
@@ -179,9 +179,9 @@ impl Cell {
             method: self.method.name.into(),
             gather: self.gather_name().into(),
             history: self.history.name.into(),
-            filter: self.filter.name.into(),
+            denoiser: self.denoiser.name.into(),
             runner: runner_name(&self.runner).into(),
-            needs: code_name(self.code).into(),
+            features: code_name(self.code).into(),
             paths_per_pixel,
             radius_px: self.radius_px,
             max_bounces: self.max_bounces,
@@ -268,7 +268,7 @@ mod tests {
     fn what_a_method_does_not_look_at_makes_no_other_cell() {
         let fancy = |method| Cell {
             history: history::ALL[1],
-            filter: filter::ALL[1],
+            denoiser: denoiser::ALL[1],
             gather: variant::find("brute"),
             paths: Paths::Count(7),
             radius_px: 3.0,
@@ -284,7 +284,7 @@ mod tests {
         let mut cells = [
             Cell::of(&BASIC),
             Cell { paths: Paths::PerPixel(0.5), gather: variant::find("brute"), ..Cell::of(&BASIC) },
-            Cell { filter: &filter::ATROUS, ..Cell::of(&BASIC) },
+            Cell { denoiser: &denoiser::ATROUS, ..Cell::of(&BASIC) },
             Cell::of(&PATH),
         ];
         name_all(&mut cells);

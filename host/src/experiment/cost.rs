@@ -28,7 +28,7 @@ use caustics_kernels::method::frame::work;
 /// A pass, or passes of one kind: measured against expected.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Cost {
-    /// Mean time in a frame [ms].
+    /// Mean time in a frame (ms).
     pub ms: f64,
     /// Rays in a frame, of passes that trace and count them.
     pub rays: Option<f64>,
@@ -36,7 +36,7 @@ pub struct Cost {
     pub bytes: Option<f64>,
     /// Rays or bytes over the time [1/s or bytes/s].
     pub rate_per_s: f64,
-    /// Rays over the rate of the tracer alone [ms].
+    /// Rays over the rate of the tracer alone (ms).
     pub expected_ms: Option<f64>,
 }
 

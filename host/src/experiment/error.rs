@@ -58,7 +58,7 @@ impl Look {
         }
     }
 
-    /// How far it is from the reference; `exposure` is that of the display [stops].
+    /// How far it is from the reference; `exposure` is that of the display (stops).
     pub fn errors(&self, reference: &Look, exposure: f64) -> Errors {
         Errors {
             flip: flip(&self.whole, &reference.whole, exposure),
@@ -75,7 +75,7 @@ impl Look {
         }
     }
 
-    /// FLIP of each pixel of the picture, if it is finite; `exposure` is that of the display [stops].
+    /// FLIP of each pixel of the picture, if it is finite; `exposure` is that of the display (stops).
     pub fn flip_map(&self, reference: &Look, exposure: f64) -> Option<ErrorMap> {
         flip_map(&self.whole, &reference.whole, exposure)
     }

@@ -7,7 +7,7 @@ mod palette;
 pub use bars::passes;
 pub use lines::{Series, lines};
 
-/// Size of a figure [px].
+/// Size of a figure (px).
 const SIZE: (u32, u32) = (840, 480);
 /// Letters of axes and legends.
 const LETTERS: (&str, u32) = ("sans-serif", 15);

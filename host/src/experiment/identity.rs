@@ -9,7 +9,7 @@ use crate::kernels;
 use crate::scene::{Scene, SceneError};
 use crate::settings::Settings;
 
-/// What is seen at a time [s], whatever was seen before: a scene whose previous pose is that of the time too.
+/// What is seen at a time (s), whatever was seen before: a scene whose previous pose is that of the time too.
 pub fn posed(scene: &Scene, time: f64) -> Result<Scene, SceneError> {
     let mut scene = scene.clone();
     scene.pose(time)?;

@@ -6,7 +6,7 @@ use caustics_kernels::gather::variant::Variant;
 
 use super::cell::{Cell, Code, Paths, has_ray_queries, name_all, runner_name, usual_gather};
 use crate::session::RunnerChoice;
-use caustics_kernels::filter::Filter;
+use caustics_kernels::denoiser::Denoiser;
 use caustics_kernels::history::History;
 use caustics_kernels::method::Method;
 
@@ -23,7 +23,7 @@ pub struct Matrix {
     /// Histories.
     pub histories: Vec<&'static History>,
     /// Filters.
-    pub filters: Vec<&'static Filter>,
+    pub denoisers: Vec<&'static Denoiser>,
     /// Light paths.
     pub paths: Vec<Paths>,
     /// Radii of collection points relative to the disc of a pixel's footprint.
@@ -65,14 +65,14 @@ impl Matrix {
                                 let chooses = Cell::of(method).gather.is_some();
                                 is_missed |= chooses;
                                 for gather in gathers.iter().filter(|gather| gather.is_some() == chooses) {
-                                    for &filter in &self.filters {
+                                    for &denoiser in &self.denoisers {
                                         for &history in &self.histories {
                                             let cell = Cell {
                                                 name: String::new(),
                                                 method,
                                                 gather: *gather,
                                                 history,
-                                                filter,
+                                                denoiser,
                                                 paths,
                                                 radius_px,
                                                 max_bounces,
@@ -113,14 +113,14 @@ mod tests {
     use super::*;
     use caustics_kernels::method::basic::BASIC;
     use caustics_kernels::method::path::PATH;
-    use caustics_kernels::{filter, history};
+    use caustics_kernels::{denoiser, history};
 
     fn matrix() -> Matrix {
         Matrix {
             methods: vec![&BASIC, &PATH],
             gathers: variant::ALL.iter().collect(),
             histories: history::ALL.to_vec(),
-            filters: filter::ALL.to_vec(),
+            denoisers: denoiser::ALL.to_vec(),
             paths: vec![Paths::PerPixel(0.5), Paths::PerPixel(1.0)],
             radii: vec![1.0, 2.0],
             bounces: vec![5],
@@ -133,7 +133,7 @@ mod tests {
     fn every_combination_is_there_once() {
         let Cells { cells, skipped } = matrix().cells();
         let software = variant::ALL.iter().filter(|gather| !gather.hardware).count();
-        let basic = software * history::ALL.len() * filter::ALL.len() * 2 * 2 * 2;
+        let basic = software * history::ALL.len() * denoiser::ALL.len() * 2 * 2 * 2;
         // The path tracer knows but the code.
         assert_eq!(cells.len(), basic + 2);
         assert_eq!(skipped.len(), variant::ALL.len() - software);

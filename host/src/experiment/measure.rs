@@ -101,10 +101,10 @@ pub fn measure(
 
 fn open(plan: &Plan, scene: &Scene, cell: &Cell) -> anyhow::Result<Run> {
     let camera = camera(scene, &plan.camera)?;
-    let needs = cell.needs(scene, plan.settings.specular_roughness);
+    let features = cell.features(scene, plan.settings.specular_roughness);
     let session = |seed| {
         let settings = Settings { seed: plan.settings.seed + seed, ..cell.settings(&plan.settings) };
-        Session::new(&cell.runner, scene, camera, &settings, cell.method, cell.variant(), needs)
+        Session::new(&cell.runner, scene, camera, &settings, cell.method, cell.variant(), features)
     };
     let sessions: Vec<Session> = (0..plan.seeds()).map(session).collect::<Result<_, _>>()?;
     let identity = identity::of_cell(plan, cell, scene);

@@ -18,7 +18,7 @@ pub struct Plan {
     pub frames: Range<u32>,
     /// Frames a second; frame k shows the time k / fps.
     pub fps: f64,
-    /// The time that all frames show instead [s].
+    /// The time that all frames show instead (s).
     pub moment: Option<f64>,
     /// Frames rendered at the first frame's pose before it, and not recorded.
     pub warm_up: u32,
@@ -38,7 +38,7 @@ pub struct ErrorPlan {
 }
 
 impl Plan {
-    /// Time that a frame shows [s].
+    /// Time that a frame shows (s).
     pub fn time_of(&self, frame: u32) -> f64 {
         self.moment.unwrap_or(f64::from(frame) / self.fps)
     }

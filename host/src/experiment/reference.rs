@@ -24,7 +24,7 @@ use crate::scene::Scene;
 use crate::session::Session;
 use crate::settings::Settings;
 use caustics_kernels::method::progressive::PROGRESSIVE;
-use caustics_kernels::{filter, history};
+use caustics_kernels::{denoiser, history};
 
 /// Seed of all references; no cell may have it.
 pub const SEED: u32 = 0x7265_6665;
@@ -72,7 +72,7 @@ impl<'a> References<'a> {
             max_bounces: cell.max_bounces,
             seed: SEED,
             history: &history::NONE,
-            filter: &filter::NONE,
+            denoiser: &denoiser::NONE,
             exposure: 0.0,
             ..plan.settings.clone()
         };
@@ -126,10 +126,17 @@ impl<'a> References<'a> {
         stopped: &dyn Fn() -> bool,
     ) -> anyhow::Result<Option<Vec<u8>>> {
         let Cell { runner, .. } = self.cell;
-        let needs = scene.needs(self.settings.specular_roughness);
+        let features = scene.features(self.settings.specular_roughness);
         let camera = camera(scene, &self.plan.camera)?;
-        let mut session =
-            Session::new(runner, scene, camera, &self.settings, &PROGRESSIVE, usual_gather(runner), needs)?;
+        let mut session = Session::new(
+            runner,
+            scene,
+            camera,
+            &self.settings,
+            &PROGRESSIVE,
+            usual_gather(runner),
+            features,
+        )?;
         let mut sums = Accumulation::default();
         for frame in 0..self.frames {
             if stopped() {

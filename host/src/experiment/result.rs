@@ -38,11 +38,11 @@ pub struct CellConfig {
     /// Name of the history.
     pub history: String,
     /// Name of the filter.
-    pub filter: String,
+    pub denoiser: String,
     /// `cpu`, `gpu-hardware` or `gpu-software`.
     pub runner: String,
     /// `scene` (what it needs) or `all`.
-    pub needs: String,
+    pub features: String,
     /// Light paths a pixel and frame.
     pub paths_per_pixel: f64,
     /// Radius of collection points relative to the disc of the pixel's footprint.
@@ -57,9 +57,9 @@ pub struct CellConfig {
 /// Time of a frame and what it is made of.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CellTime {
-    /// Image width [px].
+    /// Image width (px).
     pub width: u32,
-    /// Image height [px].
+    /// Image height (px).
     pub height: u32,
     /// Light paths a frame.
     pub light_paths: u32,
@@ -68,13 +68,13 @@ pub struct CellTime {
     pub triangles: u64,
     /// Frames measured.
     pub frames: u32,
-    /// Time of a frame [ms].
+    /// Time of a frame (ms).
     pub total_ms: Quartiles,
     /// Median of the frame's time over that of the run's first cell in the same turn.
     pub ratio_to_first: Option<f64>,
     /// Name of that first cell.
     pub first: String,
-    /// Time of each pass [ms].
+    /// Time of each pass (ms).
     pub pass_ms: BTreeMap<String, Quartiles>,
     /// Rays a frame: camera, shadow and light rays.
     pub rays: f64,
@@ -102,9 +102,9 @@ pub struct Quartiles {
 /// Errors against the reference; means over seeds and frames.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CellError {
-    /// Image width [px].
+    /// Image width (px).
     pub width: u32,
-    /// Image height [px].
+    /// Image height (px).
     pub height: u32,
     /// Light paths a frame.
     pub light_paths: u32,
@@ -133,7 +133,7 @@ pub struct CellError {
 pub struct FrameResult {
     /// Index of the frame.
     pub frame: u32,
-    /// Time of the frame [ms].
+    /// Time of the frame (ms).
     pub total_ms: Option<f64>,
     /// Mean FLIP.
     pub flip: Option<f64>,
@@ -152,7 +152,7 @@ pub struct Provenance {
     pub device: String,
     /// First seed.
     pub seed: u32,
-    /// Time that measuring the cell took [s].
+    /// Time that measuring the cell took (s).
     pub wall_s: f64,
     /// When it was measured: seconds since 1970.
     pub unix_s: u64,

@@ -36,7 +36,7 @@ const HEAD: [&str; 4] = ["frame", "time_s", "cell", "identity"];
 pub struct Row {
     /// Index of the frame.
     pub frame: u32,
-    /// Time that it shows [s].
+    /// Time that it shows (s).
     pub time: f64,
     /// Name of the cell.
     pub cell: String,
@@ -59,7 +59,7 @@ impl Row {
         }
     }
 
-    /// Times of the passes [ms].
+    /// Times of the passes (ms).
     pub fn passes<'a>(&'a self) -> impl Iterator<Item = (&'a str, f64)> {
         let pass = |name: &'a str| name.strip_prefix("pass.")?.strip_suffix("_ms");
         self.values.iter().filter_map(move |(name, value)| Some((pass(name)?, *value)))

@@ -14,13 +14,13 @@ use crate::metric::percentile::quantile;
 pub struct CellSummary {
     /// Frames.
     pub frames: usize,
-    /// Percentiles of the total time [ms].
+    /// Percentiles of the total time (ms).
     pub total_ms: Option<Percentiles>,
     /// Median total time over that of the first cell.
     pub ratio_of_medians: Option<f64>,
     /// Median over frames of the total time over that of the first cell in the same frame.
     pub paired_ratio: Option<f64>,
-    /// Mean time of each pass in a frame [ms]; `animate` and `pose` bring scene and session to its pose.
+    /// Mean time of each pass in a frame (ms); `animate` and `pose` bring scene and session to its pose.
     pub pass_ms: BTreeMap<String, f64>,
     /// Means over frames of every measure of error.
     pub mean: BTreeMap<&'static str, f64>,

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::result::{CellConfig, CellResult, Quartiles};
 
-/// Buffers below this are not listed for a person [bytes].
+/// Buffers below this are not listed for a person (bytes).
 const SMALL: u64 = 50_000;
 
 /// A line a cell, then a line a cell and pass, then the largest buffers; cells by name.
@@ -80,9 +80,9 @@ pub fn cells_csv(results: &[CellResult]) -> anyhow::Result<Vec<u8>> {
         "method",
         "gather",
         "history",
-        "filter",
+        "denoiser",
         "runner",
-        "needs",
+        "features",
         "paths_per_pixel",
         "radius_px",
         "max_bounces",
@@ -111,9 +111,12 @@ pub fn cells_csv(results: &[CellResult]) -> anyhow::Result<Vec<u8>> {
         "note",
     ])?;
     for result in results {
-        let CellConfig { scene, camera, method, gather, history, filter, runner, needs, .. } = &result.cell;
-        let mut row: Vec<String> =
-            [scene, camera, method, gather, history, filter, runner, needs].into_iter().cloned().collect();
+        let CellConfig { scene, camera, method, gather, history, denoiser, runner, features, .. } =
+            &result.cell;
+        let mut row: Vec<String> = [scene, camera, method, gather, history, denoiser, runner, features]
+            .into_iter()
+            .cloned()
+            .collect();
         row.insert(0, result.identity.clone());
         row.push(result.cell.paths_per_pixel.to_string());
         row.push(result.cell.radius_px.to_string());

@@ -14,7 +14,7 @@ use crate::scene::Scene;
 use caustics_kernels::method::frame::work;
 
 /// Work that is the camera's.
-const CAMERA: [Work; 3] = [Work::Camera, Work::Filter, Work::Display];
+const CAMERA: [Work; 3] = [Work::Camera, Work::Denoiser, Work::Display];
 /// Work of the gather.
 const GATHER: [Work; 2] = [Work::Index, Work::Gather];
 /// Work that traces the rays that are counted.

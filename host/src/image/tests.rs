@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use ::exr::prelude::{self as file, *};
 use glam::Vec3;
 
-use super::{Channels, ImageError, MOST_SAMPLES, check_samples_within, png};
+use super::{Channels, ImageError, MAX_SAMPLES, check_samples_within, png};
 use crate::picture::Picture;
 
 fn write(folder: &tempfile::TempDir, name: &str, bytes: &[u8]) -> PathBuf {
@@ -135,8 +135,8 @@ fn a_header_that_speaks_of_too_many_samples_is_refused() {
     let error = Channels::decode(&resized(&file, 30_000_000, 9)).unwrap_err();
     assert!(file.len() < 4096 && error.contains("4050000000 samples"), "{error}");
     // As many as there are at most take more than 1 GiB.
-    assert!(check_samples_within(MOST_SAMPLES, 8, None).is_ok());
-    let error = check_samples_within(MOST_SAMPLES, 8, Some(1 << 30)).unwrap_err();
+    assert!(check_samples_within(MAX_SAMPLES, 8, None).is_ok());
+    let error = check_samples_within(MAX_SAMPLES, 8, Some(1 << 30)).unwrap_err();
     assert!(error.contains("8.0 GiB") && error.contains("1024 MiB are available"), "{error}");
     assert!(check_samples_within(1 << 26, 8, Some(1 << 30)).is_ok());
 }

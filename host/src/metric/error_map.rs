@@ -5,9 +5,9 @@ use glam::Vec3;
 /// Errors, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ErrorMap {
-    /// Width [px].
+    /// Width (px).
     pub width: usize,
-    /// Height [px].
+    /// Height (px).
     pub height: usize,
     /// The errors; 0 is none, 1 the largest there is.
     pub values: Vec<f64>,

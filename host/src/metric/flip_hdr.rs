@@ -9,7 +9,7 @@ use super::error_map::ErrorMap;
 use super::flip::{color, flip};
 use super::pixels::Pixels;
 
-/// Exposures, evenly spaced [stops].
+/// Exposures, evenly spaced (stops).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposures {
     /// The darkest: the brightest pixel is shown at 85 % of white.
@@ -40,7 +40,7 @@ impl Exposures {
         Some(Exposures { start, stop, count: ((stop - start).ceil() as usize).max(2) })
     }
 
-    /// The exposures [stops].
+    /// The exposures (stops).
     pub fn all(self) -> impl Iterator<Item = f64> {
         let (start, step) = (self.start, (self.stop - self.start) / (self.count - 1) as f64);
         (0..self.count).map(move |index| start + index as f64 * step)

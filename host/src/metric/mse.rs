@@ -1,4 +1,4 @@
-//! Mean squared error: mean of (a - b)^2 over pixels and channels [squared unit of the layer].
+//! Mean squared error: mean of (a - b)^2 over pixels and channels (squared unit of the layer).
 
 use super::pixels::Pixels;
 

@@ -9,9 +9,9 @@ use crate::image::{Channels, Encoding};
 /// Colours of a rectangle of pixels.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pixels {
-    /// Width [px].
+    /// Width (px).
     pub width: usize,
-    /// Height [px].
+    /// Height (px).
     pub height: usize,
     /// Scene-linear or display-linear red, green and blue.
     pub values: Vec<DVec3>,
@@ -20,13 +20,13 @@ pub struct Pixels {
 /// A rectangle of pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Region {
-    /// Columns to the left of it [px].
+    /// Columns to the left of it (px).
     pub x: usize,
-    /// Rows above it [px].
+    /// Rows above it (px).
     pub y: usize,
-    /// Width [px].
+    /// Width (px).
     pub width: usize,
-    /// Height [px].
+    /// Height (px).
     pub height: usize,
 }
 

@@ -42,7 +42,7 @@ pub const METRICS: [(&str, &str); 20] = [
 pub struct Viewing {
     /// What the pictures were read from.
     pub encoding: Encoding,
-    /// Exposure of scene-linear pictures for `flip_ldr` [stops].
+    /// Exposure of scene-linear pictures for `flip_ldr` (stops).
     pub exposure: f64,
     /// Pixels per degree of visual angle.
     pub pixels_per_degree: f64,

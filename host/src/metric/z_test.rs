@@ -15,7 +15,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 
 use super::pixels::{Estimate, Pixels};
 
-/// Side of a block [px]; those at the right and lower border may be smaller.
+/// Side of a block (px); those at the right and lower border may be smaller.
 pub const BLOCK: usize = 8;
 
 /// Runs whose whole pictures tell how these vary.

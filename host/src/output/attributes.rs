@@ -8,7 +8,7 @@ use ::exr::meta::MetaData;
 use ::exr::meta::attribute::{AttributeValue, Text};
 use anyhow::Context;
 
-/// Where the attributes begin: behind magic number and version [bytes].
+/// Where the attributes begin: behind magic number and version (bytes).
 const START: usize = 8;
 
 /// Name of the attribute that holds the CRC-32 of the file, taken with zeros in its own place.

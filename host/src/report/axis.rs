@@ -9,7 +9,7 @@ pub enum Scale {
     Log,
 }
 
-/// An axis from `low` to `high`, drawn from `start` to `end` [px].
+/// An axis from `low` to `high`, drawn from `start` to `end` (px).
 #[derive(Clone, Copy, Debug)]
 pub struct Axis {
     scale: Scale,
@@ -60,7 +60,7 @@ impl Axis {
         Axis { scale: Scale::Linear, low, high: high.max(low + 1.0), start, end }
     }
 
-    /// Where a value is drawn [px].
+    /// Where a value is drawn (px).
     pub fn place(&self, value: f64) -> f64 {
         let part = match self.scale {
             // Differences of logarithms: a ratio may be beyond all numbers.
@@ -80,7 +80,7 @@ impl Axis {
 }
 
 /// Most powers of ten that have a tick each.
-const MOST_POWERS: f64 = 12.0;
+const MAX_POWERS: f64 = 12.0;
 
 /// Ticks at 1 to 9 times the powers of ten, or at every so many powers where those are many; as many have numbers as there
 /// is room for.
@@ -96,7 +96,7 @@ pub fn log_ticks(low: f64, high: f64) -> Vec<Tick> {
     };
     let mut ticks = Vec::new();
     // A ratio beyond all numbers gives the largest step.
-    let step = (decades / MOST_POWERS).ceil().clamp(1.0, 100.0) as usize;
+    let step = (decades / MAX_POWERS).ceil().clamp(1.0, 100.0) as usize;
     let digits = if step == 1 { 1..10 } else { 1..2 };
     for power in (low.log10().floor() as i32..=high.log10().ceil() as i32).step_by(step) {
         for digit in digits.clone() {

@@ -17,9 +17,9 @@ const WORDS: [(&str, &str, Word); 6] = [
     ("method", "method", |cell| &cell.method),
     ("gather", "gather", |cell| &cell.gather),
     ("history", "history", |cell| &cell.history),
-    ("filter", "filter", |cell| &cell.filter),
+    ("denoiser", "denoiser", |cell| &cell.denoiser),
     ("runner", "runner", |cell| &cell.runner),
-    ("needs", "needs", |cell| &cell.needs),
+    ("features", "features", |cell| &cell.features),
 ];
 /// Settings that are numbers.
 const SETTINGS: [(&str, &str, Of<CellConfig>); 3] = [

@@ -14,7 +14,7 @@ pub enum Size {
 }
 
 impl Size {
-    /// Width of a figure [px].
+    /// Width of a figure (px).
     pub fn width(self) -> f64 {
         match self {
             Size::Wide => 840.0,
@@ -22,7 +22,7 @@ impl Size {
         }
     }
 
-    /// Height of a chart [px].
+    /// Height of a chart (px).
     pub fn height(self) -> f64 {
         match self {
             Size::Wide => 440.0,
@@ -34,9 +34,9 @@ impl Size {
 /// The content of an SVG.
 #[derive(Clone, Debug)]
 pub struct Drawing {
-    /// Width [px].
+    /// Width (px).
     pub width: f64,
-    /// Height [px].
+    /// Height (px).
     pub height: f64,
     /// What is in it.
     pub content: Markup,

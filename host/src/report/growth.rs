@@ -51,7 +51,7 @@ impl Slope {
     }
 }
 
-/// Times of a part of a frame [ms] at each value of the quantity.
+/// Times of a part of a frame (ms) at each value of the quantity.
 struct Part {
     name: String,
     ms: Vec<f64>,
@@ -151,7 +151,7 @@ fn name(cell: &CellConfig, time: &CellTime, quantity: &Quantity) -> Option<Name>
     words.extend((!is("bounces")).then(|| format!("{} bounces", cell.max_bounces)));
     words.extend((cell.radius_px != 1.0).then(|| format!("radius {} px", short(f64::from(cell.radius_px)))));
     words.extend([format!("camera {}", cell.camera), cell.runner.clone()]);
-    words.extend((cell.needs == "all").then(|| "needs all".into()));
+    words.extend((cell.features == "all").then(|| "all features".into()));
     Some(Name { head: format!("{scene} · {}", Series::of(cell).name()), rest: words.join(" · ") })
 }
 

@@ -59,7 +59,7 @@ pub fn load(folders: &[PathBuf]) -> anyhow::Result<(Vec<Measured>, Vec<String>)>
 /// Cells of one scene together, those that differ in their paths only beside each other.
 fn order(result: &CellResult) -> (&str, &str, [&str; 6], [f64; 3], &str) {
     let cell = &result.cell;
-    let names = [&cell.method, &cell.gather, &cell.history, &cell.filter, &cell.runner, &cell.needs];
+    let names = [&cell.method, &cell.gather, &cell.history, &cell.denoiser, &cell.runner, &cell.features];
     let numbers = [f64::from(cell.max_bounces), f64::from(cell.radius_px), cell.paths_per_pixel];
     (&cell.scene, &cell.camera, names.map(String::as_str), numbers, &result.identity)
 }

@@ -20,7 +20,7 @@ pub const SHAPES: [&str; 8] = [
     "M-6.4-3.3-3.3-6.4 0-3.1 3.3-6.4 6.4-3.3 3.1 0 6.4 3.3 3.3 6.4 0 3.1-3.3 6.4-6.4 3.3-3.1 0Z",
 ];
 
-/// Size of the picture that was timed, else of that whose error is known [px].
+/// Size of the picture that was timed, else of that whose error is known (px).
 pub fn size(cell: &Measured) -> String {
     let time = cell.result.time.as_ref().map(|time| (time.width, time.height));
     let error = || cell.result.error.as_ref().map(|error| (error.width, error.height));
@@ -40,7 +40,9 @@ impl Series {
     /// The series of a cell.
     pub fn of(cell: &CellConfig) -> Series {
         let mut kind = vec![cell.method.as_str()];
-        kind.extend([&cell.history, &cell.filter].map(String::as_str).into_iter().filter(|name| says(name)));
+        kind.extend(
+            [&cell.history, &cell.denoiser].map(String::as_str).into_iter().filter(|name| says(name)),
+        );
         Series { kind: kind.join(" + "), gather: cell.gather.clone() }
     }
 
@@ -143,8 +145,8 @@ impl Names {
         if cell.texture_filter == "finest" {
             parts.push("finest textures".into());
         }
-        if cell.needs == "all" {
-            parts.push("needs all".into());
+        if cell.features == "all" {
+            parts.push("all features".into());
         }
         parts.join(" · ")
     }
@@ -161,7 +163,7 @@ mod tests {
             method: method.into(),
             gather: gather.into(),
             history: history.into(),
-            filter: "none".into(),
+            denoiser: "none".into(),
             ..CellConfig::default()
         };
         Measured { result: CellResult { cell, ..CellResult::default() }, folder: "".into() }
@@ -192,11 +194,11 @@ mod tests {
         let mut cells = [cell("basic", "brute", "paper"), cell("basic", "brute", "paper")];
         cells[1].result.cell.runner = "gpu-software".into();
         cells[1].result.cell.paths_per_pixel = 0.5;
-        cells[1].result.cell.needs = "all".into();
+        cells[1].result.cell.features = "all".into();
         cells[1].result.error = Some(CellError { width: 64, height: 36, ..CellError::default() });
         let names = Names::new(&cells);
         assert_eq!(names.label(&cells[0]), "basic + paper · brute");
-        let label = "basic + paper · brute · 0.5 paths/px · gpu-software · 64×36 · needs all";
+        let label = "basic + paper · brute · 0.5 paths/px · gpu-software · 64×36 · all features";
         assert_eq!(names.label(&cells[1]), label);
         assert_eq!(names.of(0).name(), "basic + paper · brute");
     }

@@ -17,10 +17,10 @@ const BARS: usize = 14;
 const SMALLEST: f64 = 0.005;
 /// The piece of all that is small.
 const REST: &str = "rest";
-/// Height of a bar with its name, and of the bar alone [px].
+/// Height of a bar with its name, and of the bar alone (px).
 const ROW: (f64, f64) = (44.0, 18.0);
 
-/// A bar: the cell's name, its time [ms], and its pieces in the order of the legend [ms].
+/// A bar: the cell's name, its time (ms), and its pieces in the order of the legend (ms).
 struct Bar {
     name: String,
     total: f64,
@@ -73,7 +73,7 @@ fn color(rank: usize, kind: &str) -> String {
     if kind == REST { "c0".into() } else { format!("c{}", 1 + rank % (COLORS - 1)) }
 }
 
-/// Times by the first part of the passes' names [ms].
+/// Times by the first part of the passes' names (ms).
 fn groups(passes: &BTreeMap<String, crate::experiment::result::Quartiles>) -> BTreeMap<String, f64> {
     let mut groups = BTreeMap::new();
     for (pass, time) in passes {
@@ -96,7 +96,7 @@ fn large(bars: &[BTreeMap<String, f64>], longest: f64) -> Vec<String> {
     large.into_iter().map(|(name, _)| name.clone()).collect()
 }
 
-/// The large groups' times and last that of all others [ms].
+/// The large groups' times and last that of all others (ms).
 fn pieces(groups: &BTreeMap<String, f64>, large: &[String]) -> Vec<f64> {
     let own = large.iter().map(|name| groups.get(name).copied().unwrap_or(0.0));
     let rest = groups.iter().filter(|(name, _)| !large.contains(name)).map(|(_, time)| time).sum();

@@ -14,9 +14,9 @@ use crate::file::read_file;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Picture {
     id: usize,
-    /// Width [px].
+    /// Width (px).
     pub width: u32,
-    /// Height [px].
+    /// Height (px).
     pub height: u32,
 }
 

@@ -6,7 +6,7 @@ use super::axis::{Axis, Scale};
 use super::figure::Size;
 use super::number::{at, short};
 
-/// The box of a chart that data is drawn in [px].
+/// The box of a chart that data is drawn in (px).
 #[derive(Clone, Copy, Debug)]
 pub struct Area {
     /// Its left edge.

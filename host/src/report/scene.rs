@@ -33,12 +33,12 @@ pub fn scenes(cells: &[Measured]) -> Vec<Scene<'_>> {
 }
 
 /// Most letters of a name for files: file systems have 255 bytes for it and what is added.
-const MOST_LETTERS: usize = 120;
+const MAX_LETTERS: usize = 120;
 
 /// A name for files: lower-case letters, digits and single dashes.
 fn slug(name: &str) -> String {
     let kept = |letter: char| if letter.is_ascii_alphanumeric() { letter.to_ascii_lowercase() } else { '-' };
-    let text: String = name.chars().map(kept).take(MOST_LETTERS).collect();
+    let text: String = name.chars().map(kept).take(MAX_LETTERS).collect();
     let parts: Vec<&str> = text.split('-').filter(|part| !part.is_empty()).collect();
     if parts.is_empty() { "scene".into() } else { parts.join("-") }
 }
@@ -50,7 +50,7 @@ impl<'a> Scene<'a> {
         let common = common_paths(&able, names);
         let rank = |cell: &Measured| {
             let config = &cell.result.cell;
-            (config.needs == "all", (config.paths_per_pixel.max(1e-9) / common).ln().abs())
+            (config.features == "all", (config.paths_per_pixel.max(1e-9) / common).ln().abs())
         };
         let mut chosen: Vec<&'a Measured> = Vec::new();
         for cell in able {
@@ -87,13 +87,13 @@ mod tests {
     use super::*;
     use crate::experiment::result::{CellConfig, CellResult};
 
-    fn cell(scene: &str, method: &str, paths: f64, needs: &str) -> Measured {
+    fn cell(scene: &str, method: &str, paths: f64, features: &str) -> Measured {
         let cell = CellConfig {
             scene: scene.into(),
             camera: "main".into(),
             method: method.into(),
             paths_per_pixel: paths,
-            needs: needs.into(),
+            features: features.into(),
             ..CellConfig::default()
         };
         Measured { result: CellResult { cell, ..CellResult::default() }, folder: "".into() }
@@ -113,7 +113,7 @@ mod tests {
         cells[2].result.cell.scene = "a b  c".into();
         let slugs: Vec<String> = scenes(&cells).into_iter().map(|scene| scene.slug).collect();
         assert_eq!(slugs, ["a-b-c-2", "a-b-c", "a-b-c-3"]);
-        assert_eq!(slug(&"long ".repeat(99)).len(), MOST_LETTERS - 1);
+        assert_eq!(slug(&"long ".repeat(99)).len(), MAX_LETTERS - 1);
         cells[2].result.cell.scene = "日本".into();
         cells[1].result.cell.scene = "日本".into();
         let titles: Vec<String> = scenes(&cells).into_iter().map(|scene| scene.title).collect();

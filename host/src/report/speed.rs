@@ -51,7 +51,7 @@ pub struct Chart {
     pub measure: Measure,
     /// The chart.
     pub figure: Figure,
-    /// From the fastest: name, time [ms] and error, front by front.
+    /// From the fastest: name, time (ms) and error, front by front.
     pub front: Vec<(String, f64, f64)>,
 }
 
@@ -91,13 +91,14 @@ pub fn chart(scene: &Scene, names: &Names, measure: Measure) -> Option<Chart> {
     }
     if fronts.len() > 1 {
         let of = |(index, front): (usize, &Vec<usize>)| {
-            let league = front.first().map_or(String::new(), |&first| league(&marks[first]));
-            format!("{league} {}", DASHES[index % DASHES.len()].0)
+            let comparable_group =
+                front.first().map_or(String::new(), |&first| comparable_group(&marks[first]));
+            format!("{comparable_group} {}", DASHES[index % DASHES.len()].0)
         };
         let all: Vec<String> = fronts.iter().enumerate().map(of).collect();
         notes.push(format!("Each runner and size has a front of its own: {}.", all.join(", ")));
     }
-    if marks.iter().any(|mark| mark.cell.result.cell.needs == "all") {
+    if marks.iter().any(|mark| mark.cell.result.cell.features == "all") {
         notes.push("Hollow marks have all code alive, what the scene does not need too.".into());
     }
     let mut series: Vec<usize> = marks.iter().map(|mark| mark.series).collect();
@@ -120,22 +121,23 @@ pub fn chart(scene: &Scene, names: &Names, measure: Measure) -> Option<Chart> {
 }
 
 /// What competes with each other: times of other machines and of other sizes do not.
-fn league(mark: &Mark) -> String {
+fn comparable_group(mark: &Mark) -> String {
     format!("{} {}", mark.cell.result.cell.runner, size(mark.cell)).trim().into()
 }
 
-/// Indices of the marks of each league's front.
+/// Indices of the marks of each comparable_group's front.
 fn fronts(marks: &[Mark]) -> Vec<Vec<usize>> {
-    let mut leagues: Vec<String> = marks.iter().map(league).collect();
-    leagues.sort_unstable();
-    leagues.dedup();
+    let mut groups: Vec<String> = marks.iter().map(comparable_group).collect();
+    groups.sort_unstable();
+    groups.dedup();
     let front = |of: String| {
-        let own: Vec<usize> = (0..marks.len()).filter(|&index| league(&marks[index]) == of).collect();
+        let own: Vec<usize> =
+            (0..marks.len()).filter(|&index| comparable_group(&marks[index]) == of).collect();
         let points: Vec<(f64, f64)> =
             own.iter().map(|&index| (marks[index].ms, marks[index].error)).collect();
         pareto(&points).into_iter().map(|index| own[index]).collect()
     };
-    leagues.into_iter().map(front).collect()
+    groups.into_iter().map(front).collect()
 }
 
 fn draw(marks: &[Mark], fronts: &[Vec<usize>], names: &Names, measure: Measure, size: Size) -> Drawing {
@@ -157,7 +159,7 @@ fn draw(marks: &[Mark], fronts: &[Vec<usize>], names: &Names, measure: Measure, 
 fn draw_mark(mark: &Mark, names: &Names, x: &Axis, y: &Axis) -> Markup {
     let config = &mark.cell.result.cell;
     let (left, top) = (at(x.place(mark.ms)), at(y.place(mark.error)));
-    let hollow = if config.needs == "all" { " hollow" } else { "" };
+    let hollow = if config.features == "all" { " hollow" } else { "" };
     let mut tip = tip(mark.cell, names);
     if mark.is_on_front {
         tip.push_str("\non the Pareto front");
@@ -176,7 +178,7 @@ fn families(marks: &[Mark]) -> Vec<Vec<usize>> {
     let key = |index: usize| {
         let mut config = marks[index].cell.result.cell.clone();
         config.paths_per_pixel = 0.0;
-        (config, league(&marks[index]))
+        (config, comparable_group(&marks[index]))
     };
     let mut families: Vec<Vec<usize>> = Vec::new();
     for index in 0..marks.len() {

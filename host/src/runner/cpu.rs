@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use anyhow::{Context, bail};
 use caustics_kernels::declare::{Buffers, Call};
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
-use caustics_kernels::interface::needs::Needs;
 
 use super::{Runner, StepTime};
 use crate::scene::motion::Placement;
@@ -14,7 +14,7 @@ use caustics_kernels::declare::{BufferSpec, Step};
 /// The CPU with a scene's tables and a plan's buffers.
 pub struct CpuRunner {
     buffers: Buffers,
-    needs: Needs,
+    features: Features,
     pool: rayon::ThreadPool,
 }
 
@@ -22,7 +22,7 @@ impl CpuRunner {
     /// Allocates the buffers with zeros in them and copies the tables. `threads` 0 takes every core.
     pub fn new(
         threads: usize,
-        needs: Needs,
+        features: Features,
         specs: &[BufferSpec],
         tables: &[(&'static str, &[u8])],
     ) -> anyhow::Result<CpuRunner> {
@@ -36,7 +36,7 @@ impl CpuRunner {
             buffers.add(name, bytes.len());
             buffers.write(name, 0, bytes)?;
         }
-        Ok(CpuRunner { buffers, needs, pool })
+        Ok(CpuRunner { buffers, features, pool })
     }
 }
 
@@ -65,7 +65,7 @@ impl Runner for CpuRunner {
             match *step {
                 Step::Dispatch { pass, dispatch, .. } => {
                     let run = pass.cpu.with_context(|| format!("{} needs ray queries", pass.name))?;
-                    let call = Call { buffers: &self.buffers, params, dispatch, needs: self.needs };
+                    let call = Call { buffers: &self.buffers, params, dispatch, features: self.features };
                     let done = self.pool.install(|| run(&call));
                     done.with_context(|| format!("pass {}", step.label()))?;
                 }

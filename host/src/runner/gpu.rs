@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use caustics_kernels::gather::variant::Side;
 use caustics_kernels::interface::counters::DepositState;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::instance::Transform;
-use caustics_kernels::interface::needs::Needs;
 
 use super::{Runner, StepTime};
 use crate::scene::motion::Placement;
@@ -46,7 +46,7 @@ impl GpuRunner {
     /// move, whose own triangles are the rows of `object_triangles`.
     pub fn new(
         options: &DeviceOptions,
-        needs: Needs,
+        features: Features,
         buffers: &[BufferSpec],
         tables: &[(&'static str, &[u8])],
         triangle_count: u32,
@@ -56,7 +56,7 @@ impl GpuRunner {
         let context = Arc::clone(kernels.context());
         let memory = Memory::new(Arc::clone(&context))?;
         let frame = Frame::new(&context)?;
-        let passes = Passes::new(kernels, needs);
+        let passes = Passes::new(kernels, features);
         let resources =
             Resources { buffers: allocate(&memory, buffers, tables)?, structures: HashMap::new() };
         let mut runner = GpuRunner { frame, passes, resources, memory, context, placements: Vec::new() };
@@ -66,7 +66,7 @@ impl GpuRunner {
         }
         if options.hardware {
             // Kernels that look for holes confirm every hit.
-            let kind = if needs.has(Needs::CUT_OUTS) {
+            let kind = if features.has(Features::CUT_OUTS) {
                 Primitives::TrianglesWithHoles
             } else {
                 Primitives::Triangles

@@ -5,7 +5,7 @@ use glam::{DAffine3, DQuat, DVec3, DVec4};
 /// Which part of a node's transform keys set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Path {
-    /// Its place [m].
+    /// Its place (m).
     Translation,
     /// Its rotation, a quaternion.
     Rotation,
@@ -31,14 +31,14 @@ pub struct Channel {
     pub path: Path,
     /// How.
     pub interpolation: Interpolation,
-    /// Times of the keys [s], at least one, ascending.
+    /// Times of the keys (s), at least one, ascending.
     pub times: Vec<f64>,
     /// A value a key; of a spline three: the tangent before [1/s], the value, the tangent after [1/s].
     pub values: Vec<DVec4>,
 }
 
 impl Channel {
-    /// The value at a time [s]; before the first key and after the last the nearest one's. A rotation is of unit length.
+    /// The value at a time (s); before the first key and after the last the nearest one's. A rotation is of unit length.
     pub fn at(&self, time: f64) -> DVec4 {
         let last = self.times.len() - 1;
         let key = self.times.partition_point(|&key| key <= time).saturating_sub(1);
@@ -87,7 +87,7 @@ fn hermite(from: DVec4, leave: DVec4, to: DVec4, arrive: DVec4, t: f64) -> DVec4
 /// A node's own transform.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Local {
-    /// Place [m].
+    /// Place (m).
     pub translation: DVec3,
     /// Rotation of any length above zero.
     pub rotation: DQuat,
@@ -100,7 +100,7 @@ pub struct Local {
 }
 
 impl Local {
-    /// The transform at a time [s]; none if it is not finite or has no rotation.
+    /// The transform at a time (s); none if it is not finite or has no rotation.
     pub fn at(&self, time: f64) -> Option<DAffine3> {
         let (mut translation, mut rotation, mut scale) = (self.translation, self.rotation, self.scale);
         for channel in &self.channels {
@@ -124,7 +124,7 @@ impl Local {
 
 /// A node of the rig.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Joint {
+pub struct Node {
     /// How messages call it.
     pub label: String,
     /// Index of its parent, which comes before it.
@@ -137,14 +137,14 @@ pub struct Joint {
 
 /// The node tree, parents first.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Rig {
+pub struct NodeTree {
     /// Nodes.
-    pub joints: Vec<Joint>,
+    pub joints: Vec<Node>,
 }
 
-impl Rig {
-    /// Where every node stands at a time [s], or the node whose place is not finite.
-    pub fn at(&self, time: f64) -> Result<Vec<DAffine3>, &Joint> {
+impl NodeTree {
+    /// Where every node stands at a time (s), or the node whose place is not finite.
+    pub fn at(&self, time: f64) -> Result<Vec<DAffine3>, &Node> {
         let mut places: Vec<DAffine3> = Vec::with_capacity(self.joints.len());
         for joint in &self.joints {
             let parent = joint.parent.map_or(DAffine3::IDENTITY, |parent| places[parent]);
@@ -154,7 +154,7 @@ impl Rig {
         Ok(places)
     }
 
-    /// Time of the last key [s]; 0 where nothing moves.
+    /// Time of the last key (s); 0 where nothing moves.
     pub fn duration(&self) -> f64 {
         let channels = self.joints.iter().flat_map(|joint| &joint.local.channels);
         channels.filter_map(|channel| channel.times.last()).fold(0.0, |last: f64, &time| last.max(time))
@@ -270,8 +270,8 @@ mod tests {
             &[0.0, 1.0],
             &[[1.0, 1.0, 1.0, 0.0], [3.0, 1.0, 1.0, 0.0]],
         );
-        let joint = |parent, local| Joint { label: String::new(), parent, local, moves: true };
-        let rig = Rig {
+        let joint = |parent, local| Node { label: String::new(), parent, local, moves: true };
+        let rig = NodeTree {
             joints: vec![
                 joint(None, Local { channels: vec![grows], ..still(DVec3::Y) }),
                 joint(Some(0), still(DVec3::X)),

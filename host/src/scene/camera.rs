@@ -8,7 +8,7 @@ use glam::{DAffine3, DVec3, Vec3};
 pub struct SceneCamera {
     /// Name of the node, else of the camera.
     pub name: String,
-    /// Eye [m].
+    /// Eye (m).
     pub position: Vec3,
     /// Unit direction to the image's right.
     pub right: Vec3,
@@ -16,7 +16,7 @@ pub struct SceneCamera {
     pub up: Vec3,
     /// Unit viewing direction.
     pub forward: Vec3,
-    /// Vertical field of view [rad], in (0, pi).
+    /// Vertical field of view (rad), in (0, pi).
     pub fov_y: f32,
     /// Width over height that the file suggests.
     pub aspect: Option<f32>,
@@ -31,7 +31,7 @@ impl SceneCamera {
         SceneCamera { name: name.into(), position, right, up, forward, fov_y, aspect: None }
     }
 
-    /// The camera on a node, in a world whose centre is `origin` [m].
+    /// The camera on a node, in a world whose centre is `origin` (m).
     pub fn placed(&self, to_world: &DAffine3, origin: DVec3) -> Self {
         let forward = -to_world.matrix3.z_axis.normalize();
         let right = forward.cross(to_world.matrix3.y_axis).normalize();
@@ -56,7 +56,7 @@ impl SceneCamera {
         }
     }
 
-    /// Spread of a pixel's ray cone [rad], [ray cones eq. 30].
+    /// Spread of a pixel's ray cone (rad), (ray cones eq. 30).
     pub fn pixel_spread(&self, _width: u32, height: u32) -> f32 {
         (2.0 * (0.5 * self.fov_y).tan() / height as f32).atan()
     }

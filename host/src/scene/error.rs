@@ -159,9 +159,9 @@ pub enum SceneError {
         file: String,
         /// What takes it.
         what: String,
-        /// By an estimate [bytes].
+        /// By an estimate (bytes).
         needed: u64,
-        /// What is left [bytes].
+        /// What is left (bytes).
         available: u64,
     },
     /// An image cannot be had.

@@ -7,8 +7,8 @@ use glam::{DVec3, Vec3};
 use super::SceneError;
 use super::texture::CornerCoordinates;
 
-/// Largest coordinate [m] whose squares and cross products stay finite in the kernels' f32.
-pub const LARGEST_COORDINATE: f64 = 1e9;
+/// Largest coordinate (m) whose squares and cross products stay finite in the kernels' f32.
+pub const MAX_COORDINATE: f64 = 1e9;
 
 /// Refuses tables that do not belong together, and values that no kernel can use.
 pub fn check(
@@ -25,9 +25,9 @@ pub fn check(
     for (id, (triangle, surface)) in triangles.iter().zip(surfaces).enumerate() {
         let corners = [triangle.a, triangle.b, triangle.c];
         let normals = [surface.normal_a, surface.normal_b, surface.normal_c];
-        let usable = |p: Vec3| p.is_finite() && f64::from(p.abs().max_element()) <= LARGEST_COORDINATE;
+        let usable = |p: Vec3| p.is_finite() && f64::from(p.abs().max_element()) <= MAX_COORDINATE;
         let what = if !corners.into_iter().all(usable) {
-            format!("triangle {id} has a corner that is not finite or beyond {LARGEST_COORDINATE:e} m")
+            format!("triangle {id} has a corner that is not finite or beyond {MAX_COORDINATE:e} m")
         } else if !normals.into_iter().all(|n| (n.length() - 1.0).abs() < 1e-3) {
             format!("triangle {id} has a normal that is not of unit length")
         } else if surface.material as usize >= materials.len() {
@@ -88,7 +88,7 @@ pub fn has_area(triangle: &Triangle) -> bool {
     (b - a).cross(c - a).length() > 1e-7 * longest
 }
 
-/// Corners in f64 [m].
+/// Corners in f64 (m).
 pub fn corners(triangle: &Triangle) -> [DVec3; 3] {
     [triangle.a, triangle.b, triangle.c].map(|p| p.as_dvec3())
 }
@@ -99,7 +99,7 @@ pub fn face_normal(triangle: &Triangle) -> Vec3 {
     (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Y).as_vec3()
 }
 
-/// Area [m^2].
+/// Area (m^2).
 pub fn area(triangle: &Triangle) -> f64 {
     let [a, b, c] = corners(triangle);
     0.5 * (b - a).cross(c - a).length()

@@ -37,11 +37,11 @@ mod unsupported;
 mod warning;
 
 /// Triangles of a scene at most: ids have 31 bits, and this many fill the memory of a large machine.
-const MOST_TRIANGLES: u64 = 1 << 28;
-/// Memory that a triangle takes while its scene is read, at most [bytes]. Measured as the growth of the peak of `scene info`
+const MAX_TRIANGLES: u64 = 1 << 28;
+/// Memory that a triangle takes while its scene is read, at most (bytes). Measured as the growth of the peak of `scene info`
 /// with triangles: 711 of plain ones, 806 to 832 with texture coordinates and tangents; 510 to 580 where they move.
 const TRIANGLE_BYTES: u64 = 850;
-/// Memory that a vertex of a primitive takes until its triangles are made [bytes]. Measured the same way with vertices that one
+/// Memory that a vertex of a primitive takes until its triangles are made (bytes). Measured the same way with vertices that one
 /// triangle refers to: 104 of plain ones, 128 with texture coordinates and tangents.
 const VERTEX_BYTES: u64 = 130;
 
@@ -196,8 +196,8 @@ fn take_triangles(document: &mut Document, meshes: &[MeshInstance]) -> Result<us
         };
         triangles = triangles.saturating_add(extent.triangles);
         vertices = vertices.max(extent.vertices);
-        if triangles > MOST_TRIANGLES {
-            let what = format!("makes more than {MOST_TRIANGLES} triangles in all");
+        if triangles > MAX_TRIANGLES {
+            let what = format!("makes more than {MAX_TRIANGLES} triangles in all");
             return Err(SceneError::Mesh { file: document.file.clone(), mesh: instance.node.clone(), what });
         }
     }

@@ -27,7 +27,7 @@ pub fn check(file: &str, lights: &[PunctualLight]) -> Result<(), SceneError> {
 pub struct Emitter {
     /// Its id.
     pub triangle: u32,
-    /// Its mean radiance [W m^-2 sr^-1].
+    /// Its mean radiance (W m^-2 sr^-1).
     pub mean: DVec3,
 }
 
@@ -40,7 +40,7 @@ pub fn emitters(scene: &Scene) -> Vec<Emitter> {
 }
 
 /// Emitters of positive power in the order of triangles, then punctual lights, with their alias table; and the emitted
-/// flux of each channel [W].
+/// flux of each channel (W).
 pub fn table(scene: &Scene, emitters: &[Emitter], punctual_lights: &[PunctualLight]) -> (Vec<Light>, Vec3) {
     let Scene { triangles, surfaces, materials, .. } = scene;
     let of_triangles = emitters.iter().map(|&Emitter { triangle: id, mean }| {

@@ -9,16 +9,16 @@ use super::motion::Motion;
 use super::solids::Solids;
 
 /// Boxes that are compared with each other, at most; among more, some are taken to overlap.
-const MOST_BOXES: usize = 4096;
+const MAX_BOXES: usize = 4096;
 
 /// The media of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Media {
-    /// Boxes around solids [m], of what stands still.
+    /// Boxes around solids (m), of what stands still.
     boxes: Vec<[Vec3; 2]>,
     /// Solids that move.
     moving: usize,
-    /// Volume [m^3] of the largest box of each material.
+    /// Volume (m^3) of the largest box of each material.
     sizes: Vec<f64>,
     /// Materials whose surface is open.
     open: Vec<bool>,
@@ -90,7 +90,7 @@ impl Media {
     pub fn are_nested(&self) -> bool {
         let sheets = self.open.iter().chain(&self.inside_out).any(|&is_sheet| is_sheet);
         let may_meet = self.moving > 0 && self.moving + self.boxes.len() > 1;
-        sheets || may_meet || self.boxes.len() > MOST_BOXES || overlap(&self.boxes)
+        sheets || may_meet || self.boxes.len() > MAX_BOXES || overlap(&self.boxes)
     }
 
     /// What a person should repair.

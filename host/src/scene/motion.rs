@@ -1,13 +1,13 @@
 //! What moves in a scene, and the scene's tables at a time.
 
 use caustics_kernels::interface::NONE;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::instance::{Instance, Transform};
-use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::tree::INSTANCE;
 use glam::{DAffine3, DVec3};
 use obvhs::aabb::Aabb;
 
-use super::animation::{Joint, Rig, is_singular};
+use super::animation::{Node, NodeTree, is_singular};
 use super::light::{self, Emitter};
 use super::moving::MovingMesh;
 use super::tree::top::{self, Leaf};
@@ -15,7 +15,7 @@ use super::{LightShape, PunctualLight, Scene, SceneCamera, SceneError, geometry,
 
 /// Something on a node.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mounted<T> {
+pub struct OnNode<T> {
     /// Its node.
     pub joint: usize,
     /// Whether the node moves.
@@ -43,11 +43,11 @@ pub struct Motion {
     /// The file, for messages.
     pub file: String,
     /// The nodes.
-    pub rig: Rig,
+    pub rig: NodeTree,
     /// Cameras, in the scene's order.
-    pub cameras: Vec<Mounted<SceneCamera>>,
+    pub cameras: Vec<OnNode<SceneCamera>>,
     /// Punctual lights.
-    pub lights: Vec<Mounted<PunctualLight>>,
+    pub lights: Vec<OnNode<PunctualLight>>,
     /// Meshes, in the order of the instances behind the world's.
     pub meshes: Vec<MovingMesh>,
     /// Triangles that emit, moving or not.
@@ -58,17 +58,17 @@ pub struct Motion {
     pub top: usize,
     /// Where the meshes are.
     pub placements: Vec<Placement>,
-    /// Box of what does not move [m].
+    /// Box of what does not move (m).
     pub still_bounds: Option<Aabb>,
     /// From each mesh's own space to the world, at the pose at hand.
     pub(super) places: Vec<DAffine3>,
 }
 
 impl Motion {
-    /// Brings the scene to a time [s].
+    /// Brings the scene to a time (s).
     pub fn pose(&mut self, scene: &mut Scene, time: f64) -> Result<(), SceneError> {
         let file = self.file.clone();
-        let wrong = |joint: &Joint, what: &str| SceneError::Node {
+        let wrong = |joint: &Node, what: &str| SceneError::Node {
             file: file.clone(),
             node: joint.label.clone(),
             what: format!("at {time} s {what}"),
@@ -94,7 +94,7 @@ impl Motion {
         light::check(&file, &lights)?;
         for mesh in &self.meshes {
             if !mesh.fits(&places[mesh.joint], scene.origin) {
-                let what = format!("its mesh reaches beyond {:e} m", geometry::LARGEST_COORDINATE);
+                let what = format!("its mesh reaches beyond {:e} m", geometry::MAX_COORDINATE);
                 return Err(wrong(&self.rig.joints[mesh.joint], &what));
             }
         }
@@ -165,26 +165,28 @@ impl Motion {
 
     /// Whether there can be light at some time.
     pub fn has_light(&self) -> bool {
-        let lights =
-            Needs::AREA_LIGHTS | Needs::POINT_LIGHTS | Needs::SPOT_LIGHTS | Needs::DIRECTIONAL_LIGHTS;
-        self.needs().has(lights)
+        let lights = Features::AREA_LIGHTS
+            | Features::POINT_LIGHTS
+            | Features::SPOT_LIGHTS
+            | Features::DIRECTIONAL_LIGHTS;
+        self.features().has(lights)
     }
 
     /// What it takes at any time.
-    pub fn needs(&self) -> Needs {
-        let mut needs = if self.meshes.is_empty() { Needs(0) } else { Needs::INSTANCES };
+    pub fn features(&self) -> Features {
+        let mut features = if self.meshes.is_empty() { Features(0) } else { Features::INSTANCES };
         if !self.emitters.is_empty() {
-            needs = needs | Needs::AREA_LIGHTS;
+            features = features | Features::AREA_LIGHTS;
         }
         for light in self.lights.iter().filter(|light| light.what.intensity.max_element() > 0.0) {
-            needs = needs
+            features = features
                 | match light.what.shape {
-                    LightShape::Point => Needs::POINT_LIGHTS,
-                    LightShape::Spot { .. } => Needs::SPOT_LIGHTS,
-                    LightShape::Directional { .. } => Needs::DIRECTIONAL_LIGHTS,
+                    LightShape::Point => Features::POINT_LIGHTS,
+                    LightShape::Spot { .. } => Features::SPOT_LIGHTS,
+                    LightShape::Directional { .. } => Features::DIRECTIONAL_LIGHTS,
                 };
         }
-        needs
+        features
     }
 
     /// Names of the nodes whose cameras, lights and meshes move.

@@ -15,7 +15,7 @@ use super::{Scene, geometry, tree};
 pub struct MovingMesh {
     /// Its node.
     pub joint: usize,
-    /// Corners of its triangles in the node's space [m], in the order of the mesh's tree.
+    /// Corners of its triangles in the node's space (m), in the order of the mesh's tree.
     pub corners: Vec<[Corner; 3]>,
     /// Their materials.
     pub materials: Vec<u32>,
@@ -23,7 +23,7 @@ pub struct MovingMesh {
     pub centre: DVec3,
     /// Id of its first triangle.
     pub first: u32,
-    /// Bounds in the node's space [m].
+    /// Bounds in the node's space (m).
     bounds: [DVec3; 2],
     /// Which triangles are flat: their normals are the face's.
     flat: Vec<bool>,
@@ -105,7 +105,7 @@ impl MovingMesh {
             let p =
                 DVec3::new(pick(1, lower.x, upper.x), pick(2, lower.y, upper.y), pick(4, lower.z, upper.z));
             let p = to_world.transform_point3(p) - origin;
-            p.is_finite() && p.abs().max_element() <= geometry::LARGEST_COORDINATE
+            p.is_finite() && p.abs().max_element() <= geometry::MAX_COORDINATE
         })
     }
 

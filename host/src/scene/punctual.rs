@@ -12,15 +12,15 @@ use glam::{DAffine3, DVec2, DVec3, Vec3};
 use super::geometry;
 
 /// Smallest outer angle of a spot [rad]: a chord of such a cone still has three digits in f32.
-const SMALLEST_CONE: f64 = 1e-4;
+const MIN_CONE: f64 = 1e-4;
 
 /// A light without an area.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PunctualLight {
-    /// Position [m]; a directional light has none.
+    /// Position (m); a directional light has none.
     pub position: Vec3,
-    /// Each channel's radiant intensity [W sr^-1] (a spot's: in its inner cone), or a directional light's irradiance
-    /// on a plane across [W m^-2].
+    /// Each channel's radiant intensity (W sr^-1) (a spot's: in its inner cone), or a directional light's irradiance
+    /// on a plane across (W m^-2).
     pub intensity: Vec3,
     /// Where it shines.
     pub shape: LightShape,
@@ -36,9 +36,9 @@ pub enum LightShape {
     Spot {
         /// Unit axis.
         direction: Vec3,
-        /// Inner angle to the axis [rad], at least 0.
+        /// Inner angle to the axis (rad), at least 0.
         inner: f64,
-        /// Outer angle to the axis [rad], above the inner, at most pi / 2.
+        /// Outer angle to the axis (rad), above the inner, at most pi / 2.
         outer: f64,
     },
     /// Everywhere alike, from infinitely far away.
@@ -54,7 +54,7 @@ impl PunctualLight {
         PunctualLight { position, intensity, shape: LightShape::Point }
     }
 
-    /// The light on a node, in a world whose centre is `origin` [m]; none where it has a direction and the node's axes
+    /// The light on a node, in a world whose centre is `origin` (m); none where it has a direction and the node's axes
     /// have no length.
     pub fn placed(&self, to_world: &DAffine3, origin: DVec3) -> Option<Self> {
         // Light that has a direction goes along -z; scale does not count.
@@ -75,7 +75,7 @@ impl PunctualLight {
         let lit = self.intensity.to_array().iter().all(|value| (0.0..=1e30).contains(value));
         let placed = matches!(self.shape, LightShape::Directional { .. })
             || self.position.is_finite()
-                && f64::from(self.position.abs().max_element()) <= geometry::LARGEST_COORDINATE;
+                && f64::from(self.position.abs().max_element()) <= geometry::MAX_COORDINATE;
         if !lit || !placed {
             return Some("a position or an intensity that cannot be used".into());
         }
@@ -91,7 +91,7 @@ impl PunctualLight {
         }
     }
 
-    /// Its row of the light table, not yet chosen among others, and its emitted flux of each channel [W].
+    /// Its row of the light table, not yet chosen among others, and its emitted flux of each channel (W).
     pub fn row(&self, triangles: &[Triangle]) -> (Light, DVec3) {
         let light =
             Light { position: self.position, triangle: NONE, emission: self.intensity, ..Light::default() };
@@ -115,24 +115,24 @@ impl PunctualLight {
     }
 }
 
-/// Why these angles of a spot [rad] make no cone with a falloff.
+/// Why these angles of a spot (rad) make no cone with a falloff.
 pub fn cone_fault(inner: f64, outer: f64) -> Option<String> {
     // f32's pi / 2 lies a little above.
-    let fits = inner >= 0.0 && inner < outer && (SMALLEST_CONE..=FRAC_PI_2 + 1e-6).contains(&outer);
+    let fits = inner >= 0.0 && inner < outer && (MIN_CONE..=FRAC_PI_2 + 1e-6).contains(&outer);
     (!fits).then(|| {
         format!(
             "an inner cone angle of {inner} rad and an outer of {outer} rad: 0 <= inner < outer <= pi / 2 is \
-             needed, and an outer of at least {SMALLEST_CONE} rad"
+             needed, and an outer of at least {MIN_CONE} rad"
         )
     })
 }
 
-/// 1 - cos of an angle [rad], without cancellation.
+/// 1 - cos of an angle (rad), without cancellation.
 fn versine(angle: f64) -> f64 {
     2.0 * (0.5 * angle).sin().powi(2)
 }
 
-/// Centre [m] and radius [m] of a disc across `direction` that lies before all triangles and through which all light
+/// Centre (m) and radius (m) of a disc across `direction` that lies before all triangles and through which all light
 /// passes that they meet.
 fn disc_before(triangles: &[Triangle], direction: Vec3) -> (Vec3, f32) {
     let frame = ShadingFrame::new(direction);

@@ -3,8 +3,8 @@
 //! A pool's water does: whatever lies below its surface was reached through it. Past the border of a sheet that hangs in
 //! the air paths come from one side to the other, and what they carry would depend on their way.
 
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::{FLAG_HANGING, FLAG_SHEET};
-use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::math::frame::ShadingFrame;
 use caustics_kernels::math::offset;
@@ -19,7 +19,7 @@ use super::{Scene, geometry};
 /// Random walks from each sheet's faces.
 const WALKS: u32 = 2048;
 /// Faces that each of them meets, at most.
-const MOST_FACES: u32 = 16;
+const MAX_FACES: u32 = 16;
 /// A sheet hangs where one in so many walks comes round its border to the wrong side,
 const ROUND: u32 = 100;
 /// or one in so many escapes from its inside past its border: a hull that lacks one of six sides loses one in ten.
@@ -87,19 +87,19 @@ impl Scene {
         rng: &mut Rng,
     ) -> End {
         let tables = self.tables();
-        let mut tracer = self.tracer(Needs::ALL);
+        let mut tracer = self.tracer(Features::ALL);
         let leave = |position, normal: Vec3, clearance, rng: &mut Rng| {
             let u = rng.next4();
             let direction = ShadingFrame::new(normal).to_world(warp::cosine_hemisphere(u.x, u.y));
             Ray::endless(offset::leave(position, normal, direction, clearance), direction)
         };
         let mut ray = leave(position, if inside { -front } else { front }, clearance, rng);
-        for _ in 0..MOST_FACES {
+        for _ in 0..MAX_FACES {
             let hit = tracer.closest(&ray);
             if hit.is_miss() {
                 return if inside { End::Open } else { End::Consistent };
             }
-            let here = vertex(tables, Needs(0), &ray, &hit, 0.0);
+            let here = vertex(tables, Features(0), &ray, &hit, 0.0);
             if here.material as usize == material {
                 if here.front == inside {
                     return End::Round;

@@ -12,9 +12,9 @@ use super::geometry;
 pub struct Solids {
     /// Whether every edge is used as often one way as the other: no border is open.
     pub is_closed: bool,
-    /// What they enclose [m^3]; negative where their fronts look inwards.
+    /// What they enclose (m^3); negative where their fronts look inwards.
     pub volume: f64,
-    /// Boxes around what hangs together [m].
+    /// Boxes around what hangs together (m).
     pub boxes: Vec<[Vec3; 2]>,
 }
 
@@ -38,7 +38,7 @@ impl Solids {
         Solids { is_closed: edges.is_empty(), volume: volume.sum(), boxes: boxes(&ids, &points) }
     }
 
-    /// Volume of the largest box [m^3].
+    /// Volume of the largest box (m^3).
     pub fn size(&self) -> f64 {
         let volume = |&[low, high]: &[Vec3; 2]| {
             let DVec3 { x, y, z } = (high - low).as_dvec3();

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::triangle::Triangle;
 use glam::Vec3;
 
@@ -45,12 +45,12 @@ fn scenes_load_without_warnings() {
 
 #[test]
 fn scenes_need_what_they_show() {
-    let common = Needs::AREA_LIGHTS | Needs::SMOOTH_NORMALS | Needs::RECEIVERS;
-    let casting = common | Needs::CASTERS | Needs::MIRROR;
-    assert_eq!(load("mirror-room").needs(0.25), casting | Needs::GLASS);
-    assert_eq!(load("glossy-room").needs(0.25), casting | Needs::GLASS | Needs::METAL);
-    assert_eq!(load("ring").needs(0.25), casting);
-    assert_eq!(load("plain-room").needs(0.25), common);
+    let common = Features::AREA_LIGHTS | Features::SMOOTH_NORMALS | Features::RECEIVERS;
+    let casting = common | Features::CASTERS | Features::MIRROR;
+    assert_eq!(load("mirror-room").features(0.25), casting | Features::GLASS);
+    assert_eq!(load("glossy-room").features(0.25), casting | Features::GLASS | Features::METAL);
+    assert_eq!(load("ring").features(0.25), casting);
+    assert_eq!(load("plain-room").features(0.25), common);
 }
 
 #[test]

@@ -15,7 +15,7 @@ use glam::{Vec2, Vec4};
 use super::SceneError;
 
 pub use self::coordinates::row;
-pub use self::levels::LARGEST_SIDE;
+pub use self::levels::MAX_SIDE;
 
 mod coordinates;
 mod levels;
@@ -23,9 +23,9 @@ mod levels;
 /// An image of eight bits a channel, rows from the top.
 #[derive(Clone, Debug, Default)]
 pub struct Image {
-    /// Width [texels].
+    /// Width (texels).
     pub width: u32,
-    /// Height [texels].
+    /// Height (texels).
     pub height: u32,
     /// Red, green, blue, alpha.
     pub texels: Vec<[u8; 4]>,
@@ -128,10 +128,10 @@ pub fn check(
 ) -> Result<(), SceneError> {
     let wrong = |what: String| Err(SceneError::Tables { file: file.into(), what });
     for (id, image) in parts.images.iter().enumerate() {
-        let within = |side: u32| (1..=LARGEST_SIDE).contains(&side);
+        let within = |side: u32| (1..=MAX_SIDE).contains(&side);
         let texels = u64::from(image.width) * u64::from(image.height);
         if !within(image.width) || !within(image.height) || texels != image.texels.len() as u64 {
-            return wrong(format!("image {id} is not of 1 to {LARGEST_SIDE} texels a side"));
+            return wrong(format!("image {id} is not of 1 to {MAX_SIDE} texels a side"));
         }
     }
     if parts.textures.iter().any(|texture| texture.image >= parts.images.len()) {

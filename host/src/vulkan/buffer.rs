@@ -10,7 +10,7 @@ use super::error::VulkanError;
 use super::frame::Frame;
 use super::memory::{Memory, Purpose};
 
-/// Largest piece that goes through a staging buffer at once [bytes].
+/// Largest piece that goes through a staging buffer at once (bytes).
 const STAGING_BYTES: u64 = 64 << 20;
 
 /// A buffer with its memory. No method may be called while the device works on it; [`Frame::execute`] waits.
@@ -29,7 +29,7 @@ impl Buffer {
         &self.name
     }
 
-    /// Size that was asked for [bytes]; behind it lies padding.
+    /// Size that was asked for (bytes); behind it lies padding.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
@@ -46,7 +46,7 @@ impl Buffer {
         unsafe { self.memory.context.raw.get_buffer_device_address(&info) }
     }
 
-    /// Overwrites the buffer from an offset on [bytes].
+    /// Overwrites the buffer from an offset on (bytes).
     pub fn write(&mut self, frame: &mut Frame, offset: u64, bytes: &[u8]) -> Result<(), VulkanError> {
         if offset.saturating_add(bytes.len() as u64) > self.bytes {
             let (buffer, bytes) = (self.name.clone(), offset.saturating_add(bytes.len() as u64));

@@ -45,7 +45,7 @@ pub struct DeviceInfo {
     pub missing: Vec<&'static str>,
     /// What it lacks for ray queries.
     pub missing_ray_queries: Vec<&'static str>,
-    /// Largest buffer that a kernel can bind [bytes].
+    /// Largest buffer that a kernel can bind (bytes).
     pub max_storage_buffer_bytes: u64,
     /// Whether it can time passes.
     pub timestamps: bool,
@@ -90,7 +90,7 @@ pub(super) struct Candidate {
     pub(super) executables: bool,
     /// Most primitives of a bottom-level structure; 0 without ray queries.
     pub(super) max_primitives: u64,
-    /// Alignment of scratch addresses [bytes].
+    /// Alignment of scratch addresses (bytes).
     pub(super) scratch_alignment: u64,
 }
 
@@ -229,8 +229,8 @@ fn inspect(instance: &Instance, physical: vk::PhysicalDevice, index: usize) -> C
     }
 }
 
-fn missing(needs: &[(bool, &'static str)]) -> Vec<&'static str> {
-    needs.iter().filter(|(there, _)| !there).map(|&(_, name)| name).collect()
+fn missing(features: &[(bool, &'static str)]) -> Vec<&'static str> {
+    features.iter().filter(|(there, _)| !there).map(|&(_, name)| name).collect()
 }
 
 fn text(name: Result<&CStr, FromBytesUntilNulError>) -> String {

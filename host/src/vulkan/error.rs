@@ -53,9 +53,9 @@ pub enum VulkanError {
     BufferTooLarge {
         /// Name of the buffer.
         buffer: String,
-        /// Its size [bytes].
+        /// Its size (bytes).
         bytes: u64,
-        /// maxStorageBufferRange [bytes].
+        /// maxStorageBufferRange (bytes).
         limit: u64,
     },
     /// There is no memory for a buffer.
@@ -63,7 +63,7 @@ pub enum VulkanError {
     OutOfMemory {
         /// Name of the buffer.
         buffer: String,
-        /// Its size [bytes].
+        /// Its size (bytes).
         bytes: u64,
         /// What the allocator said.
         source: gpu_allocator::AllocationError,
@@ -95,7 +95,7 @@ pub enum VulkanError {
         buffer: String,
         /// Bytes to write.
         bytes: u64,
-        /// Size of the buffer [bytes].
+        /// Size of the buffer (bytes).
         capacity: u64,
     },
     /// A step names a pass without an entry point.

@@ -4,7 +4,7 @@ use std::ffi::CStr;
 use std::sync::Arc;
 
 use ash::vk;
-use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::features::Features;
 use serde::{Deserialize, Serialize};
 
 use super::context::Context;
@@ -47,7 +47,7 @@ pub enum Value {
 }
 
 /// Compiles the entry point of a pass, by no cache, and asks for its programs: none where the device does not tell.
-pub fn compile(module: &Module, pass: &str, needs: Needs) -> Result<Vec<Executable>, VulkanError> {
+pub fn compile(module: &Module, pass: &str, features: Features) -> Result<Vec<Executable>, VulkanError> {
     let context = Arc::clone(&module.context);
     let entry = module.entry_point(pass).ok_or_else(|| VulkanError::UnknownPass {
         pass: pass.into(),
@@ -57,7 +57,7 @@ pub fn compile(module: &Module, pass: &str, needs: Needs) -> Result<Vec<Executab
     if context.executables.is_some() {
         flags |= vk::PipelineCreateFlags::CAPTURE_STATISTICS_KHR;
     }
-    let pipeline = Pipeline::new(module, entry, needs, vk::PipelineCache::null(), flags)?;
+    let pipeline = Pipeline::new(module, entry, features, vk::PipelineCache::null(), flags)?;
     executables(&context, pipeline.raw)
 }
 
@@ -111,9 +111,9 @@ mod tests {
             Err(error) => return test_module::skip(&error),
         };
         let module = Module::new(&context, "base", &test_module::base()).unwrap();
-        let executables = compile(&module, "twice", Needs::ALL).unwrap();
+        let executables = compile(&module, "twice", Features::ALL).unwrap();
         assert_eq!(executables.is_empty(), context.executables.is_none());
-        let error = compile(&module, "thrice", Needs::ALL).unwrap_err().to_string();
+        let error = compile(&module, "thrice", Features::ALL).unwrap_err().to_string();
         assert!(error.contains("`thrice`") && error.contains("fill, twice"), "{error}");
     }
 

@@ -10,7 +10,7 @@ use super::buffer::Buffer;
 use super::context::Context;
 use super::error::VulkanError;
 
-/// No buffer is smaller, so that an empty table can be bound [bytes].
+/// No buffer is smaller, so that an empty table can be bound (bytes).
 const MIN_BYTES: u64 = 256;
 
 /// The device's memory.

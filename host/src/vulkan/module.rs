@@ -39,7 +39,7 @@ pub struct EntryPoint {
     pub name: String,
     /// Invocations of a workgroup, all on x.
     pub workgroup_size: u32,
-    /// Size of the push constants [bytes]; 0: none.
+    /// Size of the push constants (bytes); 0: none.
     pub push_constant_bytes: u32,
     /// Parameters, by rising binding number.
     pub bindings: Vec<Binding>,
@@ -171,7 +171,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Size of a type with an explicit layout [bytes].
+    /// Size of a type with an explicit layout (bytes).
     fn size(&self, id: u32) -> Result<u32, String> {
         let unknown = || format!("push constants of an unknown type %{id}");
         let instruction = self.ids.get(&id).ok_or_else(unknown)?;

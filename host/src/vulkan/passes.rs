@@ -6,7 +6,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk;
-use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::features::Features;
 use rayon::prelude::*;
 use rspirv::dr::Module as Source;
 use rspirv::spirv::Capability;
@@ -133,10 +133,14 @@ impl Kernels {
     }
 
     /// These passes, those that nobody asked for yet compiled side by side.
-    fn compiled(&self, passes: &[&'static str], needs: Needs) -> Result<Vec<Arc<Pipeline>>, VulkanError> {
+    fn compiled(
+        &self,
+        passes: &[&'static str],
+        features: Features,
+    ) -> Result<Vec<Arc<Pipeline>>, VulkanError> {
         let known = |pass| {
             let pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
-            pipelines.get(&(pass, needs.0)).map(Arc::clone)
+            pipelines.get(&(pass, features.0)).map(Arc::clone)
         };
         let found: Vec<_> = passes
             .par_iter()
@@ -145,7 +149,7 @@ impl Kernels {
                 None => {
                     let (module, entry) = self.find(pass)?;
                     let empty = vk::PipelineCreateFlags::empty();
-                    let pipeline = Pipeline::new(module, entry, needs, self.cache.raw, empty)?;
+                    let pipeline = Pipeline::new(module, entry, features, self.cache.raw, empty)?;
                     Ok((Arc::new(pipeline), true))
                 }
             })
@@ -155,7 +159,7 @@ impl Kernels {
         }
         let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
         for (&pass, (pipeline, _)) in passes.iter().zip(&found) {
-            pipelines.entry((pass, needs.0)).or_insert_with(|| Arc::clone(pipeline));
+            pipelines.entry((pass, features.0)).or_insert_with(|| Arc::clone(pipeline));
         }
         Ok(found.into_iter().map(|(pipeline, _)| pipeline).collect())
     }
@@ -176,14 +180,14 @@ impl Kernels {
 /// The passes of a runner, each bound to its buffers.
 pub struct Passes {
     bound: HashMap<&'static str, BoundPipeline>,
-    needs: Needs,
+    features: Features,
     kernels: Arc<Kernels>,
 }
 
 impl Passes {
     /// The passes of a device, specialised for what a scene needs.
-    pub fn new(kernels: Arc<Kernels>, needs: Needs) -> Passes {
-        Passes { bound: HashMap::new(), needs, kernels }
+    pub fn new(kernels: Arc<Kernels>, features: Features) -> Passes {
+        Passes { bound: HashMap::new(), features, kernels }
     }
 
     /// Binds those of these passes that are new to `resources`, which must outlive their dispatches.
@@ -195,7 +199,7 @@ impl Passes {
         let mut missing: Vec<_> = names.filter(|name| !self.bound.contains_key(name)).collect();
         missing.sort_unstable();
         missing.dedup();
-        for (name, pipeline) in missing.iter().zip(self.kernels.compiled(&missing, self.needs)?) {
+        for (name, pipeline) in missing.iter().zip(self.kernels.compiled(&missing, self.features)?) {
             self.bound.insert(name, BoundPipeline::new(pipeline, resources)?);
         }
         Ok(())

@@ -4,8 +4,8 @@ use std::ffi::CString;
 use std::sync::Arc;
 
 use ash::vk;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::Dispatch;
-use caustics_kernels::interface::needs::Needs;
 
 use super::context::Context;
 use super::error::VulkanError;
@@ -28,7 +28,7 @@ impl Pipeline {
     pub(super) fn new(
         module: &Module,
         entry: &EntryPoint,
-        needs: Needs,
+        features: Features,
         cache: vk::PipelineCache,
         flags: vk::PipelineCreateFlags,
     ) -> Result<Pipeline, VulkanError> {
@@ -44,7 +44,7 @@ impl Pipeline {
         };
         pipeline.create_layout()?;
         let shader = Shader::new(&pipeline.context, &entry.name, &module.words(entry))?;
-        pipeline.create_pipeline(&shader, needs, cache, flags)?;
+        pipeline.create_pipeline(&shader, features, cache, flags)?;
         Ok(pipeline)
     }
 
@@ -82,13 +82,13 @@ impl Pipeline {
     fn create_pipeline(
         &mut self,
         shader: &Shader,
-        needs: Needs,
+        features: Features,
         cache: vk::PipelineCache,
         flags: vk::PipelineCreateFlags,
     ) -> Result<(), VulkanError> {
         let (device, entry) = (&self.context.raw, &self.entry);
         // Constant 0 is the scene's needs; an entry point without it ignores it.
-        let constants = needs.0.to_ne_bytes();
+        let constants = features.0.to_ne_bytes();
         let entries = [vk::SpecializationMapEntry::default().constant_id(0).offset(0).size(constants.len())];
         let specialization = vk::SpecializationInfo::default().map_entries(&entries).data(&constants);
         let name = CString::new(entry.name.as_str()).map_err(|_| VulkanError::Module {

@@ -14,7 +14,7 @@ pub enum Primitives {
 }
 
 impl Primitives {
-    /// Size of a primitive in its buffer [bytes].
+    /// Size of a primitive in its buffer (bytes).
     pub fn stride(self) -> u64 {
         match self {
             Primitives::Triangles | Primitives::TrianglesWithHoles => 36,

@@ -60,7 +60,7 @@ impl Recorder<'_> {
         hierarchy.record_again(self.commands, changed, || self.barrier());
     }
 
-    /// Copies bytes between buffers, each given with an offset [bytes].
+    /// Copies bytes between buffers, each given with an offset (bytes).
     pub(super) fn copy(&self, from: (&Buffer, u64), to: (&Buffer, u64), bytes: u64) {
         let region = vk::BufferCopy::default().src_offset(from.1).dst_offset(to.1).size(bytes);
         // SAFETY: the commands are being recorded; callers keep within both buffers.

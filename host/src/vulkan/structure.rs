@@ -190,7 +190,7 @@ impl Hierarchy {
     }
 }
 
-/// Size of an instance in its buffer [bytes].
+/// Size of an instance in its buffer (bytes).
 const INSTANCE_BYTES: usize = 64;
 
 /// The two levels of a hierarchy.
@@ -210,7 +210,7 @@ struct Structure {
 }
 
 impl Structure {
-    /// Allocates a structure and says how much scratch its build needs [bytes].
+    /// Allocates a structure and says how much scratch its build needs (bytes).
     fn new(
         memory: &Arc<Memory>,
         name: &str,

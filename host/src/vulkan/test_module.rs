@@ -19,7 +19,7 @@ pub(crate) fn skip(error: &VulkanError) {
     eprintln!("skipped: {error}");
 }
 
-/// Entry points `fill`: `values[i] = i + dispatch.first + needs`, and `twice`: `doubled[i] = 2 values[i]`, whose two
+/// Entry points `fill`: `values[i] = i + dispatch.first + features`, and `twice`: `doubled[i] = 2 values[i]`, whose two
 /// parameters have the binding numbers in the other order.
 pub(crate) fn base() -> Vec<u32> {
     let mut assembler = Assembler::new(false);
@@ -27,7 +27,7 @@ pub(crate) fn base() -> Vec<u32> {
     let values_at_1 = assembler.buffer("values", 1);
     let doubled = assembler.buffer("doubled", 0);
     let first = assembler.push_constant(0);
-    let needs = assembler.needs();
+    let features = assembler.features();
 
     assembler.entry("fill", &[values_at_0, first], |a, index| {
         let (uint, pointer) = (a.uint, a.b.type_pointer(None, StorageClass::PushConstant, a.uint));
@@ -35,7 +35,7 @@ pub(crate) fn base() -> Vec<u32> {
         let address = a.b.access_chain(pointer, None, first, [zero]).unwrap();
         let first = a.b.load(uint, None, address, None, []).unwrap();
         let sum = a.b.i_add(uint, None, index, first).unwrap();
-        let sum = a.b.i_add(uint, None, sum, needs).unwrap();
+        let sum = a.b.i_add(uint, None, sum, features).unwrap();
         a.store(values_at_0, index, sum);
     });
     assembler.entry("twice", &[values_at_1, doubled], |a, index| {
@@ -126,10 +126,10 @@ impl Assembler {
         self.b.variable(pointer, None, StorageClass::PushConstant, None)
     }
 
-    fn needs(&mut self) -> Word {
-        let needs = self.b.spec_constant_bit32(self.uint, 0);
-        self.b.decorate(needs, Decoration::SpecId, [Operand::LiteralBit32(0)]);
-        needs
+    fn features(&mut self) -> Word {
+        let features = self.b.spec_constant_bit32(self.uint, 0);
+        self.b.decorate(features, Decoration::SpecId, [Operand::LiteralBit32(0)]);
+        features
     }
 
     fn element(&mut self, buffer: Word, index: Word) -> Word {

@@ -11,10 +11,10 @@ use glam::Vec3;
 
 /// A name that is markup unless it is escaped.
 pub const ROUGH: &str = "moving <b> & \"glass\"";
-/// Size of the pictures [px].
+/// Size of the pictures (px).
 const SIZE: (u32, u32) = (240, 135);
 
-/// Method, gather, history, time of a path a pixel [ms], error at one path a pixel.
+/// Method, gather, history, time of a path a pixel (ms), error at one path a pixel.
 const WAYS: [(&str, &str, &str, f64, f64); 7] = [
     ("kim2019", "photons-grid", "none", 24.0, 0.21),
     ("basic", "photons-grid", "none", 25.0, 0.16),
@@ -46,7 +46,7 @@ pub fn write(folder: &Path) -> Vec<CellResult> {
 
 /// A cell whose time grows with its paths and whose error falls with them.
 fn cell(scene: &str, names: [&str; 4], paths: f64, ms: f64, error: f64, is_moving: bool) -> CellResult {
-    let [method, gather, history, needs] = names;
+    let [method, gather, history, features] = names;
     let total = if paths == 0.0 { ms } else { 30.0 + ms * paths };
     let flip = if paths == 0.0 { error } else { error * paths.powf(-0.28) };
     let quartiles = |median: f64| Quartiles { lower: 0.97 * median, median, upper: 1.05 * median };
@@ -77,9 +77,9 @@ fn cell(scene: &str, names: [&str; 4], paths: f64, ms: f64, error: f64, is_movin
             method: method.into(),
             gather: gather.into(),
             history: history.into(),
-            filter: "none".into(),
+            denoiser: "none".into(),
             runner: "cpu".into(),
-            needs: needs.into(),
+            features: features.into(),
             paths_per_pixel: paths,
             radius_px: 1.0,
             max_bounces: 5,

@@ -81,7 +81,7 @@ pub enum Role {
     Index,
     Params,
     Dispatch,
-    Needs,
+    Features,
     Scene,
     Tracer,
     Counters,
@@ -181,7 +181,7 @@ fn role(ty: &Type) -> Result<Role> {
             let segment = last(other).ok_or_else(unknown)?;
             match segment.ident.to_string().as_str() {
                 "Dispatch" => Ok(Role::Dispatch),
-                "Needs" => Ok(Role::Needs),
+                "Features" => Ok(Role::Features),
                 "SceneTables" => Ok(Role::Scene),
                 "AtomicWords" => Ok(Role::Words),
                 "Slots" => Ok(Role::Slots(element(segment).ok_or_else(unknown)?)),

@@ -86,8 +86,8 @@ fn traces(declaration: &Declaration) -> bool {
     declaration.has(|role| matches!(role, Role::Tracer))
 }
 
-fn needs(declaration: &Declaration) -> bool {
-    traces(declaration) || declaration.has(|role| matches!(role, Role::Needs))
+fn features(declaration: &Declaration) -> bool {
+    traces(declaration) || declaration.has(|role| matches!(role, Role::Features))
 }
 
 /// The buffers that a pass binds, each once: those it names, then the tables of scene and tracer.
@@ -173,7 +173,7 @@ fn composed(declaration: &Declaration, tracer: Tracer) -> TokenStream {
         };
         composed.extend(quote! {
             let cut_outs = ::caustics_kernels::texture::cut_out::CutOuts {
-                surfaces, materials, textures: texture_tables, needs
+                surfaces, materials, textures: texture_tables, features
             };
             let tracer = #tracer;
         });
@@ -188,7 +188,7 @@ fn call(declaration: &Declaration, module: &TokenStream) -> TokenStream {
         Role::Index => quote!(index),
         Role::Params => quote!(params),
         Role::Dispatch => quote!(dispatch),
-        Role::Needs => quote!(needs),
+        Role::Features => quote!(features),
         Role::Scene => quote!(scene_tables),
         Role::Tracer => quote!(&mut tracer),
         Role::Counters => quote!(&mut #name),
@@ -217,7 +217,7 @@ fn entry(declaration: &Declaration, tracer: Tracer) -> TokenStream {
     };
     let bound = bound(declaration, tracer);
     let constant =
-        needs(declaration).then(|| quote!(#[spirv(spec_constant(id = 0, default = 0))] needs: u32,));
+        features(declaration).then(|| quote!(#[spirv(spec_constant(id = 0, default = 0))] features: u32,));
     let mut number = 0;
     let mut next = || {
         number += 1;
@@ -254,8 +254,8 @@ fn entry(declaration: &Declaration, tracer: Tracer) -> TokenStream {
         Access::Words => Some(quote!(let #name = ::caustics_kernels::seam::AtomicWords(#name);)),
         Access::Counters => Some(quote!(let mut #name = ::caustics_kernels::seam::AtomicWords(#name);)),
     });
-    let needs =
-        needs(declaration).then(|| quote!(let needs = ::caustics_kernels::interface::needs::Needs(needs);));
+    let features = features(declaration)
+        .then(|| quote!(let features = ::caustics_kernels::interface::features::Features(features);));
     let tracer_of_this = traces(declaration).then(|| quote!(let mut tracer = tracer;));
     let (composed, limit, call) =
         (composed(declaration, tracer), limit(declaration), call(declaration, &quote!(super)));
@@ -274,7 +274,7 @@ fn entry(declaration: &Declaration, tracer: Tracer) -> TokenStream {
             let dispatch = *dispatch;
             let index = id.x + id.y * ::caustics_kernels::interface::frame::INVOCATIONS_PER_ROW;
             if index < #limit {
-                #needs
+                #features
                 #composed
                 #tracer_of_this
                 #(#wrapped)*
@@ -373,7 +373,7 @@ fn on_cpu(declaration: &Declaration, bound: &[Bound]) -> TokenStream {
         fn call(
             call: &::caustics_kernels::declare::Call<'_>,
         ) -> ::core::result::Result<(), ::caustics_kernels::declare::BufferError> {
-            let (dispatch, params, needs) = (call.dispatch, call.params, call.needs);
+            let (dispatch, params, features) = (call.dispatch, call.params, call.features);
             #(#borrowed)*
             #composed
             call.for_chunks(#limit, |indices| {

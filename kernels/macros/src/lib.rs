@@ -6,8 +6,8 @@
 //! pub fn resolve(
 //!     pixel: u32,
 //!     params: &FrameParams,
-//!     point_geometry: &[PointGeometry],
-//!     accumulator: &[u32],
+//!     point_geometry: &(PointGeometry),
+//!     accumulator: &(u32),
 //!     mut caustic_radiance: Slots<'_, Vec3>,
 //! ) {
 //!     caustic_radiance.write(pixel, radiance(&point_geometry[pixel as usize], accumulator, params));
@@ -20,7 +20,7 @@
 //! |---|---|
 //! | `&FrameParams` | the frame's settings |
 //! | `Dispatch` | where this dispatch stands in its pass |
-//! | `Needs` | what the scene needs, a constant while kernels are compiled |
+//! | `Features` | what the scene needs, a constant while kernels are compiled |
 //! | `SceneTables` | the scene's tables |
 //! | `&mut impl Tracer` | what traces; the pass has an entry point for each tracer |
 //! | `&mut impl Atomics` | the counters |

@@ -63,7 +63,7 @@ pub enum Work {
     /// Traces camera paths.
     Camera,
     /// Smooths what camera paths saw.
-    Filter,
+    Denoiser,
     /// Traces light paths that deposit.
     Light,
     /// Chooses where light paths start.

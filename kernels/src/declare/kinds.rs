@@ -29,7 +29,7 @@ pub struct History {
 
 /// A way to smooth the path-traced part.
 #[derive(Clone, Copy)]
-pub struct Filter {
+pub struct Denoiser {
     /// Name on the command line.
     pub name: &'static str,
     /// What it is, in one line.
@@ -83,5 +83,5 @@ macro_rules! named {
     };
 }
 
-named!(History Filter);
+named!(History Denoiser);
 pub(crate) use named;

@@ -9,9 +9,9 @@ use bytemuck::{Pod, Zeroable, cast_slice, cast_slice_mut};
 use rayon::prelude::*;
 
 use crate::interface::counters::COUNTER_COUNT;
+use crate::interface::features::Features;
 use crate::interface::frame::{Dispatch, FrameParams};
 use crate::interface::ledger::LEDGER_FIRST;
-use crate::interface::needs::Needs;
 use crate::math::quanta::Quanta;
 use crate::seam::{AtomicWords, Atomics};
 
@@ -28,7 +28,7 @@ pub struct Call<'a> {
     /// Where it stands in its pass.
     pub dispatch: Dispatch,
     /// What the scene needs.
-    pub needs: Needs,
+    pub features: Features,
 }
 
 impl Call<'_> {

@@ -3,7 +3,7 @@
 
 use crate::interface::counters::Counter;
 use crate::math::is_finite;
-use crate::math::quanta::{LARGEST, Quanta};
+use crate::math::quanta::{MAX_QUANTA, Quanta};
 use crate::seam::Atomics;
 use spirv_std::glam::Vec3;
 
@@ -37,7 +37,7 @@ impl Sum {
             green: Quanta::from_f32(value.y, inverse_quantum),
             blue: Quanta::from_f32(value.z, inverse_quantum),
             count: 1,
-            clamped: if finite && most > LARGEST { 1 } else { 0 },
+            clamped: if finite && most > MAX_QUANTA { 1 } else { 0 },
             non_finite: if finite { 0 } else { 1 },
         }
     }

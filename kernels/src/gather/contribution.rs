@@ -3,12 +3,12 @@
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
+use crate::interface::features::Features;
 use crate::interface::material::Material;
-use crate::interface::needs::Needs;
 use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
 use crate::math::frame::ShadingFrame;
 use crate::math::max_abs;
-use crate::surface::Surface;
+use crate::surface::Bsdf;
 use crate::surface::class::Classes;
 use crate::surface::fold::folded;
 use spirv_std::glam::Vec3;
@@ -33,25 +33,25 @@ pub fn takes(point: &PointGeometry, deposit: &DepositGeometry, max_bounces: u32)
         && point.depth + deposit.scatterings <= max_bounces
 }
 
-/// What a deposit gives to a point: f(viewer, light) times its flux [W/sr].
+/// What a deposit gives to a point: f(viewer, light) times its flux (W/sr).
 #[inline(always)]
 pub fn contribution(
     shading: &PointShading,
     material: Material,
     deposit: &DepositLight,
     specular_roughness: f32,
-    needs: Needs,
+    features: Features,
 ) -> Vec3 {
     let frame = ShadingFrame::new(shading.shading_normal);
     // Both are above the face.
     let to_viewer = folded(frame.to_local(shading.to_viewer), true);
     let to_light = folded(frame.to_local(deposit.to_light), true);
     let (surface, _) =
-        Surface::new(material, to_viewer, shading.eta, specular_roughness, Classes::NON_SPECULAR, needs);
+        Bsdf::new(material, to_viewer, shading.eta, specular_roughness, Classes::NON_SPECULAR, features);
     surface.eval(to_light, Classes::NON_SPECULAR).f * deposit.flux * to_light.z
 }
 
-/// Half extent [m] of a box that holds every deposit a disc may take. The slab of `takes` is tilted by up to half the
+/// Half extent (m) of a box that holds every deposit a disc may take. The slab of `takes` is tilted by up to half the
 /// largest angle between the normals (acos(0.9) / 2 = 12.9 degrees), so a deposit may stand off the disc's own plane
 /// by R sin(asin(0.1) + 12.9 degrees) = 0.32 R. Inflated by 4 ulp of the largest coordinate, for what rounding takes.
 #[inline(always)]

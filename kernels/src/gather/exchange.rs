@@ -86,7 +86,7 @@ macro_rules! gather_pass {
         pub fn gather(
             searcher: u32,
             params: &$crate::interface::frame::FrameParams,
-            needs: $crate::interface::needs::Needs,
+            features: $crate::interface::features::Features,
             counters: &mut impl $crate::seam::Atomics,
             materials: &[$crate::interface::material::Material],
             pixel_order: &[u32],
@@ -108,7 +108,7 @@ macro_rules! gather_pass {
             let sorts = const { <$type as $crate::gather::Index>::VARIANT.sorts };
             let $tables = &mut $crate::gather::tables::Tables {
                 params,
-                needs,
+                features,
                 materials,
                 pixel_order,
                 point_geometry,
@@ -125,12 +125,12 @@ macro_rules! gather_pass {
             if const {
                 matches!(<$type as $crate::gather::Index>::VARIANT.side, $crate::gather::variant::Side::Points)
             } {
-                let mut give = $crate::gather::exchange::Give::new(searcher, $tables);
+                let mut give = $crate::gather::exchange::DepositGather::new(searcher, $tables);
                 let ($near, $visit) = (give.near(), &mut give);
                 $search;
                 give.close(counters);
             } else {
-                let mut take = $crate::gather::exchange::Take::new(searcher, $tables);
+                let mut take = $crate::gather::exchange::PointGather::new(searcher, $tables);
                 if take.is_point() {
                     let ($near, $visit) = (take.near(), &mut take);
                     $search;
@@ -176,19 +176,19 @@ macro_rules! passes {
 for_each_gather!(passes);
 
 /// A deposit that gives to points.
-pub struct Give {
+pub struct DepositGather {
     geometry: DepositGeometry,
     light: DepositLight,
     total: Sum,
 }
 
-impl Give {
+impl DepositGather {
     /// Deposit `index`, which has given nothing yet.
     #[inline(always)]
-    pub fn new(index: u32, tables: &Tables<'_>) -> Give {
+    pub fn new(index: u32, tables: &Tables<'_>) -> DepositGather {
         let geometry = tables.deposit_geometry[index as usize];
         let light = tables.deposit_light[index as usize];
-        Give { geometry, light, total: Sum::default() }
+        DepositGather { geometry, light, total: Sum::default() }
     }
 
     /// Where its points are: their boxes hold it.
@@ -204,16 +204,16 @@ impl Give {
     }
 }
 
-impl Visit for Give {
+impl Visit for DepositGather {
     #[inline(always)]
     fn visit(&mut self, tables: &mut Tables<'_>, id: u32) {
         let pixel = tables.pixel_order[id as usize];
         let point = tables.point_geometry[pixel as usize];
         if takes(&point, &self.geometry, tables.params.max_bounces) {
             let shading = tables.point_shading[pixel as usize];
-            let material = material_of(&shading, tables.materials, tables.needs);
+            let material = material_of(&shading, tables.materials, tables.features);
             let roughness = tables.params.specular_roughness;
-            let value = contribution(&shading, material, &self.light, roughness, tables.needs);
+            let value = contribution(&shading, material, &self.light, roughness, tables.features);
             let sum = Sum::of(value, tables.params.inverse_quantum());
             sum.add_to(&mut tables.accumulator, pixel);
             self.total = self.total.plus(sum);
@@ -222,18 +222,18 @@ impl Visit for Give {
 }
 
 /// A point that takes from deposits.
-pub struct Take {
+pub struct PointGather {
     pixel: u32,
     point: PointGeometry,
     sum: Sum,
 }
 
-impl Take {
+impl PointGather {
     /// The point at place `index` of `pixel_order`, which has taken nothing yet.
     #[inline(always)]
-    pub fn new(index: u32, tables: &Tables<'_>) -> Take {
+    pub fn new(index: u32, tables: &Tables<'_>) -> PointGather {
         let pixel = tables.pixel_order[index as usize];
-        Take { pixel, point: tables.point_geometry[pixel as usize], sum: Sum::default() }
+        PointGather { pixel, point: tables.point_geometry[pixel as usize], sum: Sum::default() }
     }
 
     /// Whether there is a point.
@@ -258,15 +258,15 @@ impl Take {
     }
 }
 
-impl Visit for Take {
+impl Visit for PointGather {
     #[inline(always)]
     fn visit(&mut self, tables: &mut Tables<'_>, id: u32) {
         if takes(&self.point, &tables.deposit_geometry[id as usize], tables.params.max_bounces) {
             let shading = tables.point_shading[self.pixel as usize];
-            let material = material_of(&shading, tables.materials, tables.needs);
+            let material = material_of(&shading, tables.materials, tables.features);
             let light = tables.deposit_light[id as usize];
             let roughness = tables.params.specular_roughness;
-            let value = contribution(&shading, material, &light, roughness, tables.needs);
+            let value = contribution(&shading, material, &light, roughness, tables.features);
             self.sum = self.sum.plus(Sum::of(value, tables.params.inverse_quantum()));
         }
     }

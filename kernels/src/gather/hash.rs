@@ -134,7 +134,7 @@ pub fn radius_bin(radius: f32) -> u32 {
     radius.to_bits() >> 23 & 255
 }
 
-/// Edge of a cell [m] that holds every disc of a bin: a radius of this exponent is below 2^(exponent + 1), twice that is
+/// Edge of a cell (m) that holds every disc of a bin: a radius of this exponent is below 2^(exponent + 1), twice that is
 /// one more. A normal number.
 #[inline(always)]
 pub fn cell_size_of(bin: u32) -> f32 {

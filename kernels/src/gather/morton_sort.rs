@@ -106,12 +106,12 @@ fn spread(x: u32) -> u32 {
 #[inline(always)]
 pub fn element<W: Words>(stage: u32, position: Vec3, capacity: u32, words: &mut W) -> u32 {
     if stage == BOUNDS {
-        words.raise(0, key(position.x));
-        words.raise(1, key(position.y));
-        words.raise(2, key(position.z));
-        words.raise(3, key(-position.x));
-        words.raise(4, key(-position.y));
-        words.raise(5, key(-position.z));
+        words.fetch_max(0, key(position.x));
+        words.fetch_max(1, key(position.y));
+        words.fetch_max(2, key(position.z));
+        words.fetch_max(3, key(-position.x));
+        words.fetch_max(4, key(-position.y));
+        words.fetch_max(5, key(-position.z));
         return 0;
     }
     let word = level_start(capacity, 0) + cube(position, capacity, words);

@@ -14,7 +14,7 @@ use crate::seam::{Atomics, Words as _};
 /// See the head of the file.
 pub struct PhotonsGrid;
 
-/// Words of `index_0` behind the histogram of radii: bits of the cell size [m].
+/// Words of `index_0` behind the histogram of radii: bits of the cell size (m).
 const CELL_SIZE: u32 = RADIUS_BINS;
 
 impl Index for PhotonsGrid {

@@ -23,7 +23,7 @@ use spirv_std::glam::Vec3;
 /// See the head of the file.
 pub struct PhotonsRt;
 
-/// Words of `index_2` behind the histogram of radii: bits of a box's width [m].
+/// Words of `index_2` behind the histogram of radii: bits of a box's width (m).
 const WIDTH: u32 = RADIUS_BINS;
 
 impl Index for PhotonsRt {

@@ -35,7 +35,7 @@ impl Index for PointsRt {
     }
 }
 
-/// The box of one point: lower and upper corner [m]. Without a point: a box of no size where the camera path ended,
+/// The box of one point: lower and upper corner (m). Without a point: a box of no size where the camera path ended,
 /// never NaN and never far away (drivers answer both badly).
 #[inline(always)]
 pub fn bound(point: &PointGeometry) -> (Vec3, Vec3) {

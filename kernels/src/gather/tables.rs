@@ -1,8 +1,8 @@
 //! What the passes of a gather read and write.
 
+use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::material::Material;
-use crate::interface::needs::Needs;
 use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
 use crate::seam::{AtomicWords, Slots};
 
@@ -48,7 +48,7 @@ pub struct Tables<'a> {
     /// Settings.
     pub params: &'a FrameParams,
     /// What the scene needs.
-    pub needs: Needs,
+    pub features: Features,
     /// All materials.
     pub materials: &'a [Material],
     /// Pixel of each place in the picture's Morton order.

@@ -21,48 +21,48 @@ const RADII_PER_EDGE: f32 = 32.0;
 /// Sizes of cells, each twice the one before.
 const SIZES: u32 = 9;
 /// Marks that a cell must have to judge.
-const ENOUGH: u32 = 12;
+const MIN_MARKS: u32 = 12;
 /// What counts as one.
-const UNIT: f32 = 256.0;
-/// Longest way that is told from longer ones [radii of a point seen directly]; so far moved what came from elsewhere.
-pub const LONGEST: f32 = 8.0;
-/// Way of light that comes and goes by chance, rather than at rest [radii].
-const REST: f32 = 0.1;
+const QUANTA_PER_MARK: f32 = 256.0;
+/// Longest way that is told from longer ones (radii of a point seen directly); so far moved what came from elsewhere.
+pub const MAX_STEP: f32 = 8.0;
+/// Way of light that comes and goes by chance, rather than at rest (radii).
+const REST_STEP: f32 = 0.1;
 /// Sizes of cells, from the first with enough marks on, that may find light lost.
-const JUDGES: u32 = 4;
+const SIZES_THAT_JUDGE: u32 = 4;
 /// Standard deviations of light that came and went by chance, which say nothing.
-const CHANCE: f32 = 1.2;
+const NOISE_SIGMAS: f32 = 1.2;
 /// Most light of a mark, in that of a light path.
-const BRIGHTEST: f32 = 4.0;
+const MAX_MARK_LIGHT: f32 = 4.0;
 
 /// How light changed from one frame to the next, over the deposits of a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Change {
     /// Share of the light that is gone or came anew, beyond chance, in [0, 1].
     pub lost: f32,
-    /// Mean way of deposits [radii of a point seen directly], the longest of the cells that judge.
+    /// Mean way of deposits (radii of a point seen directly), the longest of the cells that judge.
     pub moved: f32,
 }
 
 /// What moves with the light that is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Carrier(u32);
+pub struct LightFrame(u32);
 
-impl Carrier {
+impl LightFrame {
     /// The instance, which carries its light along; for the world, the world.
     #[inline(always)]
-    pub fn instance(instance: u32) -> Carrier {
-        Carrier(2 * instance)
+    pub fn instance(instance: u32) -> LightFrame {
+        LightFrame(2 * instance)
     }
 
     /// Nothing: the instance moves below light that stays where it is in the world.
     #[inline(always)]
-    pub fn world_below(instance: u32) -> Carrier {
-        Carrier(2 * instance + 1)
+    pub fn world_below(instance: u32) -> LightFrame {
+        LightFrame(2 * instance + 1)
     }
 }
 
-/// Radius [m] of a collection point at a position, seen directly and head on.
+/// Radius (m) of a collection point at a position, seen directly and head on.
 #[inline(always)]
 pub fn direct_radius(position: Vec3, params: &FrameParams) -> f32 {
     let distance = (position - params.camera.position).length();
@@ -78,7 +78,7 @@ fn finest(position: Vec3, params: &FrameParams) -> u32 {
 
 /// First word of the cell whose edge has this exponent.
 #[inline(always)]
-fn slot(position: Vec3, carrier: Carrier, exponent: u32) -> u32 {
+fn slot(position: Vec3, carrier: LightFrame, exponent: u32) -> u32 {
     let here = cell(position, f32::from_bits(exponent << 23));
     let key = exponent.wrapping_mul(0x9e37_79b1) ^ carrier.0.wrapping_mul(0xc2b2_ae35);
     WORDS * (hash::slot(here, 0, u32::MAX).wrapping_add(key ^ (key >> 16)) & (VALIDATION_CELLS - 1))
@@ -99,7 +99,7 @@ pub enum When {
 pub fn mark<A: Atomics>(
     cells: &mut A,
     position: Vec3,
-    carrier: Carrier,
+    carrier: LightFrame,
     when: When,
     flux: f32,
     moved: f32,
@@ -108,9 +108,9 @@ pub fn mark<A: Atomics>(
     let exponent = finest(position, params);
     // The largest flux of a light path is 2^24 quanta; three channels.
     let light = flux * params.inverse_quantum() * (1.0 / (3.0 * 16_777_216.0));
-    let light = (light.min(BRIGHTEST) * UNIT + 0.5) as u32;
-    let restless = moved > REST;
-    let moved = (moved.min(LONGEST) * UNIT + 0.5) as u32;
+    let light = (light.min(MAX_MARK_LIGHT) * QUANTA_PER_MARK + 0.5) as u32;
+    let restless = moved > REST_STEP;
+    let moved = (moved.min(MAX_STEP) * QUANTA_PER_MARK + 0.5) as u32;
     let mut size = 0;
     while size < SIZES {
         let first = slot(position, carrier, exponent + size);
@@ -130,7 +130,7 @@ pub fn mark<A: Atomics>(
 /// What is lost may be beyond chance only in some of the larger cells, and a mark that moved is no chance at all, however
 /// few there are: the largest share and the longest way count.
 #[inline(always)]
-pub fn change(cells: &[u32], position: Vec3, carrier: Carrier, params: &FrameParams) -> Change {
+pub fn change(cells: &[u32], position: Vec3, carrier: LightFrame, params: &FrameParams) -> Change {
     let exponent = finest(position, params);
     let mut change = Change::default();
     let (mut size, mut judges) = (0, 0);
@@ -139,21 +139,21 @@ pub fn change(cells: &[u32], position: Vec3, carrier: Carrier, params: &FramePar
         // All around rests, to the bit.
         return change;
     }
-    while size < SIZES && judges < JUDGES {
+    while size < SIZES && judges < SIZES_THAT_JUDGE {
         let first = slot(position, carrier, exponent + size) as usize;
         let marks = cells[first];
         let is_last = size + 1 == SIZES;
         if marks > 0 && judges == 0 {
-            change.moved = change.moved.max(cells[first + 3] as f32 / (marks as f32 * UNIT));
+            change.moved = change.moved.max(cells[first + 3] as f32 / (marks as f32 * QUANTA_PER_MARK));
         }
-        if marks >= ENOUGH || (is_last && marks > 0 && judges == 0) {
+        if marks >= MIN_MARKS || (is_last && marks > 0 && judges == 0) {
             let (before, now) = (cells[first + 1] as f32, cells[first + 2] as f32);
-            let chance = CHANCE * (cells[first + 4] as f32).sqrt() * (before + now) / marks as f32;
+            let chance = NOISE_SIGMAS * (cells[first + 4] as f32).sqrt() * (before + now) / marks as f32;
             let lost = ((now - before).abs() - chance).max(0.0) / before.max(now).max(1.0);
             change.lost = change.lost.max(lost);
             if change.moved <= 0.0 {
                 // Nothing moved here: what larger cells saw happened elsewhere.
-                judges = JUDGES;
+                judges = SIZES_THAT_JUDGE;
             }
             judges += 1;
         }
@@ -180,7 +180,7 @@ mod tests {
         }
     }
 
-    /// Edge of the finest cell there [m].
+    /// Edge of the finest cell there (m).
     fn edge() -> f32 {
         let radius = direct_radius(Vec3::ZERO, &params());
         let edge = f32::from_bits(finest(Vec3::ZERO, &params()) << 23);
@@ -194,7 +194,7 @@ mod tests {
     }
 
     /// Adds `count` pairs of marks of a light path's flux: one before, one now if it still arrives.
-    fn add(cells: &mut [u32], count: u32, position: Vec3, carrier: Carrier, arrives: bool, moved: f32) {
+    fn add(cells: &mut [u32], count: u32, position: Vec3, carrier: LightFrame, arrives: bool, moved: f32) {
         let mut cells = AtomicWords::new(cells);
         for _ in 0..count {
             mark(&mut cells, position, carrier, When::Before, 3.0, moved, &params());
@@ -208,7 +208,7 @@ mod tests {
         vec![0; (WORDS * VALIDATION_CELLS) as usize]
     }
 
-    const WORLD: Carrier = Carrier(0);
+    const WORLD: LightFrame = LightFrame(0);
 
     #[test]
     fn nothing_marked_and_light_at_rest_are_no_change() {
@@ -252,16 +252,17 @@ mod tests {
     #[test]
     fn light_that_goes_out_is_lost_beyond_chance() {
         let mut cells = empty();
-        add(&mut cells, 100, place(), WORLD, false, LONGEST);
+        add(&mut cells, 100, place(), WORLD, false, MAX_STEP);
         let found = change(&cells, place(), WORLD, &params());
         // All is lost but 1.2 standard deviations of a hundred: 0.12.
         assert!((found.lost - 0.88).abs() < 1.0e-5, "{}", found.lost);
-        assert_eq!(found.moved, LONGEST);
+        assert_eq!(found.moved, MAX_STEP);
     }
 
     #[test]
     fn carriers_do_not_mix() {
-        let carriers = [0, 1, 2, 77].map(|id| [Carrier::instance(id), Carrier::world_below(id)]).concat();
+        let carriers =
+            [0, 1, 2, 77].map(|id| [LightFrame::instance(id), LightFrame::world_below(id)]).concat();
         for (index, &marks) in carriers.iter().enumerate() {
             let mut cells = empty();
             add(&mut cells, 10, place(), marks, true, 1.0);
@@ -276,6 +277,6 @@ mod tests {
     fn the_longest_ways_are_not_told_apart() {
         let mut cells = empty();
         add(&mut cells, 10, place(), WORLD, true, 1.0e9);
-        assert_eq!(change(&cells, place(), WORLD, &params()).moved, LONGEST);
+        assert_eq!(change(&cells, place(), WORLD, &params()).moved, MAX_STEP);
     }
 }

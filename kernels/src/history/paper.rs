@@ -12,11 +12,11 @@ use crate::history::resolve_history::RESOLVE_HISTORY;
 use crate::interface::frame::FrameParams;
 #[cfg(not(target_arch = "spirv"))]
 use crate::interface::history::HistorySettings;
-use crate::interface::history::{HistoryPoint, Lent};
+use crate::interface::history::{HistoryPoint, Reprojected};
 use crate::interface::instance::Instance;
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::history::reprojected::ReprojectedPoint;
-use crate::history::window::{Look, PreviousFrame, WIDE, for_each_around, project, seen_from};
+use crate::history::window::{Look, PreviousFrame, WIDE_HALF_WIDTH, for_each_around, project, seen_from};
 use crate::seam::Slots;
 use spirv_std::glam::Vec3;
 
@@ -25,7 +25,7 @@ const PAPER_SIGMA: f32 = 0.75;
 /// Frames' worth of a share of 0.8 in the blend: 0.8 / 0.2.
 const PAPER_SAMPLES: f32 = 4.0;
 /// Cosine below which discs cross several pixels.
-const FLAT: f32 = 0.3;
+const MIN_SAME_SIZE_COS: f32 = 0.3;
 
 #[cfg(not(target_arch = "spirv"))]
 /// OurTemporal as published: eight tenths of the mean of the previous points that overlap, two tenths of this frame's light,
@@ -53,11 +53,11 @@ pub fn reuse_paper(
     instances: &[Instance],
     history_points: &[HistoryPoint],
     history_mean: &[Vec3],
-    mut lent: Slots<'_, Lent>,
+    mut reprojected: Slots<'_, Reprojected>,
 ) {
     let (point, shading) = (&point_geometry[pixel as usize], &point_shading[pixel as usize]);
     let history = PreviousFrame { points: history_points, mean: history_mean };
-    lent.write(pixel, overlapping(pixel, point, shading, instances, history, params));
+    reprojected.write(pixel, overlapping(pixel, point, shading, instances, history, params));
 }
 
 /// The mean over all previous points whose disc holds this one, weighted by exp(-d^2 / (2 (0.75 R)^2)),
@@ -70,24 +70,24 @@ fn overlapping(
     instances: &[Instance],
     history: PreviousFrame<'_>,
     params: &FrameParams,
-) -> Lent {
+) -> Reprojected {
     if point.depth == 0 {
-        return Lent::default();
+        return Reprojected::default();
     }
     let borrower = ReprojectedPoint::new(point, shading, instances);
     let mut visit = Overlap { borrower, sum: Vec3::ZERO, weights: 0.0 };
     let before = &params.previous_camera;
     let at = project(seen_from(before, pixel, point, shading, borrower.position, params), before, params);
     // Discs are 0.56 pixels wide head on, and 2.5 across where they lie flat.
-    let half = if shading.to_viewer.dot(point.normal) < FLAT { WIDE } else { 1 };
+    let half = if shading.to_viewer.dot(point.normal) < MIN_SAME_SIZE_COS { WIDE_HALF_WIDTH } else { 1 };
     for_each_around(at, half, params, history, &mut visit);
     if visit.weights <= 0.0 && point.depth > 1 {
-        for_each_around(at, WIDE, params, history, &mut visit);
+        for_each_around(at, WIDE_HALF_WIDTH, params, history, &mut visit);
     }
     if visit.weights <= 0.0 {
-        return Lent::default();
+        return Reprojected::default();
     }
-    Lent { mean: visit.sum / visit.weights, samples: PAPER_SAMPLES, offset: Vec3::ZERO }
+    Reprojected { mean: visit.sum / visit.weights, samples: PAPER_SAMPLES, offset: Vec3::ZERO }
 }
 
 /// Sums over the points that overlap.

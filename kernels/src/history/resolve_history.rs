@@ -3,10 +3,10 @@
 use crate::declare::pass;
 use crate::gather::accumulator::{self, Sum};
 use crate::gather::contribution::contribution;
+use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
-use crate::interface::history::{HistoryPoint, HistorySettings, Lent};
+use crate::interface::history::{HistoryPoint, HistorySettings, Reprojected};
 use crate::interface::material::Material;
-use crate::interface::needs::Needs;
 use crate::interface::point::{DepositLight, PointGeometry, PointShading};
 use crate::math::{PI, octahedral};
 use crate::pass::resolve;
@@ -17,28 +17,28 @@ use spirv_std::glam::Vec3;
 /// A pixel's caustic, and its part of the history.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Blended {
-    /// Radiance of the caustic [W m^-2 sr^-1].
+    /// Radiance of the caustic (W m^-2 sr^-1).
     pub radiance: Vec3,
     /// The point, as the next frame finds it.
     pub point: HistoryPoint,
-    /// The light that it lends (see `Lent::mean`).
+    /// The light that it lends (see `Reprojected::mean`).
     pub mean: Vec3,
 }
 
 /// Reflectance below which light cannot be told from what a point reflects [1/sr].
-const LEAST_REFLECTANCE: f32 = 1.0e-4;
+const MIN_REFLECTANCE: f32 = 1.0e-4;
 
 /// Radiance of the caustic at each pixel, blended with what was lent.
 #[pass(name = "resolve.history", over = params.pixel_count(), work = Resolve)]
 pub fn resolve_history(
     pixel: u32,
     params: &FrameParams,
-    needs: Needs,
+    features: Features,
     point_geometry: &[PointGeometry],
     point_shading: &[PointShading],
     materials: &[Material],
     #[len = params.pixel_count() * accumulator::WORDS] accumulator: &[u32],
-    lent: &[Lent],
+    reprojected: &[Reprojected],
     mut caustic_radiance: Slots<'_, Vec3>,
     mut history_points: Slots<'_, HistoryPoint>,
     mut history_mean: Slots<'_, Vec3>,
@@ -46,7 +46,8 @@ pub fn resolve_history(
     let i = pixel as usize;
     let (point, shading) = (&point_geometry[i], &point_shading[i]);
     let settings = &params.history;
-    let blended = blend(pixel, point, shading, materials, accumulator, &lent[i], settings, params, needs);
+    let blended =
+        blend(pixel, point, shading, materials, accumulator, &reprojected[i], settings, params, features);
     caustic_radiance.write(pixel, blended.radiance);
     history_points.write(pixel, blended.point);
     history_mean.write(pixel, blended.mean);
@@ -60,10 +61,10 @@ pub fn blend(
     shading: &PointShading,
     materials: &[Material],
     accumulator: &[u32],
-    lent: &Lent,
+    reprojected: &Reprojected,
     settings: &HistorySettings,
     params: &FrameParams,
-    needs: Needs,
+    features: Features,
 ) -> Blended {
     let mut out = Blended::default();
     out.point.position = point.position;
@@ -80,25 +81,25 @@ pub fn blend(
     if settings.demodulates != 0 {
         let head_on =
             DepositLight { to_light: shading.shading_normal, flux: Vec3::ONE, ..Default::default() };
-        let material = material_of(shading, materials, needs);
-        reflectance = contribution(shading, material, &head_on, params.specular_roughness, needs);
+        let material = material_of(shading, materials, features);
+        reflectance = contribution(shading, material, &head_on, params.specular_roughness, features);
     }
-    if reflectance.max_element() < LEAST_REFLECTANCE {
+    if reflectance.max_element() < MIN_REFLECTANCE {
         return out;
     }
-    let share = 1.0 / (lent.samples + 1.0);
+    let share = 1.0 / (reprojected.samples + 1.0);
     out.mean = demodulated(fresh, reflectance);
-    if lent.samples > 0.0 {
-        out.mean = lent.mean + (out.mean - lent.mean) * share;
+    if reprojected.samples > 0.0 {
+        out.mean = reprojected.mean + (out.mean - reprojected.mean) * share;
         out.radiance = shading.throughput * reflectance * out.mean;
     }
     out.point = HistoryPoint {
-        position: point.position + lent.offset * (1.0 - share),
+        position: point.position + reprojected.offset * (1.0 - share),
         radius: point.radius,
         normal: octahedral::encode(point.normal),
         to_viewer: octahedral::encode(shading.to_viewer),
         material: shading.material,
-        samples: lent.samples + 1.0,
+        samples: reprojected.samples + 1.0,
     };
     out
 }
@@ -106,9 +107,9 @@ pub fn blend(
 /// Light over reflectance; a channel that is not reflected is taken for the mean of the others.
 #[inline(always)]
 fn demodulated(radiance: Vec3, reflectance: Vec3) -> Vec3 {
-    let is_seen = |r: f32| if r >= LEAST_REFLECTANCE { 1.0 } else { 0.0 };
+    let is_seen = |r: f32| if r >= MIN_REFLECTANCE { 1.0 } else { 0.0 };
     let seen = Vec3::new(is_seen(reflectance.x), is_seen(reflectance.y), is_seen(reflectance.z));
-    let light = seen * radiance / reflectance.max(Vec3::splat(LEAST_REFLECTANCE));
+    let light = seen * radiance / reflectance.max(Vec3::splat(MIN_REFLECTANCE));
     let mean = light.element_sum() / seen.element_sum();
     light + (Vec3::ONE - seen) * mean
 }
@@ -123,7 +124,7 @@ mod tests {
     use crate::seam::AtomicWords;
     use crate::surface::textured::packed;
 
-    const NEEDS: Needs = Needs(Needs::TEXTURES.0 | Needs::COAT.0);
+    const FEATURES: Features = Features(Features::TEXTURES.0 | Features::COAT.0);
     const DEMODULATES: HistorySettings =
         HistorySettings { reach: 1.3, lag: 4.0, most_samples: 1024.0, demodulates: 1 };
 
@@ -162,7 +163,7 @@ mod tests {
         }
     }
 
-    /// The accumulator of a point with this sum of f times flux [W/sr].
+    /// The accumulator of a point with this sum of f times flux (W/sr).
     fn accumulator(sum: Vec3) -> Vec<u32> {
         let mut words = vec![0; crate::gather::accumulator::WORDS as usize];
         for (channel, value) in sum.to_array().into_iter().enumerate() {
@@ -175,12 +176,22 @@ mod tests {
     fn blended(
         shading: &PointShading,
         sum: Vec3,
-        lent: Lent,
+        reprojected: Reprojected,
         settings: &HistorySettings,
         depth: u32,
     ) -> Blended {
         let point = PointGeometry { depth, ..point() };
-        blend(0, &point, shading, &materials(), &accumulator(sum), &lent, settings, &params(), NEEDS)
+        blend(
+            0,
+            &point,
+            shading,
+            &materials(),
+            &accumulator(sum),
+            &reprojected,
+            settings,
+            &params(),
+            FEATURES,
+        )
     }
 
     fn colors() -> [Vec3; 4] {
@@ -195,7 +206,7 @@ mod tests {
             let shading = shading(index % 2, colors()[index as usize / 2 % 4]);
             for settings in [DEMODULATES, HistorySettings { demodulates: 0, ..DEMODULATES }] {
                 for depth in 0..2 {
-                    let found = blended(&shading, sum, Lent::default(), &settings, depth);
+                    let found = blended(&shading, sum, Reprojected::default(), &settings, depth);
                     let geometry = [PointGeometry { depth, ..point() }];
                     let mut plain = [Vec3::ONE];
                     let (params, words) = (params(), accumulator(sum));
@@ -213,11 +224,11 @@ mod tests {
 
     #[test]
     fn no_point_leaves_nothing_to_the_next_frame() {
-        let lent = Lent { mean: Vec3::ONE, samples: 3.0, offset: Vec3::ONE };
-        let found = blended(&shading(0, Vec3::ONE), Vec3::splat(1.0e-4), lent, &DEMODULATES, 0);
+        let reprojected = Reprojected { mean: Vec3::ONE, samples: 3.0, offset: Vec3::ONE };
+        let found = blended(&shading(0, Vec3::ONE), Vec3::splat(1.0e-4), reprojected, &DEMODULATES, 0);
         assert_eq!((found.radiance, found.point.samples), (Vec3::ZERO, 0.0));
         // Nor does a point that reflects nothing: its light cannot be told.
-        let found = blended(&shading(0, Vec3::ZERO), Vec3::ZERO, lent, &DEMODULATES, 1);
+        let found = blended(&shading(0, Vec3::ZERO), Vec3::ZERO, reprojected, &DEMODULATES, 1);
         assert_eq!((found.radiance, found.point.samples), (Vec3::ZERO, 0.0));
     }
 
@@ -227,11 +238,12 @@ mod tests {
         let radiance = HistorySettings { demodulates: 0, ..DEMODULATES };
         for (material, settings) in [(0, &DEMODULATES), (1, &DEMODULATES), (0, &radiance), (1, &radiance)] {
             let shading = shading(material, colors()[1]);
-            let fresh = blended(&shading, sum, Lent::default(), settings, 1);
+            let fresh = blended(&shading, sum, Reprojected::default(), settings, 1);
             assert_eq!((fresh.point.samples, fresh.point.position), (1.0, point().position));
             for n in [1.0, 3.0, 4.0, 100.0] {
                 let offset = Vec3::new(0.01, 0.0, -0.02);
-                let found = blended(&shading, sum, Lent { mean: old, samples: n, offset }, settings, 1);
+                let found =
+                    blended(&shading, sum, Reprojected { mean: old, samples: n, offset }, settings, 1);
                 let expected = (n * old + fresh.mean) / (n + 1.0);
                 // A few ulp.
                 assert!((found.mean - expected).length() < 1.0e-6 * expected.length());
@@ -252,20 +264,21 @@ mod tests {
         for white in [Vec3::ONE, Vec3::new(0.25, 1.0, 0.5)] {
             for color in [Vec3::ONE, Vec3::new(0.5, 0.25, 0.125), Vec3::new(0.5, 0.0, 0.25)] {
                 // The same deposits give both texels the same light times their colours.
-                let lender = blended(&shading(0, white), white * light, Lent::default(), &DEMODULATES, 1);
-                let own = blended(&shading(0, color), color * light, Lent::default(), &DEMODULATES, 1);
+                let lender =
+                    blended(&shading(0, white), white * light, Reprojected::default(), &DEMODULATES, 1);
+                let own = blended(&shading(0, color), color * light, Reprojected::default(), &DEMODULATES, 1);
                 // As good as nothing else but the history.
-                let lent = Lent { mean: lender.mean, samples: 1.0e6, offset: Vec3::ZERO };
-                let found = blended(&shading(0, color), color * light, lent, &DEMODULATES, 1);
+                let reprojected = Reprojected { mean: lender.mean, samples: 1.0e6, offset: Vec3::ZERO };
+                let found = blended(&shading(0, color), color * light, reprojected, &DEMODULATES, 1);
                 assert!((found.radiance - own.radiance).length() < 1.0e-6 * own.radiance.length());
                 // Irradiance: pi R^2 of the light that deposits brought.
                 let expected = PI * light / (PI * 0.02 * 0.02);
                 assert!((lender.mean - expected).length() < 1.0e-5 * expected.length(), "{}", lender.mean);
                 // Radiance that is lent carries the lender's colour along.
                 let radiance = HistorySettings { demodulates: 0, ..DEMODULATES };
-                let lender = blended(&shading(0, white), white * light, Lent::default(), &radiance, 1);
-                let lent = Lent { mean: lender.mean, samples: 1.0e6, offset: Vec3::ZERO };
-                let smeared = blended(&shading(0, color), color * light, lent, &radiance, 1);
+                let lender = blended(&shading(0, white), white * light, Reprojected::default(), &radiance, 1);
+                let reprojected = Reprojected { mean: lender.mean, samples: 1.0e6, offset: Vec3::ZERO };
+                let smeared = blended(&shading(0, color), color * light, reprojected, &radiance, 1);
                 let differs = (smeared.radiance - own.radiance).length() > 0.1 * own.radiance.length();
                 assert_eq!(differs, white != color);
             }

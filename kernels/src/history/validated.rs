@@ -8,15 +8,15 @@ use crate::declare::{History, Step};
 #[cfg(not(target_arch = "spirv"))]
 use crate::history::resolve_history::RESOLVE_HISTORY;
 use crate::interface::frame::FrameParams;
-use crate::interface::history::{HistoryPoint, HistorySettings, Lent};
+use crate::interface::history::{HistoryPoint, HistorySettings, Reprojected};
 use crate::interface::instance::Instance;
 use crate::interface::material::Material;
-use crate::interface::needs::Needs;
+use crate::interface::features::Features;
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::math::octahedral;
-use crate::history::cells::{self, Carrier, Change};
+use crate::history::cells::{self, LightFrame, Change};
 use crate::history::reprojected::ReprojectedPoint;
-use crate::history::window::{Look, PreviousFrame, WIDE, for_each_around, project, seen_from};
+use crate::history::window::{Look, PreviousFrame, WIDE_HALF_WIDTH, for_each_around, project, seen_from};
 use crate::seam::Slots;
 use crate::surface::class::{self, Classes};
 use crate::surface::textured::material_of;
@@ -28,13 +28,13 @@ pub mod validate;
 use validate::VALIDATE;
 
 /// Radii of lender and borrower differ at most by this factor.
-const MOST_RADIUS_RATIO: f32 = 1.5;
+const MAX_RADIUS_RATIO: f32 = 1.5;
 /// A lender this near, relative to the radius, is nearer than any other: half a pixel.
-const NEAR: f32 = 0.85;
+const NEAREST_RADII: f32 = 0.85;
 /// Share of the light that is lost a frame, above which nothing is lent.
-const MOST_LOST: f32 = 0.25;
+const MAX_LOST: f32 = 0.25;
 /// Share of the light by which that of a place which fades may be late.
-const MOST_LATE: f32 = 0.02;
+const MAX_LATE: f32 = 0.02;
 /// Turn of the view that light of a glossy lobe stands, relative to the lobe's width (squared roughness).
 const VIEW_LAG: f32 = 0.5;
 
@@ -66,7 +66,7 @@ pub const VALIDATED: History = History {
 pub fn reuse_validated(
     pixel: u32,
     params: &FrameParams,
-    needs: Needs,
+    features: Features,
     point_geometry: &[PointGeometry],
     point_shading: &[PointShading],
     materials: &[Material],
@@ -74,13 +74,13 @@ pub fn reuse_validated(
     history_points: &[HistoryPoint],
     history_mean: &[Vec3],
     validation_cells: &[u32],
-    mut lent: Slots<'_, Lent>,
+    mut reprojected: Slots<'_, Reprojected>,
 ) {
     let (point, shading) = (&point_geometry[pixel as usize], &point_shading[pixel as usize]);
     let history = PreviousFrame { points: history_points, mean: history_mean };
     let found =
-        nearest(pixel, point, shading, materials, instances, history, validation_cells, params, needs);
-    lent.write(pixel, found);
+        nearest(pixel, point, shading, materials, instances, history, validation_cells, params, features);
+    reprojected.write(pixel, found);
 }
 
 /// The nearest previous point of the same surface, as many frames' worth as hold by what validation paths saw, and by how
@@ -95,18 +95,18 @@ fn nearest(
     history: PreviousFrame<'_>,
     validation_cells: &[u32],
     params: &FrameParams,
-    needs: Needs,
-) -> Lent {
+    features: Features,
+) -> Reprojected {
     let settings = &params.history;
     if point.depth == 0 {
-        return Lent::default();
+        return Reprojected::default();
     }
     // A mesh that moves carries its light along, or slides below it: whichever changed less.
     let mut borrower = ReprojectedPoint::new(point, shading, instances);
-    let carrier = Carrier::instance(shading.instance);
+    let carrier = LightFrame::instance(shading.instance);
     let mut change = cells::change(validation_cells, borrower.position, carrier, params);
     if shading.instance != 0 {
-        let carrier = Carrier::world_below(shading.instance);
+        let carrier = LightFrame::world_below(shading.instance);
         let below = cells::change(validation_cells, point.position, carrier, params);
         if most_samples(&below, settings) > most_samples(&change, settings) {
             change = below;
@@ -122,15 +122,15 @@ fn nearest(
         for_each_around(at, 1, params, history, &mut visit);
     }
     if !visit.found && point.depth > 1 {
-        for_each_around(at, WIDE, params, history, &mut visit);
+        for_each_around(at, WIDE_HALF_WIDTH, params, history, &mut visit);
     }
     if !visit.found {
-        return Lent::default();
+        return Reprojected::default();
     }
     let lender = history.points[visit.pixel as usize];
 
     let mut most = most_samples(&change, settings);
-    let material = material_of(shading, materials, needs);
+    let material = material_of(shading, materials, features);
     if is_glossy(&material, params.specular_roughness) {
         let mut to_viewer = shading.to_viewer;
         if shading.instance != 0 {
@@ -141,9 +141,9 @@ fn nearest(
     }
     let samples = lender.samples.min(most);
     if samples <= 0.0 {
-        return Lent::default();
+        return Reprojected::default();
     }
-    Lent { mean: history.mean[visit.pixel as usize], samples, offset: lender.position - borrower.position }
+    Reprojected { mean: history.mean[visit.pixel as usize], samples, offset: lender.position - borrower.position }
 }
 
 /// Frames' worth that lent light counts at most, by how it changed.
@@ -157,7 +157,7 @@ fn nearest(
 fn most_samples(change: &Change, settings: &HistorySettings) -> f32 {
     let mut most = settings.most_samples;
     if change.lost > 0.0 {
-        most = most.min(MOST_LATE * (1.0 / change.lost - 1.0 / MOST_LOST).max(0.0));
+        most = most.min(MAX_LATE * (1.0 / change.lost - 1.0 / MAX_LOST).max(0.0));
     }
     if change.moved > 0.0 {
         most = most.min(settings.lag / change.moved);
@@ -185,7 +185,7 @@ impl Nearest {
     /// Whether no other point is likely to be nearer.
     #[inline(always)]
     fn is_near(&self) -> bool {
-        let near = NEAR * self.borrower.radius;
+        let near = NEAREST_RADII * self.borrower.radius;
         self.square <= near * near
     }
 }
@@ -202,7 +202,7 @@ impl Look for Nearest {
         if square < self.square
             && lender.samples > 0.0
             && square <= reach * reach
-            && large <= MOST_RADIUS_RATIO * small
+            && large <= MAX_RADIUS_RATIO * small
             && lender.material == self.borrower.material
             && self.borrower.accepts(&lender, along)
         {
@@ -225,11 +225,11 @@ mod tests {
     #[test]
     fn lent_light_is_late_by_a_part_of_a_disc_or_of_its_brightness() {
         assert_eq!(samples(0.0, 0.0), 1024.0);
-        for moved in [0.001, 0.1, 2.5, cells::LONGEST] {
+        for moved in [0.001, 0.1, 2.5, cells::MAX_STEP] {
             assert!((samples(0.0, moved) * moved - 0.25).abs() < 1.0e-6, "{moved}");
         }
         for lost in [0.001, 0.02, 0.1, 0.2] {
-            assert!(samples(lost, 0.0) * lost <= MOST_LATE);
+            assert!(samples(lost, 0.0) * lost <= MAX_LATE);
             // Whatever says less counts.
             assert_eq!(samples(lost, 2.5), samples(lost, 0.0).min(0.1));
         }

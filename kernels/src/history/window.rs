@@ -13,8 +13,8 @@ use crate::interface::point::{PointGeometry, PointShading};
 use crate::math::pencil::Image;
 use spirv_std::glam::{Vec2, Vec3};
 
-/// Half width of the window [px] where light was seen through specular events and none lends in the small one.
-pub const WIDE: i32 = 3;
+/// Half width of the window (px) where light was seen through specular events and none lends in the small one.
+pub const WIDE_HALF_WIDTH: i32 = 3;
 
 /// Where the eye of the frame before saw the point, from there: any length along the way to it, or to its image.
 /// `position` is the point in the frame before.
@@ -44,7 +44,7 @@ pub fn seen_from(
     image.from_eye(camera.position - before.position, along, camera.right)
 }
 
-/// Where a camera's picture shows what lies along `from_eye` [px], far outside of it if that is behind the eye.
+/// Where a camera's picture shows what lies along `from_eye` (px), far outside of it if that is behind the eye.
 #[inline(always)]
 pub fn project(from_eye: Vec3, camera: &Camera, params: &FrameParams) -> Vec2 {
     let depth = from_eye.dot(camera.forward);
@@ -111,7 +111,7 @@ mod tests {
         FrameParams { camera, width: 160, height: 90, ..FrameParams::default() }
     }
 
-    /// Centre of a pixel [px], and the unit direction of its ray.
+    /// Centre of a pixel (px), and the unit direction of its ray.
     fn ray(pixel: u32, params: &FrameParams) -> (Vec2, Vec3) {
         let centre =
             Vec2::new((pixel % params.width) as f32, (pixel / params.width) as f32) + Vec2::splat(0.5);
@@ -201,11 +201,11 @@ mod tests {
         let params = params(Vec3::NEG_Z);
         for place in [EYE + Vec3::Z, EYE, EYE + Vec3::X] {
             let at = project(place - EYE, &params.camera, &params);
-            assert_eq!(around(at, WIDE, &params), []);
+            assert_eq!(around(at, WIDE_HALF_WIDTH, &params), []);
         }
         // So are places far beside the picture, whatever their distance.
         let beside = project(Vec3::new(1.0e9, 0.0, -1.0e-5), &params.camera, &params);
-        assert_eq!((beside.x, around(beside, WIDE, &params)), (1.0e6, vec![]));
+        assert_eq!((beside.x, around(beside, WIDE_HALF_WIDTH, &params)), (1.0e6, vec![]));
     }
 
     #[test]
@@ -214,7 +214,7 @@ mod tests {
         assert_eq!(around(Vec2::new(5.99, 2.0), 0, &params), [2 * 160 + 5]);
         assert_eq!(around(Vec2::new(0.5, 0.5), 1, &params), [0, 1, 160, 161]);
         assert_eq!(around(Vec2::new(159.5, 89.5), 1, &params).len(), 4);
-        assert_eq!(around(Vec2::new(80.0, 45.0), WIDE, &params).len(), 49);
+        assert_eq!(around(Vec2::new(80.0, 45.0), WIDE_HALF_WIDTH, &params).len(), 49);
         // The pixel beside the first column holds no points, but it has a neighbour that does.
         assert_eq!(around(Vec2::new(-0.5, 0.5), 0, &params), []);
         assert_eq!(around(Vec2::new(-0.5, 0.5), 1, &params), [0, 160]);

@@ -9,7 +9,7 @@ use spirv_std::glam::Vec3;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Camera {
-    /// Eye [m].
+    /// Eye (m).
     pub position: Vec3,
     /// Unit right times tan(fov_x / 2).
     pub right: Vec3,
@@ -27,9 +27,9 @@ pub struct FrameParams {
     pub camera: Camera,
     /// The eye of the frame before.
     pub previous_camera: Camera,
-    /// Image width [px].
+    /// Image width (px).
     pub width: u32,
-    /// Image height [px].
+    /// Image height (px).
     pub height: u32,
     /// Seed of every random number of the run.
     pub seed: u32,
@@ -47,9 +47,9 @@ pub struct FrameParams {
     pub specular_roughness: f32,
     /// Radius of a collection point relative to the disc of its pixel's footprint area.
     pub radius_px: f32,
-    /// Spread of a pixel's ray cone at the eye [rad].
+    /// Spread of a pixel's ray cone at the eye (rad).
     pub pixel_spread: f32,
-    /// Quantum of the accumulator [W sr^-1 in the unit of f phi], a power of two.
+    /// Quantum of the accumulator (W sr^-1 in the unit of f phi), a power of two.
     pub quantum: f32,
     /// Lights in the light table.
     pub light_count: u32,
@@ -59,7 +59,7 @@ pub struct FrameParams {
     pub cell_mask: u32,
     /// Linear exposure factor of `display`.
     pub exposure: f32,
-    /// Radiance that camera prefixes see where they leave the scene [W m^-2 sr^-1]; it lights nothing.
+    /// Radiance that camera prefixes see where they leave the scene (W m^-2 sr^-1); it lights nothing.
     pub background: Vec3,
     /// Settings of the history.
     pub history: HistorySettings,

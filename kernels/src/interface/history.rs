@@ -7,9 +7,9 @@ use spirv_std::glam::Vec3;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct HistoryPoint {
-    /// Mean of the positions whose light it holds [m].
+    /// Mean of the positions whose light it holds (m).
     pub position: Vec3,
-    /// Radius of its disc [m].
+    /// Radius of its disc (m).
     pub radius: f32,
     /// Unit normal of the face, octahedral.
     pub normal: u32,
@@ -24,12 +24,12 @@ pub struct HistoryPoint {
 /// What the frame before lends to a collection point.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Lent {
-    /// Mean of the light gathered [W m^-2], or of the radiance [W m^-2 sr^-1] where the history does not demodulate.
+pub struct Reprojected {
+    /// Mean of the light gathered (W m^-2), or of the radiance (W m^-2 sr^-1) where the history does not demodulate.
     pub mean: Vec3,
     /// Frames' worth that it counts; 0 where nothing is lent.
     pub samples: f32,
-    /// From the point to the mean position of that light [m].
+    /// From the point to the mean position of that light (m).
     pub offset: Vec3,
 }
 
@@ -39,7 +39,7 @@ pub struct Lent {
 pub struct HistorySettings {
     /// Distance up to which a point lends, relative to its radius.
     pub reach: f32,
-    /// Way by which lent light may be late, at most [radii of a point seen directly].
+    /// Way by which lent light may be late, at most (radii of a point seen directly).
     pub lag: f32,
     /// Frames' worth of light that is lent at most.
     pub most_samples: f32,
@@ -51,9 +51,9 @@ pub struct HistorySettings {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct ValidationDeposit {
-    /// Position [m].
+    /// Position (m).
     pub position: Vec3,
-    /// Flux per cosine, summed over channels [W]; 0 marks "no deposit here".
+    /// Flux per cosine, summed over channels (W); 0 marks "no deposit here".
     pub flux: f32,
     /// Index into the instances of what it lies on.
     pub instance: u32,
@@ -69,15 +69,15 @@ pub const VALIDATION_PERIOD: u32 = 8;
 pub const VALIDATION_CELLS: u32 = 1 << 18;
 
 /// Validation paths of a small frame, if it has as many light paths.
-const LEAST_VALIDATIONS: u32 = 4096;
+const MIN_VALIDATIONS: u32 = 4096;
 
 /// Validation paths of a frame with this many light paths.
 #[inline]
 pub fn validation_paths(light_path_count: u32) -> u32 {
-    light_path_count.div_ceil(PATHS_PER_VALIDATION).max(light_path_count.min(LEAST_VALIDATIONS))
+    light_path_count.div_ceil(PATHS_PER_VALIDATION).max(light_path_count.min(MIN_VALIDATIONS))
 }
 
 const _: () = assert!(size_of::<HistoryPoint>() == 32);
-const _: () = assert!(size_of::<Lent>() == 28);
+const _: () = assert!(size_of::<Reprojected>() == 28);
 const _: () = assert!(size_of::<HistorySettings>() == 16);
 const _: () = assert!(size_of::<ValidationDeposit>() == 20);

@@ -13,7 +13,7 @@ pub struct Transform {
     pub y: Vec3,
     /// Of the z axis.
     pub z: Vec3,
-    /// Of the origin [m].
+    /// Of the origin (m).
     pub offset: Vec3,
 }
 
@@ -43,7 +43,7 @@ impl Transform {
         self.x * v.x + self.y * v.y + self.z * v.z
     }
 
-    /// A position [m].
+    /// A position (m).
     #[inline(always)]
     pub fn point(&self, p: Vec3) -> Vec3 {
         self.vector(p) + self.offset

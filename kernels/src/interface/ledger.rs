@@ -1,6 +1,6 @@
 //! The energy ledger: where the flux of light paths goes, in the words of the counter buffer behind the counters.
 
-/// An entry of the ledger: flux summed over paths and channels, in quanta of `FrameParams::quantum` [W].
+/// An entry of the ledger: flux summed over paths and channels, in quanta of `FrameParams::quantum` (W).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Entry {

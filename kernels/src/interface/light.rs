@@ -7,15 +7,15 @@ use spirv_std::glam::Vec3;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Light {
-    /// Position of a point or spot light [m]; centre of the disc that a directional light's paths start on [m], which
+    /// Position of a point or spot light (m); centre of the disc that a directional light's paths start on (m), which
     /// lies before the whole scene. Unused by triangles.
     pub position: Vec3,
     /// Triangle id, or `NONE` for a punctual light.
     pub triangle: u32,
-    /// Radiance of a triangle [W m^-2 sr^-1], intensity of a point or spot light [W sr^-1], irradiance across a
-    /// directional light [W m^-2].
+    /// Radiance of a triangle (W m^-2 sr^-1), intensity of a point or spot light (W sr^-1), irradiance across a
+    /// directional light (W m^-2).
     pub emission: Vec3,
-    /// Area of the triangle [m^2]; 0 for a punctual light.
+    /// Area of the triangle (m^2); 0 for a punctual light.
     pub area: f32,
     /// Chance that this light is chosen (its share of the scene's power).
     pub pdf_light_choice: f32,
@@ -29,11 +29,11 @@ pub struct Light {
     pub direction: Vec3,
     /// `LIGHT_*` of a punctual light; 0 for triangles.
     pub kind: u32,
-    /// 1 - cos of a spot's outer angle: its cone's solid angle over 2 pi [sr]; 0 for others.
+    /// 1 - cos of a spot's outer angle: its cone's solid angle over 2 pi (sr); 0 for others.
     pub cone: f32,
     /// 1 / (cos of the inner angle - cos of the outer) of a spot; 0 for others.
     pub falloff: f32,
-    /// Radius of the disc that a directional light's paths start on [m]; 0 for others.
+    /// Radius of the disc that a directional light's paths start on (m); 0 for others.
     pub radius: f32,
     /// Keeps rows at 16 bytes.
     pub padding: u32,

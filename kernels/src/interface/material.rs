@@ -11,7 +11,7 @@ pub struct Material {
     pub base_color: Vec3,
     /// Perceptual roughness in [0, 1]; the GGX width is its square.
     pub roughness: f32,
-    /// Emitted radiance [W m^-2 sr^-1].
+    /// Emitted radiance (W m^-2 sr^-1).
     pub emission: Vec3,
     /// Share of metal in [0, 1].
     pub metallic: f32,

@@ -7,9 +7,9 @@ use spirv_std::glam::Vec3;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct PointGeometry {
-    /// Position [m]; without a point, the last finite vertex of the camera path.
+    /// Position (m); without a point, the last finite vertex of the camera path.
     pub position: Vec3,
-    /// Radius of the disc [m]; 0 marks "no point here".
+    /// Radius of the disc (m); 0 marks "no point here".
     pub radius: f32,
     /// Unit normal of the face, on the viewer's side.
     pub normal: Vec3,
@@ -37,7 +37,7 @@ pub struct PointShading {
     pub eta: f32,
     /// Index into the instances; 0 is the world, which does not move.
     pub instance: u32,
-    /// Distance at which the eye sees the point [m] (`math::pencil::Image`): the camera path's length, unless it is bent
+    /// Distance at which the eye sees the point (m) (`math::pencil::Image`): the camera path's length, unless it is bent
     /// and there is a history.
     pub distance: f32,
     /// Astigmatism of that image, as two signed shares of 32767.
@@ -48,7 +48,7 @@ pub struct PointShading {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct DepositGeometry {
-    /// Position [m].
+    /// Position (m).
     pub position: Vec3,
     /// Scatterings between the light and this hit.
     pub scatterings: u32,
@@ -66,7 +66,7 @@ pub struct DepositLight {
     pub to_light: Vec3,
     /// Keeps rows at 16 bytes.
     pub padding: u32,
-    /// Flux per cosine at the face [W].
+    /// Flux per cosine at the face (W).
     pub flux: Vec3,
     /// Keeps rows at 16 bytes.
     pub padding_2: u32,

@@ -8,9 +8,9 @@ use spirv_std::glam::Vec3;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Ray {
-    /// Start [m].
+    /// Start (m).
     pub origin: Vec3,
-    /// Hits at this distance or beyond do not count [m].
+    /// Hits at this distance or beyond do not count (m).
     pub length: f32,
     /// Unit direction.
     pub direction: Vec3,
@@ -18,14 +18,14 @@ pub struct Ray {
     pub padding: u32,
 }
 
-/// Length of a ray without an end [m].
-pub const ENDLESS: f32 = 1.0e30;
+/// Length of a ray without an end (m).
+pub const MAX_DISTANCE: f32 = 1.0e30;
 
 impl Ray {
     /// A ray without an end.
     #[inline]
     pub fn endless(origin: Vec3, direction: Vec3) -> Self {
-        Ray { origin, length: ENDLESS, direction, padding: 0 }
+        Ray { origin, length: MAX_DISTANCE, direction, padding: 0 }
     }
 }
 
@@ -33,7 +33,7 @@ impl Ray {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Hit {
-    /// Distance along the ray [m].
+    /// Distance along the ray (m).
     pub distance: f32,
     /// Triangle id, or `NONE`.
     pub triangle: u32,
@@ -45,7 +45,7 @@ pub struct Hit {
 
 impl Hit {
     /// No hit.
-    pub const MISS: Hit = Hit { distance: ENDLESS, triangle: NONE, u: 0.0, v: 0.0 };
+    pub const MISS: Hit = Hit { distance: MAX_DISTANCE, triangle: NONE, u: 0.0, v: 0.0 };
 
     /// Whether nothing was hit.
     #[inline]

@@ -68,11 +68,11 @@ pub struct ScatterOut {
 pub struct EmitStep {
     /// First segment.
     pub ray: Ray,
-    /// Flux over density [W].
+    /// Flux over density (W).
     pub flux: Vec3,
     /// Direction from the scene's origin to a light.
     pub to_light: Vec3,
-    /// Radiance over pdf of that connection [W m^-2 sr^-1 sr].
+    /// Radiance over pdf of that connection (W m^-2 sr^-1 sr).
     pub radiance_over_pdf: Vec3,
     /// Its pdf_solid_angle.
     pub pdf: f32,

@@ -13,11 +13,11 @@ pub const CHUNK_COUNT: u32 = 4;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Texture {
-    /// Where the finest level begins [texels].
+    /// Where the finest level begins (texels).
     pub offset: u32,
-    /// Width of the finest level [texels]; that of each other is half of it, rounded down, at least 1.
+    /// Width of the finest level (texels); that of each other is half of it, rounded down, at least 1.
     pub width: u32,
-    /// Height of the finest level [texels].
+    /// Height of the finest level (texels).
     pub height: u32,
     /// Levels.
     pub level_count: u32,

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::Vec4;
 
-/// Four children's boxes [m], one lane a child. An empty lane has all its planes at f32::MAX, so that every ray
+/// Four children's boxes (m), one lane a child. An empty lane has all its planes at f32::MAX, so that every ray
 /// misses it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -39,19 +39,19 @@ pub const TREE_STACK: usize = 64;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct TriangleBlock {
-    /// First corners on x [m].
+    /// First corners on x (m).
     pub a_x: Vec4,
     /// First corners on y.
     pub a_y: Vec4,
     /// First corners on z.
     pub a_z: Vec4,
-    /// Second corners on x [m].
+    /// Second corners on x (m).
     pub b_x: Vec4,
     /// Second corners on y.
     pub b_y: Vec4,
     /// Second corners on z.
     pub b_z: Vec4,
-    /// Third corners on x [m].
+    /// Third corners on x (m).
     pub c_x: Vec4,
     /// Third corners on y.
     pub c_y: Vec4,

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::Vec3;
 
-/// Corners of a triangle [m]; counter-clockwise seen from its front. Also the vertex buffer of the hardware build.
+/// Corners of a triangle (m); counter-clockwise seen from its front. Also the vertex buffer of the hardware build.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Triangle {

@@ -5,7 +5,7 @@
 use crate::interface::light::LIGHT_DIRECTIONAL;
 use crate::light::choose;
 use crate::light::density_map::{draw, map_of, to_polar};
-use crate::light::emit::{Emit, Leaving};
+use crate::light::emit::{EmissionSample, Emit};
 use crate::light::power::ByPower;
 use spirv_std::glam::{Vec2, Vec4};
 
@@ -20,7 +20,7 @@ pub struct ByDensity<'a> {
 
 impl Emit for ByDensity<'_> {
     #[inline(always)]
-    fn leave(&self, place: Vec4, direction: Vec4) -> Leaving {
+    fn sample(&self, place: Vec4, direction: Vec4) -> EmissionSample {
         let lights = self.power.scene.lights;
         let light = choose(lights, self.power.light_count, place.x, place.y);
         let parallel = lights[light as usize].kind == LIGHT_DIRECTIONAL;
@@ -28,11 +28,11 @@ impl Emit for ByDensity<'_> {
         let drawn = draw(self.tree, map_of(light), Vec2::new(u, v));
         let polar = to_polar(drawn.at);
         let leaving = if parallel {
-            self.power.leave(Vec4::new(place.x, place.y, polar.x, polar.y), direction)
+            self.power.sample(Vec4::new(place.x, place.y, polar.x, polar.y), direction)
         } else {
-            self.power.leave(place, Vec4::new(polar.x, polar.y, direction.z, direction.w))
+            self.power.sample(place, Vec4::new(polar.x, polar.y, direction.z, direction.w))
         };
-        Leaving {
+        EmissionSample {
             flux: leaving.flux / drawn.density,
             solid_angle: leaving.solid_angle / drawn.density,
             area: leaving.area / drawn.density,

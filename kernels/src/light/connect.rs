@@ -4,8 +4,8 @@
 use spirv_std::num_traits::Float;
 
 use crate::interface::NONE;
+use crate::interface::features::Features;
 use crate::interface::light::{LIGHT_DIRECTIONAL, LIGHT_SPOT, Light};
-use crate::interface::needs::Needs;
 use crate::interface::scene::SceneTables;
 use crate::light::{choose, spot};
 use crate::math::{offset, warp};
@@ -15,12 +15,12 @@ use spirv_std::glam::{Vec3, Vec4};
 /// A point on a light as a vertex sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Connection {
-    /// Where a shadow ray ends, just before the light [m].
+    /// Where a shadow ray ends, just before the light (m).
     pub target: Vec3,
     /// Unit direction to the light.
     pub to_light: Vec3,
     /// Radiance over pdf_solid_angle; for a punctual light its irradiance across over the chance of its choice
-    /// [W m^-2].
+    /// (W m^-2).
     pub radiance_over_pdf: Vec3,
     /// Density of this direction [1/sr]; 0 for a punctual light, which nothing else can find.
     pub pdf_solid_angle: f32,
@@ -33,7 +33,7 @@ pub struct Connection {
 pub fn connect(
     scene: SceneTables<'_>,
     light_count: u32,
-    needs: Needs,
+    features: Features,
     position: Vec3,
     u: Vec4,
 ) -> Connection {
@@ -48,7 +48,7 @@ pub fn connect(
         return nothing;
     }
     let light = scene.lights[choose(scene.lights, light_count, u.x, u.y) as usize];
-    if needs.has(Needs::DIRECTIONAL_LIGHTS) && light.kind == LIGHT_DIRECTIONAL {
+    if features.has(Features::DIRECTIONAL_LIGHTS) && light.kind == LIGHT_DIRECTIONAL {
         return Connection {
             to_light: -light.direction,
             radiance_over_pdf: light.emission / light.pdf_light_choice,
@@ -56,7 +56,7 @@ pub fn connect(
             ..nothing
         };
     }
-    if needs.has(Needs::POINT_LIGHTS | Needs::SPOT_LIGHTS) && light.triangle == NONE {
+    if features.has(Features::POINT_LIGHTS | Features::SPOT_LIGHTS) && light.triangle == NONE {
         let along = light.position - position;
         let square = along.length_squared();
         if square == 0.0 {
@@ -64,7 +64,7 @@ pub fn connect(
         }
         let to_light = along / square.sqrt();
         let mut radiance_over_pdf = light.emission / (square * light.pdf_light_choice);
-        if needs.has(Needs::SPOT_LIGHTS) && light.kind == LIGHT_SPOT {
+        if features.has(Features::SPOT_LIGHTS) && light.kind == LIGHT_SPOT {
             radiance_over_pdf *= spot::falloff_seen(&light, to_light);
         }
         return Connection { target: light.position, to_light, radiance_over_pdf, ..nothing };
@@ -84,7 +84,7 @@ pub fn connect(
         return nothing;
     }
     let pdf_solid_angle = pdf_solid_angle(&light, square, cos);
-    let share = emission_at(scene, needs, light.triangle, b.x, b.y);
+    let share = emission_at(scene, features, light.triangle, b.x, b.y);
     let clearance = offset::clearance(offset::magnitude(triangle.a, triangle.b, triangle.c));
     Connection {
         target: offset::leave(point, normal, -to_light, clearance),
@@ -95,7 +95,7 @@ pub fn connect(
     }
 }
 
-/// Density [1/sr] with which `connect` finds a point of a triangle light at this squared distance [m^2].
+/// Density [1/sr] with which `connect` finds a point of a triangle light at this squared distance (m^2).
 #[inline(always)]
 pub fn pdf_solid_angle(light: &Light, square: f32, cos: f32) -> f32 {
     light.pdf_light_choice / light.area * square / cos.abs()

@@ -10,9 +10,9 @@ use crate::math::frame::ShadingFrame;
 use crate::math::trig::sin_cos_turns;
 use spirv_std::glam::Vec3;
 
-/// Where a path starts, uniform over the disc, and the disc's area [m^2].
+/// Where a path starts, uniform over the disc, and the disc's area (m^2).
 #[inline(always)]
-pub fn leave(light: &Light, u: f32, v: f32) -> (Vec3, f32) {
+pub fn sample(light: &Light, u: f32, v: f32) -> (Vec3, f32) {
     let frame = ShadingFrame::new(light.direction);
     let (sin, cos) = sin_cos_turns(v);
     let across = (frame.x * cos + frame.y * sin) * (u.sqrt() * light.radius);

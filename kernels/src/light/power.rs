@@ -2,11 +2,11 @@
 //! Spots: uniform over the outer cone. Directional lights: uniform over their disc.
 
 use crate::interface::NONE;
+use crate::interface::features::Features;
 use crate::interface::light::{LIGHT_DIRECTIONAL, LIGHT_SPOT};
-use crate::interface::needs::Needs;
 use crate::interface::ray::Ray;
 use crate::interface::scene::SceneTables;
-use crate::light::emit::{Emit, Leaving};
+use crate::light::emit::{EmissionSample, Emit};
 use crate::light::{choose, directional, spot};
 use crate::math::frame::ShadingFrame;
 use crate::math::{PI, offset, warp};
@@ -21,16 +21,16 @@ pub struct ByPower<'a> {
     /// Length of the light table.
     pub light_count: u32,
     /// What the scene needs.
-    pub needs: Needs,
+    pub features: Features,
 }
 
 impl Emit for ByPower<'_> {
     #[inline(always)]
-    fn leave(&self, place: Vec4, direction: Vec4) -> Leaving {
+    fn sample(&self, place: Vec4, direction: Vec4) -> EmissionSample {
         let light = self.scene.lights[choose(self.scene.lights, self.light_count, place.x, place.y) as usize];
-        if self.needs.has(Needs::DIRECTIONAL_LIGHTS) && light.kind == LIGHT_DIRECTIONAL {
-            let (origin, area) = directional::leave(&light, place.z, place.w);
-            return Leaving {
+        if self.features.has(Features::DIRECTIONAL_LIGHTS) && light.kind == LIGHT_DIRECTIONAL {
+            let (origin, area) = directional::sample(&light, place.z, place.w);
+            return EmissionSample {
                 ray: Ray::endless(origin, light.direction),
                 flux: light.emission * (area / light.pdf_light_choice),
                 solid_angle: 0.0,
@@ -38,9 +38,9 @@ impl Emit for ByPower<'_> {
                 texel: 0,
             };
         }
-        if self.needs.has(Needs::SPOT_LIGHTS) && light.kind == LIGHT_SPOT {
-            let (to, solid_angle) = spot::leave(&light, direction.x, direction.y);
-            return Leaving {
+        if self.features.has(Features::SPOT_LIGHTS) && light.kind == LIGHT_SPOT {
+            let (to, solid_angle) = spot::sample(&light, direction.x, direction.y);
+            return EmissionSample {
                 ray: Ray::endless(light.position, to),
                 flux: light.emission * (solid_angle / light.pdf_light_choice),
                 solid_angle: 2.0 * PI * light.cone / light.pdf_light_choice,
@@ -48,9 +48,9 @@ impl Emit for ByPower<'_> {
                 texel: 0,
             };
         }
-        if self.needs.has(Needs::POINT_LIGHTS) && light.triangle == NONE {
+        if self.features.has(Features::POINT_LIGHTS) && light.triangle == NONE {
             let to = warp::uniform_sphere(direction.x, direction.y);
-            return Leaving {
+            return EmissionSample {
                 ray: Ray::endless(light.position, to),
                 flux: light.emission * (4.0 * PI / light.pdf_light_choice),
                 solid_angle: 4.0 * PI / light.pdf_light_choice,
@@ -68,9 +68,9 @@ impl Emit for ByPower<'_> {
         }
         let local = warp::cosine_hemisphere(direction.x, direction.y);
         let to = ShadingFrame::new(normal).to_world(local);
-        let share = emission_at(self.scene, self.needs, light.triangle, b.x, b.y);
+        let share = emission_at(self.scene, self.features, light.triangle, b.x, b.y);
         let clearance = offset::clearance(offset::magnitude(triangle.a, triangle.b, triangle.c));
-        Leaving {
+        EmissionSample {
             ray: Ray::endless(offset::leave(point, normal, normal, clearance), to),
             flux: light.emission * share * (PI * light.area * light.sides as f32 / light.pdf_light_choice),
             // Triangles are pieces of lamps: all of them light the places around, so that no choice counts.

@@ -1,4 +1,4 @@
-//! Spot lights: the falloff of their cone, and directions into it [KHR_lights_punctual].
+//! Spot lights: the falloff of their cone, and directions into it (KHR_lights_punctual).
 //!
 //! Angles are carried as 1 - cos, taken from the length of a chord: cosines near 1 would leave a narrow cone few bits.
 
@@ -25,9 +25,9 @@ pub fn falloff_seen(light: &Light, to_light: Vec3) -> f32 {
     falloff(light, 0.5 * (light.direction + to_light).length_squared())
 }
 
-/// A direction uniform over the outer cone, and intensity over its pdf_solid_angle as a share of the light's [sr].
+/// A direction uniform over the outer cone, and intensity over its pdf_solid_angle as a share of the light's (sr).
 #[inline(always)]
-pub fn leave(light: &Light, u: f32, v: f32) -> (Vec3, f32) {
+pub fn sample(light: &Light, u: f32, v: f32) -> (Vec3, f32) {
     let from_axis = u * light.cone;
     let sin = (from_axis * (2.0 - from_axis)).max(0.0).sqrt();
     let (y, x) = sin_cos_turns(v);
@@ -55,7 +55,7 @@ mod tests {
             let (mut sampled, mut seen) = (0.0, 0.0);
             for step in 0..steps {
                 let u = (step as f32 + 0.5) / steps as f32;
-                let (direction, share) = leave(&light, u, 0.3);
+                let (direction, share) = sample(&light, u, 0.3);
                 assert!((direction.length() - 1.0).abs() < 1e-6);
                 sampled += f64::from(share) / f64::from(steps);
                 seen += f64::from(falloff_seen(&light, -direction)) * 2.0 * core::f64::consts::PI * cone

@@ -10,13 +10,13 @@ use spirv_std::glam::Vec3;
 /// A cone around a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayCone {
-    /// Signed width at the ray's start [m].
+    /// Signed width at the ray's start (m).
     pub width: f32,
-    /// Signed growth of the width [rad].
+    /// Signed growth of the width (rad).
     pub spread: f32,
-    /// Width from rough scattering, a standard deviation [m].
+    /// Width from rough scattering, a standard deviation (m).
     pub rough_width: f32,
-    /// Spread from rough scattering, a standard deviation [rad].
+    /// Spread from rough scattering, a standard deviation (rad).
     pub rough_spread: f32,
     /// Whether a curved surface has bent it.
     pub is_bent: bool,
@@ -25,9 +25,9 @@ pub struct RayCone {
 /// Smallest cosine that footprints are projected with.
 const MIN_COS: f32 = 0.05;
 /// How much wider than a direct view's a collection point's footprint may be.
-const MOST_REDUCED: f32 = 32.0;
+const MAX_FOOTPRINT_WIDENING: f32 = 32.0;
 /// How wide it is at least, relative to a direct view's, behind a curved surface.
-const LEAST_REDUCED: f32 = 0.25;
+const MIN_FOOTPRINT_WIDENING: f32 = 0.25;
 
 impl RayCone {
     /// The cone of a pixel at the eye.
@@ -36,7 +36,7 @@ impl RayCone {
         RayCone { width: 0.0, spread: pixel_spread, rough_width: 0.0, rough_spread: 0.0, is_bent: false }
     }
 
-    /// The cone after `distance` [m].
+    /// The cone after `distance` (m).
     #[inline]
     pub fn advance(self, distance: f32) -> Self {
         RayCone {
@@ -89,23 +89,23 @@ impl RayCone {
         RayCone { rough_spread: (self.rough_spread * self.rough_spread + lobe).sqrt(), ..self }
     }
 
-    /// Width [m] of the cone, whatever spread it.
+    /// Width (m) of the cone, whatever spread it.
     #[inline]
     pub fn total_width(self) -> f32 {
         (self.width * self.width + self.rough_width * self.rough_width).sqrt()
     }
 
-    /// Radius [m] of the disc whose area is the cone's footprint on a surface met at `cos`, times `radius_px`;
+    /// Radius (m) of the disc whose area is the cone's footprint on a surface met at `cos`, times `radius_px`;
     /// never below 4 ulp of the position's largest coordinate. Convex mirrors and lenses widen a cone as far as their first
-    /// derivative says, without end at a grazing angle: 32 times the width of a cone that came straight, `direct_width` [m],
+    /// derivative says, without end at a grazing angle: 32 times the width of a cone that came straight, `direct_width` (m),
     /// is the most (a thousand times the area is a thousand times the deposits). They also focus it, to a point for this one
     /// number though the pixel's footprint is a line there at most; a deposit on a disc of no size would be infinitely
     /// bright: behind a curved surface a quarter is the least. Both are of the width before `radius_px` scales it, so that
     /// they shrink with it. What roughness adds is not bounded.
     #[inline]
     pub fn radius(self, cos: f32, radius_px: f32, position: Vec3, direct_width: f32) -> f32 {
-        let least = if self.is_bent { direct_width * LEAST_REDUCED } else { 0.0 };
-        let width = self.width.abs().max(least).min(direct_width * MOST_REDUCED);
+        let least = if self.is_bent { direct_width * MIN_FOOTPRINT_WIDENING } else { 0.0 };
+        let width = self.width.abs().max(least).min(direct_width * MAX_FOOTPRINT_WIDENING);
         let total = (width * width + self.rough_width * self.rough_width).sqrt();
         let radius = radius_px * total * (INV_PI / cos.abs().max(MIN_COS)).sqrt();
         // An ulp is at most 2^-23 of the coordinate; the last term keeps a point at the origin alive.
@@ -113,7 +113,7 @@ impl RayCone {
     }
 }
 
-/// Variance of a mirrored direction [rad^2] at this perceptual roughness.
+/// Variance of a mirrored direction (rad^2) at this perceptual roughness.
 #[inline]
 pub fn lobe_variance(roughness: f32) -> f32 {
     let square = roughness * roughness;

@@ -11,17 +11,17 @@ use spirv_std::glam::Vec3;
 /// Derivatives of a ray's origin and unit direction by u and v, and what rough scattering adds to them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Differential {
-    /// Of the position by u [m].
+    /// Of the position by u (m).
     pub position_u: Vec3,
-    /// Of the position by v [m].
+    /// Of the position by v (m).
     pub position_v: Vec3,
-    /// Of the direction by u [rad].
+    /// Of the direction by u (rad).
     pub direction_u: Vec3,
-    /// Of the direction by v [rad].
+    /// Of the direction by v (rad).
     pub direction_v: Vec3,
-    /// Width from rough scattering, in quadrature [m].
+    /// Width from rough scattering, in quadrature (m).
     pub rough_width: f32,
-    /// Spread from rough scattering, in quadrature [rad].
+    /// Spread from rough scattering, in quadrature (rad).
     pub rough_spread: f32,
 }
 
@@ -37,7 +37,7 @@ pub struct Normals {
 }
 
 impl Differential {
-    /// A path that has `solid_angle` [sr] around its direction, and `area` [m^2] across it, to itself.
+    /// A path that has `solid_angle` (sr) around its direction, and `area` (m^2) across it, to itself.
     #[inline]
     pub fn leaving(direction: Vec3, solid_angle: f32, area: f32) -> Self {
         let frame = ShadingFrame::new(direction);
@@ -52,7 +52,7 @@ impl Differential {
         }
     }
 
-    /// After `distance` [m] along the unit `direction`, on the plane of `face_normal` [Igehy 1999, eq. 10 to 12].
+    /// After `distance` (m) along the unit `direction`, on the plane of `face_normal` [Igehy 1999, eq. 10 to 12].
     #[inline]
     pub fn transfer(self, direction: Vec3, distance: f32, face_normal: Vec3) -> Self {
         let cos = direction.dot(face_normal);
@@ -101,7 +101,7 @@ impl Differential {
         }
     }
 
-    /// After rough scattering that spreads directions by `spread` [rad]; `turned`: the directions of neighbours say nothing
+    /// After rough scattering that spreads directions by `spread` (rad); `turned`: the directions of neighbours say nothing
     /// any more.
     #[inline]
     pub fn roughen(self, spread: f32, turned: bool) -> Self {

@@ -1,6 +1,6 @@
 //! Pencils: where rays beside a camera ray go, to first order, and so where the eye sees the image of a point.
 //!
-//! A ray that leaves the eye at y0 [m] beside it, turned by a0 [rad], reaches A y0 + B a0 beside the camera ray: A and B are
+//! A ray that leaves the eye at y0 (m) beside it, turned by a0 (rad), reaches A y0 + B a0 beside the camera ray: A and B are
 //! two by two, their slopes go along. The rays from a point reach it with 0: at the eye they turn by a0 = -B^-1 A y0, as from
 //! an image of vergence B^-1 A [1/m], which is symmetric. Its principal values are one over the distances of two images: one
 //! for a lens seen straight or plane mirrors (the path's length), two in a curved mirror seen obliquely (Coddington: powers
@@ -15,9 +15,9 @@ use spirv_std::glam::{Vec2, Vec3};
 /// A ray beside another, in that one's axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beside {
-    /// Its place [m], for a metre or a radian at the eye.
+    /// Its place (m), for a metre or a radian at the eye.
     pub place: Vec2,
-    /// Its slope [rad], for the same.
+    /// Its slope (rad), for the same.
     pub slope: Vec2,
 }
 
@@ -43,7 +43,7 @@ pub struct Pencil {
 /// Smallest cosine of incidence that surfaces bend with.
 const MIN_COS: f32 = 1.0e-3;
 /// An image is at most this many times as far as the path is long, and at least as near by the same factor.
-const MOST_DISTANT: f32 = 1.0e6;
+const MAX_VERGENCE_DISTANCE: f32 = 1.0e6;
 
 /// Unit axes across a direction, the first along the picture's rows.
 #[inline]
@@ -56,7 +56,7 @@ pub fn axes(direction: Vec3, right: Vec3) -> (Vec3, Vec3) {
 /// diagonal 2 x and off the diagonal y, where (x, y) is `astigmatism` and m = 1 - |(x, y)|, negative like `distance`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Image {
-    /// Distance of the nearer of the two images [m]; negative where their mean vergence is, behind the eye.
+    /// Distance of the nearer of the two images (m); negative where their mean vergence is, behind the eye.
     pub distance: f32,
     /// What tells the two apart, in the unit disc.
     pub astigmatism: Vec2,
@@ -80,13 +80,13 @@ impl Pencil {
         }
     }
 
-    /// After `distance` [m].
+    /// After `distance` (m).
     #[inline]
     pub fn advance(self, distance: f32) -> Self {
         self.each(|ray| Beside { place: ray.place + ray.slope * distance, ..ray })
     }
 
-    /// Steps along a face [m] between a ray and those a metre beside it. `normal` is the face's.
+    /// Steps along a face (m) between a ray and those a metre beside it. `normal` is the face's.
     #[inline]
     pub fn steps(&self, from: Vec3, normal: Vec3) -> (Vec3, Vec3) {
         let along = from / (-from.dot(normal)).max(MIN_COS);
@@ -146,7 +146,7 @@ impl Pencil {
         Pencil { x: self.x - between * self.x.dot(to), y: self.y - between * self.y.dot(to), ..self }
     }
 
-    /// Where the eye sees the point that the ray has reached after `length` [m].
+    /// Where the eye sees the point that the ray has reached after `length` (m).
     #[inline]
     pub fn image(&self, length: f32) -> Image {
         if !self.is_bent {
@@ -163,10 +163,11 @@ impl Pencil {
         let astigmatism = Vec2::new(0.5 * (xx - yy), xy) * sign;
         let largest = mean.abs() + astigmatism.length();
         if !is_finite(determinant.abs() + largest) {
-            return Image { distance: length * MOST_DISTANT, astigmatism: Vec2::ZERO };
+            return Image { distance: length * MAX_VERGENCE_DISTANCE, astigmatism: Vec2::ZERO };
         }
         let largest = largest.max(1.0e-30);
-        let distance = (determinant.abs() / largest).clamp(length / MOST_DISTANT, length * MOST_DISTANT);
+        let distance = (determinant.abs() / largest)
+            .clamp(length / MAX_VERGENCE_DISTANCE, length * MAX_VERGENCE_DISTANCE);
         Image { distance: if mean < 0.0 { -distance } else { distance }, astigmatism: astigmatism / largest }
     }
 
@@ -189,7 +190,7 @@ impl Image {
         Image { distance, astigmatism: packed::from_signed_shares(astigmatism) }
     }
 
-    /// Direction, of any length, from an eye that stands `back` [m] from today's, whose ray has the unit `direction`.
+    /// Direction, of any length, from an eye that stands `back` (m) from today's, whose ray has the unit `direction`.
     #[inline]
     pub fn from_eye(&self, back: Vec3, direction: Vec3, right: Vec3) -> Vec3 {
         let (x, y) = axes(direction, right);
@@ -219,7 +220,7 @@ mod tests {
         (bent, to)
     }
 
-    /// The image on the axis of what lies `behind` the last of the surfaces: way to each [m], curvature [1/m], eta.
+    /// The image on the axis of what lies `behind` the last of the surfaces: way to each (m), curvature [1/m], eta.
     fn on_axis(surfaces: &[(f32, f32, Option<f32>)], behind: f32) -> Image {
         let (mut pencil, mut from) = (Pencil::at_eye(Vec3::NEG_Z, Vec3::X), Vec3::NEG_Z);
         let mut length = behind;
@@ -279,7 +280,7 @@ mod tests {
             is_bent: true,
             ..Pencil::at_eye(Vec3::NEG_Z, Vec3::X)
         };
-        assert_eq!(lost.image(2.0), Image { distance: 2.0 * MOST_DISTANT, astigmatism: Vec2::ZERO });
+        assert_eq!(lost.image(2.0), Image { distance: 2.0 * MAX_VERGENCE_DISTANCE, astigmatism: Vec2::ZERO });
     }
 
     /// Coddington: 1 / s' = 1 / s + 2 / (r cos) in the plane of incidence, 1 / s + 2 cos / r across.
@@ -319,7 +320,7 @@ mod tests {
     }
 
     impl Ball {
-        /// Way to it [m], unit normal on the side met, direction behind.
+        /// Way to it (m), unit normal on the side met, direction behind.
         fn meet(&self, origin: DVec3, from: DVec3) -> (f64, DVec3, DVec3) {
             let to_centre = self.centre - origin;
             let nearest = to_centre.dot(from);

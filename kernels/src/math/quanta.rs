@@ -4,7 +4,7 @@ use crate::math::is_finite;
 use crate::seam::Atomics;
 
 /// Largest addend in quanta: 2^48.
-pub const LARGEST: f32 = 281_474_976_710_656.0;
+pub const MAX_QUANTA: f32 = 281_474_976_710_656.0;
 /// 2^32.
 const WORD: f32 = 4_294_967_296.0;
 
@@ -24,7 +24,7 @@ impl Quanta {
         if !is_finite(value) {
             return Quanta::default();
         }
-        let quanta = (value * inverse_quantum + 0.5).clamp(0.0, LARGEST);
+        let quanta = (value * inverse_quantum + 0.5).clamp(0.0, MAX_QUANTA);
         let high = (quanta * (1.0 / WORD)) as u32;
         // Exact: both are multiples of an ulp of `quanta`.
         let low = (quanta - high as f32 * WORD) as u32;

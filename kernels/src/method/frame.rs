@@ -10,7 +10,7 @@ use crate::method::{Method, Parts};
 use crate::pass::collect::COLLECT;
 use crate::pass::display::DISPLAY;
 use crate::pass::shoot::SHOOT_STORE;
-use crate::{filter, history};
+use crate::{denoiser, history};
 
 /// The steps of a frame of any method that brings deposits to collection points: `prepare` comes once before the light
 /// paths, `shoot` for each batch of them.
@@ -20,13 +20,13 @@ pub fn frame_steps(
     prepare: Vec<Step>,
     shoot: impl Fn(Batch) -> Vec<Step>,
 ) -> Vec<Step> {
-    let Parts { history, filter, .. } = parts;
+    let Parts { history, denoiser, .. } = parts;
     let mut steps = vec![
         Step::Clear { buffer: "counters" },
         Step::Clear { buffer: "accumulator" },
         Step::of(&COLLECT, params),
     ];
-    steps.extend((filter.steps)(params));
+    steps.extend((denoiser.steps)(params));
     // A history that follows the light has nothing to follow in the dark.
     let forgets = params.light_path_count == 0 && !history.forget.is_empty();
     if forgets {
@@ -132,9 +132,9 @@ fn all_steps() -> Vec<Step> {
     for method in super::ALL {
         for gather in variant::ALL {
             for history in history::ALL {
-                for filter in filter::ALL {
+                for denoiser in denoiser::ALL {
                     steps.extend((method.steps)(
-                        Parts { gather, history, filter },
+                        Parts { gather, history, denoiser },
                         &(method.frame)(params, 0),
                     ));
                 }

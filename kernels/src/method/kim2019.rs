@@ -17,7 +17,7 @@ use crate::gather::contribution::contribution;
 use crate::gather::variant::Over;
 use crate::interface::frame::{Camera, Dispatch, FrameParams};
 use crate::interface::material::Material;
-use crate::interface::needs::Needs;
+use crate::interface::features::Features;
 use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
 #[cfg(not(target_arch = "spirv"))]
 use crate::method::frame;
@@ -82,7 +82,7 @@ pub fn splat_kim2019(
     index: u32,
     params: &FrameParams,
     dispatch: Dispatch,
-    needs: Needs,
+    features: Features,
     counters: &mut impl Atomics,
     materials: &[Material],
     point_geometry: &[PointGeometry],
@@ -110,9 +110,9 @@ pub fn splat_kim2019(
             return;
         }
         let shading = point_shading[pixel as usize];
-        let material = material_of(&shading, materials, needs);
+        let material = material_of(&shading, materials, features);
         let roughness = params.specular_roughness;
-        let value = contribution(&shading, material, &light, roughness, needs);
+        let value = contribution(&shading, material, &light, roughness, features);
         // `resolve` divides by the disc.
         let disc = PI * point.radius * point.radius;
         let sum = Sum::of(
@@ -176,7 +176,7 @@ fn sees_plane(point: &PointGeometry, beside: u32, points: &[PointGeometry], eye:
     other.depth == 1 && is_on_plane(point, other.position, other.normal, eye)
 }
 
-/// Whether what lies in a direction from the eye is in the picture, and where [px].
+/// Whether what lies in a direction from the eye is in the picture, and where (px).
 #[inline(always)]
 fn place_of(to: Vec3, params: &FrameParams) -> (bool, Vec2) {
     let camera = &params.camera;
@@ -196,7 +196,7 @@ fn pixel_of(place: Vec2, params: &FrameParams) -> u32 {
     (place.y as u32).min(params.height - 1) * params.width + (place.x as u32).min(params.width - 1)
 }
 
-/// Area of a pixel at the deposit [m^2].
+/// Area of a pixel at the deposit (m^2).
 #[inline(always)]
 fn area(deposit: &DepositGeometry, to: Vec3, distance: f32, kind: u32, params: &FrameParams) -> f32 {
     let Camera { right, up, forward, .. } = params.camera;

@@ -1,7 +1,7 @@
 //! What a method is.
 
-use crate::declare::{Filter, History, Step, TextureFilter, named};
-use crate::filter;
+use crate::declare::{Denoiser, History, Step, TextureFilter, named};
+use crate::denoiser;
 use crate::gather::variant::Variant;
 use crate::interface::frame::FrameParams;
 
@@ -40,8 +40,8 @@ impl Method {
     }
 
     /// Whether its frames can have a filter.
-    pub fn takes_filter(&self, filter: &Filter) -> bool {
-        self.gathers || *filter == filter::NONE
+    pub fn takes_denoiser(&self, denoiser: &Denoiser) -> bool {
+        self.gathers || *denoiser == denoiser::NONE
     }
 }
 
@@ -53,13 +53,13 @@ pub struct Parts {
     /// What the frame before lends.
     pub history: &'static History,
     /// What smooths the path-traced part.
-    pub filter: &'static Filter,
+    pub denoiser: &'static Denoiser,
 }
 
 impl From<&'static Variant> for Parts {
     /// A gather without history and filter.
     fn from(gather: &'static Variant) -> Parts {
-        Parts { gather, history: &crate::history::none::NONE, filter: &crate::filter::none::NONE }
+        Parts { gather, history: &crate::history::none::NONE, denoiser: &crate::denoiser::none::NONE }
     }
 }
 

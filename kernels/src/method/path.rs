@@ -7,7 +7,7 @@ use crate::declare::{Step, TextureFilter};
 #[cfg(not(target_arch = "spirv"))]
 use crate::method::{Method};
 use crate::interface::frame::FrameParams;
-use crate::interface::needs::Needs;
+use crate::interface::features::Features;
 use crate::interface::scene::SceneTables;
 use crate::math::cone::RayCone;
 use crate::math::rng::{Rng, Stream};
@@ -42,7 +42,7 @@ pub const PATH: Method = Method {
 pub fn reference(
     place: u32,
     params: &FrameParams,
-    needs: Needs,
+    features: Features,
     scene: SceneTables<'_>,
     tracer: &mut impl Tracer,
     counters: &mut impl Atomics,
@@ -50,7 +50,7 @@ pub fn reference(
     mut path_radiance: Slots<'_, Vec3>,
 ) {
     let pixel = pixel_order[place as usize];
-    path_radiance.write(pixel, sample(pixel, params, needs, scene, tracer, counters));
+    path_radiance.write(pixel, sample(pixel, params, features, scene, tracer, counters));
 }
 
 /// Radiance (W m^-2 sr^-1) along one path through a pixel; another frame is an independent sample.
@@ -58,7 +58,7 @@ pub fn reference(
 pub fn sample<T: Tracer, C: Atomics>(
     pixel: u32,
     params: &FrameParams,
-    needs: Needs,
+    features: Features,
     scene: SceneTables<'_>,
     tracer: &mut T,
     counters: &mut C,
@@ -66,5 +66,5 @@ pub fn sample<T: Tracer, C: Atomics>(
     let mut rng = Rng::new(Stream::Reference, params.seed, pixel, params.frame);
     let ray = camera_ray(params, pixel, &mut rng);
     let cone = RayCone::at_eye(params.pixel_spread);
-    follow(ray, cone, rng, Classes::ALL, params, needs, scene, tracer, counters).radiance
+    follow(ray, cone, rng, Classes::ALL, params, features, scene, tracer, counters).radiance
 }

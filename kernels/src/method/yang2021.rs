@@ -15,7 +15,7 @@ use crate::method::{Method, Parts};
 use crate::gather::accumulator::{self, Sum};
 use crate::gather::contribution::{DISC_THICKNESS, MIN_NORMAL_COS, contribution};
 use crate::interface::frame::{Dispatch, FrameParams};
-use crate::interface::needs::Needs;
+use crate::interface::features::Features;
 use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
 use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
@@ -23,7 +23,7 @@ use crate::light::by_density::ByDensity;
 use crate::light::density_map::{FEEDBACK_WORDS, MAPS, TEXELS};
 #[cfg(not(target_arch = "spirv"))]
 use crate::light::density_map::{SIDE_LOG2, map_count};
-use crate::light::emit::Leaving;
+use crate::light::emit::EmissionSample;
 use crate::light::power::ByPower;
 use crate::math::PI;
 use crate::math::cone::lobe_variance;
@@ -35,7 +35,7 @@ use crate::pass::shoot::receive::Receive;
 use crate::pass::shoot::shoot;
 use crate::seam::{AtomicWords, Atomics};
 use crate::surface::class::Classes;
-use crate::surface::scatter::Departure;
+use crate::surface::scatter::BsdfSample;
 use crate::surface::textured::material_of;
 use crate::surface::turn::normal_change;
 use crate::surface::vertex::Vertex;
@@ -89,7 +89,7 @@ pub fn shoot_yang2021(
     index: u32,
     params: &FrameParams,
     dispatch: Dispatch,
-    needs: Needs,
+    features: Features,
     scene: SceneTables<'_>,
     tracer: &mut impl Tracer,
     counters: &mut impl Atomics,
@@ -99,7 +99,7 @@ pub fn shoot_yang2021(
     #[len = params.pixel_count() * accumulator::WORDS] accumulator: AtomicWords<'_>,
     #[len = MAPS * TEXELS * FEEDBACK_WORDS] density_feedback: AtomicWords<'_>,
 ) {
-    let power = ByPower { scene, light_count: params.light_count, needs };
+    let power = ByPower { scene, light_count: params.light_count, features };
     let emit = ByDensity { power, tree: density_tree };
     let mut spread = Spread {
         scene,
@@ -108,10 +108,10 @@ pub fn shoot_yang2021(
         accumulator,
         feedback: density_feedback,
         params,
-        needs,
+        features,
     };
     let path = dispatch.first + index;
-    let way = shoot(path, params, needs, scene, &emit, tracer, &mut spread, counters);
+    let way = shoot(path, params, features, scene, &emit, tracer, &mut spread, counters);
     way.total.tally(counters);
 }
 
@@ -137,7 +137,7 @@ pub struct Spread<'a, A, F> {
     /// Settings.
     pub params: &'a FrameParams,
     /// What the scene needs.
-    pub needs: Needs,
+    pub features: Features,
 }
 
 /// A light path on its way.
@@ -159,8 +159,8 @@ impl<A: Atomics, F: Atomics> Spread<'_, A, F> {
         let (u, v) = (way.differential.position_u, way.differential.position_v);
         Normals {
             normal,
-            by_u: normal_change(self.scene, self.needs, &way.hit, way.front, u),
-            by_v: normal_change(self.scene, self.needs, &way.hit, way.front, v),
+            by_u: normal_change(self.scene, self.features, &way.hit, way.front, u),
+            by_v: normal_change(self.scene, self.features, &way.hit, way.front, v),
         }
     }
 
@@ -183,8 +183,8 @@ impl<A: Atomics, F: Atomics> Spread<'_, A, F> {
             return false;
         }
         let shading = self.point_shading[pixel as usize];
-        let material = material_of(&shading, self.scene.materials, self.needs);
-        let value = contribution(&shading, material, light, self.params.specular_roughness, self.needs);
+        let material = material_of(&shading, self.scene.materials, self.features);
+        let value = contribution(&shading, material, light, self.params.specular_roughness, self.features);
         let disc = PI * point.radius * point.radius;
         let sum = Sum::of(value * (disc * weight), self.params.inverse_quantum());
         sum.add_to(&mut self.accumulator, pixel);
@@ -209,7 +209,7 @@ impl<A: Atomics, F: Atomics> Receive for Spread<'_, A, F> {
     type Way = Spreading;
 
     #[inline(always)]
-    fn start(&mut self, way: &mut Spreading, leaving: &Leaving) {
+    fn start(&mut self, way: &mut Spreading, leaving: &EmissionSample) {
         let share = 1.0 / self.params.light_path_count as f32;
         way.differential =
             Differential::leaving(leaving.ray.direction, leaving.solid_angle * share, leaving.area * share);
@@ -252,9 +252,9 @@ impl<A: Atomics, F: Atomics> Receive for Spread<'_, A, F> {
     }
 
     #[inline(always)]
-    fn scatter(&mut self, way: &mut Spreading, departure: &Departure) {
-        let sampled = &departure.sampled;
-        let direction = departure.ray.direction;
+    fn scatter(&mut self, way: &mut Spreading, scattered: &BsdfSample) {
+        let sampled = &scattered.sampled;
+        let direction = scattered.ray.direction;
         if sampled.class == Classes::NON_SPECULAR {
             way.differential = way.differential.roughen(DIFFUSE_SPREAD, true);
             return;

@@ -4,9 +4,9 @@
 use crate::declare::pass;
 use crate::interface::NONE;
 use crate::interface::counters::Counter;
+use crate::interface::features::Features;
 use crate::interface::frame::{FrameParams, PIXEL_FILTER_BOX, TEXTURE_FILTER_FINEST};
 use crate::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAGS_SCATTER_TEXTURE, Material};
-use crate::interface::needs::Needs;
 use crate::interface::packed::to_signed_shares;
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::interface::ray::{Hit, Ray};
@@ -20,7 +20,7 @@ use crate::math::rng::{Rng, Stream};
 use crate::seam::{Atomics, Slots};
 use crate::surface::class::Classes;
 use crate::surface::media::MediaStack;
-use crate::surface::scatter::{Departure, Site};
+use crate::surface::scatter::{BsdfSample, ScatteringVertex};
 use crate::surface::textured::{material_at, packed};
 use crate::surface::turn::normal_change;
 use crate::surface::vertex::{Vertex, vertex};
@@ -30,12 +30,12 @@ use crate::trace::reach::{reach, unblocked};
 use spirv_std::glam::Vec3;
 
 /// Where there is none of these, all that bends a path is plane mirrors.
-const BENDS: Needs = Needs(Needs::GLASS.0 | Needs::SMOOTH_NORMALS.0);
+const BENDS: Features = Features(Features::GLASS.0 | Features::SMOOTH_NORMALS.0);
 
 /// Whether somebody asks where a point is imaged, and that is not where its path's length says.
 #[inline(always)]
-fn images(needs: Needs) -> bool {
-    needs.has(Needs::HISTORY) && needs.has(BENDS)
+fn images(features: Features) -> bool {
+    features.has(Features::HISTORY) && features.has(BENDS)
 }
 
 #[cfg(not(target_arch = "spirv"))]
@@ -50,9 +50,9 @@ pub fn pixel_order(width: u32, height: u32) -> Vec<u32> {
 /// What a camera path brings home.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Collected {
-    /// Radiance that is no caustic [W m^-2 sr^-1].
+    /// Radiance that is no caustic (W m^-2 sr^-1).
     pub radiance: Vec3,
-    /// The part of it that came before the collection point, emission there included [W m^-2 sr^-1].
+    /// The part of it that came before the collection point, emission there included (W m^-2 sr^-1).
     pub seen: Vec3,
     /// Where the collection point is.
     pub geometry: PointGeometry,
@@ -81,7 +81,7 @@ pub fn camera_ray(params: &FrameParams, pixel: u32, rng: &mut Rng) -> Ray {
 pub fn collect(
     place: u32,
     params: &FrameParams,
-    needs: Needs,
+    features: Features,
     scene: SceneTables<'_>,
     tracer: &mut impl Tracer,
     counters: &mut impl Atomics,
@@ -92,7 +92,7 @@ pub fn collect(
     mut point_shading: Slots<'_, PointShading>,
 ) {
     let pixel = pixel_order[place as usize];
-    let collected = camera_path(pixel, params, needs, scene, tracer, counters);
+    let collected = camera_path(pixel, params, features, scene, tracer, counters);
     path_radiance.write(pixel, collected.radiance);
     seen_radiance.write(pixel, collected.seen);
     point_geometry.write(pixel, collected.geometry);
@@ -104,7 +104,7 @@ pub fn collect(
 pub fn camera_path<T: Tracer, C: Atomics>(
     pixel: u32,
     params: &FrameParams,
-    needs: Needs,
+    features: Features,
     scene: SceneTables<'_>,
     tracer: &mut T,
     counters: &mut C,
@@ -112,7 +112,7 @@ pub fn camera_path<T: Tracer, C: Atomics>(
     let mut rng = Rng::new(Stream::Camera, params.seed, pixel, params.frame);
     let ray = camera_ray(params, pixel, &mut rng);
     let cone = RayCone::at_eye(params.pixel_spread);
-    follow(ray, cone, rng, Classes::NON_SPECULAR, params, needs, scene, tracer, counters)
+    follow(ray, cone, rng, Classes::NON_SPECULAR, params, features, scene, tracer, counters)
 }
 
 /// Follows a camera path from its first ray; behind its collection point by lobes of the classes `beyond`.
@@ -123,7 +123,7 @@ pub fn follow<T: Tracer, C: Atomics>(
     mut rng: Rng,
     beyond: Classes,
     params: &FrameParams,
-    needs: Needs,
+    features: Features,
     scene: SceneTables<'_>,
     tracer: &mut T,
     counters: &mut C,
@@ -134,8 +134,8 @@ pub fn follow<T: Tracer, C: Atomics>(
     collected.geometry.position = ray.origin;
     let mut throughput = Vec3::ONE;
     let mut media = MediaStack::VACUUM;
-    if needs.has(Needs::ENCLOSED) {
-        media = enclosing(ray.origin, needs, scene, tracer);
+    if features.has(Features::ENCLOSED) {
+        media = enclosing(ray.origin, features, scene, tracer);
     }
     let (mut prefix, mut distance) = (true, 0.0);
     let mut pdf_scattered = 0.0;
@@ -145,7 +145,7 @@ pub fn follow<T: Tracer, C: Atomics>(
     let mut depth = 1;
     while depth <= params.max_bounces + 1 {
         rays += 1;
-        let reached = reach(&ray, media, needs, scene, tracer);
+        let reached = reach(&ray, media, features, scene, tracer);
         let hit = reached.hit;
         media = reached.media;
         overflows += reached.overflows;
@@ -159,7 +159,7 @@ pub fn follow<T: Tracer, C: Atomics>(
         let mut width = 0.0;
         if prefix {
             cone = cone.advance(hit.distance);
-            if images(needs) {
+            if images(features) {
                 pencil = pencil.advance(hit.distance);
             }
             distance += hit.distance;
@@ -167,21 +167,21 @@ pub fn follow<T: Tracer, C: Atomics>(
                 width = cone.total_width();
             }
         }
-        let here = vertex(scene, needs, &ray, &hit, width);
-        let material = material_at(scene, &here, needs);
+        let here = vertex(scene, features, &ray, &hit, width);
+        let material = material_at(scene, &here, features);
         if prefix {
             collected.geometry.position = here.position;
         }
-        if needs.has(Needs::ABSORPTION) {
+        if features.has(Features::ABSORPTION) {
             throughput *= reached.left;
         }
 
         // Emission, shared with the direct connections of the vertex before.
-        if needs.has(Needs::AREA_LIGHTS) && here.light != NONE && emits(&here, &material) {
+        if features.has(Features::AREA_LIGHTS) && here.light != NONE && emits(&here, &material) {
             let light = scene.lights[here.light as usize];
             let mut weight = 1.0;
             if pdf_scattered > 0.0 {
-                let cos = here.to_origin.dot(here.face_normal);
+                let cos = here.to_previous.dot(here.face_normal);
                 let pdf_connected = pdf_solid_angle(&light, hit.distance * hit.distance, cos);
                 weight = pdf_scattered / (pdf_scattered + pdf_connected);
             }
@@ -196,17 +196,24 @@ pub fn follow<T: Tracer, C: Atomics>(
 
         // Direct light on every non-delta lobe, each class for itself.
         let classes = if prefix { Classes::ALL } else { beyond };
-        let site =
-            Site::new(here, material, scene.materials, media, classes, params.specular_roughness, needs);
+        let scattering = ScatteringVertex::new(
+            here,
+            material,
+            scene.materials,
+            media,
+            classes,
+            params.specular_roughness,
+            features,
+        );
         let u = rng.next4();
-        if site.surface.scatters() {
-            let connection = connect(scene, params.light_count, needs, here.position, u);
-            let direct = direct_light(&site, &connection, classes, needs);
+        if scattering.bsdf.scatters() {
+            let connection = connect(scene, params.light_count, features, here.position, u);
+            let direct = direct_light(&scattering, &connection, classes, features);
             if direct.max_element() > 0.0 {
                 shadow_rays += 1;
                 let shadow = shadow_ray(&here, &connection);
-                let media = site.media_towards(connection.to_light);
-                let left = unblocked(&shadow, media, needs, scene, tracer);
+                let media = scattering.media_towards(connection.to_light);
+                let left = unblocked(&shadow, media, features, scene, tracer);
                 if left.max_element() > 0.0 {
                     collected.radiance += throughput * direct * left;
                 }
@@ -215,15 +222,15 @@ pub fn follow<T: Tracer, C: Atomics>(
 
         // Scatter; the first non-specular choice makes the collection point.
         let u = rng.next4();
-        if !site.surface.scatters() {
+        if !scattering.bsdf.scatters() {
             break;
         }
-        let departure = site.leave(u);
-        if prefix && departure.sampled.class == Classes::NON_SPECULAR {
+        let scattered = scattering.sample(u);
+        if prefix && scattered.sampled.class == Classes::NON_SPECULAR {
             prefix = false;
-            let chance = site.surface.class_chance(Classes::NON_SPECULAR);
+            let chance = scattering.bsdf.class_chance(Classes::NON_SPECULAR);
             if depth < params.max_bounces && chance > 0.0 {
-                let cos = here.to_origin.dot(here.face_normal);
+                let cos = here.to_previous.dot(here.face_normal);
                 let image = pencil.image(distance);
                 collected.geometry = PointGeometry {
                     position: here.position,
@@ -232,43 +239,43 @@ pub fn follow<T: Tracer, C: Atomics>(
                     depth,
                 };
                 collected.shading = PointShading {
-                    to_viewer: here.to_origin,
+                    to_viewer: here.to_previous,
                     material: here.material,
                     shading_normal: here.shading_normal,
                     red_green: 0,
                     throughput: throughput / chance,
                     blue_roughness_metallic: 0,
-                    eta: site.surface.eta,
+                    eta: scattering.bsdf.eta,
                     instance: here.instance,
                     distance: image.distance,
                     astigmatism: to_signed_shares(image.astigmatism),
                 };
-                if needs.has(Needs::TEXTURES) && material.flags & FLAGS_SCATTER_TEXTURE != 0 {
+                if features.has(Features::TEXTURES) && material.flags & FLAGS_SCATTER_TEXTURE != 0 {
                     let (first, second) = packed(&material);
                     collected.shading.red_green = first;
                     collected.shading.blue_roughness_metallic = second;
                 }
             }
         }
-        throughput *= departure.sampled.weight;
+        throughput *= scattered.sampled.weight;
         let carried = throughput.element_sum();
         if !is_finite(carried) || carried <= 0.0 {
             break;
         }
         if prefix {
-            if images(needs) {
-                pencil = scatter_pencil(pencil, scene, needs, &hit, &here, &departure);
+            if images(features) {
+                pencil = scatter_pencil(pencil, scene, features, &hit, &here, &scattered);
             }
-            cone = scatter_cone(cone, &here, &departure);
+            cone = scatter_cone(cone, &here, &scattered);
         }
-        if departure.sampled.transmitted {
+        if scattered.sampled.transmitted {
             // Radiance is compressed into the denser side's smaller solid angle.
-            throughput *= departure.sampled.eta * departure.sampled.eta;
-            overflows += u32::from(departure.media_overflow);
+            throughput *= scattered.sampled.eta * scattered.sampled.eta;
+            overflows += u32::from(scattered.media_overflow);
         }
-        media = departure.media;
-        pdf_scattered = departure.sampled.pdf_solid_angle;
-        ray = departure.ray;
+        media = scattered.media;
+        pdf_scattered = scattered.sampled.pdf_solid_angle;
+        ray = scattered.ray;
         depth += 1;
     }
 
@@ -296,22 +303,27 @@ fn emits(vertex: &Vertex, material: &Material) -> bool {
 /// Reflected or transmitted light of a connection, weighted against finding the light by scattering (balance
 /// heuristic).
 #[inline(always)]
-fn direct_light(site: &Site, connection: &Connection, classes: Classes, needs: Needs) -> Vec3 {
+fn direct_light(
+    scattering: &ScatteringVertex,
+    connection: &Connection,
+    classes: Classes,
+    features: Features,
+) -> Vec3 {
     let mut sum = Vec3::ZERO;
     if connection.radiance_over_pdf.max_element() > 0.0 {
-        let cos = connection.to_light.dot(site.vertex.shading_normal).abs();
-        let above = connection.to_light.dot(site.vertex.face_normal) > 0.0;
-        if needs.has(Needs::ROUGH_GLASS) && !above && classes.has(Classes::SPECULAR) {
+        let cos = connection.to_light.dot(scattering.vertex.shading_normal).abs();
+        let above = connection.to_light.dot(scattering.vertex.face_normal) > 0.0;
+        if features.has(Features::ROUGH_GLASS) && !above && classes.has(Classes::SPECULAR) {
             // Through the surface; radiance is compressed as where a path scatters.
-            let eta = site.surface.eta;
+            let eta = scattering.bsdf.eta;
             return connection.radiance_over_pdf
-                * weighted(site, connection, Classes::SPECULAR)
+                * weighted(scattering, connection, Classes::SPECULAR)
                 * (cos * eta * eta);
         }
         let light = connection.radiance_over_pdf * if above { cos } else { 0.0 };
-        sum = light * weighted(site, connection, Classes::NON_SPECULAR);
+        sum = light * weighted(scattering, connection, Classes::NON_SPECULAR);
         if classes.has(Classes::SPECULAR) {
-            sum += light * weighted(site, connection, Classes::SPECULAR);
+            sum += light * weighted(scattering, connection, Classes::SPECULAR);
         }
     }
     sum
@@ -319,8 +331,8 @@ fn direct_light(site: &Site, connection: &Connection, classes: Classes, needs: N
 
 /// f of one class times its weight against scattering.
 #[inline(always)]
-fn weighted(site: &Site, connection: &Connection, class: Classes) -> Vec3 {
-    let lobes = site.eval(connection.to_light, class);
+fn weighted(scattering: &ScatteringVertex, connection: &Connection, class: Classes) -> Vec3 {
+    let lobes = scattering.eval(connection.to_light, class);
     if connection.pdf_solid_angle > 0.0 {
         lobes.f * (connection.pdf_solid_angle / (connection.pdf_solid_angle + lobes.pdf_solid_angle))
     } else {
@@ -342,9 +354,9 @@ fn shadow_ray(vertex: &Vertex, connection: &Connection) -> Ray {
 
 /// The ray cone behind a specular event.
 #[inline(always)]
-fn scatter_cone(cone: RayCone, vertex: &Vertex, departure: &Departure) -> RayCone {
-    let sampled = &departure.sampled;
-    let cos = vertex.to_origin.dot(vertex.shading_normal).abs();
+fn scatter_cone(cone: RayCone, vertex: &Vertex, scattered: &BsdfSample) -> RayCone {
+    let sampled = &scattered.sampled;
+    let cos = vertex.to_previous.dot(vertex.shading_normal).abs();
     // A rough thin wall passes its mirrored reflection and bends nothing on the whole.
     let unbent = sampled.straight || (sampled.roughness > 0.0 && sampled.eta == 1.0);
     if !sampled.transmitted {
@@ -357,9 +369,10 @@ fn scatter_cone(cone: RayCone, vertex: &Vertex, departure: &Departure) -> RayCon
         let facing = |direction: Vec3, above: bool| {
             if (direction.dot(vertex.shading_normal) > 0.0) == above { direction } else { -direction }
         };
-        let (to_origin, direction) = (facing(vertex.to_origin, true), facing(departure.ray.direction, false));
-        let half = (to_origin * sampled.eta + direction).normalize();
-        let (cos, cos_behind) = (to_origin.dot(half).abs(), direction.dot(half).abs());
+        let (to_previous, direction) =
+            (facing(vertex.to_previous, true), facing(scattered.ray.direction, false));
+        let half = (to_previous * sampled.eta + direction).normalize();
+        let (cos, cos_behind) = (to_previous.dot(half).abs(), direction.dot(half).abs());
         let bent = cone.refract(vertex.curvature, cos, cos_behind, sampled.eta);
         bent.roughen_refracted(sampled.roughness, sampled.eta)
     } else {
@@ -372,13 +385,13 @@ fn scatter_cone(cone: RayCone, vertex: &Vertex, departure: &Departure) -> RayCon
 fn scatter_pencil(
     pencil: Pencil,
     scene: SceneTables<'_>,
-    needs: Needs,
+    features: Features,
     hit: &Hit,
     vertex: &Vertex,
-    departure: &Departure,
+    scattered: &BsdfSample,
 ) -> Pencil {
-    let sampled = &departure.sampled;
-    let (from, to) = (-vertex.to_origin, departure.ray.direction);
+    let sampled = &scattered.sampled;
+    let (from, to) = (-vertex.to_previous, scattered.ray.direction);
     if sampled.straight {
         return pencil;
     }
@@ -388,8 +401,8 @@ fn scatter_pencil(
     }
     let eta = if sampled.transmitted { sampled.eta } else { 1.0 };
     let (step_x, step_y) = pencil.steps(from, vertex.face_normal);
-    let change_x = normal_change(scene, needs, hit, vertex.front, step_x);
-    let change_y = normal_change(scene, needs, hit, vertex.front, step_y);
+    let change_x = normal_change(scene, features, hit, vertex.front, step_x);
+    let change_y = normal_change(scene, features, hit, vertex.front, step_y);
     pencil.bend(from, to, eta, !sampled.transmitted, change_x, change_y)
 }
 

@@ -5,9 +5,9 @@ pub mod receive;
 
 use crate::declare::pass;
 use crate::interface::counters::{Counter, DEPOSIT_STATE_COUNT};
+use crate::interface::features::Features;
 use crate::interface::frame::{Dispatch, FrameParams};
 use crate::interface::material::FLAGS_SCATTER_TEXTURE;
-use crate::interface::needs::Needs;
 use crate::interface::point::{DepositGeometry, DepositLight};
 use crate::interface::scene::SceneTables;
 use crate::light::emit::Emit;
@@ -17,7 +17,7 @@ use crate::math::rng::{Rng, Stream};
 use crate::seam::{AtomicWords, Atomics, Slots};
 use crate::surface::class::Classes;
 use crate::surface::media::MediaStack;
-use crate::surface::scatter::{Departure, Site};
+use crate::surface::scatter::{BsdfSample, ScatteringVertex};
 use crate::surface::textured::material_at;
 use crate::surface::vertex::vertex;
 use crate::trace::Tracer;
@@ -33,7 +33,7 @@ pub fn shoot_store(
     index: u32,
     params: &FrameParams,
     dispatch: Dispatch,
-    needs: Needs,
+    features: Features,
     scene: SceneTables<'_>,
     tracer: &mut impl Tracer,
     counters: &mut impl Atomics,
@@ -41,7 +41,7 @@ pub fn shoot_store(
     #[len = params.deposit_capacity] deposit_light: Slots<'_, DepositLight>,
     #[len = DEPOSIT_STATE_COUNT as u32] deposit_state: AtomicWords<'_>,
 ) {
-    let emit = ByPower { scene, light_count: params.light_count, needs };
+    let emit = ByPower { scene, light_count: params.light_count, features };
     let mut store = Store {
         geometry: deposit_geometry,
         light: deposit_light,
@@ -49,7 +49,7 @@ pub fn shoot_store(
         capacity: params.deposit_capacity,
     };
     let path = dispatch.first + index;
-    let dropped = shoot(path, params, needs, scene, &emit, tracer, &mut store, counters);
+    let dropped = shoot(path, params, features, scene, &emit, tracer, &mut store, counters);
     if dropped != 0 {
         counters.add(Counter::DepositsDropped as u32, dropped);
     }
@@ -60,7 +60,7 @@ pub fn shoot_store(
 pub fn shoot<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     path: u32,
     params: &FrameParams,
-    needs: Needs,
+    features: Features,
     scene: SceneTables<'_>,
     emit: &E,
     tracer: &mut T,
@@ -68,7 +68,7 @@ pub fn shoot<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     counters: &mut C,
 ) -> R::Way {
     let rng = Rng::new(Stream::Light, params.seed, path, params.frame);
-    follow(path, rng, params, needs, scene, emit, tracer, receive, counters)
+    follow(path, rng, params, features, scene, emit, tracer, receive, counters)
 }
 
 /// Traces the light path that these random numbers make; what its receiver carried along the way.
@@ -77,7 +77,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     path: u32,
     mut rng: Rng,
     params: &FrameParams,
-    needs: Needs,
+    features: Features,
     scene: SceneTables<'_>,
     emit: &E,
     tracer: &mut T,
@@ -85,16 +85,16 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     counters: &mut C,
 ) -> R::Way {
     let place = rng.next4();
-    let leaving = emit.leave(place, rng.next4());
+    let leaving = emit.sample(place, rng.next4());
     let mut way = R::Way::default();
     receive.start(&mut way, &leaving);
     let mut flux = leaving.flux / params.light_path_count as f32;
     let mut ray = leaving.ray;
     let mut media = MediaStack::VACUUM;
-    if needs.has(Needs::ENCLOSED) {
-        media = enclosing(ray.origin, needs, scene, tracer);
+    if features.has(Features::ENCLOSED) {
+        media = enclosing(ray.origin, features, scene, tracer);
     }
-    let mut ledger = Ledger::new(params, path, needs);
+    let mut ledger = Ledger::new(params, path, features);
     ledger.emit(flux);
     let mut caustic = false;
     let (mut rays, mut deposits, mut cut, mut overflows, mut unexpected) = (0, 0, 0, 0, 0);
@@ -103,7 +103,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     let mut hit_count = 1;
     while hit_count <= params.max_bounces {
         rays += 1;
-        let reached = reach(&ray, media, needs, scene, tracer);
+        let reached = reach(&ray, media, features, scene, tracer);
         let hit = reached.hit;
         media = reached.media;
         overflows += reached.overflows;
@@ -112,21 +112,28 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
             ledger.escape(flux);
             break;
         }
-        let here = vertex(scene, needs, &ray, &hit, 0.0);
+        let here = vertex(scene, features, &ray, &hit, 0.0);
         receive.arrive(&mut way, &ray, &hit, &here);
-        let material = material_at(scene, &here, needs);
-        if needs.has(Needs::ABSORPTION) {
+        let material = material_at(scene, &here, features);
+        if features.has(Features::ABSORPTION) {
             let before = flux;
             flux *= reached.left;
             ledger.pass(before, flux);
         }
-        let site =
-            Site::new(here, material, scene.materials, media, Classes::ALL, params.specular_roughness, needs);
-        let cos_arriving = here.to_origin.dot(here.face_normal);
+        let scattering = ScatteringVertex::new(
+            here,
+            material,
+            scene.materials,
+            media,
+            Classes::ALL,
+            params.specular_roughness,
+            features,
+        );
+        let cos_arriving = here.to_previous.dot(here.face_normal);
         // Points see textures at a coarser level, where the surface may scatter although it does not here.
-        let textured =
-            needs.has(Needs::TEXTURES | Needs::NORMAL_MAPS) && material.flags & FLAGS_SCATTER_TEXTURE != 0;
-        let receives = textured || site.surface.class_chance(Classes::NON_SPECULAR) > 0.0;
+        let textured = features.has(Features::TEXTURES | Features::NORMAL_MAPS)
+            && material.flags & FLAGS_SCATTER_TEXTURE != 0;
+        let receives = textured || scattering.bsdf.class_chance(Classes::NON_SPECULAR) > 0.0;
         if caustic && receives && cos_arriving > 0.0 {
             deposits += 1;
             receive.receive(
@@ -138,15 +145,15 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
                     instance: here.instance,
                 },
                 DepositLight {
-                    to_light: here.to_origin,
+                    to_light: here.to_previous,
                     padding: 0,
                     flux: flux / cos_arriving,
                     padding_2: 0,
                 },
             );
         }
-        if !site.surface.scatters() {
-            ledger.arrive(&site, flux);
+        if !scattering.bsdf.scatters() {
+            ledger.arrive(&scattering, flux);
             break;
         }
         if hit_count == params.max_bounces {
@@ -155,13 +162,13 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
             break;
         }
 
-        ledger.arrive(&site, flux);
+        ledger.arrive(&scattering, flux);
         let u = rng.next4();
-        let departure = site.leave(u);
+        let scattered = scattering.sample(u);
         let arriving = flux;
-        flux *= departure.sampled.weight * adjoint(&site, &departure);
-        ledger.leave(&departure, arriving, flux);
-        if departure.sampled.class == Classes::SPECULAR {
+        flux *= scattered.sampled.weight * adjoint(&scattering, &scattered);
+        ledger.leave(&scattered, arriving, flux);
+        if scattered.sampled.class == Classes::SPECULAR {
             caustic = true;
         } else if !caustic && hit_count + 1 == params.max_bounces {
             // Too late for a caustic: the last hit could only receive direct light's continuation.
@@ -171,8 +178,8 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
         }
 
         // Russian roulette where flux is lost to diffuse absorption.
-        if departure.sampled.class == Classes::NON_SPECULAR {
-            let survival = departure.sampled.weight.max_element().min(1.0);
+        if scattered.sampled.class == Classes::NON_SPECULAR {
+            let survival = scattered.sampled.weight.max_element().min(1.0);
             if u.w >= survival {
                 break;
             }
@@ -182,10 +189,10 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
         if !is_finite(carried) || carried <= 0.0 {
             break;
         }
-        overflows += u32::from(departure.media_overflow);
-        receive.scatter(&mut way, &departure);
-        media = departure.media;
-        ray = departure.ray;
+        overflows += u32::from(scattered.media_overflow);
+        receive.scatter(&mut way, &scattered);
+        media = scattered.media;
+        ray = scattered.ray;
         hit_count += 1;
     }
 
@@ -210,10 +217,10 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
 /// Correction of flux where the shading normal is not the face's [Veach 1997, 5.3]:
 /// |arriving . n_s| |leaving . n_g| / (|arriving . n_g| |leaving . n_s|).
 #[inline(always)]
-fn adjoint(site: &Site, departure: &Departure) -> f32 {
-    let vertex = &site.vertex;
-    let direction: Vec3 = departure.ray.direction;
-    let shading = vertex.to_origin.dot(vertex.shading_normal) * direction.dot(vertex.face_normal);
-    let geometric = vertex.to_origin.dot(vertex.face_normal) * direction.dot(vertex.shading_normal);
+fn adjoint(scattering: &ScatteringVertex, scattered: &BsdfSample) -> f32 {
+    let vertex = &scattering.vertex;
+    let direction: Vec3 = scattered.ray.direction;
+    let shading = vertex.to_previous.dot(vertex.shading_normal) * direction.dot(vertex.face_normal);
+    let geometric = vertex.to_previous.dot(vertex.face_normal) * direction.dot(vertex.shading_normal);
     if geometric == 0.0 { 0.0 } else { (shading / geometric).abs() }
 }

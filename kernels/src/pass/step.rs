@@ -3,8 +3,8 @@
 
 use crate::declare::pass;
 use crate::interface::NONE;
+use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
-use crate::interface::needs::Needs;
 use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
 use crate::interface::step::{EmitStep, SampleStep, ScatterIn, ScatterOut};
@@ -16,7 +16,7 @@ use crate::math::warp;
 use crate::seam::Slots;
 use crate::surface::class::Classes;
 use crate::surface::media::MediaStack;
-use crate::surface::scatter::Site;
+use crate::surface::scatter::ScatteringVertex;
 use crate::surface::textured::material_at;
 use crate::surface::vertex::vertex;
 use crate::trace::Tracer;
@@ -44,12 +44,12 @@ pub fn step_hit(
 pub fn step_scatter(
     index: u32,
     params: &FrameParams,
-    needs: Needs,
+    features: Features,
     scene: SceneTables<'_>,
     #[len = params.light_path_batch] scatter_in: &[ScatterIn],
     mut scatter_out: Slots<'_, ScatterOut>,
 ) {
-    scatter_out.write(index, scatter(&scatter_in[index as usize], params, needs, scene));
+    scatter_out.write(index, scatter(&scatter_in[index as usize], params, features, scene));
 }
 
 /// Starts of light paths and direct connections.
@@ -57,12 +57,12 @@ pub fn step_scatter(
 pub fn step_emit(
     index: u32,
     params: &FrameParams,
-    needs: Needs,
+    features: Features,
     scene: SceneTables<'_>,
     mut emit_steps: Slots<'_, EmitStep>,
 ) {
-    let by_power = ByPower { scene, light_count: params.light_count, needs };
-    emit_steps.write(index, emit(index, params, needs, scene, &by_power));
+    let by_power = ByPower { scene, light_count: params.light_count, features };
+    emit_steps.write(index, emit(index, params, features, scene, &by_power));
 }
 
 /// Random numbers and every warp.
@@ -85,25 +85,38 @@ pub fn sample(index: u32, params: &FrameParams) -> SampleStep {
 
 /// A scattering event.
 #[inline(always)]
-pub fn scatter(input: &ScatterIn, params: &FrameParams, needs: Needs, scene: SceneTables<'_>) -> ScatterOut {
-    let here = vertex(scene, needs, &input.ray, &input.hit, 0.0);
+pub fn scatter(
+    input: &ScatterIn,
+    params: &FrameParams,
+    features: Features,
+    scene: SceneTables<'_>,
+) -> ScatterOut {
+    let here = vertex(scene, features, &input.ray, &input.hit, 0.0);
     let mut media = MediaStack::VACUUM;
     if input.inside != NONE {
         media = media.entered(input.inside, scene.materials).0;
     }
-    let material = material_at(scene, &here, needs);
+    let material = material_at(scene, &here, features);
     let all = Classes::ALL;
-    let site = Site::new(here, material, scene.materials, media, all, params.specular_roughness, needs);
-    let departure = site.leave(Vec4::from_array(input.uniform));
+    let scattering = ScatteringVertex::new(
+        here,
+        material,
+        scene.materials,
+        media,
+        all,
+        params.specular_roughness,
+        features,
+    );
+    let scattered = scattering.sample(Vec4::from_array(input.uniform));
     ScatterOut {
-        ray: departure.ray,
-        weight: departure.sampled.weight,
-        pdf: departure.sampled.pdf_solid_angle,
-        class: departure.sampled.class.0,
-        transmitted: u32::from(departure.sampled.transmitted),
-        specular: site.eval(input.towards, Classes::SPECULAR).f,
-        non_specular: site.eval(input.towards, Classes::NON_SPECULAR).f,
-        chance: site.surface.class_chance(Classes::NON_SPECULAR),
+        ray: scattered.ray,
+        weight: scattered.sampled.weight,
+        pdf: scattered.sampled.pdf_solid_angle,
+        class: scattered.sampled.class.0,
+        transmitted: u32::from(scattered.sampled.transmitted),
+        specular: scattering.eval(input.towards, Classes::SPECULAR).f,
+        non_specular: scattering.eval(input.towards, Classes::NON_SPECULAR).f,
+        chance: scattering.bsdf.class_chance(Classes::NON_SPECULAR),
         padding: 0,
     }
 }
@@ -113,14 +126,14 @@ pub fn scatter(input: &ScatterIn, params: &FrameParams, needs: Needs, scene: Sce
 pub fn emit<E: Emit>(
     index: u32,
     params: &FrameParams,
-    needs: Needs,
+    features: Features,
     scene: SceneTables<'_>,
     emit: &E,
 ) -> EmitStep {
     let mut rng = Rng::new(Stream::Light, params.seed, index, params.frame);
     let place = rng.next4();
-    let leaving = emit.leave(place, rng.next4());
-    let connection = connect(scene, params.light_count, needs, Vec3::ZERO, rng.next4());
+    let leaving = emit.sample(place, rng.next4());
+    let connection = connect(scene, params.light_count, features, Vec3::ZERO, rng.next4());
     EmitStep {
         ray: leaving.ray,
         flux: leaving.flux,

@@ -1,4 +1,4 @@
-//! Share of flux that a surface scatters on, estimated apart from `Surface::sample` for the energy ledger: closed forms,
+//! Share of flux that a surface scatters on, estimated apart from `Bsdf::sample` for the energy ledger: closed forms,
 //! and for facets one normal drawn from D cos [Walter et al. 2007, eq. 35, 36] with all it reflects and refracts. It
 //! shares neither the sampler of visible normals nor the choice of lobes, so that an error in either shows.
 
@@ -10,11 +10,11 @@ use crate::math::trig::sin_cos_turns;
 use crate::surface::{coat, fresnel, ggx, glass, rough_glass};
 use spirv_std::glam::Vec3;
 
-/// Unbiased estimate of the share scattered of light along `to_origin` (local, z > 0). `eta` = index on the path's side
+/// Unbiased estimate of the share scattered of light along `to_previous` (local, z > 0). `eta` = index on the path's side
 /// over index behind; `u`, `v` uniform.
 #[inline]
-pub fn albedo(material: &Material, to_origin: Vec3, eta: f32, u: f32, v: f32) -> Vec3 {
-    let cos = to_origin.z;
+pub fn albedo(material: &Material, to_previous: Vec3, eta: f32, u: f32, v: f32) -> Vec3 {
+    let cos = to_previous.z;
     let dielectric = 1.0 - material.metallic;
     let opaque = dielectric * (1.0 - material.transmission);
     let passing = dielectric * material.transmission;
@@ -42,7 +42,7 @@ pub fn albedo(material: &Material, to_origin: Vec3, eta: f32, u: f32, v: f32) ->
     let r = (1.0 - z * z).max(0.0).sqrt();
     let (sin, cosine) = sin_cos_turns(v);
     let half = Vec3::new(r * cosine, r * sin, z);
-    let cos_half = to_origin.dot(half);
+    let cos_half = to_previous.dot(half);
     if cos_half <= 0.0 {
         return sum;
     }

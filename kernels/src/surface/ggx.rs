@@ -40,20 +40,20 @@ pub fn shadowing(cos_viewer: f32, cos_light: f32, alpha: f32) -> f32 {
 
 /// D G / (4 cos cos) [1/sr], without Fresnel.
 #[inline]
-pub fn eval(to_origin: Vec3, direction: Vec3, half: Vec3, alpha: f32) -> f32 {
-    let shadowing = shadowing(to_origin.z, direction.z, alpha);
-    distribution(half, alpha) * shadowing / (4.0 * to_origin.z * direction.z)
+pub fn eval(to_previous: Vec3, direction: Vec3, half: Vec3, alpha: f32) -> f32 {
+    let shadowing = shadowing(to_previous.z, direction.z, alpha);
+    distribution(half, alpha) * shadowing / (4.0 * to_previous.z * direction.z)
 }
 
 /// pdf_solid_angle of `sample` for the direction mirrored at `half`.
 #[inline]
-pub fn visible_pdf(to_origin: Vec3, half: Vec3, alpha: f32) -> f32 {
-    distribution(half, alpha) / ((1.0 + lambda(to_origin.z, alpha)) * 4.0 * to_origin.z)
+pub fn visible_pdf(to_previous: Vec3, half: Vec3, alpha: f32) -> f32 {
+    distribution(half, alpha) / ((1.0 + lambda(to_previous.z, alpha)) * 4.0 * to_previous.z)
 }
 
 /// A direction mirrored at a visible microfacet normal; may point below the surface.
 #[inline]
-pub fn sample(to_origin: Vec3, alpha: f32, u: f32, v: f32) -> Vec3 {
-    let half = warp::visible_ggx_normal(to_origin, alpha, u, v);
-    half * (2.0 * to_origin.dot(half)) - to_origin
+pub fn sample(to_previous: Vec3, alpha: f32, u: f32, v: f32) -> Vec3 {
+    let half = warp::visible_ggx_normal(to_previous, alpha, u, v);
+    half * (2.0 * to_previous.dot(half)) - to_previous
 }

@@ -22,14 +22,14 @@ pub fn reflectance(material: &Material, cos: f32, eta: f32) -> f32 {
 /// Reflects or transmits, in proportion to what either carries; the base colour tints what passes. The weight is
 /// that of flux: radiance takes eta^-2 besides (see `collect`). `chance` = of the glass lobe among all.
 #[inline]
-pub fn sample(material: &Material, to_origin: Vec3, glass: GlassInterface, chance: f32, u: f32) -> Sampled {
+pub fn sample(material: &Material, to_previous: Vec3, glass: GlassInterface, chance: f32, u: f32) -> Sampled {
     let share = (1.0 - material.metallic) * material.transmission;
     let tint = material.base_color;
     let passed = (1.0 - glass.reflectance) * crate::math::mean(tint);
     let reflect_chance = glass.reflectance / (glass.reflectance + passed);
-    let cos = to_origin.z;
+    let cos = to_previous.z;
     let reflected = Sampled {
-        direction: Vec3::new(-to_origin.x, -to_origin.y, cos),
+        direction: Vec3::new(-to_previous.x, -to_previous.y, cos),
         weight: Vec3::splat(share * glass.reflectance / (chance * reflect_chance)),
         pdf_solid_angle: 0.0,
         class: Classes::SPECULAR,
@@ -44,7 +44,7 @@ pub fn sample(material: &Material, to_origin: Vec3, glass: GlassInterface, chanc
     let weight = tint * (share * (1.0 - glass.reflectance) / (chance * (1.0 - reflect_chance)));
     if material.flags & FLAG_THIN != 0 {
         return Sampled {
-            direction: -to_origin,
+            direction: -to_previous,
             weight,
             transmitted: true,
             straight: true,
@@ -54,6 +54,6 @@ pub fn sample(material: &Material, to_origin: Vec3, glass: GlassInterface, chanc
     }
     // Snell: the tangential part scales with eta.
     let cos_behind = (1.0 - glass.eta * glass.eta * (1.0 - cos * cos)).max(0.0).sqrt();
-    let direction = Vec3::new(-glass.eta * to_origin.x, -glass.eta * to_origin.y, -cos_behind);
+    let direction = Vec3::new(-glass.eta * to_previous.x, -glass.eta * to_previous.y, -cos_behind);
     Sampled { direction: direction.normalize(), weight, transmitted: true, ..reflected }
 }

@@ -7,8 +7,8 @@
 use spirv_std::num_traits::Float;
 
 use crate::interface::NONE;
+use crate::interface::features::Features;
 use crate::interface::material::{FLAG_HANGING, FLAG_SHEET, Material};
-use crate::interface::needs::Needs;
 use spirv_std::glam::Vec3;
 
 /// Materials around a place by falling priority, one twice where two of its solids overlap; `NONE` behind the last.
@@ -91,9 +91,9 @@ impl MediaStack {
 
     /// The media at a face, for a path that comes through these: that of a hanging sheet has ended there.
     #[inline(always)]
-    pub fn settled(self, needs: Needs, materials: &[Material]) -> Self {
+    pub fn settled(self, features: Features, materials: &[Material]) -> Self {
         let mut settled = self;
-        if needs.has(Needs::SHEETS) {
+        if features.has(Features::SHEETS) {
             let hangs = |id: u32| id != NONE && materials[id as usize].flags & FLAG_HANGING != 0;
             settled = if hangs(self.first) { settled.left(self.first) } else { settled };
             settled = if hangs(self.second) { settled.left(self.second) } else { settled };
@@ -108,10 +108,10 @@ impl MediaStack {
     /// The back of a solid that the path is not in does nothing: nothing is made up. The face of a sheet alone says where
     /// its medium is, whatever the path came through, so that a path and its reverse agree.
     #[inline(always)]
-    pub fn at_face(self, material: u32, front: bool, needs: Needs, materials: &[Material]) -> Sides {
+    pub fn at_face(self, material: u32, front: bool, features: Features, materials: &[Material]) -> Sides {
         let is_expected = self.holds(material) != front;
         let is_sheet = materials[material as usize].flags & FLAG_SHEET != 0;
-        let around = self.settled(needs, materials);
+        let around = self.settled(features, materials);
         if front {
             let before = if is_sheet { around.left(material) } else { around };
             let (behind, overflow) = before.entered(material, materials);
@@ -131,7 +131,7 @@ impl MediaStack {
         if self.first == NONE { 1.0 } else { materials[self.first as usize].ior }
     }
 
-    /// Share of light left after `distance` [m] here.
+    /// Share of light left after `distance` (m) here.
     #[inline(always)]
     pub fn transmittance(self, materials: &[Material], distance: f32) -> Vec3 {
         if self.first == NONE {
@@ -156,7 +156,7 @@ fn outranks(material: u32, other: u32, materials: &[Material]) -> bool {
 mod tests {
     use super::*;
 
-    const NEEDS: Needs = Needs::SHEETS;
+    const FEATURES: Features = Features::SHEETS;
 
     /// Five media; the later, the higher its priority. The last is a sheet.
     fn five() -> [Material; 5] {
@@ -189,15 +189,15 @@ mod tests {
     #[test]
     fn a_face_below_a_higher_medium_is_covered() {
         let materials = five();
-        assert!(within(&[2]).at_face(1, true, NEEDS, &materials).is_covered());
-        assert!(within(&[1, 2]).at_face(1, false, NEEDS, &materials).is_covered());
-        assert!(!within(&[1]).at_face(2, true, NEEDS, &materials).is_covered());
-        assert!(within(&[1]).at_face(1, true, NEEDS, &materials).is_covered(), "two solids of one medium");
+        assert!(within(&[2]).at_face(1, true, FEATURES, &materials).is_covered());
+        assert!(within(&[1, 2]).at_face(1, false, FEATURES, &materials).is_covered());
+        assert!(!within(&[1]).at_face(2, true, FEATURES, &materials).is_covered());
+        assert!(within(&[1]).at_face(1, true, FEATURES, &materials).is_covered(), "two solids of one medium");
     }
 
     #[test]
     fn the_back_of_a_solid_that_the_path_is_not_in_does_nothing() {
-        let sides = within(&[1]).at_face(2, false, NEEDS, &five());
+        let sides = within(&[1]).at_face(2, false, FEATURES, &five());
         assert!(!sides.is_expected && sides.is_covered() && sides.behind == within(&[1]));
     }
 
@@ -207,8 +207,8 @@ mod tests {
         for outside in [within(&[]), within(&[1])] {
             let inside = outside.entered(4, &materials).0;
             for wrong in [false, true] {
-                let down = if wrong { inside } else { outside }.at_face(4, true, NEEDS, &materials);
-                let up = if wrong { outside } else { inside }.at_face(4, false, NEEDS, &materials);
+                let down = if wrong { inside } else { outside }.at_face(4, true, FEATURES, &materials);
+                let up = if wrong { outside } else { inside }.at_face(4, false, FEATURES, &materials);
                 assert_eq!((down.before, down.behind), (outside, inside));
                 assert_eq!((up.before, up.behind), (inside, outside));
                 assert!(down.is_expected != wrong && up.is_expected != wrong);
@@ -221,17 +221,17 @@ mod tests {
         let mut materials = five();
         materials[4].flags = FLAG_SHEET | FLAG_HANGING;
         let (outside, below) = (within(&[1]), within(&[1, 4]));
-        assert_eq!(below.settled(NEEDS, &materials), outside);
-        assert_eq!(outside.settled(NEEDS, &materials), outside);
+        assert_eq!(below.settled(FEATURES, &materials), outside);
+        assert_eq!(outside.settled(FEATURES, &materials), outside);
         // Into another solid, and back out of it to the sheet: both ways the same.
-        let down = below.at_face(2, true, NEEDS, &materials);
+        let down = below.at_face(2, true, FEATURES, &materials);
         assert_eq!((down.along, down.before, down.behind), (below, outside, within(&[1, 2])));
-        let up = down.behind.at_face(2, false, NEEDS, &materials);
+        let up = down.behind.at_face(2, false, FEATURES, &materials);
         assert_eq!((up.along, up.behind), (down.behind, outside));
-        let up = up.behind.at_face(4, false, NEEDS, &materials);
+        let up = up.behind.at_face(4, false, FEATURES, &materials);
         assert_eq!((up.along, up.before, up.behind), (below, below, outside));
         // From one sheet to the next: the segment is the same from both ends.
-        let next = below.at_face(4, true, NEEDS, &materials);
+        let next = below.at_face(4, true, FEATURES, &materials);
         assert_eq!((next.along, next.before, next.behind), (below, outside, below));
     }
 

@@ -35,43 +35,43 @@ pub fn reflection_chance(material: &Material, cos: f32, eta: f32) -> f32 {
 
 /// f [1/sr] of transmission before tint, and pdf_solid_angle of `sample`, towards a direction behind (z < 0).
 #[inline]
-pub fn eval(material: &Material, to_origin: Vec3, direction: Vec3, eta: f32) -> (f32, f32) {
+pub fn eval(material: &Material, to_previous: Vec3, direction: Vec3, eta: f32) -> (f32, f32) {
     let alpha = ggx::alpha(material.roughness);
     let mirrored = Vec3::new(direction.x, direction.y, -direction.z);
-    let (mut half, mut stretch) = ((to_origin + mirrored).normalize(), 1.0);
+    let (mut half, mut stretch) = ((to_previous + mirrored).normalize(), 1.0);
     if material.flags & FLAG_THIN == 0 {
         // Snell's law at the facet: both directions' tangential parts cancel along this vector.
-        let along = to_origin * eta + direction;
+        let along = to_previous * eta + direction;
         let square = along.length_squared();
         half = along / square.sqrt();
         if half.z < 0.0 {
             half = -half;
         }
-        let (cos, cos_behind) = (to_origin.dot(half), -direction.dot(half));
+        let (cos, cos_behind) = (to_previous.dot(half), -direction.dot(half));
         if cos <= 0.0 || cos_behind <= 0.0 {
             return (0.0, 0.0);
         }
         // d half / d direction is cos_behind / |along|^2, where mirroring has 1 / (4 cos).
         stretch = 4.0 * cos * cos_behind / square;
     }
-    let passed = 1.0 - glass::reflectance(material, to_origin.dot(half), eta);
-    let f = passed * stretch * ggx::eval(to_origin, mirrored, half, alpha);
-    (f, stretch * ggx::visible_pdf(to_origin, half, alpha))
+    let passed = 1.0 - glass::reflectance(material, to_previous.dot(half), eta);
+    let f = passed * stretch * ggx::eval(to_previous, mirrored, half, alpha);
+    (f, stretch * ggx::visible_pdf(to_previous, half, alpha))
 }
 
 /// A direction refracted at a visible facet. It may leave on the near side, and does where the facet reflects totally:
 /// then nothing passes.
 #[inline]
-pub fn sample(material: &Material, to_origin: Vec3, eta: f32, u: f32, v: f32) -> Vec3 {
-    let half = warp::visible_ggx_normal(to_origin, ggx::alpha(material.roughness), u, v);
-    let cos = to_origin.dot(half);
+pub fn sample(material: &Material, to_previous: Vec3, eta: f32, u: f32, v: f32) -> Vec3 {
+    let half = warp::visible_ggx_normal(to_previous, ggx::alpha(material.roughness), u, v);
+    let cos = to_previous.dot(half);
     if material.flags & FLAG_THIN != 0 {
-        let reflected = half * (2.0 * cos) - to_origin;
+        let reflected = half * (2.0 * cos) - to_previous;
         return Vec3::new(reflected.x, reflected.y, -reflected.z);
     }
     let square = 1.0 - eta * eta * (1.0 - cos * cos);
     if square <= 0.0 {
-        return to_origin;
+        return to_previous;
     }
-    (half * (eta * cos - square.sqrt()) - to_origin * eta).normalize()
+    (half * (eta * cos - square.sqrt()) - to_previous * eta).normalize()
 }

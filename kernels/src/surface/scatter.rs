@@ -1,7 +1,7 @@
 //! One scattering event: from a vertex and the media around it to the ray that leaves.
 
+use crate::interface::features::Features;
 use crate::interface::material::Material;
-use crate::interface::needs::Needs;
 use crate::interface::ray::Ray;
 use crate::math::frame::ShadingFrame;
 use crate::math::offset;
@@ -9,16 +9,16 @@ use crate::surface::class::Classes;
 use crate::surface::fold::folded;
 use crate::surface::media::MediaStack;
 use crate::surface::vertex::Vertex;
-use crate::surface::{Evaluated, GlassInterface, Sampled, Surface};
+use crate::surface::{Bsdf, Evaluated, GlassInterface, Sampled};
 use spirv_std::glam::{Vec3, Vec4};
 
 /// A vertex that is about to scatter.
 #[derive(Clone, Copy, Debug)]
-pub struct Site {
+pub struct ScatteringVertex {
     /// The vertex.
     pub vertex: Vertex,
     /// Its lobes.
-    pub surface: Surface,
+    pub bsdf: Bsdf,
     frame: ShadingFrame,
     glass: GlassInterface,
     media: MediaStack,
@@ -26,9 +26,9 @@ pub struct Site {
     media_overflow: bool,
 }
 
-/// A ray that leaves a site.
+/// A ray that leaves a scattering.
 #[derive(Clone, Copy, Debug)]
-pub struct Departure {
+pub struct BsdfSample {
     /// The ray; its direction is a unit vector in the world.
     pub ray: Ray,
     /// How it was sampled. A zero weight ends the path.
@@ -39,8 +39,8 @@ pub struct Departure {
     pub media_overflow: bool,
 }
 
-impl Site {
-    /// The site at `vertex`, inside `media`, with the lobes of `classes`.
+impl ScatteringVertex {
+    /// The scattering at `vertex`, inside `media`, with the lobes of `classes`.
     #[inline(always)]
     pub fn new(
         vertex: Vertex,
@@ -49,28 +49,28 @@ impl Site {
         media: MediaStack,
         classes: Classes,
         specular_roughness: f32,
-        needs: Needs,
+        features: Features,
     ) -> Self {
         let frame = ShadingFrame::new(vertex.shading_normal);
         let mut eta = 1.0;
-        let around = media.settled(needs, materials);
+        let around = media.settled(features, materials);
         let (mut media, mut behind, mut media_overflow) = (around, around, false);
-        if needs.has(Needs::GLASS) && materials[vertex.material as usize].is_medium() {
-            let sides = around.at_face(vertex.material, vertex.front, needs, materials);
+        if features.has(Features::GLASS) && materials[vertex.material as usize].is_medium() {
+            let sides = around.at_face(vertex.material, vertex.front, features, materials);
             (media, behind, media_overflow) = (sides.before, sides.behind, sides.overflow);
             eta = media.ior(materials) / behind.ior(materials);
         }
         // Paths come from above the face.
-        let to_origin = folded(frame.to_local(vertex.to_origin), true);
-        let (surface, glass) = Surface::new(material, to_origin, eta, specular_roughness, classes, needs);
-        Site { vertex, surface, frame, glass, media, behind, media_overflow }
+        let to_previous = folded(frame.to_local(vertex.to_previous), true);
+        let (bsdf, glass) = Bsdf::new(material, to_previous, eta, specular_roughness, classes, features);
+        ScatteringVertex { vertex, bsdf, frame, glass, media, behind, media_overflow }
     }
 
     /// The non-delta lobes of `class` towards a world direction.
     #[inline(always)]
     pub fn eval(&self, direction: Vec3, class: Classes) -> Evaluated {
         let above = direction.dot(self.vertex.face_normal) > 0.0;
-        self.surface.eval(folded(self.frame.to_local(direction), above), class)
+        self.bsdf.eval(folded(self.frame.to_local(direction), above), class)
     }
 
     /// Media on the side that a world direction leaves to.
@@ -81,17 +81,17 @@ impl Site {
 
     /// Samples a lobe and leaves.
     #[inline(always)]
-    pub fn leave(&self, u: Vec4) -> Departure {
-        let sampled = self.surface.sample(self.glass, u);
+    pub fn sample(&self, u: Vec4) -> BsdfSample {
+        let sampled = self.bsdf.sample(self.glass, u);
         let vertex = &self.vertex;
         let mut direction =
-            if sampled.straight { -vertex.to_origin } else { self.frame.to_world(sampled.direction) };
+            if sampled.straight { -vertex.to_previous } else { self.frame.to_world(sampled.direction) };
         if (direction.dot(vertex.face_normal) > 0.0) == sampled.transmitted {
             direction = -direction;
         }
         let media = if sampled.transmitted { self.behind } else { self.media };
         let media_overflow = sampled.transmitted && self.media_overflow;
         let origin = offset::leave(vertex.position, vertex.face_normal, direction, vertex.clearance);
-        Departure { ray: Ray::endless(origin, direction), sampled, media, media_overflow }
+        BsdfSample { ray: Ray::endless(origin, direction), sampled, media, media_overflow }
     }
 }

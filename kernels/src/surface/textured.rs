@@ -1,9 +1,9 @@
 //! Materials as textures make them: factors times texels, at a vertex and at a collection point.
 
+use crate::interface::features::Features;
 use crate::interface::material::{
     FLAG_COLOR_TEXTURE, FLAG_EMISSIVE_TEXTURE, FLAG_ROUGHNESS_TEXTURE, FLAGS_TEXTURE, Material,
 };
-use crate::interface::needs::Needs;
 use crate::interface::packed::{from_byte, from_half, to_byte, to_half};
 use crate::interface::point::PointShading;
 use crate::interface::scene::SceneTables;
@@ -14,9 +14,9 @@ use spirv_std::glam::Vec3;
 /// The material at a vertex. What textures change is rounded to what a collection point can store, so that all paths
 /// see the same numbers and decide alike which lobe is specular.
 #[inline(always)]
-pub fn material_at(scene: SceneTables<'_>, vertex: &Vertex, needs: Needs) -> Material {
+pub fn material_at(scene: SceneTables<'_>, vertex: &Vertex, features: Features) -> Material {
     let mut material = scene.materials[vertex.material as usize];
-    if needs.has(Needs::TEXTURES) && material.flags & FLAGS_TEXTURE != 0 {
+    if features.has(Features::TEXTURES) && material.flags & FLAGS_TEXTURE != 0 {
         let row = scene.textures.material_textures[vertex.material as usize];
         let (at, footprint) = (vertex.uv, vertex.uv_footprint);
         if material.flags & FLAG_COLOR_TEXTURE != 0 {
@@ -54,9 +54,9 @@ pub fn packed(material: &Material) -> (u32, u32) {
 
 /// The material at a collection point.
 #[inline(always)]
-pub fn material_of(point: &PointShading, materials: &[Material], needs: Needs) -> Material {
+pub fn material_of(point: &PointShading, materials: &[Material], features: Features) -> Material {
     let mut material = materials[point.material as usize];
-    if needs.has(Needs::TEXTURES) {
+    if features.has(Features::TEXTURES) {
         let (first, second) = (point.red_green, point.blue_roughness_metallic);
         if material.flags & FLAG_COLOR_TEXTURE != 0 {
             material.base_color =

@@ -3,16 +3,16 @@
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
-use crate::interface::needs::Needs;
+use crate::interface::features::Features;
 use crate::interface::ray::Hit;
 use crate::interface::scene::SceneTables;
 use spirv_std::glam::Vec3;
 
-/// Change of the unit interpolated normal at `hit`, on the side that the path met, for a small `step` along the face [m];
+/// Change of the unit interpolated normal at `hit`, on the side that the path met, for a small `step` along the face (m);
 /// zero on a flat triangle. What a normal map adds is left out.
 #[inline(always)]
-pub fn normal_change(scene: SceneTables<'_>, needs: Needs, hit: &Hit, front: bool, step: Vec3) -> Vec3 {
-    if !needs.has(Needs::SMOOTH_NORMALS) {
+pub fn normal_change(scene: SceneTables<'_>, features: Features, hit: &Hit, front: bool, step: Vec3) -> Vec3 {
+    if !features.has(Features::SMOOTH_NORMALS) {
         return Vec3::ZERO;
     }
     let triangle = scene.triangles[hit.triangle as usize];

@@ -3,8 +3,8 @@
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
+use crate::interface::features::Features;
 use crate::interface::material::{FLAG_NORMAL_MAP, FLAGS_TEXTURE};
-use crate::interface::needs::Needs;
 use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
 use crate::math::offset;
@@ -16,10 +16,10 @@ use spirv_std::glam::{Vec2, Vec3};
 /// normal on the same side of its own surface, which may face away from the path (`surface/fold.rs`).
 #[derive(Clone, Copy, Debug)]
 pub struct Vertex {
-    /// Position [m], interpolated from the corners.
+    /// Position (m), interpolated from the corners.
     pub position: Vec3,
     /// Unit direction back along the path.
-    pub to_origin: Vec3,
+    pub to_previous: Vec3,
     /// Unit normal of the face.
     pub face_normal: Vec3,
     /// Unit normal that lobes are around: that of the face or the interpolated, turned by the normal map.
@@ -34,7 +34,7 @@ pub struct Vertex {
     pub light: u32,
     /// Index into the instances.
     pub instance: u32,
-    /// Distance to keep when leaving [m].
+    /// Distance to keep when leaving (m).
     pub clearance: f32,
     /// Texture coordinates; unused without a texture.
     pub uv: Vec2,
@@ -45,21 +45,21 @@ pub struct Vertex {
 /// Smallest cosine that footprints are projected with.
 const MIN_COS: f32 = 0.05;
 
-/// The vertex at `hit` of `ray`, whose cone is `width` [m] wide there. A camera prefix gives its cone's width; every
+/// The vertex at `hit` of `ray`, whose cone is `width` (m) wide there. A camera prefix gives its cone's width; every
 /// other path gives 0, so that paths of both kinds see the same material behind the collection point.
 #[inline(always)]
-pub fn vertex(scene: SceneTables<'_>, needs: Needs, ray: &Ray, hit: &Hit, width: f32) -> Vertex {
+pub fn vertex(scene: SceneTables<'_>, features: Features, ray: &Ray, hit: &Hit, width: f32) -> Vertex {
     let triangle = scene.triangles[hit.triangle as usize];
     let surface = scene.surfaces[hit.triangle as usize];
     let (edge_b, edge_c) = (triangle.b - triangle.a, triangle.c - triangle.a);
-    let to_origin = -ray.direction;
+    let to_previous = -ray.direction;
     let outward = edge_b.cross(edge_c).normalize();
-    let front = outward.dot(to_origin) >= 0.0;
+    let front = outward.dot(to_previous) >= 0.0;
     let side = if front { 1.0 } else { -1.0 };
     let face_normal = outward * side;
 
     let mut shading_normal = face_normal;
-    if needs.has(Needs::SMOOTH_NORMALS) {
+    if features.has(Features::SMOOTH_NORMALS) {
         let a = 1.0 - hit.u - hit.v;
         let smooth = surface.normal_a * a + surface.normal_b * hit.u + surface.normal_c * hit.v;
         let smooth = smooth * side;
@@ -71,14 +71,14 @@ pub fn vertex(scene: SceneTables<'_>, needs: Needs, ray: &Ray, hit: &Hit, width:
     }
 
     let (mut at, mut uv_footprint) = (Vec2::ZERO, 0.0);
-    if needs.has(Needs::TEXTURES | Needs::NORMAL_MAPS) {
+    if features.has(Features::TEXTURES | Features::NORMAL_MAPS) {
         let flags = scene.materials[surface.material as usize].flags;
         if flags & FLAGS_TEXTURE != 0 {
             let coordinates = scene.textures.texture_coordinates[hit.triangle as usize];
             at = uv(&coordinates, hit.u, hit.v);
             // The longer axis of the footprint [ray cones, section 3].
-            uv_footprint = width.abs() * coordinates.density / to_origin.dot(face_normal).max(MIN_COS);
-            if needs.has(Needs::NORMAL_MAPS) && flags & FLAG_NORMAL_MAP != 0 {
+            uv_footprint = width.abs() * coordinates.density / to_previous.dot(face_normal).max(MIN_COS);
+            if features.has(Features::NORMAL_MAPS) && flags & FLAG_NORMAL_MAP != 0 {
                 let row = scene.textures.material_textures[surface.material as usize];
                 let bent = normal_map::normal(
                     scene.textures,
@@ -95,7 +95,7 @@ pub fn vertex(scene: SceneTables<'_>, needs: Needs, ray: &Ray, hit: &Hit, width:
     }
     Vertex {
         position: triangle.a + edge_b * hit.u + edge_c * hit.v,
-        to_origin,
+        to_previous,
         face_normal,
         shading_normal,
         curvature: surface.curvature * side,

@@ -1,8 +1,8 @@
 //! Holes: a surface whose alpha is below its material's cut-off is not there.
 
 use crate::interface::NONE;
+use crate::interface::features::Features;
 use crate::interface::material::{FLAG_CUT_OUT, Material};
-use crate::interface::needs::Needs;
 use crate::interface::scene::{SceneTables, TextureTables};
 use crate::interface::texture::TextureCoordinates;
 use crate::interface::triangle::TriangleSurface;
@@ -19,20 +19,20 @@ pub struct CutOuts<'a> {
     /// Textures.
     pub textures: TextureTables<'a>,
     /// What the scene needs.
-    pub needs: Needs,
+    pub features: Features,
 }
 
 impl<'a> CutOuts<'a> {
     /// Those of a scene.
     #[inline(always)]
-    pub fn of(scene: SceneTables<'a>, needs: Needs) -> Self {
-        CutOuts { surfaces: scene.surfaces, materials: scene.materials, textures: scene.textures, needs }
+    pub fn of(scene: SceneTables<'a>, features: Features) -> Self {
+        CutOuts { surfaces: scene.surfaces, materials: scene.materials, textures: scene.textures, features }
     }
 
     /// Whether a triangle is there at the weights `u` and `v` of its corners b and c.
     #[inline(always)]
     pub fn is_there(&self, triangle: u32, u: f32, v: f32) -> bool {
-        !self.needs.has(Needs::CUT_OUTS) || self.is_solid(triangle, u, v)
+        !self.features.has(Features::CUT_OUTS) || self.is_solid(triangle, u, v)
     }
 
     /// The same where there are holes. On a CPU an own function, so that it takes no registers from tracers.

@@ -1,7 +1,7 @@
 //! Emission of textured triangles, as lights are sampled by.
 
+use crate::interface::features::Features;
 use crate::interface::material::{FLAG_CUT_OUT, FLAG_EMISSIVE_TEXTURE};
-use crate::interface::needs::Needs;
 use crate::interface::scene::SceneTables;
 use crate::texture::cut_out::{CutOuts, uv};
 use crate::texture::sample::sample;
@@ -9,17 +9,17 @@ use spirv_std::glam::Vec3;
 
 /// Share of a light's emission that leaves its triangle at the weights `u` and `v` of corners b and c.
 #[inline(always)]
-pub fn emission_at(scene: SceneTables<'_>, needs: Needs, triangle: u32, u: f32, v: f32) -> Vec3 {
+pub fn emission_at(scene: SceneTables<'_>, features: Features, triangle: u32, u: f32, v: f32) -> Vec3 {
     let mut share = Vec3::ONE;
-    if needs.has(Needs::TEXTURES | Needs::CUT_OUTS) {
+    if features.has(Features::TEXTURES | Features::CUT_OUTS) {
         let id = scene.surfaces[triangle as usize].material;
         let flags = scene.materials[id as usize].flags;
-        if needs.has(Needs::TEXTURES) && flags & FLAG_EMISSIVE_TEXTURE != 0 {
+        if features.has(Features::TEXTURES) && flags & FLAG_EMISSIVE_TEXTURE != 0 {
             let at = uv(&scene.textures.texture_coordinates[triangle as usize], u, v);
             let row = scene.textures.material_textures[id as usize];
             share = sample(scene.textures, row.emissive, at, 0.0).truncate();
         }
-        if flags & FLAG_CUT_OUT != 0 && !CutOuts::of(scene, needs).is_there(triangle, u, v) {
+        if flags & FLAG_CUT_OUT != 0 && !CutOuts::of(scene, features).is_there(triangle, u, v) {
             share = Vec3::ZERO;
         }
     }

@@ -2,8 +2,8 @@
 //! On a CPU glam's Vec4 is a vector register; on a GPU the same code is scalar.
 
 use crate::interface::NONE;
+use crate::interface::features::Features;
 use crate::interface::instance::Instance;
-use crate::interface::needs::Needs;
 use crate::interface::ray::{Hit, Ray};
 use crate::interface::tree::{INSTANCE, LEAF, TREE_STACK, TreeNode, TriangleBlock};
 use crate::texture::cut_out::CutOuts;
@@ -40,7 +40,7 @@ impl BvhTracer<'_> {
     #[inline(always)]
     fn find<const ANY: bool>(&self, ray: &Ray) -> Hit {
         let BvhTracer { nodes, blocks, instances, cut_outs } = self;
-        if cfg!(target_arch = "spirv") || cut_outs.needs.has(Needs::INSTANCES) {
+        if cfg!(target_arch = "spirv") || cut_outs.features.has(Features::INSTANCES) {
             traverse::<ANY, true>(nodes, blocks, instances, cut_outs, ray)
         } else {
             traverse::<ANY, false>(nodes, blocks, instances, cut_outs, ray)
@@ -71,7 +71,7 @@ fn traverse<const ANY: bool, const MOVING: bool>(
     cut_outs: &CutOuts<'_>,
     world: &Ray,
 ) -> Hit {
-    let moving = MOVING && cut_outs.needs.has(Needs::INSTANCES);
+    let moving = MOVING && cut_outs.features.has(Features::INSTANCES);
     let mut ray = *world;
     let mut inverse = safe_inverses(ray.direction);
     // Height of the stack at which the instance at hand ends, plus one; 0 outside of instances.

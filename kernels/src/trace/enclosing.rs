@@ -6,8 +6,8 @@
 //! all come to its back. Nowhere about a flat sheet in the open more than half do, and a hanging sheet has no inside.
 
 use crate::interface::NONE;
+use crate::interface::features::Features;
 use crate::interface::material::{FLAG_HANGING, FLAG_SHEET, Material};
-use crate::interface::needs::Needs;
 use crate::interface::ray::Ray;
 use crate::interface::scene::SceneTables;
 use crate::math::offset;
@@ -21,9 +21,9 @@ const RIGHT: Vec3 = Vec3::new(-0.279_759, 0.911_838_1, 0.300_476_5);
 const UP: Vec3 = Vec3::new(-0.055_185_6, -0.327_728_9, 0.943_158_7);
 const BACK: Vec3 = Vec3::new(0.958_482_9, 0.247_275_1, 0.142_005_5);
 /// Faces on the way out of a ray, at most.
-const MOST_FACES: u32 = 256;
+const MAX_FACES: u32 = 256;
 /// Faces on the way of one that looks for sheets, at most.
-const MOST_BOUNCES: u32 = 16;
+const MAX_BOUNCES: u32 = 16;
 
 /// How often a solid winds around a place; of a sheet, backs less fronts that are met.
 #[derive(Clone, Copy)]
@@ -45,18 +45,18 @@ struct Windings {
 #[inline(always)]
 pub fn enclosing<T: Tracer>(
     position: Vec3,
-    needs: Needs,
+    features: Features,
     scene: SceneTables<'_>,
     tracer: &mut T,
 ) -> MediaStack {
     let none = Winding { material: NONE, sum: 0 };
     let mut around = Windings { first: none, second: none, third: none, fourth: none };
-    let rays = if needs.has(Needs::SHEETS) { 9 } else { 1 };
+    let rays = if features.has(Features::SHEETS) { 9 } else { 1 };
     let (mut index, mut escaped) = (0, 0);
     while index < rays {
         // The first goes straight out and counts faces of solids; the others look for sheets.
         let straight = index == 0;
-        let most = if straight { MOST_FACES } else { MOST_BOUNCES };
+        let most = if straight { MAX_FACES } else { MAX_BOUNCES };
         let mut ray = Ray::endless(position, to_corner(index));
         let mut faces = 0;
         while faces < most {
@@ -65,7 +65,7 @@ pub fn enclosing<T: Tracer>(
                 escaped += i32::from(!straight);
                 break;
             }
-            let here = vertex(scene, Needs(0), &ray, &hit, 0.0);
+            let here = vertex(scene, Features(0), &ray, &hit, 0.0);
             let material = scene.materials[here.material as usize];
             let counts = (material.flags & FLAG_SHEET == 0) == straight && material.flags & FLAG_HANGING == 0;
             if material.is_medium() && counts {

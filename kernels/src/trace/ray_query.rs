@@ -2,7 +2,7 @@
 //!
 //! Where surfaces have holes the structure's triangles are not opaque: the query hands each to us to confirm.
 
-use crate::interface::needs::Needs;
+use crate::interface::features::Features;
 use crate::interface::ray::{Hit, Ray};
 use crate::texture::cut_out::CutOuts;
 use crate::trace::Tracer;
@@ -37,7 +37,7 @@ unsafe fn consider(query: &RayQuery, cut_outs: CutOuts<'_>) {
     unsafe {
         let at = query.get_candidate_intersection_barycentrics();
         let mut triangle = query.get_candidate_intersection_primitive_index();
-        if cut_outs.needs.has(Needs::INSTANCES) {
+        if cut_outs.features.has(Features::INSTANCES) {
             triangle += query.get_candidate_intersection_instance_custom_index();
         }
         if cut_outs.is_there(triangle, at.x, at.y) {
@@ -51,7 +51,7 @@ fn closest(scene: &AccelerationStructure, cut_outs: CutOuts<'_>, ray: &Ray) -> H
     ray_query!(let mut query);
     // SAFETY: the query is initialised before it proceeds, and read only after it has.
     unsafe {
-        if cut_outs.needs.has(Needs::CUT_OUTS) {
+        if cut_outs.features.has(Features::CUT_OUTS) {
             query.initialize(scene, RayFlags::NONE, 0xff, ray.origin, 0.0, ray.direction, ray.length);
             while query.proceed() {
                 consider(query, cut_outs);
@@ -62,7 +62,7 @@ fn closest(scene: &AccelerationStructure, cut_outs: CutOuts<'_>, ray: &Ray) -> H
         }
         if query.get_committed_intersection_type() as u32 == CommittedIntersection::Triangle as u32 {
             let mut triangle = query.get_committed_intersection_primitive_index();
-            if cut_outs.needs.has(Needs::INSTANCES) {
+            if cut_outs.features.has(Features::INSTANCES) {
                 triangle += query.get_committed_intersection_instance_custom_index();
             }
             let barycentrics = query.get_committed_intersection_barycentrics();
@@ -83,7 +83,7 @@ fn occluded(scene: &AccelerationStructure, cut_outs: CutOuts<'_>, ray: &Ray) -> 
     ray_query!(let mut query);
     // SAFETY: as above.
     unsafe {
-        if cut_outs.needs.has(Needs::CUT_OUTS) {
+        if cut_outs.features.has(Features::CUT_OUTS) {
             let flags = RayFlags::TERMINATE_ON_FIRST_HIT;
             query.initialize(scene, flags, 0xff, ray.origin, 0.0, ray.direction, ray.length);
             while query.proceed() {

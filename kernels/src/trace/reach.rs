@@ -4,7 +4,7 @@
 //! between them gives. Camera paths, light paths and direct connections all pass by this one rule.
 
 use crate::interface::NONE;
-use crate::interface::needs::Needs;
+use crate::interface::features::Features;
 use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
 use crate::math::offset;
@@ -14,7 +14,7 @@ use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
 
 /// Covered faces that one segment passes; the next one is a vertex that passes straight on. A bound for loops alone.
-const MOST_COVERED: u32 = 256;
+const MAX_COVERED: u32 = 256;
 
 /// The end of a segment.
 #[derive(Clone, Copy, Debug)]
@@ -36,7 +36,7 @@ pub struct Reached {
 pub fn reach<T: Tracer>(
     ray: &Ray,
     media: MediaStack,
-    needs: Needs,
+    features: Features,
     scene: SceneTables<'_>,
     tracer: &mut T,
 ) -> Reached {
@@ -52,13 +52,13 @@ pub fn reach<T: Tracer>(
         if !hit.is_miss() {
             length = hit.distance;
             let material = scene.surfaces[hit.triangle as usize].material;
-            if needs.has(Needs::NESTED) && scene.materials[material as usize].is_medium() {
-                let here = vertex(scene, Needs(0), &part, &hit, 0.0);
-                let sides = reached.media.at_face(material, here.front, needs, scene.materials);
+            if features.has(Features::NESTED) && scene.materials[material as usize].is_medium() {
+                let here = vertex(scene, Features(0), &part, &hit, 0.0);
+                let sides = reached.media.at_face(material, here.front, features, scene.materials);
                 reached.unexpected += u32::from(!sides.is_expected);
                 along = sides.along;
                 // What emits is seen, covered or not.
-                if sides.is_covered() && here.light == NONE && covered < MOST_COVERED {
+                if sides.is_covered() && here.light == NONE && covered < MAX_COVERED {
                     follows = true;
                     covered += 1;
                     reached.overflows += u32::from(sides.overflow);
@@ -69,7 +69,7 @@ pub fn reach<T: Tracer>(
                 }
             }
         }
-        if needs.has(Needs::ABSORPTION) {
+        if features.has(Features::ABSORPTION) {
             reached.left *= along.transmittance(scene.materials, length);
         }
         reached.media = behind;
@@ -84,17 +84,21 @@ pub fn reach<T: Tracer>(
 pub fn unblocked<T: Tracer>(
     ray: &Ray,
     media: MediaStack,
-    needs: Needs,
+    features: Features,
     scene: SceneTables<'_>,
     tracer: &mut T,
 ) -> Vec3 {
     // One way for all rays of a scene, so that a device holds the code of one traversal.
-    if needs.has(Needs::NESTED) {
-        let reached = reach(ray, media, needs, scene, tracer);
+    if features.has(Features::NESTED) {
+        let reached = reach(ray, media, features, scene, tracer);
         return if reached.hit.is_miss() { reached.left } else { Vec3::ZERO };
     }
     if tracer.occluded(ray) {
         return Vec3::ZERO;
     }
-    if needs.has(Needs::ABSORPTION) { media.transmittance(scene.materials, ray.length) } else { Vec3::ONE }
+    if features.has(Features::ABSORPTION) {
+        media.transmittance(scene.materials, ray.length)
+    } else {
+        Vec3::ONE
+    }
 }

@@ -6,18 +6,18 @@ use crate::lathe::{Piece, curve, lathe, line, round};
 
 /// Segments around the axis.
 const SEGMENTS: u32 = 40;
-/// Gap that keeps faces of a bottle, its cap and its label apart [m].
+/// Gap that keeps faces of a bottle, its cap and its label apart (m).
 const GAP: f64 = 0.0003;
-/// Thickness of a label [m].
+/// Thickness of a label (m).
 const PAPER: f64 = 0.0004;
 
 /// A bottle's outline and what is on it.
 struct Bottle {
     /// The glass.
     outline: Vec<Piece>,
-    /// Radius and height of the mouth [m].
+    /// Radius and height of the mouth (m).
     mouth: [f64; 2],
-    /// Radius of the body, lower and upper edge of the label [m].
+    /// Radius of the body, lower and upper edge of the label (m).
     label: Option<[f64; 3]>,
 }
 

@@ -7,23 +7,23 @@ use crate::gltf::{Document, lambert};
 use crate::mesh::Mesh;
 use crate::walls::{self, wall};
 
-/// Ends of the counter along x [m].
+/// Ends of the counter along x (m).
 pub const COUNTER_X: [f64; 2] = [-3.0, 2.6];
-/// Edges of the counter's top along z [m].
+/// Edges of the counter's top along z (m).
 pub const COUNTER_Z: [f64; 2] = [1.15, 1.75];
-/// Height of the counter's top [m].
+/// Height of the counter's top (m).
 pub const COUNTER_TOP: f64 = 1.10;
-/// Height of the back bar's top [m].
+/// Height of the back bar's top (m).
 pub const BACK_TOP: f64 = 0.95;
-/// Heights of the shelves' upper faces [m].
+/// Heights of the shelves' upper faces (m).
 pub const SHELVES: [f64; 3] = [1.50, 1.88, 2.26];
-/// Posts between shelves, their middles along x [m].
+/// Posts between shelves, their middles along x (m).
 pub const POSTS: [f64; 4] = [-2.95, -1.12, 0.71, 2.54];
-/// Depth of the shelves, from the wall [m].
+/// Depth of the shelves, from the wall (m).
 pub const SHELF_Z: [f64; 2] = [0.04, 0.25];
-/// Thickness of a shelf [m].
+/// Thickness of a shelf (m).
 const BOARD: f64 = 0.010;
-/// Half a post's width [m].
+/// Half a post's width (m).
 pub const POST: f64 = 0.018;
 
 /// Adds the six walls.

@@ -9,7 +9,7 @@ use crate::lathe::{Piece, curve, filling, lathe, line, round};
 
 /// Segments around the axis.
 pub const SEGMENTS: u32 = 44;
-/// How far a liquid reaches into the wall [m].
+/// How far a liquid reaches into the wall (m).
 const OVERLAP: f64 = 0.0003;
 
 /// The glasses: empty, and with something in them.
@@ -86,7 +86,7 @@ fn highball() -> Glass {
     straight(0.033, 0.031, 0.150, 0.002, 0.010)
 }
 
-/// A glass with straight walls: radii at the rim and the foot, height, thickness of wall and bottom [m].
+/// A glass with straight walls: radii at the rim and the foot, height, thickness of wall and bottom (m).
 fn straight(rim: f64, foot: f64, height: f64, wall: f64, bottom: f64) -> Glass {
     let edge = 0.004;
     let inner_foot = foot - wall;
@@ -111,7 +111,7 @@ fn rim_between(inner: f64, outer: f64, height: f64) -> Piece {
     curve(&[[inner, height], middle, [outer, height]], 3)
 }
 
-/// The underside of a foot of this radius [m].
+/// The underside of a foot of this radius (m).
 fn underside(radius: f64) -> [Piece; 2] {
     let edge = curve(&[[radius, 0.003], [radius + 0.001, 0.0015], [radius, 0.0]], 3);
     [edge, line([radius, 0.0], [0.0, 0.0])]
@@ -174,7 +174,7 @@ fn martini() -> Glass {
     Glass { outside, hollow, rim: rim_between(0.0532, 0.055, 0.165) }
 }
 
-/// A glass whose bowl, stem and foot are one curve; the rim's inner and outer radius and height [m].
+/// A glass whose bowl, stem and foot are one curve; the rim's inner and outer radius and height (m).
 fn on_stem(bowl_and_stem: &[[f64; 2]], hollow: Vec<Piece>, rim: [f64; 3]) -> Glass {
     let foot = bowl_and_stem[bowl_and_stem.len() - 1][0];
     let outside = [curve(bowl_and_stem, 4)].into_iter().chain(underside(foot)).collect();

@@ -9,18 +9,18 @@ use crate::mesh::Mesh;
 
 /// Segments of a cord: it is black.
 const CORD_SEGMENTS: u32 = 24;
-/// Radius of an emitting disc [m].
+/// Radius of an emitting disc (m).
 const BULB: f64 = 0.03;
 /// Corners of an emitting disc.
 const CORNERS: u32 = 8;
-/// Radiance of a lamp [W m^-2 sr^-1].
+/// Radiance of a lamp (W m^-2 sr^-1).
 const RADIANCE: f64 = 1200.0;
-/// Radiance of a lamp that is turned at the shelves [W m^-2 sr^-1].
+/// Radiance of a lamp that is turned at the shelves (W m^-2 sr^-1).
 const SPOT_RADIANCE: f64 = 2400.0;
-/// Height of the ceiling [m].
+/// Height of the ceiling (m).
 const CEILING: f64 = super::ROOM.y;
 
-/// Where pendants hang, above counter and tables: the disc's centre [m].
+/// Where pendants hang, above counter and tables: the disc's centre (m).
 const PENDANTS: [[f64; 3]; 7] = [
     [-2.3, 2.02, 1.48],
     [-0.9, 2.02, 1.48],
@@ -30,7 +30,7 @@ const PENDANTS: [[f64; 3]; 7] = [
     [-0.3, 1.75, 4.1],
     [1.6, 1.75, 3.9],
 ];
-/// Where the lamps for the shelves are, and what they look at [m].
+/// Where the lamps for the shelves are, and what they look at (m).
 const SPOTS: [[[f64; 3]; 2]; 4] = [
     [[-2.1, 2.85, 0.95], [-2.1, 1.35, 0.12]],
     [[-0.7, 2.85, 0.95], [-0.7, 1.35, 0.12]],
@@ -92,7 +92,7 @@ fn shade() -> Vec<Piece> {
     bell(0.0025, 0.0045)
 }
 
-/// A bell, closed at the top, between two distances from its inner face [m].
+/// A bell, closed at the top, between two distances from its inner face (m).
 fn bell(inner: f64, outer: f64) -> Vec<Piece> {
     let face = |by: f64| {
         [
@@ -115,7 +115,7 @@ fn can() -> Vec<Piece> {
     corners.windows(2).map(|ends| line(ends[0], ends[1])).collect()
 }
 
-/// What a lamp hangs from, this long [m].
+/// What a lamp hangs from, this long (m).
 fn cord(length: f64) -> Vec<Piece> {
     let (radius, length) = (0.004, length - GAP);
     let corners = [[0.0, length], [radius, length], [radius, 0.0], [0.0, 0.0]];

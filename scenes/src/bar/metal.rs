@@ -28,9 +28,9 @@ pub struct Turned {
     pub table: Shape,
 }
 
-/// Height of a table's top [m].
+/// Height of a table's top (m).
 pub const TABLE_TOP: f64 = 0.74;
-/// Height of a tray's upper face [m].
+/// Height of a tray's upper face (m).
 pub const TRAY: f64 = 0.003;
 
 impl Turned {
@@ -53,7 +53,7 @@ impl Turned {
     }
 }
 
-/// Adds a rod of brass along x between two places [m].
+/// Adds a rod of brass along x between two places (m).
 pub fn rail(document: &mut Document, palette: &Palette, name: &str, from: DVec3, length: f64, radius: f64) {
     let end = radius * 0.3;
     let outline = [

@@ -8,7 +8,7 @@ use super::{Document, Node};
 /// What of a node moves.
 #[derive(Clone, Copy, Debug)]
 pub enum Property {
-    /// Its place [m].
+    /// Its place (m).
     Translation,
     /// Its orientation, a unit quaternion x, y, z, w.
     Rotation,
@@ -28,7 +28,7 @@ pub enum Interpolation {
 }
 
 impl Document {
-    /// Puts a node somewhere [m].
+    /// Puts a node somewhere (m).
     pub fn place(&mut self, node: Node, translation: DVec3) {
         self.nodes[node.0]["translation"] = json!(translation.to_array());
     }
@@ -46,7 +46,7 @@ impl Document {
         Node(self.nodes.len() - 1)
     }
 
-    /// Moves a node: values at times [s].
+    /// Moves a node: values at times (s).
     pub fn animate<const N: usize>(
         &mut self,
         node: Node,

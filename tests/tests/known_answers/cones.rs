@@ -76,7 +76,7 @@ impl Shape {
         (distance, -normal * normal.dot(direction).signum())
     }
 
-    /// Unit direction from `eye` that meets the surface at this angle to its normal [rad].
+    /// Unit direction from `eye` that meets the surface at this angle to its normal (rad).
     fn aim(self, eye: DVec3, incidence: f64) -> DVec3 {
         let (axis, angle) = match self {
             Shape::Plane => (DVec3::NEG_Y, incidence),
@@ -136,7 +136,7 @@ fn compare(what: &str, things: &Builder, events: &[Event], eye: DVec3, screen: f
                 rng,
                 Classes::NON_SPECULAR,
                 &world.params,
-                world.needs,
+                world.features,
                 world.tables(),
                 &mut tracer,
                 &mut tally,

@@ -4,7 +4,7 @@ use caustics::settings::Settings;
 use caustics_kernels::gather::accumulator::Sum;
 use caustics_kernels::gather::contribution::takes;
 use caustics_kernels::gather::variant::{BRUTE, PHOTONS_GRID};
-use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_tests::direct::*;
@@ -66,8 +66,8 @@ fn estimated_by(
                 let flux = Vec3::splat(flux / count as f32);
                 deposits.push(geometry, DepositLight { to_light: Vec3::Z, flux, ..DepositLight::default() });
             }
-            let needs = Needs::RECEIVERS;
-            let words = gather(&PHOTONS_GRID, &points, &shadings, &deposits, &materials, needs, &params);
+            let features = Features::RECEIVERS;
+            let words = gather(&PHOTONS_GRID, &points, &shadings, &deposits, &materials, features, &params);
             assert!(words.iter().any(|&word| word != 0));
             mean_of(&resolved(&points, &shadings, &words, &params)) * PI / f64::from(albedo)
         })
@@ -119,7 +119,7 @@ fn taken(points: &[PointGeometry], deposits: &[DepositGeometry]) -> Vec<u32> {
     };
     let shadings: Vec<_> = points.iter().map(shading).collect();
     let materials = [lambert(0.5)];
-    let words = gather(&PHOTONS_GRID, points, &shadings, &all, &materials, Needs::RECEIVERS, &params);
+    let words = gather(&PHOTONS_GRID, points, &shadings, &all, &materials, Features::RECEIVERS, &params);
     (0..points.len() as u32).map(|pixel| Sum::read(&words, pixel, 1.0).1).collect()
 }
 
@@ -239,8 +239,8 @@ fn pixels_without_a_point_take_nothing() {
     deposits.push(DepositGeometry::default(), DepositLight::default());
     let scene = above_a_floor().build();
     let world = World::new(&scene, &settings(2, 2, 1));
-    let (materials, needs) = (&scene.materials, world.needs);
-    let words = gather(&BRUTE, &points, &shadings, &deposits, materials, needs, &world.params);
+    let (materials, features) = (&scene.materials, world.features);
+    let words = gather(&BRUTE, &points, &shadings, &deposits, materials, features, &world.params);
     assert!(words.iter().all(|&word| word == 0));
     assert_eq!(Sum::read(&words, 3, 1.0), (Vec3::ZERO, 0));
 }

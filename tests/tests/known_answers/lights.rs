@@ -1,9 +1,9 @@
 //! Spot and directional lights: direct light, leaving rays, and both through mirrors and glass.
 
 use caustics::scene::Scene;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::light::{LIGHT_DIRECTIONAL, LIGHT_SPOT};
-use caustics_kernels::interface::needs::Needs;
-use caustics_kernels::light::emit::{Emit, Leaving};
+use caustics_kernels::light::emit::{EmissionSample, Emit};
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::trace::Tracer;
 use caustics_tests::direct::*;
@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 use super::glass::within_on_floor;
 use super::{near, settings};
 
-/// A spot of 1.2 W/sr: where it stands, where it points, and its inner and outer angle [rad].
+/// A spot of 1.2 W/sr: where it stands, where it points, and its inner and outer angle (rad).
 const INTENSITY: f64 = 1.2;
 const AT: DVec3 = DVec3::new(0.3, 1.5, 0.2);
 const AXIS: DVec3 = DVec3::new(-0.36, -0.8, 0.48);
@@ -25,7 +25,7 @@ fn falloff((inner, outer): (f64, f64), angle: f64) -> f64 {
     ((angle.cos() - outer.cos()) / (inner.cos() - outer.cos())).clamp(0.0, 1.0).powi(2)
 }
 
-/// Intensity over an angle integrated to `angle` around the axis [W].
+/// Intensity over an angle integrated to `angle` around the axis (W).
 fn flux_within(angle: f64) -> f64 {
     let steps = 100_000;
     let at = |step: i32| (f64::from(step) + 0.5) / f64::from(steps) * angle;
@@ -48,12 +48,12 @@ fn spot(b: &mut Builder) {
 }
 
 /// First rays of the frame's light paths.
-fn leaving(world: &World<'_>, count: u32) -> Vec<Leaving> {
+fn leaving(world: &World<'_>, count: u32) -> Vec<EmissionSample> {
     let emit = world.by_power();
     let start = |path| {
         let mut rng = Rng::new(Stream::Light, 7, path, 0);
         let place = rng.next4();
-        emit.leave(place, rng.next4())
+        emit.sample(place, rng.next4())
     };
     (0..count).map(start).collect()
 }
@@ -64,8 +64,8 @@ fn leaving(world: &World<'_>, count: u32) -> Vec<Leaving> {
 fn spot_lights_a_floor_by_its_falloff() {
     let scene = lit_floor(spot);
     assert_eq!(
-        (scene.needs(0.25), scene.lights[0].kind),
-        (Needs::SPOT_LIGHTS | Needs::RECEIVERS, LIGHT_SPOT)
+        (scene.features(0.25), scene.lights[0].kind),
+        (Features::SPOT_LIGHTS | Features::RECEIVERS, LIGHT_SPOT)
     );
     let world = World::new(&scene, &settings(48, 48, 1));
     let mut seen = [0; 3];
@@ -91,7 +91,7 @@ fn spot_sends_its_flux_through_discs_across_its_axis() {
     let world = World::new(&scene, &settings(8, 8, 1));
     let rays = leaving(&world, 400_000);
     for angle in [0.1, ANGLES.0, 0.4, 0.5, ANGLES.1 + 1e-4] {
-        let inside = |leaving: &Leaving| {
+        let inside = |leaving: &EmissionSample| {
             let direction = leaving.ray.direction.as_dvec3();
             // In the plane a metre away.
             let across = direction / direction.dot(AXIS) - AXIS;
@@ -126,7 +126,7 @@ fn directional_light_falls_by_the_cosine() {
     for degrees in [0.0_f64, 30.0, 60.0, 85.0] {
         let (sin, cos) = degrees.to_radians().sin_cos();
         let scene = lit_floor(|b| b.directional(DVec3::new(0.6 * sin, -cos, 0.8 * sin), 2.0));
-        assert_eq!(scene.needs(0.25), Needs::DIRECTIONAL_LIGHTS | Needs::RECEIVERS);
+        assert_eq!(scene.features(0.25), Features::DIRECTIONAL_LIGHTS | Features::RECEIVERS);
         for collected in World::new(&scene, &settings(24, 24, 1)).collect() {
             let radiance = f64::from(collected.radiance.x);
             // cos 85 degrees has 1e-6 of relative error in f32.
@@ -316,8 +316,9 @@ fn lights_of_every_kind_share_paths_and_connections() {
     b.directional(DVec3::new(0.0, -0.8, 0.6), 0.05);
     b.camera(DVec3::new(0.0, 2.0, 1.0), DVec3::ZERO, 0.001);
     let scene = b.build();
-    let every = Needs::AREA_LIGHTS | Needs::POINT_LIGHTS | Needs::SPOT_LIGHTS | Needs::DIRECTIONAL_LIGHTS;
-    assert_eq!(scene.needs(0.25), every | Needs::RECEIVERS);
+    let every =
+        Features::AREA_LIGHTS | Features::POINT_LIGHTS | Features::SPOT_LIGHTS | Features::DIRECTIONAL_LIGHTS;
+    assert_eq!(scene.features(0.25), every | Features::RECEIVERS);
 
     // What reaches the origin: area (8e-4 W/sr at 3 m), point, spot, directional.
     let spot = 0.7 * 0.8_f64.sqrt() / 1.25;
@@ -338,7 +339,7 @@ fn lights_of_every_kind_share_paths_and_connections() {
     let total: f64 = fluxes.iter().map(|(_, flux)| flux).sum();
     assert!((f64::from(scene.flux.x) / total - 1.0).abs() < 1e-5);
     let paths = leaving(&world, 200_000);
-    let kind = |leaving: &Leaving| {
+    let kind = |leaving: &EmissionSample| {
         let origin = leaving.ray.origin;
         if leaving.ray.direction == sun.direction {
             "directional"
@@ -352,7 +353,8 @@ fn lights_of_every_kind_share_paths_and_connections() {
     };
     assert_eq!(scene.lights.len(), 5);
     for (name, expected) in fluxes {
-        let of_kind = |leaving: &Leaving| if kind(leaving) == name { f64::from(leaving.flux.x) } else { 0.0 };
+        let of_kind =
+            |leaving: &EmissionSample| if kind(leaving) == name { f64::from(leaving.flux.x) } else { 0.0 };
         let values: Vec<f64> = paths.iter().map(of_kind).collect();
         near(&format!("flux of paths, {name}"), mean_and_error(&values), expected, 1e-6);
     }

@@ -131,7 +131,7 @@ fn mirrored_view(world: &World<'_>, mirror: u32, plane: f64) -> Vec<Option<Colle
                 rng,
                 Classes::NON_SPECULAR,
                 &shorter,
-                world.needs,
+                world.features,
                 world.tables(),
                 &mut tracer,
                 &mut tally,
@@ -229,9 +229,9 @@ fn view_through_a_perfect_mirror_is_the_mirrored_cameras() {
         .into_iter()
         .map(|(points, shadings, params)| {
             let materials = &scene.materials;
-            let words = gather(&BRUTE, points, shadings, &deposits, materials, world.needs, &params);
+            let words = gather(&BRUTE, points, shadings, &deposits, materials, world.features, &params);
             for variant in variant::ALL.iter().filter(|variant| !variant.hardware) {
-                let found = gather(variant, points, shadings, &deposits, materials, world.needs, &params);
+                let found = gather(variant, points, shadings, &deposits, materials, world.features, &params);
                 assert!(words == found, "{} differs from brute", variant.name);
             }
             resolved(points, shadings, &words, &params)

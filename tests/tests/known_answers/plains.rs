@@ -104,10 +104,10 @@ const FRAMES: u32 = 16;
 /// Sums of the path-traced light and of the caustics.
 fn means(scene: &Scene, choice: &RunnerChoice) -> [f64; 2] {
     let settings = settings(64, 48, 60_000);
-    let needs = scene.needs(settings.specular_roughness);
+    let features = scene.features(settings.specular_roughness);
     let gather = variant::find("photons-grid").unwrap();
     let mut session =
-        Session::new(choice, scene, &scene.cameras[0], &settings, &BASIC, gather, needs).unwrap();
+        Session::new(choice, scene, &scene.cameras[0], &settings, &BASIC, gather, features).unwrap();
     let mut sums = [0.0; 2];
     for frame in 0..FRAMES {
         session.frame(frame).unwrap();

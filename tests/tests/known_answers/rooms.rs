@@ -2,8 +2,8 @@
 
 use caustics::settings::Settings;
 use caustics_kernels::interface::counters::Counter;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::Material;
-use caustics_kernels::interface::needs::Needs;
 use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
@@ -14,9 +14,9 @@ use super::{near, settings};
 #[test]
 fn plain_room_has_no_caustic_and_shoots_no_light_path() {
     let scene = committed("plain-room");
-    for needs in [None, Some(Needs::ALL)] {
+    for features in [None, Some(Features::ALL)] {
         let (picture, counters) =
-            render(&scene, &settings(96, 54, 100_000), "photons-grid", needs, 0, 1).remove(0);
+            render(&scene, &settings(96, 54, 100_000), "photons-grid", features, 0, 1).remove(0);
         assert!(picture.caustics.iter().all(|&value| value == Vec3::ZERO));
         assert!(picture.deposits.iter().all(|&count| count == 0.0));
         for counter in [Counter::LightPaths, Counter::LightRays, Counter::Deposits, Counter::Gathered] {

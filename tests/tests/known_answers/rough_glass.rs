@@ -2,9 +2,9 @@
 
 use caustics::scene::Scene;
 use caustics::settings::Settings;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::{FLAG_THIN, Material};
-use caustics_kernels::interface::needs::Needs;
-use caustics_kernels::surface::Surface;
+use caustics_kernels::surface::Bsdf;
 use caustics_kernels::surface::class::Classes;
 use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
@@ -22,7 +22,7 @@ fn seen(scene: &Scene, side: u32, max_bounces: u32) -> (f64, f64) {
 /// Mean weight of what this material transmits at normal incidence.
 fn transmitted(material: Material, eta: f32) -> f64 {
     use caustics_kernels::math::rng::{Rng, Stream};
-    let (surface, glass) = Surface::new(material, Vec3::Z, eta, 0.25, Classes::ALL, Needs::ALL);
+    let (surface, glass) = Bsdf::new(material, Vec3::Z, eta, 0.25, Classes::ALL, Features::ALL);
     let weights = (0..1_000_000).map(|path| {
         let sampled = surface.sample(glass, Rng::new(Stream::Light, 3, path, 0).next4());
         if sampled.transmitted { f64::from(sampled.weight.x) } else { 0.0 }
@@ -47,7 +47,7 @@ fn lamps_behind_rough_glass_show_their_radiance_over_the_square_of_the_index() {
         let scene = b.build();
         let eta: f32 = if thin { 1.0 } else { 1.0 / 1.5 };
         // What is reflected shows the lamps above the plane.
-        let (surface, interface) = Surface::new(material, Vec3::Z, eta, 0.25, Classes::ALL, Needs::ALL);
+        let (surface, interface) = Bsdf::new(material, Vec3::Z, eta, 0.25, Classes::ALL, Features::ALL);
         let reflected: f64 = (0..1_000_000)
             .map(|path| {
                 use caustics_kernels::math::rng::{Rng, Stream};
@@ -85,7 +85,7 @@ fn point_light_behind_rough_glass_is_connected_to_and_absorbed() {
     // The frame's tangents turn around the normal, which changes nothing here: the view is along it.
     let local = Vec3::new(to_light.x, to_light.z, to_light.y).normalize();
     let eta = 1.0 / 1.5;
-    let (surface, _) = Surface::new(material, Vec3::Z, eta, 0.25, Classes::ALL, Needs::ALL);
+    let (surface, _) = Bsdf::new(material, Vec3::Z, eta, 0.25, Classes::ALL, Features::ALL);
     let f = f64::from(surface.eval(local, Classes::SPECULAR).f.x);
     assert!(f > 0.02, "the test has lost its subject: {f}");
     let expected = f * f64::from(eta * eta) * cos * 3.0 / square;

@@ -1,10 +1,10 @@
 //! Furnaces: what a lobe scatters of uniform light, by quadrature in f64 and by the samplers.
 
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::Material;
-use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::surface::class::Classes;
-use caustics_kernels::surface::{Surface, ggx};
+use caustics_kernels::surface::{Bsdf, ggx};
 use caustics_tests::quadrature::{glass_by_quadrature, over_normals};
 use caustics_tests::scenes::{glass, pane};
 use caustics_tests::statistics::Mean;
@@ -38,7 +38,7 @@ fn weak_white_furnace_is_one() {
 
 /// The samplers' mean weights: (reflected, transmitted), each with its standard error.
 fn glass_by_sampling(material: Material, cos: f32, eta: f32, classes: Classes) -> [(f64, f64); 2] {
-    let (surface, interface) = Surface::new(material, viewer(cos), eta, 0.25, classes, Needs::ALL);
+    let (surface, interface) = Bsdf::new(material, viewer(cos), eta, 0.25, classes, Features::ALL);
     let count = 200_000;
     let (mut sums, mut squares) = ([0.0; 2], [0.0; 2]);
     for path in 0..count {
@@ -97,7 +97,7 @@ fn rough_glass_reflects_in_one_class_and_transmits_in_the_other() {
 #[test]
 fn rough_glass_in_its_own_medium_is_invisible() {
     let material = Material { roughness: 0.5, ..glass(1.5) };
-    let (surface, interface) = Surface::new(material, viewer(0.4), 1.0, 0.25, Classes::ALL, Needs::ALL);
+    let (surface, interface) = Bsdf::new(material, viewer(0.4), 1.0, 0.25, Classes::ALL, Features::ALL);
     for path in 0..1_000 {
         let sampled = surface.sample(interface, Rng::new(Stream::Camera, 22, path, 0).next4());
         assert!(sampled.transmitted && (sampled.direction + viewer(0.4)).length() < 1e-5);
@@ -114,7 +114,7 @@ fn albedo_of_the_ledger_is_the_mean_weight_of_the_samplers() {
     for (name, material, eta) in super::samplers::cases() {
         for cos in [0.98, 0.5, 0.15] {
             let (surface, interface) =
-                Surface::new(material, viewer(cos), eta, 0.25, Classes::ALL, Needs::ALL);
+                Bsdf::new(material, viewer(cos), eta, 0.25, Classes::ALL, Features::ALL);
             let sampled = |path| {
                 let sampled = surface.sample(interface, Rng::new(Stream::Light, 31, path, 0).next4());
                 if sampled.transmitted == (sampled.direction.z < 0.0) { sampled.weight } else { Vec3::ZERO }

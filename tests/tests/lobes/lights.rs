@@ -39,7 +39,7 @@ fn connections_follow_their_density() {
     let (mut to_points, mut bad) = (0, 0);
     for path in 0..SAMPLES {
         let u = Rng::new(Stream::Camera, 10, path, 0).next4();
-        let c = connect(world.tables(), lights, world.needs, Vec3::ZERO, u);
+        let c = connect(world.tables(), lights, world.features, Vec3::ZERO, u);
         if c.radiance_over_pdf == Vec3::ZERO {
             continue; // the dark side of a lamp
         }
@@ -90,7 +90,7 @@ fn starts_of_light_paths_follow_area_and_cosine() {
     let mut seen = vec![0; count * 16];
     for path in 0..SAMPLES {
         let mut rng = Rng::new(Stream::Light, 11, path, 0);
-        let leaving = emit.leave(rng.next4(), rng.next4());
+        let leaving = emit.sample(rng.next4(), rng.next4());
         let (origin, to) = (leaving.ray.origin, leaving.ray.direction);
         let on = |t: &caustics_kernels::interface::triangle::Triangle| {
             let n = (t.b - t.a).cross(t.c - t.a);

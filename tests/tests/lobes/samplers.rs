@@ -1,11 +1,11 @@
 //! Every lobe, mixture and warp against its density by chi-square, and weights against f cos / pdf.
 
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::Material;
-use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::{PI, warp};
 use caustics_kernels::surface::class::Classes;
-use caustics_kernels::surface::{GlassInterface, Surface, ggx};
+use caustics_kernels::surface::{Bsdf, GlassInterface, ggx};
 use caustics_tests::chi_square::{Fit, SphereCells};
 use caustics_tests::scenes::{coated, glass, lambert, metal, pane};
 use glam::Vec3;
@@ -49,12 +49,12 @@ fn half_of_all(roughness: f32) -> Material {
     Material { metallic: 0.3, transmission: 0.5, ..coated(0.6, roughness) }
 }
 
-fn seen_from(material: Material, cos: f32, eta: f32) -> (Surface, GlassInterface) {
-    Surface::new(material, viewer(cos), eta, 0.25, Classes::ALL, Needs::ALL)
+fn seen_from(material: Material, cos: f32, eta: f32) -> (Bsdf, GlassInterface) {
+    Bsdf::new(material, viewer(cos), eta, 0.25, Classes::ALL, Features::ALL)
 }
 
 /// Counts of a class's non-delta samples by cell, all on the side that they claim to leave to.
-fn count(surface: &Surface, interface: GlassInterface, class: Classes) -> Vec<u32> {
+fn count(surface: &Bsdf, interface: GlassInterface, class: Classes) -> Vec<u32> {
     let mut seen = vec![0; CELLS.count()];
     for path in 0..SAMPLES {
         let sampled = surface.sample(interface, Rng::new(Stream::Light, 4, path, 0).next4());
@@ -67,7 +67,7 @@ fn count(surface: &Surface, interface: GlassInterface, class: Classes) -> Vec<u3
 }
 
 /// Expected counts; a narrow lobe needs more midpoints, above all around the normal, where a grazing view squeezes it.
-fn expect(surface: &Surface, class: Classes, roughness: f32) -> Vec<f64> {
+fn expect(surface: &Bsdf, class: Classes, roughness: f32) -> Vec<f64> {
     let sub = match roughness {
         ..0.15 => [72, 288],
         ..0.3 => [40, 96],

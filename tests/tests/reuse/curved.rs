@@ -7,7 +7,7 @@ use caustics::scene::{Scene, SceneCamera};
 use caustics::settings::Settings;
 use caustics_kernels::history::window::{project, seen_from};
 use caustics_kernels::history::{History, NONE, PAPER, VALIDATED};
-use caustics_kernels::interface::history::Lent;
+use caustics_kernels::interface::history::Reprojected;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::point::{PointGeometry, PointShading};
 use caustics_tests::frames::{Frames, sums};
@@ -16,7 +16,7 @@ use glam::{DVec3, Vec2, Vec3};
 
 use super::moved;
 
-/// Way of the eye in a frame [m].
+/// Way of the eye in a frame (m).
 const STEP: Vec3 = Vec3::new(0.04, 0.0, 0.0);
 /// Frames of a run.
 const FRAMES: u32 = 8;
@@ -77,8 +77,8 @@ fn given(scene: &Scene, history: &'static History, frames: Range<u32>, light_pat
     let inside: Vec<usize> = (0..points.len()).filter(|&pixel| points[pixel].depth > 1).collect();
     let mut samples = vec![0.0; points.len()];
     if history.settings.is_some() {
-        let lent: Vec<Lent> = session.session.read("lent").unwrap();
-        samples = lent.iter().map(|lent| f64::from(lent.samples)).collect();
+        let reprojected: Vec<Reprojected> = session.session.read("lent").unwrap();
+        samples = reprojected.iter().map(|reprojected| f64::from(reprojected.samples)).collect();
     }
     let count = inside.len() as f64;
     let found = inside.iter().filter(|&&pixel| samples[pixel] > 0.0).count() as f64 / count;
@@ -140,7 +140,7 @@ fn curved_mirrors_and_glass_keep_their_history_under_a_moving_eye() {
 }
 
 /// Places of today's points in the picture of the frame before, by their images and by where that picture's own points are:
-/// sorted distances [px] between the two.
+/// sorted distances (px) between the two.
 fn misses(scene: &Scene) -> Vec<f32> {
     let settings = Settings { width: 96, height: 96, light_paths: 100, ..Settings::default() };
     let cameras = [0.0, 1.0].map(|frame| moved(&scene.cameras[0], STEP * frame));

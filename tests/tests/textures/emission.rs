@@ -3,7 +3,7 @@
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
 use caustics::settings::Settings;
-use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::texture::MaterialTextures;
 use caustics_kernels::light::connect::connect;
 use caustics_kernels::light::emit::Emit;
@@ -61,7 +61,7 @@ fn world(scene: &Scene) -> World<'_> {
 fn flux_is_that_of_the_mean_texel() {
     for holes in [false, true] {
         let (scene, mean) = lamp(holes);
-        assert_eq!(scene.needs(0.25).has(Needs::CUT_OUTS), holes);
+        assert_eq!(scene.features(0.25).has(Features::CUT_OUTS), holes);
         let expected = PI * mean;
         // The host's mean has places half a texel apart: the midpoint rule on straight pieces, and on holes cut by
         // the diagonal.
@@ -73,7 +73,7 @@ fn flux_is_that_of_the_mean_texel() {
             .map(|path| {
                 let mut rng = Rng::new(Stream::Light, 4, path, 0);
                 let place = rng.next4();
-                let leaving = emit.leave(place, rng.next4());
+                let leaving = emit.sample(place, rng.next4());
                 assert!(leaving.ray.direction.y < 0.0, "the lamp looks down");
                 f64::from(leaving.flux.x)
             })
@@ -91,7 +91,7 @@ fn connections_and_light_paths_agree() {
     for holes in [false, true] {
         let (scene, _) = lamp(holes);
         let world = world(&scene);
-        let needs = world.needs;
+        let features = world.features;
         // A patch off the middle, where the brighter side of the lamp is nearer.
         let (low, high) = (Vec3::new(0.2, 0.0, 0.1), Vec3::new(0.6, 0.0, 0.5));
         let connected: Vec<f64> = (0..200_000)
@@ -99,7 +99,7 @@ fn connections_and_light_paths_agree() {
                 let mut rng = Rng::new(Stream::Camera, 6, path, 0);
                 let place = low + (high - low) * rng.next4().truncate();
                 let connection =
-                    connect(scene.tables(), scene.lights.len() as u32, needs, place, rng.next4());
+                    connect(scene.tables(), scene.lights.len() as u32, features, place, rng.next4());
                 f64::from(connection.radiance_over_pdf.x * connection.to_light.y.max(0.0))
             })
             .collect();
@@ -109,7 +109,7 @@ fn connections_and_light_paths_agree() {
             .map(|path| {
                 let mut rng = Rng::new(Stream::Light, 8, path, 0);
                 let place = rng.next4();
-                let leaving = emit.leave(place, rng.next4());
+                let leaving = emit.sample(place, rng.next4());
                 let ray = leaving.ray;
                 let at = ray.origin - ray.direction * (ray.origin.y / ray.direction.y);
                 let inside = at.x > low.x && at.x < high.x && at.z > low.z && at.z < high.z;

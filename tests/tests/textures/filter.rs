@@ -12,7 +12,7 @@ use caustics_kernels::method::path::PATH;
 use caustics_tests::scenes::committed;
 use glam::DVec3;
 
-/// Size of the picture [px], and by how much that of the truth is larger each way.
+/// Size of the picture (px), and by how much that of the truth is larger each way.
 const WIDTH: usize = 96;
 const HEIGHT: usize = 54;
 const FINER: usize = 8;
@@ -30,9 +30,9 @@ fn render(texture_filter: TextureFilter, scale: usize, samples: u32, seed: u32) 
         ..Settings::default()
     };
     let (choice, scene) = (RunnerChoice::Cpu { threads: 0 }, committed("textured-room"));
-    let needs = scene.needs(settings.specular_roughness);
+    let features = scene.features(settings.specular_roughness);
     let mut session =
-        Session::new(&choice, &scene, &scene.cameras[0], &settings, &PATH, &PHOTONS_GRID, needs).unwrap();
+        Session::new(&choice, &scene, &scene.cameras[0], &settings, &PATH, &PHOTONS_GRID, features).unwrap();
     let mut values = vec![DVec3::ZERO; WIDTH * HEIGHT];
     let share = 1.0 / (f64::from(samples) * (scale * scale) as f64);
     for sample in 0..samples {

@@ -3,7 +3,7 @@
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
 use caustics::settings::Settings;
-use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::interface::texture::MaterialTextures;
 use caustics_kernels::math::rng::{Rng, Stream};
@@ -48,9 +48,9 @@ fn half_open_screens_let_half_the_light_through() {
 #[test]
 fn holes_are_the_same_for_all_rays() {
     let scene = screened(true, 0.5);
-    let needs = scene.needs(0.25);
-    assert!(needs.has(Needs::CUT_OUTS) && !screened(true, 0.0).needs(0.25).has(Needs::CUT_OUTS));
-    let mut tracer = scene.tracer(needs);
+    let features = scene.features(0.25);
+    assert!(features.has(Features::CUT_OUTS) && !screened(true, 0.0).features(0.25).has(Features::CUT_OUTS));
+    let mut tracer = scene.tracer(features);
     let mut passed = 0;
     let count = 100_000;
     for path in 0..count {
@@ -70,7 +70,7 @@ fn holes_are_the_same_for_all_rays() {
 #[test]
 fn holes_are_there_only_where_they_are_needed() {
     let scene = screened(true, 0.5);
-    let mut tracer = scene.tracer(Needs(0));
+    let mut tracer = scene.tracer(Features(0));
     for path in 0..1000 {
         let u = Rng::new(Stream::Light, 3, path, 0).next4();
         let origin = Vec3::new(7.9 * u.x - 3.95, 0.75, 7.9 * u.y - 3.95);

@@ -3,8 +3,8 @@
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
 use caustics::settings::Settings;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::Material;
-use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::texture::MaterialTextures;
 use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
@@ -35,7 +35,9 @@ fn flat_normal_maps_change_no_bit() {
     let settings = Settings { width: 64, height: 48, light_paths: 60_000, ..Settings::default() };
     let picture = |scene: &Scene| render(scene, &settings, "photons-grid", None, 0, 1).remove(0).0;
     let (plain, flat) = (bumped(None), bumped(Some([128, 128, 255, 255])));
-    assert!(flat.needs(0.25).has(Needs::NORMAL_MAPS) && !plain.needs(0.25).has(Needs::NORMAL_MAPS));
+    assert!(
+        flat.features(0.25).has(Features::NORMAL_MAPS) && !plain.features(0.25).has(Features::NORMAL_MAPS)
+    );
     let (plain, flat) = (picture(&plain), picture(&flat));
     assert!(plain == flat);
     let tilted = picture(&bumped(Some([150, 128, 252, 255])));

@@ -2,7 +2,7 @@
 
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
-use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::point::PointShading;
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::interface::texture::{
@@ -182,15 +182,15 @@ fn level_grows_by_one_when_the_distance_doubles() {
     let wall = b.textured(lambert(1.0), row);
     b.panel(wall, DVec3::ZERO, 2.0 * DVec3::X, 1.0 * DVec3::Y);
     let scene = b.build();
-    let needs = scene.needs(0.25);
-    assert!(needs.has(Needs::TEXTURES));
+    let features = scene.features(0.25);
+    assert!(features.has(Features::TEXTURES));
     for slant in [0.0, 1.0] {
         let direction = Vec3::new(slant, 0.0, -1.0).normalize();
         let level = |distance: f32| {
             let ray = Ray::endless(Vec3::new(0.1, 0.2, 0.0) - direction * distance, direction);
-            let hit = scene.tracer(needs).closest(&ray);
+            let hit = scene.tracer(features).closest(&ray);
             let cone = RayCone::at_eye(0.01).advance(hit.distance);
-            let here = vertex(scene.tables(), needs, &ray, &hit, cone.total_width());
+            let here = vertex(scene.tables(), features, &ray, &hit, cone.total_width());
             level_of(&scene.textures.textures[0], here.uv_footprint)
         };
         // 4 x 2 m carry 256 x 128 texels: at 5 m the cone is 5 cm wide, or 3.2 texels, over the cosine.
@@ -215,15 +215,15 @@ fn points_keep_the_material_that_paths_see() {
         b.panel(id, DVec3::new(0.0, 0.0, -(at as f64)), DVec3::X, DVec3::Y);
     }
     let scene = b.build();
-    let needs = scene.needs(0.25);
+    let features = scene.features(0.25);
     let mut seen = std::collections::BTreeSet::new();
     for path in 0..3000 {
         let u = Rng::new(Stream::Camera, 1, path, 0).next4();
         let z = 0.5 - (path % 3) as f32;
         let ray = Ray::endless(Vec3::new(2.0 * u.x - 1.0, 2.0 * u.y - 1.0, z), Vec3::NEG_Z);
-        let hit = scene.tracer(needs).closest(&ray);
-        let here = vertex(scene.tables(), needs, &ray, &hit, u.z);
-        let material = material_at(scene.tables(), &here, needs);
+        let hit = scene.tracer(features).closest(&ray);
+        let here = vertex(scene.tables(), features, &ray, &hit, u.z);
+        let material = material_at(scene.tables(), &here, features);
         let (red_green, blue_roughness_metallic) = packed(&material);
         let point = PointShading {
             material: here.material,
@@ -231,7 +231,7 @@ fn points_keep_the_material_that_paths_see() {
             blue_roughness_metallic,
             ..PointShading::default()
         };
-        assert_eq!(material_of(&point, &scene.materials, needs), material);
+        assert_eq!(material_of(&point, &scene.materials, features), material);
         seen.insert(material.roughness.to_bits());
     }
     assert!(seen.len() > 50, "the test has lost its subject");

@@ -27,9 +27,9 @@ const FRAMES: u32 = 4;
 /// Means of the caustics and of all else over an image, frame by frame.
 fn means(choice: &RunnerChoice, scene: &Scene, variant: &'static Variant) -> [Mean; 2] {
     let settings = Settings { width: 80, height: 45, light_paths: 32_768, ..settings() };
-    let needs = scene.needs(settings.specular_roughness);
+    let features = scene.features(settings.specular_roughness);
     let mut session =
-        Session::new(choice, scene, &scene.cameras[0], &settings, &BASIC, variant, needs).unwrap();
+        Session::new(choice, scene, &scene.cameras[0], &settings, &BASIC, variant, features).unwrap();
     let mean = |image: &[Vec3]| {
         let sum = image.iter().map(|pixel| f64::from(pixel.element_sum())).sum::<f64>();
         sum / (3.0 * image.len() as f64)

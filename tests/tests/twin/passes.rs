@@ -67,8 +67,8 @@ fn one(twin: &mut Twin, scene: &Scene, step: Step, table: &mut Table) {
             assert!(cpu == gpu, "{step:?} wrote to {buffer}");
         }
     }
-    let needs = twin.needs;
-    let whole = Paths { scene, params: &params, needs };
+    let features = twin.features;
+    let whole = Paths { scene, params: &params, features };
     match pass.work {
         Work::Camera => paths::collect(twin, whole, table),
         Work::Light => paths::shoot(twin, whole, table),

@@ -8,7 +8,9 @@ use caustics_kernels::history::cells::WORDS;
 use caustics_kernels::history::resolve_history::RESOLVE_HISTORY;
 use caustics_kernels::history::validated::validate::VALIDATE;
 use caustics_kernels::interface::frame::FrameParams;
-use caustics_kernels::interface::history::{HistoryPoint, Lent, VALIDATION_DEPOSITS, ValidationDeposit};
+use caustics_kernels::interface::history::{
+    HistoryPoint, Reprojected, VALIDATION_DEPOSITS, ValidationDeposit,
+};
 use caustics_kernels::interface::point::PointGeometry;
 use caustics_kernels::math::octahedral;
 use caustics_tests::compare::{Difference, Tolerance, floats, rows, words};
@@ -47,13 +49,13 @@ pub fn one(animation: &mut Animation, params: &FrameParams, step: Step, table: &
             assert!(cpu == gpu, "{step:?} wrote to {buffer}");
         }
     }
-    let needs = twin.needs;
+    let features = twin.features;
     if *pass == VALIDATE {
-        validate(twin, Paths { scene: &animation.scene, params, needs }, table);
+        validate(twin, Paths { scene: &animation.scene, params, features }, table);
     } else if *pass == RESOLVE_HISTORY {
         table.add(pass.name, remembered(twin));
     } else {
-        table.add(pass.name, lent(twin));
+        table.add(pass.name, reprojected(twin));
     }
 }
 
@@ -126,12 +128,12 @@ fn diverges(a: &[Deposit], b: &[Deposit]) -> bool {
 }
 
 /// What the frame before lends.
-fn lent(twin: &mut Twin) -> Vec<Difference> {
-    let (cpu, gpu) = twin.rows::<Lent>("lent");
+fn reprojected(twin: &mut Twin) -> Vec<Difference> {
+    let (cpu, gpu) = twin.rows::<Reprojected>("lent");
     let (points, _) = twin.rows::<PointGeometry>("point_geometry");
-    let lending = cpu.iter().filter(|lent| lent.samples > 0.0).count();
+    let lending = cpu.iter().filter(|reprojected| reprojected.samples > 0.0).count();
     assert!(lending > cpu.len() / 2, "only {lending} points borrow");
-    let scale = cpu.iter().map(|lent| lent.mean.max_element()).sum::<f32>() / cpu.len() as f32;
+    let scale = cpu.iter().map(|reprojected| reprojected.mean.max_element()).sum::<f32>() / cpu.len() as f32;
     let flips = "the nearest lender may be another one of two that are as near, or one on the bound";
     let fields = rows(&cpu, &gpu, Tolerance::EXACT, |field| {
         let absolute = match field.name {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::cli::Usage;
 
 /// Digits of a frame's number at most; it has 32 bits.
-const MOST_DIGITS: usize = 10;
+const MAX_DIGITS: usize = 10;
 
 /// The one file name that all files of an animation are made of.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,9 +32,9 @@ impl Pattern {
         if tail.contains('#') || folder.to_string_lossy().contains('#') {
             return Err(runs());
         }
-        if digits > MOST_DIGITS {
+        if digits > MAX_DIGITS {
             let what = format!(
-                "there are {digits} # in a row, but a frame's number has at most {MOST_DIGITS} digits"
+                "there are {digits} # in a row, but a frame's number has at most {MAX_DIGITS} digits"
             );
             return Err(wrong(&what));
         }

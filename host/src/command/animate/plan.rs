@@ -11,14 +11,14 @@ use caustics::scene::{self, Scene};
 use caustics::settings::Settings;
 use caustics_kernels::declare::TextureFilter;
 use caustics_kernels::method::{self, Method};
-use caustics_kernels::{filter, history};
+use caustics_kernels::{denoiser, history};
 
 use super::pattern::Pattern;
 use crate::cli::{Animate, Usage};
 use crate::command::options::{check_scene_files, duration, settings};
 
 /// Most frames of a run.
-const MOST_FRAMES: f64 = 1e6;
+const MAX_FRAMES: f64 = 1e6;
 
 /// What is to be rendered.
 pub struct Plan {
@@ -64,16 +64,16 @@ impl Plan {
             ))
             .into());
         }
-        let filter = filter::find(&options.filter).ok_or_else(|| unknown(&options.filter))?;
-        if !method.takes_filter(filter) {
+        let denoiser = denoiser::find(&options.denoiser).ok_or_else(|| unknown(&options.denoiser))?;
+        if !method.takes_denoiser(denoiser) {
             return Err(Usage(format!(
-                "--filter {} looks at collection points, and --method {} makes none; use --method basic",
-                filter.name, method.name
+                "--denoiser {} looks at collection points, and --method {} makes none; use --method basic",
+                denoiser.name, method.name
             ))
             .into());
         }
         let settings =
-            Settings { history, filter, ..settings(common, *light_paths, 1, *radius_px)? }.of(method);
+            Settings { history, denoiser, ..settings(common, *light_paths, 1, *radius_px)? }.of(method);
         Ok(Plan {
             settings,
             method,
@@ -97,8 +97,8 @@ impl Plan {
             self.frames = 0..end as u32;
         }
         let count = self.frames.len();
-        if count as f64 > MOST_FRAMES {
-            return Err(Usage(format!("{count} frames: at most {MOST_FRAMES}; give --frames A..B")).into());
+        if count as f64 > MAX_FRAMES {
+            return Err(Usage(format!("{count} frames: at most {MAX_FRAMES}; give --frames A..B")).into());
         }
         let whole = ["mp4", "state"].map(|extension| self.pattern.whole(extension));
         let frames = self.frames.clone().flat_map(|k| ["exr", "png"].map(|end| self.pattern.frame(k, end)));
@@ -118,7 +118,7 @@ impl Plan {
         Ok(())
     }
 
-    /// The time that a frame shows [s].
+    /// The time that a frame shows (s).
     pub fn time_of(&self, frame: u32) -> f64 {
         f64::from(frame) / self.fps
     }
@@ -134,7 +134,7 @@ impl Plan {
         // Neither exposure nor what is in `shared` already.
         let Settings { width, height, light_paths, max_bounces, radius_px, specular_roughness, .. } =
             &self.settings;
-        let Settings { pixel_filter, texture_filter, history, filter, .. } = &self.settings;
+        let Settings { pixel_filter, texture_filter, history, denoiser, .. } = &self.settings;
         let history_settings = history.settings.map_or("none".into(), |settings| format!("{settings:?}"));
         let first = if self.lends() { self.frames.start.to_string() } else { "any".into() };
         let own = [
@@ -148,7 +148,7 @@ impl Plan {
             ("texture_filter", texture_filter.map_or("", TextureFilter::name).into()),
             ("history", history.name.to_string()),
             ("history_settings", history_settings),
-            ("filter", filter.name.to_string()),
+            ("denoiser", denoiser.name.to_string()),
             ("fps", self.fps.to_string()),
             ("first_frame", first),
         ];

@@ -12,13 +12,13 @@ use serde::Serialize;
 pub struct Record {
     /// Its index.
     pub frame: u32,
-    /// What it shows [s].
+    /// What it shows (s).
     pub time_s: f64,
     /// False where it was there already, and was rendered again for what it lends.
     pub written: bool,
-    /// Wall time of posing and of all passes [ms].
+    /// Wall time of posing and of all passes (ms).
     pub total_ms: f64,
-    /// Time of each pass [ms].
+    /// Time of each pass (ms).
     pub pass_ms: BTreeMap<String, f64>,
     /// What the kernels counted.
     pub counters: Counters,
@@ -40,7 +40,7 @@ impl Record {
     }
 }
 
-/// Of all frames: the sums of their counters, and the mean of their times [ms].
+/// Of all frames: the sums of their counters, and the mean of their times (ms).
 pub fn sums(records: &[Record]) -> (Counters, f64) {
     let mut counters = Counters::default();
     for record in records {

@@ -14,7 +14,7 @@ pub struct Figures {
     pub scratch_bytes: Option<u64>,
     /// Subgroups at once on a SIMD unit.
     pub waves: Option<u64>,
-    /// Machine code [bytes].
+    /// Machine code (bytes).
     pub code_bytes: Option<u64>,
 }
 

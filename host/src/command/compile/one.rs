@@ -8,7 +8,7 @@ use caustics::kernels::Modules;
 use caustics::vulkan::context::Context;
 use caustics::vulkan::executable::{Executable, compile};
 use caustics::vulkan::passes::Module;
-use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::features::Features;
 use serde::{Deserialize, Serialize};
 
 use crate::cli::Usage;
@@ -17,7 +17,7 @@ use crate::command::say::say;
 /// What a process that compiled an entry point prints.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Compiled {
-    /// Time that the driver took [ms].
+    /// Time that the driver took (ms).
     pub compile_ms: f64,
     /// The driver's programs; none where it does not tell.
     pub executables: Vec<Executable>,
@@ -37,11 +37,11 @@ pub fn run(one: &str, device: Option<&str>, modules: &Modules) -> anyhow::Result
         "rayquery.spv" => &modules.rayquery,
         _ => return Err(malformed().into()),
     };
-    let needs = Needs(bits.parse().map_err(|_| malformed())?);
+    let features = Features(bits.parse().map_err(|_| malformed())?);
     let context = Arc::new(Context::to_compile(device)?);
     let module = Module::new(&context, name, words)?;
     let start = Instant::now();
-    let executables = compile(&module, entry, needs)?;
+    let executables = compile(&module, entry, features)?;
     let compile_ms = start.elapsed().as_secs_f64() * 1.0e3;
     say(serde_json::to_string(&Compiled { compile_ms, executables })?)?;
     Ok(ExitCode::SUCCESS)

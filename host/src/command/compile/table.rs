@@ -12,11 +12,11 @@ pub fn text(report: &Report) -> String {
         let _ = writeln!(out, "{name} {hash}");
     }
     let entry_width = report.entry_points.iter().map(|row| row.job.entry.len()).max().unwrap_or(0);
-    let mut needs = "";
+    let mut features = "";
     for row in &report.entry_points {
-        if row.job.needs != needs {
-            needs = &row.job.needs;
-            let title = format!("needs of {needs}:");
+        if row.job.features != features {
+            features = &row.job.features;
+            let title = format!("features of {features}:");
             let _ = writeln!(
                 out,
                 "\n{title:<width$} registers  spilled  scratch B  waves  code B",
@@ -31,7 +31,7 @@ pub fn text(report: &Report) -> String {
         out.push('\n');
     }
     for (row, error) in &failed {
-        let _ = writeln!(out, "{} {}, needs {}: {error}", row.job.module, row.job.entry, row.job.needs);
+        let _ = writeln!(out, "{} {}, features {}: {error}", row.job.module, row.job.entry, row.job.features);
     }
     let count = report.entry_points.len();
     let _ = match failed.len() {
@@ -85,7 +85,7 @@ mod tests {
     #[test]
     fn a_table_has_a_line_for_each_entry_point_and_no_time() {
         let row = |entry: &str, registers, compile_ms| Row {
-            job: Job { module: "base.spv", entry: entry.into(), needs: "all".into(), needs_bits: 7 },
+            job: Job { module: "base.spv", entry: entry.into(), features: "all".into(), feature_bits: 7 },
             figures: Figures { registers, ..Figures::default() },
             compiled: Some(Compiled { compile_ms, executables: vec![] }),
             error: None,
@@ -99,7 +99,7 @@ mod tests {
         assert_eq!(text, super::text(&report(2.0)));
         let lines: Vec<_> = text.lines().collect();
         assert_eq!(lines[..2], ["GPU (driver 1)", "base.spv 0123456789abcdef"]);
-        assert!(lines[3].starts_with("needs of all:"), "{text}");
+        assert!(lines[3].starts_with("features of all:"), "{text}");
         assert_eq!(
             lines[4].split_whitespace().collect::<Vec<_>>(),
             ["base.spv", "collect", "144", "-", "-", "-", "-"]

@@ -10,7 +10,7 @@ use super::{LETTERS, SIZE, TITLE, failed, palette};
 /// Part of the longest bar below which a piece is not worth a colour.
 const SMALLEST: f64 = 0.005;
 
-/// The figure; cells by name with the mean time of each pass in a frame [ms].
+/// The figure; cells by name with the mean time of each pass in a frame (ms).
 pub fn passes(title: &str, cells: &[(String, BTreeMap<String, f64>)]) -> anyhow::Result<String> {
     let bars: Vec<BTreeMap<String, f64>> = cells.iter().map(|(_, passes)| groups(passes)).collect();
     let longest = bars.iter().map(|bar| bar.values().sum::<f64>()).fold(0.0, f64::max);
@@ -75,7 +75,7 @@ pub fn passes(title: &str, cells: &[(String, BTreeMap<String, f64>)]) -> anyhow:
 /// The piece of all that is small.
 const REST: &str = "rest";
 
-/// Times by the first part of the passes' names [ms].
+/// Times by the first part of the passes' names (ms).
 fn groups(passes: &BTreeMap<String, f64>) -> BTreeMap<String, f64> {
     let mut groups = BTreeMap::new();
     for (pass, time) in passes {

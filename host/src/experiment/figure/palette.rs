@@ -11,7 +11,7 @@ const COLORS: [RGBColor; 6] = [
     RGBColor(170, 68, 140),
     RGBColor(150, 110, 0),
 ];
-/// Length and gap of dashes [px]; no gap is a whole line.
+/// Length and gap of dashes (px); no gap is a whole line.
 const DASHES: [(u32, u32); 4] = [(1, 0), (8, 4), (3, 3), (14, 5)];
 
 /// Colour of the line of this index.

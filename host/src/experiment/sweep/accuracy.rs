@@ -64,10 +64,10 @@ pub fn accuracy(
     for seed in 0..plan.seeds() {
         let mut scene = posed(scene, plan.time_of(first))?;
         let settings = Settings { seed: plan.settings.seed + seed, ..cell.settings(&plan.settings) };
-        let needs = cell.needs(&scene, settings.specular_roughness);
+        let features = cell.features(&scene, settings.specular_roughness);
         let view = camera(&scene, &plan.camera)?;
         let mut session =
-            Session::new(&cell.runner, &scene, view, &settings, cell.method, cell.variant(), needs)?;
+            Session::new(&cell.runner, &scene, view, &settings, cell.method, cell.variant(), features)?;
         for frame in first..frames.end {
             if stopped() {
                 return Ok(None);

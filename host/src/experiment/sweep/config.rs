@@ -4,16 +4,16 @@ use caustics_kernels::gather::variant::Variant;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::value::{Bounces, Count, Filled, Named, PathsPerPixel, Positive, Runner, Side};
+use super::value::{Bounces, ByName, Count, NonEmpty, PathsPerPixel, Positive, Runner, Side};
 use crate::experiment::cell::Code;
 use crate::experiment::reference::SEED;
 use caustics_kernels::declare::TextureFilter;
-use caustics_kernels::filter::Filter;
+use caustics_kernels::denoiser::Denoiser;
 use caustics_kernels::history::History;
 use caustics_kernels::method::Method;
 
 /// Most cells of a file, counted before any is left out.
-const MOST_CELLS: u64 = 1_000_000;
+const MAX_CELLS: u64 = 1_000_000;
 
 /// The whole file.
 #[derive(Clone, Debug, Deserialize)]
@@ -28,12 +28,12 @@ pub struct Config {
     /// First seed.
     #[serde(default)]
     pub seed: u32,
-    /// Exposure of the display that FLIP looks at, and of the PNGs [stops].
+    /// Exposure of the display that FLIP looks at, and of the PNGs (stops).
     #[serde(default)]
     pub exposure: f32,
     /// Which level of its textures the camera sees, in all cells and the references alike.
     #[serde(default = "cone")]
-    pub texture_filter: Named<TextureFilter>,
+    pub texture_filter: ByName<TextureFilter>,
     /// How times are measured, if they are.
     pub time: Option<TimeTable>,
     /// How errors are measured, if they are.
@@ -46,9 +46,9 @@ pub struct Config {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TimeTable {
-    /// Image width [px].
+    /// Image width (px).
     pub width: Side,
-    /// Image height [px].
+    /// Image height (px).
     pub height: Side,
     /// Frames that are timed.
     #[serde(default = "sixteen")]
@@ -62,9 +62,9 @@ pub struct TimeTable {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ErrorTable {
-    /// Image width [px].
+    /// Image width (px).
     pub width: Side,
-    /// Image height [px].
+    /// Image height (px).
     pub height: Side,
     /// Independent runs of each cell.
     #[serde(default = "four")]
@@ -82,41 +82,41 @@ pub struct ErrorTable {
 #[serde(deny_unknown_fields)]
 pub struct MatrixTable {
     /// Files or names.
-    pub scene: Filled<String>,
+    pub scene: NonEmpty<String>,
     /// Name of the camera; the first where there is none.
     pub camera: Option<String>,
     /// Methods.
-    pub method: Filled<Named<&'static Method>>,
+    pub method: NonEmpty<ByName<&'static Method>>,
     /// Gathers; none: the runner's usual one.
     #[serde(default)]
-    pub gather: Vec<Named<&'static Variant>>,
+    pub gather: Vec<ByName<&'static Variant>>,
     /// Histories.
     #[serde(default = "none")]
-    pub history: Filled<Named<&'static History>>,
+    pub history: NonEmpty<ByName<&'static History>>,
     /// Filters.
     #[serde(default = "none")]
-    pub filter: Filled<Named<&'static Filter>>,
+    pub denoiser: NonEmpty<ByName<&'static Denoiser>>,
     /// Light paths of a frame as it is timed, else as its error is measured.
-    pub light_paths: Option<Filled<Count>>,
+    pub light_paths: Option<NonEmpty<Count>>,
     /// Light paths a pixel instead.
-    pub paths_per_pixel: Option<Filled<PathsPerPixel>>,
-    /// As many light paths as a frame of this time has instead [ms].
+    pub paths_per_pixel: Option<NonEmpty<PathsPerPixel>>,
+    /// As many light paths as a frame of this time has instead (ms).
     pub equal_time_ms: Option<Positive>,
     /// Widths and heights of the pictures that are timed; none: that of `[time]`.
     #[serde(default)]
     pub size: Vec<(Side, Side)>,
     /// Radii of collection points relative to the disc of a pixel's footprint.
     #[serde(default = "one")]
-    pub radius_px: Filled<Positive>,
+    pub radius_px: NonEmpty<Positive>,
     /// Largest numbers of scattering vertices.
     #[serde(default = "usual_bounces")]
-    pub max_bounces: Filled<Bounces>,
+    pub max_bounces: NonEmpty<Bounces>,
     /// Runners.
     #[serde(default = "auto")]
-    pub runner: Filled<Named<Runner>>,
+    pub runner: NonEmpty<ByName<Runner>>,
     /// Kernel code.
     #[serde(default = "scene_code")]
-    pub needs: Filled<Named<Code>>,
+    pub features: NonEmpty<ByName<Code>>,
 }
 
 impl Config {
@@ -146,9 +146,9 @@ impl Config {
             let line = 1 + text.as_bytes()[..start].iter().filter(|byte| **byte == b'\n').count();
             let matrix = matrix.get_ref();
             count = count.saturating_add(matrix.count());
-            if count > MOST_CELLS {
+            if count > MAX_CELLS {
                 return Err(format!(
-                    "line {line}, [[matrix]]: its lists make {count} cells with those before it, and at most {MOST_CELLS} \
+                    "line {line}, [[matrix]]: its lists make {count} cells with those before it, and at most {MAX_CELLS} \
                      are measured; share them out among files"
                 ));
             }
@@ -181,14 +181,14 @@ impl MatrixTable {
             self.method.0.len(),
             self.gather.len().max(1),
             self.history.0.len(),
-            self.filter.0.len(),
+            self.denoiser.0.len(),
             paths(self.light_paths.as_ref().map(|paths| paths.0.len())),
             paths(self.paths_per_pixel.as_ref().map(|paths| paths.0.len())),
             self.size.len().max(1),
             self.radius_px.0.len(),
             self.max_bounces.0.len(),
             self.runner.0.len(),
-            self.needs.0.len(),
+            self.features.0.len(),
         ];
         lengths.into_iter().fold(1, |count: u64, length| count.saturating_mul(length as u64))
     }
@@ -198,8 +198,8 @@ fn fps() -> Positive {
     Positive(24.0)
 }
 
-fn cone() -> Named<TextureFilter> {
-    Named(TextureFilter::Cone)
+fn cone() -> ByName<TextureFilter> {
+    ByName(TextureFilter::Cone)
 }
 
 fn two() -> u32 {
@@ -218,24 +218,24 @@ fn many() -> Count {
     Count(256)
 }
 
-fn none<T: super::value::Known>() -> Filled<Named<T>> {
-    Filled::of(Named::new("none"))
+fn none<T: super::value::Known>() -> NonEmpty<ByName<T>> {
+    NonEmpty::of(ByName::new("none"))
 }
 
-fn one() -> Filled<Positive> {
-    Filled::of(Some(Positive(1.0)))
+fn one() -> NonEmpty<Positive> {
+    NonEmpty::of(Some(Positive(1.0)))
 }
 
-fn usual_bounces() -> Filled<Bounces> {
-    Filled::of(Some(Bounces(5)))
+fn usual_bounces() -> NonEmpty<Bounces> {
+    NonEmpty::of(Some(Bounces(5)))
 }
 
-fn auto() -> Filled<Named<Runner>> {
-    Filled::of(Named::new("auto"))
+fn auto() -> NonEmpty<ByName<Runner>> {
+    NonEmpty::of(ByName::new("auto"))
 }
 
-fn scene_code() -> Filled<Named<Code>> {
-    Filled::of(Named::new("scene"))
+fn scene_code() -> NonEmpty<ByName<Code>> {
+    NonEmpty::of(ByName::new("scene"))
 }
 
 #[cfg(test)]

@@ -7,11 +7,11 @@
 /// Off from the time asked for, at most, relative to it.
 pub const TOLERANCE: f64 = 0.02;
 /// Numbers of light paths that are tried, at most.
-const MOST_STEPS: u32 = 16;
+const MAX_STEPS: u32 = 16;
 /// A guess is at most this many times the last one, or that part of it: one measure says little of far ones.
-const LONGEST_STEP: f64 = 8.0;
+const MAX_STEP: f64 = 8.0;
 
-/// Light paths and the time that they took [ms].
+/// Light paths and the time that they took (ms).
 type Trial = (u32, f64);
 
 /// What was found.
@@ -19,7 +19,7 @@ type Trial = (u32, f64);
 pub struct Found {
     /// Light paths.
     pub paths: u32,
-    /// The time that they take [ms].
+    /// The time that they take (ms).
     pub ms: f64,
     /// Numbers of light paths that were tried.
     pub steps: u32,
@@ -48,7 +48,7 @@ pub fn held(own_ms: f64, first: Option<(f64, f64)>, target_ms: f64) -> (f64, f64
     }
 }
 
-/// The number of light paths from 1 to `most` whose measured time [ms] is nearest to the target; the search ends with the
+/// The number of light paths from 1 to `most` whose measured time (ms) is nearest to the target; the search ends with the
 /// first that meets it.
 pub fn search(
     target_ms: f64,
@@ -59,7 +59,7 @@ pub fn search(
     let mut paths = start.clamp(1, most);
     let (mut below, mut above, mut last): (Option<Trial>, Option<Trial>, Option<Trial>) = (None, None, None);
     let mut best: Option<Found> = None;
-    for steps in 1..=MOST_STEPS {
+    for steps in 1..=MAX_STEPS {
         let ms = measure(paths)?;
         let off = |ms: f64| (ms / target_ms).ln().abs();
         if best.is_none_or(|best| off(ms) < off(best.ms)) {
@@ -105,11 +105,11 @@ pub fn search(
             }
             // What was measured says that more paths take no more time, or that they take it all.
             (Some(_), None) if guess.is_finite() && guess > one => {
-                guess.clamp(one + 1.0, one * LONGEST_STEP + 1.0)
+                guess.clamp(one + 1.0, one * MAX_STEP + 1.0)
             }
-            (Some(_), None) => one * LONGEST_STEP,
-            _ if guess.is_finite() && guess < one => guess.max(one / LONGEST_STEP).min(one - 1.0),
-            _ => one / LONGEST_STEP,
+            (Some(_), None) => one * MAX_STEP,
+            _ if guess.is_finite() && guess < one => guess.max(one / MAX_STEP).min(one - 1.0),
+            _ => one / MAX_STEP,
         };
         let next = (next.round() as u32).clamp(1, most);
         if next == paths {

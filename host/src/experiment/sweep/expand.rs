@@ -22,7 +22,7 @@ pub struct Part {
     pub scene: Scene,
     /// Name of the camera.
     pub camera: String,
-    /// Width and height of the picture that is timed, if it is [px].
+    /// Width and height of the picture that is timed, if it is (px).
     pub timed_size: Option<(u32, u32)>,
     /// Hash of all that cells of the part share.
     view: String,
@@ -163,11 +163,11 @@ fn lists(
         methods: matrix.method.0.iter().map(|method| method.0).collect(),
         gathers: matrix.gather.iter().map(|gather| gather.0).collect(),
         histories: matrix.history.0.iter().map(|history| history.0).collect(),
-        filters: matrix.filter.0.iter().map(|filter| filter.0).collect(),
+        denoisers: matrix.denoiser.0.iter().map(|denoiser| denoiser.0).collect(),
         paths,
         radii: matrix.radius_px.0.iter().map(|radius| radius.0 as f32).collect(),
         bounces: matrix.max_bounces.0.iter().map(|bounces| bounces.0).collect(),
         runners,
-        codes: matrix.needs.0.iter().map(|code| code.0).collect(),
+        codes: matrix.features.0.iter().map(|code| code.0).collect(),
     }
 }

@@ -7,17 +7,17 @@ use serde::{Deserialize, Deserializer};
 use crate::experiment::cell::Code;
 use crate::experiment::matrix::RUNNERS;
 use caustics_kernels::declare::TextureFilter;
-use caustics_kernels::filter::{self, Filter};
+use caustics_kernels::denoiser::{self, Denoiser};
 use caustics_kernels::history::{self, History};
 use caustics_kernels::method::{self, Method};
 
 /// A list that is not empty.
 #[derive(Clone, Debug)]
-pub struct Filled<T>(pub Vec<T>);
+pub struct NonEmpty<T>(pub Vec<T>);
 
 /// A thing by its name.
 #[derive(Clone, Copy, Debug)]
-pub struct Named<T>(pub T);
+pub struct ByName<T>(pub T);
 
 /// What has a name.
 pub trait Known: Sized {
@@ -45,7 +45,7 @@ pub struct PathsPerPixel(pub f64);
 #[derive(Clone, Copy, Debug)]
 pub struct Count(pub u32);
 
-/// Side of a picture [px].
+/// Side of a picture (px).
 #[derive(Clone, Copy, Debug)]
 pub struct Side(pub u32);
 
@@ -53,32 +53,32 @@ pub struct Side(pub u32);
 #[derive(Clone, Copy, Debug)]
 pub struct Bounces(pub u32);
 
-impl<T> Filled<T> {
+impl<T> NonEmpty<T> {
     /// One thing.
-    pub fn of(thing: Option<T>) -> Filled<T> {
-        Filled(thing.into_iter().collect())
+    pub fn of(thing: Option<T>) -> NonEmpty<T> {
+        NonEmpty(thing.into_iter().collect())
     }
 }
 
-impl<T: Known> Named<T> {
+impl<T: Known> ByName<T> {
     /// The thing of a name.
-    pub fn new(name: &str) -> Option<Named<T>> {
-        T::find(name).map(Named)
+    pub fn new(name: &str) -> Option<ByName<T>> {
+        T::find(name).map(ByName)
     }
 }
 
-impl<'de, T: Deserialize<'de>> Deserialize<'de> for Filled<T> {
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for NonEmpty<T> {
     fn deserialize<D: Deserializer<'de>>(text: D) -> Result<Self, D::Error> {
         let list = Vec::deserialize(text)?;
-        if list.is_empty() { Err(D::Error::custom("the list is empty")) } else { Ok(Filled(list)) }
+        if list.is_empty() { Err(D::Error::custom("the list is empty")) } else { Ok(NonEmpty(list)) }
     }
 }
 
-impl<'de, T: Known> Deserialize<'de> for Named<T> {
+impl<'de, T: Known> Deserialize<'de> for ByName<T> {
     fn deserialize<D: Deserializer<'de>>(text: D) -> Result<Self, D::Error> {
         let name = String::deserialize(text)?;
         let unknown = || format!("no {} is called {name}; known are {}", T::WHAT, T::names().join(", "));
-        Named::new(&name).ok_or_else(|| D::Error::custom(unknown()))
+        ByName::new(&name).ok_or_else(|| D::Error::custom(unknown()))
     }
 }
 
@@ -112,13 +112,13 @@ impl Known for &'static History {
     }
 }
 
-impl Known for &'static Filter {
-    const WHAT: &'static str = "filter";
+impl Known for &'static Denoiser {
+    const WHAT: &'static str = "denoiser";
     fn names() -> Vec<&'static str> {
-        filter::ALL.iter().map(|filter| filter.name).collect()
+        denoiser::ALL.iter().map(|denoiser| denoiser.name).collect()
     }
     fn find(name: &str) -> Option<Self> {
-        filter::find(name)
+        denoiser::find(name)
     }
 }
 
@@ -143,7 +143,7 @@ impl Known for Runner {
 }
 
 impl Known for Code {
-    const WHAT: &'static str = "set of needs";
+    const WHAT: &'static str = "set of features";
     fn names() -> Vec<&'static str> {
         vec!["scene", "all"]
     }

@@ -7,7 +7,7 @@ use super::*;
 use crate::vulkan::{devices, test_module};
 
 const COUNT: usize = 1000;
-const NEEDS: Needs = Needs(100);
+const FEATURES: Features = Features(100);
 
 /// A runner over `values`, `doubled` and `index_0`; none if the test is to be skipped.
 fn runner(hardware: bool, tables: &[(&'static str, &[u8])], triangles: u32) -> Option<GpuRunner> {
@@ -20,7 +20,7 @@ fn open(hardware: bool, count: usize, tables: &[(&'static str, &[u8])], triangle
     let open = |validation| {
         let (base, rayquery) = (test_module::base(), Some(test_module::rayquery()));
         let options = DeviceOptions { device: None, hardware, validation, base, rayquery };
-        GpuRunner::new(&options, NEEDS, &buffers, tables, triangles, &[])
+        GpuRunner::new(&options, FEATURES, &buffers, tables, triangles, &[])
     };
     let opened = match open(true) {
         Err(error @ VulkanError::NoValidationLayer) => {
@@ -78,7 +78,7 @@ fn steps_run_in_order_over_buffers_bound_by_name() {
         assert_eq!(passes, ["fill", "twice", "clear.values"]);
     }
     let doubled = read(&mut runner, "doubled");
-    assert!(doubled.iter().enumerate().all(|(i, &value)| value == 2 * (i as u32 + 1000 + NEEDS.0)));
+    assert!(doubled.iter().enumerate().all(|(i, &value)| value == 2 * (i as u32 + 1000 + FEATURES.0)));
     assert_eq!(read(&mut runner, "values"), vec![0; COUNT]);
 }
 
@@ -90,7 +90,7 @@ fn indices_go_on_after_a_row_of_workgroups() {
     let times = run(&mut runner, &[dispatch("fill", count)]).unwrap();
     assert!(!times[0].time.is_zero() && times[0].time <= start.elapsed(), "{times:?}");
     let values = read(&mut runner, "values");
-    assert!(values.iter().enumerate().all(|(i, &value)| value == i as u32 + 1000 + NEEDS.0));
+    assert!(values.iter().enumerate().all(|(i, &value)| value == i as u32 + 1000 + FEATURES.0));
 }
 
 #[test]
@@ -114,12 +114,12 @@ fn errors_name_the_buffer_and_the_pass() {
 
     let options = || DeviceOptions { base: test_module::base(), ..DeviceOptions::default() };
     let huge = [BufferSpec { name: "texels", bytes: 1 << 40 }];
-    let error = GpuRunner::new(&options(), NEEDS, &huge, &[], 0, &[]).err().unwrap().to_string();
+    let error = GpuRunner::new(&options(), FEATURES, &huge, &[], 0, &[]).err().unwrap().to_string();
     assert!(error.contains("`texels` needs 1099511627776 bytes"), "{error}");
-    let mut unbound = GpuRunner::new(&options(), NEEDS, &[], &[], 0, &[]).unwrap();
+    let mut unbound = GpuRunner::new(&options(), FEATURES, &[], &[], 0, &[]).unwrap();
     assert!(message(run(&mut unbound, &[dispatch("fill", 1)])).contains("`fill` binds `values`"));
     let other = DeviceOptions { device: Some("no such device".into()), ..options() };
-    assert!(GpuRunner::new(&other, NEEDS, &[], &[], 0, &[]).err().unwrap().is_no_device());
+    assert!(GpuRunner::new(&other, FEATURES, &[], &[], 0, &[]).err().unwrap().is_no_device());
 }
 
 #[test]

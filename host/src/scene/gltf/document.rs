@@ -147,7 +147,7 @@ fn parsed_bytes(json: &[u8]) -> u64 {
 }
 
 /// Brackets that stand around each other in what is read; the parser of JSON ends at 128, and glTF needs a dozen.
-const DEEPEST: usize = 100;
+const MAX_DEPTH: usize = 100;
 
 /// The JSON. `extras` and unknown extensions may nest as deep as they like and hold any number; what nobody reads is left
 /// out then.
@@ -168,7 +168,7 @@ fn tamed(json: &[u8]) -> Vec<u8> {
         if matches!(token, b"]" | b"}") {
             depth = depth.saturating_sub(1);
         }
-        if depth < DEEPEST {
+        if depth < MAX_DEPTH {
             let number = std::str::from_utf8(token).ok().and_then(|token| token.parse::<f64>().ok());
             kept.extend_from_slice(match number {
                 Some(f64::INFINITY) => b"1e308",
@@ -282,7 +282,7 @@ mod tests {
     fn what_nests_too_deep_is_emptied_and_nothing_else() {
         let deep = |depth: usize| format!("{}1{}", "[".repeat(depth), "]".repeat(depth));
         let text = |depth: usize| format!(r#"{{"a":{},"b":"[\\\"[","c":[[2]]}}"#, deep(depth));
-        let (near, far) = (text(DEEPEST - 2), text(100_000));
+        let (near, far) = (text(MAX_DEPTH - 2), text(100_000));
         assert_eq!(tamed(near.as_bytes()), near.as_bytes());
         let read = parse(far.as_bytes()).unwrap();
         assert_eq!((&read["b"], &read["c"][0][0]), (&"[\\\"[".into(), &2.into()));
@@ -291,7 +291,7 @@ mod tests {
         while let Some(inner) = at.as_array() {
             (depth, at) = (depth + 1, inner.first().unwrap_or(&Value::Null));
         }
-        assert_eq!(depth, DEEPEST - 1);
+        assert_eq!(depth, MAX_DEPTH - 1);
         for broken in ["[".repeat(100_000), format!("{}}}", deep(300)), deep(300).replacen(']', "}", 1)] {
             assert!(parse(broken.as_bytes()).is_err());
         }

@@ -7,31 +7,31 @@
 use glam::DVec3;
 
 use super::mesh::Corner;
-use crate::scene::geometry::LARGEST_COORDINATE;
+use crate::scene::geometry::MAX_COORDINATE;
 
 /// Triangles are huge that are so many times as long as all smaller ones together are wide: then a ray leaves them at
 /// more than a thousandth of that width (`offset::clearance` is 2^-19 of the largest coordinate).
 const HUGE: f64 = 1024.0;
 
 /// Longest edge relative to its distance from the small things. Some edge of a triangle around them is longer for every
-/// factor below 2 sqrt(3) [Weitzenboeck's inequality].
+/// factor below 2 sqrt(3) (Weitzenboeck's inequality).
 const GRADE: f64 = 2.0;
 
 /// Triangles that splitting adds at most; a plain of 200 km around 0.3 m takes some hundred.
-const MOST_ADDED: usize = 1 << 20;
+const MAX_ADDED: usize = 1 << 20;
 
 /// A ball around things that are small beside the rest of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detail {
-    /// Its centre [m].
+    /// Its centre (m).
     pub centre: DVec3,
-    /// Its radius [m].
+    /// Its radius (m).
     pub radius: f64,
 }
 
 /// The small things of a scene of these triangles, the smallest first; none in most scenes.
 pub fn details(triangles: impl Iterator<Item = [DVec3; 3]>) -> Vec<Detail> {
-    let usable = |p: &DVec3| p.abs().max_element() <= LARGEST_COORDINATE;
+    let usable = |p: &DVec3| p.abs().max_element() <= MAX_COORDINATE;
     let mut sorted: Vec<(f64, [DVec3; 3])> = triangles
         .filter(|corners| corners.iter().all(usable))
         .map(|[a, b, c]| (a.distance(b).max(b.distance(c)).max(c.distance(a)), [a, b, c]))
@@ -58,7 +58,7 @@ pub fn split(details: &[Detail], corners: &mut Vec<[Corner; 3]>, materials: &mut
     if details.is_empty() {
         return;
     }
-    let most = corners.len() + MOST_ADDED;
+    let most = corners.len() + MAX_ADDED;
     let (whole, whole_materials) = (std::mem::take(corners), std::mem::take(materials));
     let mut left = whole.len();
     let mut stack = Vec::new();

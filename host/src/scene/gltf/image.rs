@@ -8,10 +8,10 @@ use image::{ImageFormat, ImageReader, Limits};
 use serde_json::Value;
 
 use super::buffer;
-use crate::scene::texture::{Image, LARGEST_SIDE};
+use crate::scene::texture::{Image, MAX_SIDE};
 
 /// Most memory that decoding an image may take [bytes]: the largest image at eight bytes a texel.
-const MOST_BYTES: u64 = 8 * (LARGEST_SIDE as u64) * (LARGEST_SIDE as u64);
+const MAX_BYTES: u64 = 8 * (MAX_SIDE as u64) * (MAX_SIDE as u64);
 
 /// Bytes of an image that a document describes. An error says what is wrong with it.
 fn bytes<'a>(
@@ -74,16 +74,16 @@ fn reader(bytes: &[u8]) -> Result<ImageReader<Cursor<&[u8]>>, String> {
         return Err("is neither a PNG nor a JPEG".into());
     }
     let mut limits = Limits::default();
-    (limits.max_image_width, limits.max_image_height) = (Some(LARGEST_SIDE), Some(LARGEST_SIDE));
-    limits.max_alloc = Some(MOST_BYTES);
+    (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
+    limits.max_alloc = Some(MAX_BYTES);
     reader.limits(limits);
     Ok(reader)
 }
 
 fn check_size((width, height): (u32, u32)) -> Result<(u32, u32), String> {
-    let within = |side: u32| (1..=LARGEST_SIDE).contains(&side);
+    let within = |side: u32| (1..=MAX_SIDE).contains(&side);
     if within(width) && within(height) {
         return Ok((width, height));
     }
-    Err(format!("is of {width} x {height} texels; each side must be 1 to {LARGEST_SIDE}"))
+    Err(format!("is of {width} x {height} texels; each side must be 1 to {MAX_SIDE}"))
 }

@@ -13,7 +13,7 @@ use crate::scene::SceneError;
 /// A triangle's corner in the world.
 #[derive(Clone, Copy, Debug)]
 pub struct Corner {
-    /// Position [m], not yet recentred.
+    /// Position (m), not yet recentred.
     pub position: DVec3,
     /// Unit normal; none where the face's is meant.
     pub normal: Option<Vec3>,

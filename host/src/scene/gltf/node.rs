@@ -4,14 +4,14 @@ use std::f32::consts::{FRAC_PI_4, PI};
 
 use glam::{DAffine3, DMat4, DQuat, DVec3, Vec3};
 use gltf::json::extensions::scene::khr_lights_punctual::{Light, Type};
-use gltf::json::scene::Node;
+use gltf::json::scene::Node as JsonNode;
 use gltf::json::validation::Checked;
 use gltf::json::{Index, Mesh};
 
 use super::document::Document;
 use super::{animation, unsupported, vector};
-use crate::scene::animation::{Channel, Joint, Local, Rig, is_singular};
-use crate::scene::motion::Mounted;
+use crate::scene::animation::{Channel, Local, Node, NodeTree, is_singular};
+use crate::scene::motion::OnNode;
 use crate::scene::punctual::cone_fault;
 use crate::scene::{LightShape, PunctualLight, SceneCamera, SceneError};
 
@@ -33,15 +33,15 @@ pub struct MeshInstance {
 #[derive(Default)]
 pub struct Placed {
     /// The nodes.
-    pub rig: Rig,
+    pub rig: NodeTree,
     /// Where they stand at first.
     pub places: Vec<DAffine3>,
     /// Meshes.
     pub meshes: Vec<MeshInstance>,
     /// Cameras.
-    pub cameras: Vec<Mounted<SceneCamera>>,
+    pub cameras: Vec<OnNode<SceneCamera>>,
     /// Punctual lights.
-    pub lights: Vec<Mounted<PunctualLight>>,
+    pub lights: Vec<OnNode<PunctualLight>>,
 }
 
 /// Walks the default scene's nodes, parents first.
@@ -73,7 +73,7 @@ pub fn place(document: &mut Document) -> Result<Placed, SceneError> {
             return Err(wrong("its transform is singular (a scale of zero, or axes in one plane)"));
         }
         let joint = placed.rig.joints.len();
-        placed.rig.joints.push(Joint { label: label.clone(), parent, local, moves });
+        placed.rig.joints.push(Node { label: label.clone(), parent, local, moves });
         placed.places.push(to_world);
         if let Some(mesh) = node.mesh {
             let to_world = if moves { DAffine3::IDENTITY } else { to_world };
@@ -81,11 +81,11 @@ pub fn place(document: &mut Document) -> Result<Placed, SceneError> {
         }
         if node.camera.is_some() {
             let camera = camera(document, &node, &label)?;
-            placed.cameras.extend(camera.map(|what| Mounted { joint, moves, what }));
+            placed.cameras.extend(camera.map(|what| OnNode { joint, moves, what }));
         }
         if let Some(light) = node.extensions.as_ref().and_then(|all| all.khr_lights_punctual.as_ref()) {
             let what = light_of(document, light.light, &label)?;
-            placed.lights.push(Mounted { joint, moves, what });
+            placed.lights.push(OnNode { joint, moves, what });
         }
         stack.extend(node.children.iter().flatten().rev().map(|&child| (child, Some(joint))));
     }
@@ -93,7 +93,7 @@ pub fn place(document: &mut Document) -> Result<Placed, SceneError> {
 }
 
 /// Root nodes of the default scene, else of the first, else every node that is no child.
-fn roots(document: &Document) -> Result<Vec<Index<Node>>, SceneError> {
+fn roots(document: &Document) -> Result<Vec<Index<JsonNode>>, SceneError> {
     let root = &document.root;
     if let Some(scene) = root.scene {
         return Ok(document.get(&root.scenes, scene, "scene", "the document")?.nodes.clone());
@@ -110,7 +110,7 @@ fn roots(document: &Document) -> Result<Vec<Index<Node>>, SceneError> {
 }
 
 /// A node's own transform and what moves it.
-fn local(node: &Node, channels: Vec<Channel>) -> Local {
+fn local(node: &JsonNode, channels: Vec<Channel>) -> Local {
     Local {
         translation: node.translation.map_or(DVec3::ZERO, vector),
         rotation: DQuat::from_array(node.rotation.unwrap_or_default().0.map(f64::from)),
@@ -121,7 +121,7 @@ fn local(node: &Node, channels: Vec<Channel>) -> Local {
 }
 
 /// A perspective camera, not yet placed; none, with a warning, if it is another one.
-fn camera(document: &mut Document, node: &Node, label: &str) -> Result<Option<SceneCamera>, SceneError> {
+fn camera(document: &mut Document, node: &JsonNode, label: &str) -> Result<Option<SceneCamera>, SceneError> {
     let Some(index) = node.camera else { return Ok(None) };
     let camera = document.get(&document.root.cameras, index, "camera", label)?.clone();
     let Some(lens) = camera.perspective else {

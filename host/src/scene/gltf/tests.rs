@@ -3,9 +3,9 @@
 use std::f32::consts::PI;
 
 use caustics_kernels::interface::NONE;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::light::{LIGHT_DIRECTIONAL, LIGHT_SPOT};
 use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAG_HANGING, FLAG_SHEET, FLAG_THIN};
-use caustics_kernels::interface::needs::Needs;
 use serde_json::{Value, json};
 
 use super::*;
@@ -105,7 +105,7 @@ fn a_triangle_is_read_and_recentred() {
     assert_eq!((scene.surfaces[0].light, scene.lights[0].triangle, scene.lights[0].sides), (0, 0, 1));
     assert!((scene.flux.x - 0.5 * PI).abs() < 1e-6);
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
-    assert!(!scene.needs(0.25).has(Needs::SMOOTH_NORMALS));
+    assert!(!scene.features(0.25).has(Features::SMOOTH_NORMALS));
 }
 
 #[test]
@@ -273,7 +273,7 @@ fn spot_and_directional_lights_shine_along_minus_z() {
     assert_eq!((spot.position, spot.emission), (Vec3::new(-0.5, -0.5, 5.0), Vec3::splat(2.0)));
     assert!((spot.cone - (1.0 - 0.5_f32.cos())).abs() < 1e-6);
     assert!((spot.falloff * (0.2_f32.cos() - 0.5_f32.cos()) - 1.0).abs() < 1e-5);
-    assert_eq!(scene.needs(0.25).0 & !Needs::RECEIVERS.0 & !Needs::METAL.0, Needs::SPOT_LIGHTS.0);
+    assert_eq!(scene.features(0.25).0 & !Features::RECEIVERS.0 & !Features::METAL.0, Features::SPOT_LIGHTS.0);
     assert!(scene.warnings.iter().any(|warning| warning.contains("range")), "{:?}", scene.warnings);
 
     let sun = &mut document["extensions"]["KHR_lights_punctual"]["lights"][0];
@@ -284,7 +284,10 @@ fn spot_and_directional_lights_shine_along_minus_z() {
     assert!((sun.direction - Vec3::NEG_X).length() < 1e-6);
     assert!(sun.position.x > 0.5, "the disc lies before the scene: {}", sun.position);
     assert!((scene.flux.x - 4.0 * PI * sun.radius * sun.radius).abs() < 1e-4);
-    assert!(scene.needs(0.25).has(Needs::DIRECTIONAL_LIGHTS) && !scene.needs(0.25).has(Needs::POINT_LIGHTS));
+    assert!(
+        scene.features(0.25).has(Features::DIRECTIONAL_LIGHTS)
+            && !scene.features(0.25).has(Features::POINT_LIGHTS)
+    );
 }
 
 #[test]

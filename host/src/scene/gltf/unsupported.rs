@@ -6,7 +6,7 @@ use super::warning::Warnings;
 use crate::text::cut;
 
 /// Characters of a name in messages at most.
-const LONGEST_NAME: usize = 80;
+const MAX_NAME: usize = 80;
 
 /// Extensions that are rendered, at least in part.
 pub const EXTENSIONS: [&str; 7] = [
@@ -53,7 +53,7 @@ pub fn list(document: &Value, warnings: &mut Warnings) {
 
 /// How a message calls an element.
 pub fn label(kind: &str, index: usize, name: Option<&str>) -> String {
-    let named = |name: &str| format!("{kind} {:?}", cut(name, LONGEST_NAME));
+    let named = |name: &str| format!("{kind} {:?}", cut(name, MAX_NAME));
     name.map_or_else(|| format!("{kind} {index}"), named)
 }
 
@@ -71,14 +71,14 @@ fn walk(value: &Value, note: &mut impl FnMut(String)) {
                 for name in names.filter(|name| !EXTENSIONS.contains(&name.as_str())) {
                     note(format!(
                         "extension {:?} is not supported; rendered without it",
-                        cut(name, LONGEST_NAME)
+                        cut(name, MAX_NAME)
                     ));
                 }
             }
             "COLOR_0" => note("vertex colours are not supported; rendered without them".into()),
             "targets" => note("morph targets are not supported; shown at rest".into()),
             _ if key.ends_with("Texture") && !TEXTURES.contains(&key.as_str()) => {
-                note(format!("{:?} is not supported; its factor alone is rendered", cut(key, LONGEST_NAME)));
+                note(format!("{:?} is not supported; its factor alone is rendered", cut(key, MAX_NAME)));
             }
             _ => {}
         }

@@ -4,9 +4,9 @@ use std::collections::{HashMap, HashSet};
 use std::fmt::Display;
 
 /// Who asks for one thing is named up to this many.
-const MOST_NAMED: usize = 3;
+const MAX_NAMED: usize = 3;
 /// Lines at most.
-const MOST_LINES: usize = 32;
+const MAX_LINES: usize = 32;
 
 /// Notes, grouped.
 #[derive(Debug, Default)]
@@ -27,7 +27,7 @@ impl Warnings {
             self.owners.push(HashSet::new());
             self.kinds.len() - 1
         });
-        if !owner.is_empty() && self.owners[id].insert(owner.into()) && self.kinds[id].1.len() < MOST_NAMED {
+        if !owner.is_empty() && self.owners[id].insert(owner.into()) && self.kinds[id].1.len() < MAX_NAMED {
             self.kinds[id].1.push(owner.into());
         }
     }
@@ -43,7 +43,7 @@ impl Warnings {
                 others => format!("{file}: {names} and {others} more: {what}"),
             }
         };
-        let mut lines: Vec<String> = kinds.map(line).take(MOST_LINES).collect();
+        let mut lines: Vec<String> = kinds.map(line).take(MAX_LINES).collect();
         if let others @ 1.. = self.kinds.len() - lines.len() {
             lines.push(format!("{file}: and {others} warnings of other kinds"));
         }
@@ -73,7 +73,7 @@ mod tests {
         let mut warnings = Warnings::default();
         (0..1000).for_each(|id| warnings.note("node 0", format!("extension {id}")));
         let lines = warnings.lines("a");
-        assert_eq!(lines.len(), MOST_LINES + 1);
-        assert_eq!(lines[MOST_LINES], "a: and 968 warnings of other kinds");
+        assert_eq!(lines.len(), MAX_LINES + 1);
+        assert_eq!(lines[MAX_LINES], "a: and 968 warnings of other kinds");
     }
 }

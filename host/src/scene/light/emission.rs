@@ -1,14 +1,14 @@
 //! Mean emission of a triangle, by which its light is chosen.
 
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::{FLAG_CUT_OUT, FLAG_EMISSIVE_TEXTURE};
-use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::texture::emission::emission_at;
 use glam::DVec3;
 
 use crate::scene::Scene;
 
 /// Places on all triangles together, at most. Beyond, a triangle's chance of being chosen is less exact, not its light.
-const MOST_PLACES: f32 = 1.0e7;
+const MAX_PLACES: f32 = 1.0e7;
 /// Steps along a triangle's edge, at most and at least.
 const STEPS: (f32, f32) = (8.0, 1000.0);
 
@@ -32,7 +32,7 @@ pub fn mean(scene: &Scene, triangle: u32) -> DVec3 {
             }
         }
     }
-    let most = (MOST_PLACES / scene.triangles.len() as f32).sqrt().clamp(STEPS.0, STEPS.1);
+    let most = (MAX_PLACES / scene.triangles.len() as f32).sqrt().clamp(STEPS.0, STEPS.1);
     let steps = (2.0 * texels).clamp(STEPS.0, most).ceil() as u32;
 
     // Centres of the small triangles, those that stand upright and those upside down.
@@ -45,7 +45,7 @@ pub fn mean(scene: &Scene, triangle: u32) -> DVec3 {
                 }
                 let at = |step: u32| (step as f32 + third / 3.0) / steps as f32;
                 let (u, v) = (at(column), at(row));
-                sum += emission_at(tables, Needs::ALL, triangle, u, v).as_dvec3();
+                sum += emission_at(tables, Features::ALL, triangle, u, v).as_dvec3();
             }
         }
     }

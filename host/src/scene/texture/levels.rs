@@ -2,15 +2,15 @@
 
 use super::{Image, Role};
 
-/// Largest side of an image [texels].
-pub const LARGEST_SIDE: u32 = 16_384;
+/// Largest side of an image (texels).
+pub const MAX_SIDE: u32 = 16_384;
 
 /// Levels down to a single texel.
 pub fn count(width: u32, height: u32) -> u32 {
     width.max(height).ilog2() + 1
 }
 
-/// Sizes of the levels [texels].
+/// Sizes of the levels (texels).
 fn sizes(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)> {
     (0..count(width, height)).map(move |level| ((width >> level).max(1), (height >> level).max(1)))
 }

@@ -26,7 +26,7 @@ pub struct Entry {
     pub count: u32,
     /// Levels of four-wide nodes below, for each number of lanes.
     height: [u32; WIDTH],
-    /// Expected cost in units of half areas [m^2].
+    /// Expected cost in units of half areas (m^2).
     cost: [f32; WIDTH],
     /// Lanes that go to the left child; 0: take one lane less.
     split: [u8; WIDTH],

@@ -8,12 +8,12 @@ use super::plan::WIDTH;
 use super::{LEVELS, empty_node, set_lane};
 
 /// Meshes that move at most: the levels that are left then hold every tree below.
-pub const MOST_MESHES: usize = 4095;
+pub const MAX_MESHES: usize = 4095;
 
-/// A leaf: its box [m], and the child that a node refers to.
+/// A leaf: its box (m), and the child that a node refers to.
 #[derive(Clone, Copy, Debug)]
 pub struct Leaf {
-    /// Box in the world [m].
+    /// Box in the world (m).
     pub bounds: Aabb,
     /// Index of a node or an instance, with its flag.
     pub child: u32,

@@ -10,14 +10,14 @@ use crate::interface::history::{
     VALIDATION_CELLS, VALIDATION_DEPOSITS, VALIDATION_PERIOD, ValidationDeposit, validation_paths,
 };
 use crate::interface::instance::Instance;
-use crate::interface::needs::Needs;
+use crate::interface::features::Features;
 use crate::interface::point::{DepositGeometry, DepositLight};
 use crate::interface::scene::SceneTables;
 use crate::light::power::ByPower;
 use crate::math::rng::{Rng, Stream};
 use crate::pass::shoot;
 use crate::pass::shoot::receive::Receive;
-use crate::history::cells::{self, Carrier, LONGEST, When, direct_radius, mark};
+use crate::history::cells::{self, LightFrame, MAX_STEP, When, direct_radius, mark};
 use crate::seam::{AtomicWords, Slots, Uncounted};
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
@@ -27,7 +27,7 @@ use spirv_std::glam::Vec3;
 pub fn validate(
     path: u32,
     params: &FrameParams,
-    needs: Needs,
+    features: Features,
     scene: SceneTables<'_>,
     tracer: &mut impl Tracer,
     instances: &[Instance],
@@ -37,7 +37,7 @@ pub fn validate(
     >,
     #[len = cells::WORDS * VALIDATION_CELLS] validation_cells: AtomicWords<'_>,
 ) {
-    let emit = ByPower { scene, light_count: params.light_count, needs };
+    let emit = ByPower { scene, light_count: params.light_count, features };
     let turn = params.frame.wrapping_add(path);
     let rng = Rng::new(Stream::Validation, params.seed, path, turn / VALIDATION_PERIOD);
     let compares = !turn.is_multiple_of(VALIDATION_PERIOD);
@@ -49,8 +49,8 @@ pub fn validate(
         params,
         cells: validation_cells,
     };
-    let needs = Needs(needs.0 & !Needs::LEDGER.0);
-    let count = shoot::follow(path, rng, params, needs, scene, &emit, tracer, &mut receive, &mut Uncounted);
+    let features = Features(features.0 & !Features::LEDGER.0);
+    let count = shoot::follow(path, rng, params, features, scene, &emit, tracer, &mut receive, &mut Uncounted);
     receive.close(count);
 }
 
@@ -86,12 +86,12 @@ impl Receive for Compare<'_> {
             self.compare(
                 &before,
                 &now,
-                Carrier::instance(before.instance),
-                Carrier::instance(now.instance),
+                LightFrame::instance(before.instance),
+                LightFrame::instance(now.instance),
                 place,
             );
             if (before.instance | now.instance) != 0 {
-                let below = (Carrier::world_below(before.instance), Carrier::world_below(now.instance));
+                let below = (LightFrame::world_below(before.instance), LightFrame::world_below(now.instance));
                 self.compare(&before, &now, below.0, below.1, now.position);
             }
         }
@@ -107,11 +107,11 @@ impl Compare<'_> {
         &mut self,
         before: &ValidationDeposit,
         now: &ValidationDeposit,
-        carrier_before: Carrier,
-        carrier_now: Carrier,
+        carrier_before: LightFrame,
+        carrier_now: LightFrame,
         place: Vec3,
     ) {
-        let mut moved = LONGEST;
+        let mut moved = MAX_STEP;
         if before.flux > 0.0 && before.instance == now.instance {
             moved = (place - before.position).length() / direct_radius(place, self.params);
         }
@@ -122,7 +122,7 @@ impl Compare<'_> {
     }
 
     #[inline(always)]
-    fn mark(&mut self, position: Vec3, carrier: Carrier, when: When, flux: f32, moved: f32) {
+    fn mark(&mut self, position: Vec3, carrier: LightFrame, when: When, flux: f32, moved: f32) {
         mark(&mut self.cells, position, carrier, when, flux, moved, self.params);
     }
 
@@ -133,11 +133,11 @@ impl Compare<'_> {
             let row = self.first + count;
             let before = self.deposits.read(row);
             if self.compares && before.flux > 0.0 {
-                let carrier = Carrier::instance(before.instance);
-                self.mark(before.position, carrier, When::Before, before.flux, LONGEST);
+                let carrier = LightFrame::instance(before.instance);
+                self.mark(before.position, carrier, When::Before, before.flux, MAX_STEP);
                 if before.instance != 0 {
-                    let below = Carrier::world_below(before.instance);
-                    self.mark(before.position, below, When::Before, before.flux, LONGEST);
+                    let below = LightFrame::world_below(before.instance);
+                    self.mark(before.position, below, When::Before, before.flux, MAX_STEP);
                 }
             }
             self.deposits.write(row, ValidationDeposit::default());

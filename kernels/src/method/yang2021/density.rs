@@ -12,7 +12,7 @@ use crate::math::quanta::Quanta;
 use crate::method::yang2021::FEEDBACK_INVERSE_QUANTUM;
 use crate::seam::Slots;
 
-/// Screen area that a photon should have [px]; the least that a footprint has is 2.5.
+/// Screen area that a photon should have (px); the least that a footprint has is 2.5.
 const TARGET: f32 = 4.0;
 /// Weight of the variance of areas, which is relative to the target's square.
 const GAIN_VARIANCE: f32 = 1.0;
@@ -21,11 +21,11 @@ const GAIN_DERIVATIVE: f32 = 0.1;
 /// Share of the new density; the rest is the old one, smoothed.
 const BLEND: f32 = 0.5;
 /// Least density.
-const LEAST: f32 = 0.125;
+const MIN_DENSITY: f32 = 0.125;
 /// Most density.
-const MOST: f32 = 4096.0;
+const MAX_DENSITY: f32 = 4096.0;
 /// Most growth in a frame.
-const MOST_GROWTH: f32 = 8.0;
+const MAX_GROWTH: f32 = 8.0;
 
 /// New densities from the feedback of the last frame, a texel an invocation.
 #[pass(name = "density.update", over = map_count(params.light_count) * TEXELS, work = Guide)]
@@ -79,12 +79,12 @@ pub fn update(texel: u32, before: &DensityTexel, tree: &[f32], feedback: &[u32])
         let (mean, square) = (sum(0) / photons as f32, sum(2) / photons as f32);
         let variance = (mean * mean - square).abs() / (TARGET * TARGET);
         let wanted = old * mean / TARGET + 0.01 * GAIN_VARIANCE * variance - GAIN_DERIVATIVE * before.change;
-        new = wanted.min(old * MOST_GROWTH);
+        new = wanted.min(old * MAX_GROWTH);
     } else if paths > 0 {
         // Nobody saw any of them.
-        new = LEAST;
+        new = MIN_DENSITY;
     }
-    let density = (smooth + (new - smooth) * BLEND).clamp(LEAST, MOST);
+    let density = (smooth + (new - smooth) * BLEND).clamp(MIN_DENSITY, MAX_DENSITY);
     DensityTexel { density, change: density - old }
 }
 

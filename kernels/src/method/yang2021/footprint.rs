@@ -16,12 +16,12 @@ use spirv_std::glam::Vec3;
 
 /// Half axes over the differential's: an ellipse overlaps with about SCALE^2 / 0.61 others, as its kernel weighs them.
 const SCALE: f32 = 1.5;
-/// Half axes of a pixel's footprint [px].
+/// Half axes of a pixel's footprint (px).
 const PIXEL_HALF_AXIS: f32 = 0.9;
 /// Longest half axis over the shortest, of the photon's own part.
-const MOST_ANISOTROPY: f32 = 16.0;
-/// Half the size of the photon's own part in the picture, at most [px].
-const MOST_HALF_SIZE: f32 = 15.0;
+const MAX_ANISOTROPY: f32 = 16.0;
+/// Half the size of the photon's own part in the picture, at most (px).
+const MAX_HALF_SIZE: f32 = 15.0;
 
 /// A symmetric matrix of two rows over the tangents of a plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -80,16 +80,16 @@ pub struct Footprint {
     pub first_row: u32,
     /// Last row.
     pub last_row: u32,
-    /// Area in the picture [px], without what rough scattering adds: what denser light paths make smaller.
+    /// Area in the picture (px), without what rough scattering adds: what denser light paths make smaller.
     pub area_px: f32,
-    /// Longest half axis, at most [m].
+    /// Longest half axis, at most (m).
     pub reach: f32,
     /// Tangents of the plane.
     tangent_x: Vec3,
     tangent_y: Vec3,
-    /// Squares of the half axes [m^2].
+    /// Squares of the half axes (m^2).
     axes: Symmetric,
-    /// 1 / (product of the half axes)^2 [m^-4].
+    /// 1 / (product of the half axes)^2 (m^-4).
     inverse: f32,
 }
 
@@ -126,12 +126,12 @@ impl Footprint {
             // Grazing light: wider than numbers hold, and than is shown.
             own = Symmetric { xx: 1.0e15, xy: 0.0, yy: 1.0e15 };
         }
-        let own = own.rounded(MOST_ANISOTROPY);
+        let own = own.rounded(MAX_ANISOTROPY);
         let rough = differential.rough_width * differential.rough_width;
         let whole = own.plus(Symmetric { xx: rough, xy: 0.0, yy: rough });
         let size = |part: Symmetric| part.form(column_x, column_y).max(part.form(row_x, row_y));
         let clamped = |part: Symmetric| {
-            part.times((MOST_HALF_SIZE * MOST_HALF_SIZE / size(part).max(1.0e-30)).min(1.0))
+            part.times((MAX_HALF_SIZE * MAX_HALF_SIZE / size(part).max(1.0e-30)).min(1.0))
         };
 
         // A pixel's part: the inverse of (pixels a metre).

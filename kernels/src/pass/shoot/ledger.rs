@@ -1,16 +1,16 @@
 //! The energy ledger of one light path: emitted = absorbed + escaped + cut + lost at shading normals, in the mean over
 //! paths. What is absorbed is estimated by an albedo of its own, not by what the sampled continuation left over.
 
+use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::ledger::{Entry, slot};
-use crate::interface::needs::Needs;
 use crate::math::quanta::Quanta;
 use crate::math::rng::{Rng, Stream};
 use crate::seam::Atomics;
-use crate::surface::scatter::{Departure, Site};
+use crate::surface::scatter::{BsdfSample, ScatteringVertex};
 use spirv_std::glam::Vec3;
 
-/// Where the flux of one path went, summed over channels [W].
+/// Where the flux of one path went, summed over channels (W).
 #[derive(Clone, Copy, Debug)]
 pub struct Ledger {
     asked: bool,
@@ -25,9 +25,9 @@ pub struct Ledger {
 impl Ledger {
     /// The ledger of light path `path`; does nothing unless somebody asks.
     #[inline(always)]
-    pub fn new(params: &FrameParams, path: u32, needs: Needs) -> Self {
+    pub fn new(params: &FrameParams, path: u32, features: Features) -> Self {
         Ledger {
-            asked: needs.has(Needs::LEDGER),
+            asked: features.has(Features::LEDGER),
             rng: Rng::new(Stream::Ledger, params.seed, path, params.frame),
             emitted: 0.0,
             absorbed: 0.0,
@@ -63,18 +63,18 @@ impl Ledger {
 
     /// Flux that arrives at a surface.
     #[inline(always)]
-    pub fn arrive(&mut self, site: &Site, flux: Vec3) {
+    pub fn arrive(&mut self, scattering: &ScatteringVertex, flux: Vec3) {
         if self.asked {
-            let albedo = site.surface.albedo(self.rng.next4());
+            let albedo = scattering.bsdf.albedo(self.rng.next4());
             self.absorbed += (flux * (Vec3::ONE - albedo)).element_sum();
         }
     }
 
     /// Flux that leaves a surface, scaled by the shading normal's correction.
     #[inline(always)]
-    pub fn leave(&mut self, departure: &Departure, arriving: Vec3, leaving: Vec3) {
+    pub fn leave(&mut self, scattered: &BsdfSample, arriving: Vec3, leaving: Vec3) {
         if self.asked {
-            let scattered = arriving * departure.sampled.weight;
+            let scattered = arriving * scattered.sampled.weight;
             self.shading_normals += (scattered - leaving).element_sum();
         }
     }

@@ -3,9 +3,9 @@
 use crate::interface::counters::DepositState;
 use crate::interface::point::{DepositGeometry, DepositLight};
 use crate::interface::ray::{Hit, Ray};
-use crate::light::emit::Leaving;
+use crate::light::emit::EmissionSample;
 use crate::seam::{AtomicWords, Atomics, Slots};
-use crate::surface::scatter::Departure;
+use crate::surface::scatter::BsdfSample;
 use crate::surface::vertex::Vertex;
 
 /// Receives the deposits of a light path. What else it may ask to see of the way costs nothing where it does not.
@@ -16,13 +16,13 @@ pub trait Receive {
 
     /// A path starts.
     #[inline(always)]
-    fn start(&mut self, _way: &mut Self::Way, _leaving: &Leaving) {}
+    fn start(&mut self, _way: &mut Self::Way, _leaving: &EmissionSample) {}
     /// The path meets a surface, before it deposits there.
     #[inline(always)]
     fn arrive(&mut self, _way: &mut Self::Way, _ray: &Ray, _hit: &Hit, _here: &Vertex) {}
     /// The path leaves a surface.
     #[inline(always)]
-    fn scatter(&mut self, _way: &mut Self::Way, _departure: &Departure) {}
+    fn scatter(&mut self, _way: &mut Self::Way, _departure: &BsdfSample) {}
     /// Takes one deposit.
     fn receive(&mut self, way: &mut Self::Way, geometry: DepositGeometry, light: DepositLight);
 }

@@ -1,4 +1,4 @@
-//! `filter.guide` and `filter.atrous`: an edge-stopping a-trous wavelet over the path-traced part [Dammertz et al. 2010],
+//! `denoise.guide` and `denoise.atrous`: an edge-stopping a-trous wavelet over the path-traced part [Dammertz et al. 2010],
 //! as an exchange of light between pairs of pixels: what one gives the other takes, so the picture keeps its energy.
 //!
 //! Filtered is the light that arrives at collection points (direct and from behind). What a path saw before its point
@@ -13,12 +13,12 @@
 
 use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
-use crate::declare::{Filter, Step};
+use crate::declare::{Denoiser, Step};
 use crate::interface::NONE;
-use crate::interface::filter::{FILTER_LEVELS, FilterGuide};
+use crate::interface::denoiser::{DENOISER_LEVELS, DenoiserGuide};
 use crate::interface::frame::{Dispatch, FrameParams};
 use crate::interface::material::{FLAG_COLOR_TEXTURE, Material};
-use crate::interface::needs::Needs;
+use crate::interface::features::Features;
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::math::is_finite;
 use crate::seam::Slots;
@@ -29,55 +29,55 @@ use spirv_std::glam::Vec3;
 const SHARES: (f32, f32) = (1.0e-12, 1.0e12);
 /// Reflectance of a coat at normal incidence: what a texture does not tint.
 const COAT: f32 = 0.04;
-/// Distance of a point from another's plane at which exchange ends [radii], and how it grows with the pixels between.
+/// Distance of a point from another's plane at which exchange ends (radii), and how it grows with the pixels between.
 const PLANE: (f32, f32) = (1.0, 0.1);
-/// The first step that compares brightness [px].
-const COMPARED: f32 = 4.0;
+/// The first step that compares brightness (px).
+const COMPARED_RADII: f32 = 4.0;
 /// Square of the contrast (a - b) / (a + b) that quarters an exchange one pixel apart; it falls with the step, as noise
 /// does with each level. Of 0.3 to 1 and falls of 0 to 1 the error of `mirror-room` and `glossy-room` was least.
 const CONTRAST: f32 = 0.25;
 
 #[cfg(not(target_arch = "spirv"))]
 /// See the head of the file.
-pub const ATROUS: Filter = Filter {
+pub const ATROUS: Denoiser = Denoiser {
     name: "atrous",
     about: "an edge-stopping wavelet, guided by the collection points; it keeps the energy",
     cost: "five levels of 60 bytes a pixel from memory and 1500 from caches",
     wrong: "shadows blur by two pixels (standard deviation) and a bit more",
     steps: |params| {
         let level = |level| Step::level(&LEVEL, level, params.pixel_count());
-        std::iter::once(Step::of(&GUIDE, params)).chain((0..FILTER_LEVELS).map(level)).collect()
+        std::iter::once(Step::of(&GUIDE, params)).chain((0..DENOISER_LEVELS).map(level)).collect()
     },
 };
 
 /// Features of the pixels, and the light that is filtered.
-#[pass(name = "filter.guide", over = params.pixel_count(), work = Filter)]
+#[pass(name = "denoise.guide", over = params.pixel_count(), work = Denoiser)]
 pub fn guide(
     pixel: u32,
-    needs: Needs,
+    features: Features,
     path_radiance: &[Vec3],
     point_geometry: &[PointGeometry],
     point_shading: &[PointShading],
     materials: &[Material],
     mut seen_radiance: Slots<'_, Vec3>,
-    mut filter_guides: Slots<'_, FilterGuide>,
+    mut filter_guides: Slots<'_, DenoiserGuide>,
     mut filter_light: Slots<'_, Vec3>,
 ) {
     let i = pixel as usize;
     let (radiance, seen) = (path_radiance[i], seen_radiance.read(pixel));
-    let start = start(radiance, seen, &point_geometry[i], &point_shading[i], materials, needs);
+    let start = start(radiance, seen, &point_geometry[i], &point_shading[i], materials, features);
     seen_radiance.write(pixel, start.seen);
     filter_guides.write(pixel, start.guide);
     filter_light.write(pixel, start.light);
 }
 
 /// One level; even levels read `filter_light` and write `path_radiance`, odd ones the other way.
-#[pass(name = "filter.atrous", over = params.pixel_count(), work = Filter)]
+#[pass(name = "denoise.atrous", over = params.pixel_count(), work = Denoiser)]
 pub fn level(
     pixel: u32,
     params: &FrameParams,
     dispatch: Dispatch,
-    filter_guides: &[FilterGuide],
+    filter_guides: &[DenoiserGuide],
     seen_radiance: &[Vec3],
     mut filter_light: Slots<'_, Vec3>,
     mut path_radiance: Slots<'_, Vec3>,
@@ -85,7 +85,7 @@ pub fn level(
     let number = dispatch.level;
     if number.is_multiple_of(2) {
         let mut light = smoothed(pixel, number, params, filter_guides, &filter_light);
-        if number + 1 == FILTER_LEVELS {
+        if number + 1 == DENOISER_LEVELS {
             light = seen_radiance[pixel as usize] + light;
         }
         path_radiance.write(pixel, light);
@@ -98,10 +98,10 @@ pub fn level(
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Start {
     /// Its features.
-    pub guide: FilterGuide,
-    /// Radiance that is filtered [W m^-2 sr^-1].
+    pub guide: DenoiserGuide,
+    /// Radiance that is filtered (W m^-2 sr^-1).
     pub light: Vec3,
-    /// Radiance that is not [W m^-2 sr^-1].
+    /// Radiance that is not (W m^-2 sr^-1).
     pub seen: Vec3,
 }
 
@@ -113,21 +113,21 @@ pub fn start(
     point: &PointGeometry,
     shading: &PointShading,
     materials: &[Material],
-    needs: Needs,
+    features: Features,
 ) -> Start {
     let light = radiance - seen;
     let carried = shading.throughput.element_sum();
     if point.depth == 0 || !is_finite(light.element_sum()) || !is_finite(carried) {
         // All of it stays, to the bit.
-        let guide = FilterGuide { material: NONE, ..FilterGuide::default() };
+        let guide = DenoiserGuide { material: NONE, ..DenoiserGuide::default() };
         return Start { guide, light: Vec3::ZERO, seen: radiance };
     }
     let mut share = shading.throughput;
-    let material = material_of(shading, materials, needs);
+    let material = material_of(shading, materials, features);
     if material.flags & FLAG_COLOR_TEXTURE != 0 {
         share *= material.base_color + Vec3::splat(COAT * material.specular);
     }
-    let guide = FilterGuide {
+    let guide = DenoiserGuide {
         position: point.position,
         radius: point.radius,
         normal: point.normal,
@@ -147,7 +147,7 @@ pub fn smoothed(
     pixel: u32,
     number: u32,
     params: &FrameParams,
-    guides: &[FilterGuide],
+    guides: &[DenoiserGuide],
     light: &Slots<'_, Vec3>,
 ) -> Vec3 {
     let own = light.read(pixel);
@@ -180,12 +180,12 @@ pub fn smoothed(
 
 /// What a pixel gets from another less what it gives, `step` pixels apart by the kernel's unit.
 #[inline(always)]
-fn exchange(own: &FilterGuide, own_light: Vec3, other: &FilterGuide, light: Vec3, step: f32) -> Vec3 {
+fn exchange(own: &DenoiserGuide, own_light: Vec3, other: &DenoiserGuide, light: Vec3, step: f32) -> Vec3 {
     let mut w = likeness(own, other, step);
     if w <= 0.0 {
         return Vec3::ZERO;
     }
-    if step >= COMPARED {
+    if step >= COMPARED_RADII {
         w *= evenness(brightness(own_light, own), brightness(light, other), step);
     }
     if (own.share - other.share).abs().element_sum() == 0.0 {
@@ -199,7 +199,7 @@ fn exchange(own: &FilterGuide, own_light: Vec3, other: &FilterGuide, light: Vec3
 
 /// How alike two points are, in [0, 1]; the same for both.
 #[inline(always)]
-pub fn likeness(a: &FilterGuide, b: &FilterGuide, step: f32) -> f32 {
+pub fn likeness(a: &DenoiserGuide, b: &DenoiserGuide, step: f32) -> f32 {
     if a.material != b.material || a.place != b.place {
         return 0.0;
     }
@@ -225,7 +225,7 @@ pub fn likeness(a: &FilterGuide, b: &FilterGuide, step: f32) -> f32 {
 
 /// Brightness of the light at a point, whatever its share.
 #[inline(always)]
-fn brightness(light: Vec3, guide: &FilterGuide) -> f32 {
+fn brightness(light: Vec3, guide: &DenoiserGuide) -> f32 {
     light.element_sum() / guide.share.element_sum()
 }
 

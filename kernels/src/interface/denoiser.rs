@@ -4,13 +4,13 @@ use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::Vec3;
 
 /// Levels of the filter; level l reaches 2 * 2^l pixels.
-pub const FILTER_LEVELS: u32 = 5;
+pub const DENOISER_LEVELS: u32 = 5;
 
 /// Features of a pixel's collection point, by which the filter tells with whom the pixel exchanges light.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct FilterGuide {
-    /// Position of the point [m].
+pub struct DenoiserGuide {
+    /// Position of the point (m).
     pub position: Vec3,
     /// Its radius [m]: the scale of distances.
     pub radius: f32,
@@ -24,4 +24,4 @@ pub struct FilterGuide {
     pub place: u32,
 }
 
-const _: () = assert!(size_of::<FilterGuide>() == 48);
+const _: () = assert!(size_of::<DenoiserGuide>() == 48);

@@ -4,57 +4,57 @@ use core::ops::BitOr;
 
 /// Bits of what the scene needs. Code behind a bit that is not set is dead.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Needs(pub u32);
+pub struct Features(pub u32);
 
-impl Needs {
+impl Features {
     /// Some surface is metal of roughness >= 0.08.
-    pub const METAL: Needs = Needs(1);
+    pub const METAL: Features = Features(1);
     /// Some metal is a delta mirror.
-    pub const MIRROR: Needs = Needs(1 << 1);
+    pub const MIRROR: Features = Features(1 << 1);
     /// Some dielectric has a coat over its diffuse base.
-    pub const COAT: Needs = Needs(1 << 2);
+    pub const COAT: Features = Features(1 << 2);
     /// Some surface transmits.
-    pub const GLASS: Needs = Needs(1 << 3);
+    pub const GLASS: Features = Features(1 << 3);
     /// Some volume absorbs.
-    pub const ABSORPTION: Needs = Needs(1 << 4);
+    pub const ABSORPTION: Features = Features(1 << 4);
     /// Some triangle emits.
-    pub const AREA_LIGHTS: Needs = Needs(1 << 5);
+    pub const AREA_LIGHTS: Features = Features(1 << 5);
     /// There is a point light.
-    pub const POINT_LIGHTS: Needs = Needs(1 << 6);
+    pub const POINT_LIGHTS: Features = Features(1 << 6);
     /// Some surface casts caustics: it has a specular lobe.
-    pub const CASTERS: Needs = Needs(1 << 7);
+    pub const CASTERS: Features = Features(1 << 7);
     /// Vertex normals differ from the face's somewhere.
-    pub const SMOOTH_NORMALS: Needs = Needs(1 << 8);
+    pub const SMOOTH_NORMALS: Features = Features(1 << 8);
     /// Some surface has a non-specular lobe and can show a caustic.
-    pub const RECEIVERS: Needs = Needs(1 << 9);
+    pub const RECEIVERS: Features = Features(1 << 9);
     /// Some transmission is rough.
-    pub const ROUGH_GLASS: Needs = Needs(1 << 10);
+    pub const ROUGH_GLASS: Features = Features(1 << 10);
     /// There is a spot light.
-    pub const SPOT_LIGHTS: Needs = Needs(1 << 11);
+    pub const SPOT_LIGHTS: Features = Features(1 << 11);
     /// There is a directional light.
-    pub const DIRECTIONAL_LIGHTS: Needs = Needs(1 << 12);
+    pub const DIRECTIONAL_LIGHTS: Features = Features(1 << 12);
     /// Some material is textured.
-    pub const TEXTURES: Needs = Needs(1 << 13);
+    pub const TEXTURES: Features = Features(1 << 13);
     /// Some material has a normal map.
-    pub const NORMAL_MAPS: Needs = Needs(1 << 14);
+    pub const NORMAL_MAPS: Features = Features(1 << 14);
     /// Some surface has holes: its alpha is cut off.
-    pub const CUT_OUTS: Needs = Needs(1 << 15);
+    pub const CUT_OUTS: Features = Features(1 << 15);
     /// Somebody asks where the light's energy goes.
-    pub const LEDGER: Needs = Needs(1 << 16);
+    pub const LEDGER: Features = Features(1 << 16);
     /// The eye or a light stands inside of a medium.
-    pub const ENCLOSED: Needs = Needs(1 << 17);
+    pub const ENCLOSED: Features = Features(1 << 17);
     /// Some mesh moves.
-    pub const INSTANCES: Needs = Needs(1 << 18);
+    pub const INSTANCES: Features = Features(1 << 18);
     /// Solids of media may overlap, or some medium is a sheet.
-    pub const NESTED: Needs = Needs(1 << 19);
+    pub const NESTED: Features = Features(1 << 19);
     /// Some medium is a sheet: its surface is open.
-    pub const SHEETS: Needs = Needs(1 << 20);
+    pub const SHEETS: Features = Features(1 << 20);
     /// Points lend to those of the next frame: where mirrors and lenses image them is known.
-    pub const HISTORY: Needs = Needs(1 << 21);
+    pub const HISTORY: Features = Features(1 << 21);
     /// Everything.
-    pub const ALL: Needs = Needs((1 << 22) - 1);
+    pub const ALL: Features = Features((1 << 22) - 1);
     /// Bits and names, for printing.
-    pub const NAMES: [(Needs, &'static str); 22] = [
+    pub const NAMES: [(Features, &'static str); 22] = [
         (Self::METAL, "metal"),
         (Self::MIRROR, "mirror"),
         (Self::COAT, "coat"),
@@ -81,15 +81,15 @@ impl Needs {
 
     /// Whether any bit of `other` is set.
     #[inline]
-    pub fn has(self, other: Needs) -> bool {
+    pub fn has(self, other: Features) -> bool {
         self.0 & other.0 != 0
     }
 }
 
-impl BitOr for Needs {
-    type Output = Needs;
+impl BitOr for Features {
+    type Output = Features;
     #[inline]
-    fn bitor(self, other: Needs) -> Needs {
-        Needs(self.0 | other.0)
+    fn bitor(self, other: Features) -> Features {
+        Features(self.0 | other.0)
     }
 }

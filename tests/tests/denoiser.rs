@@ -5,7 +5,7 @@ use caustics::scene::texture::Role;
 use caustics::session::{self, RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics_kernels::declare::{Step, buffers};
-use caustics_kernels::filter::{self, ATROUS};
+use caustics_kernels::denoiser::{self, ATROUS};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::material::{FLAG_COLOR_TEXTURE, Material};
 use caustics_kernels::interface::packed::to_half;
@@ -98,7 +98,7 @@ impl Input {
     }
 
     fn settings(&self) -> Settings {
-        Settings { width: self.width, height: self.height, filter: &ATROUS, ..Settings::default() }
+        Settings { width: self.width, height: self.height, denoiser: &ATROUS, ..Settings::default() }
     }
 
     fn filtered(&self) -> Vec<Vec3> {
@@ -123,15 +123,15 @@ impl Input {
         let settings = self.settings();
         let params = settings.params(&scene, &scene.cameras[0], 0);
         let mut steps = (ATROUS.steps)(&params);
-        let filters = steps.len();
+        let denoisers = steps.len();
         steps.push(Step::of(&COLLECT, &params));
         let buffers = buffers(&steps, &params);
-        let mut runner = session::open(choice, &scene, scene.needs(0.25), &buffers).unwrap();
+        let mut runner = session::open(choice, &scene, scene.features(0.25), &buffers).unwrap();
         runner.write("path_radiance", cast_slice(&self.radiance)).unwrap();
         runner.write("seen_radiance", cast_slice(&self.seen)).unwrap();
         runner.write("point_geometry", cast_slice(&self.geometry)).unwrap();
         runner.write("point_shading", cast_slice(&self.shading)).unwrap();
-        runner.run(&params, &steps[..filters]).unwrap();
+        runner.run(&params, &steps[..denoisers]).unwrap();
         twin::rows(&mut *runner, "path_radiance")
     }
 }
@@ -375,18 +375,18 @@ fn non_finite_light_does_not_spread() {
 #[test]
 fn a_room_keeps_its_energy_and_loses_its_noise() {
     let scene = load("mirror-room");
-    let open = |filter| {
+    let open = |denoiser| {
         let settings =
-            Settings { width: 160, height: 90, light_paths: 20_000, filter, ..Settings::default() };
-        let (camera, needs) = (&scene.cameras[0], scene.needs(settings.specular_roughness));
+            Settings { width: 160, height: 90, light_paths: 20_000, denoiser, ..Settings::default() };
+        let (camera, features) = (&scene.cameras[0], scene.features(settings.specular_roughness));
         let cpu = RunnerChoice::Cpu { threads: 0 };
-        Session::new(&cpu, &scene, camera, &settings, &basic::BASIC, &PHOTONS_GRID, needs).unwrap()
+        Session::new(&cpu, &scene, camera, &settings, &basic::BASIC, &PHOTONS_GRID, features).unwrap()
     };
     let frame = |session: &mut Session, index| {
         session.frame(index).unwrap();
         session.picture().unwrap()
     };
-    let mut plain = open(&filter::NONE);
+    let mut plain = open(&denoiser::NONE);
     let mut truth = vec![Vec3::ZERO; 160 * 90];
     for index in 1..=100 {
         let picture = frame(&mut plain, index);

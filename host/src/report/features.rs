@@ -1,6 +1,6 @@
-//! What a scene does not need, and what leaving it out gains: pairs of cells that differ in `needs` only.
+//! What a scene does not need, and what leaving it out gains: pairs of cells that differ in `features` only.
 
-use caustics_kernels::interface::needs::Needs;
+use caustics_kernels::interface::features::Features;
 use maud::{Markup, html};
 
 use super::load::Measured;
@@ -17,7 +17,7 @@ const SPECULAR_ROUGHNESS: f32 = 0.25;
 type Pair<'a> = (&'a Measured, &'a Measured);
 
 /// The table over all scenes; none without a pair. Its last column repeats what each scene does without.
-pub fn needs(scenes: &[Scene], names: &Names) -> Option<Table> {
+pub fn features(scenes: &[Scene], names: &Names) -> Option<Table> {
     let mut rows: Vec<(String, String, Pair)> = Vec::new();
     for scene in scenes {
         let pairs = pairs(&scene.cells);
@@ -46,7 +46,7 @@ pub fn needs(scenes: &[Scene], names: &Names) -> Option<Table> {
         column("not needed", "not_needed", rows.iter().map(|(_, names, _)| word(names)).collect()),
     ];
     let title = "What a scene does not need, and what leaving it out gains".into();
-    Some(Table { name: "needs".into(), title, columns }.without_empty())
+    Some(Table { name: "features".into(), title, columns }.without_empty())
 }
 
 /// The table for the page: what a scene does without is said once, not in each of its rows.
@@ -75,8 +75,8 @@ fn pairs<'a>(cells: &[&'a Measured]) -> Vec<Pair<'a>> {
     let size =
         |cell: &Measured| cell.result.time.as_ref().map(|time| (time.width, time.height, time.light_paths));
     let mut pairs = Vec::new();
-    for cell in timed.iter().filter(|cell| cell.result.cell.needs == "scene") {
-        let wanted = CellConfig { needs: "all".into(), ..cell.result.cell.clone() };
+    for cell in timed.iter().filter(|cell| cell.result.cell.features == "scene") {
+        let wanted = CellConfig { features: "all".into(), ..cell.result.cell.clone() };
         let other = timed.iter().find(|other| {
             // Times of other runs were not taken in turns with these.
             other.result.cell == wanted
@@ -101,8 +101,8 @@ fn ratio((one, other): &Pair) -> Option<f64> {
 fn unneeded(name: &str) -> String {
     let load = || scene::Scene::load(&scene::resolve(name).ok()?).ok();
     let Some(scene) = load() else { return String::new() };
-    let needs = scene.needs(SPECULAR_ROUGHNESS);
-    let names = Needs::NAMES.iter().filter(|(bit, _)| !needs.has(*bit)).map(|(_, name)| *name);
+    let features = scene.features(SPECULAR_ROUGHNESS);
+    let names = Features::NAMES.iter().filter(|(bit, _)| !features.has(*bit)).map(|(_, name)| *name);
     names.collect::<Vec<_>>().join(", ")
 }
 
@@ -112,11 +112,11 @@ mod tests {
     use crate::experiment::result::{CellResult, CellTime, Quartiles};
     use crate::report::scene::scenes;
 
-    fn cell(needs: &str, paths: f64, ms: f64) -> Measured {
+    fn cell(features: &str, paths: f64, ms: f64) -> Measured {
         let cell = CellConfig {
             scene: "nowhere".into(),
             method: "basic".into(),
-            needs: needs.into(),
+            features: features.into(),
             paths_per_pixel: paths,
             ..CellConfig::default()
         };
@@ -134,7 +134,7 @@ mod tests {
             cell("all", 4.0, 40.0),
         ];
         let names = Names::new(&cells);
-        let rows = needs(&scenes(&cells), &names).unwrap().rows();
+        let rows = features(&scenes(&cells), &names).unwrap().rows();
         assert_eq!(rows[0], ["scene", "cell", "scene_ms", "all_ms", "saved_percent"]);
         assert_eq!(rows[1][..4], ["nowhere", "basic · 1 path/px", "8", "10"]);
         assert!((rows[1][4].parse::<f64>().unwrap() - 20.0).abs() < 1e-9 && rows.len() == 2);
@@ -143,10 +143,10 @@ mod tests {
             let time = cell.result.time.as_mut().unwrap();
             (time.ratio_to_first, time.first) = (Some(ratio), "first".into());
         }
-        let rows = needs(&scenes(&cells), &names).unwrap().rows();
+        let rows = features(&scenes(&cells), &names).unwrap().rows();
         assert!((rows[1][4].parse::<f64>().unwrap() - 25.0).abs() < 1e-9);
         cells[0].result.provenance.device = "another".into();
-        assert!(needs(&scenes(&cells), &names).is_none());
+        assert!(features(&scenes(&cells), &names).is_none());
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! `--filter` as a person uses it.
+//! `--denoiser` as a person uses it.
 
 use std::path::Path;
 use std::process::Output;
@@ -29,10 +29,10 @@ fn channel(folder: &Path, file: &str, name: &str) -> Vec<f32> {
 fn a_filter_has_its_own_time_and_leaves_caustics_alone() {
     let folder = tempfile::tempdir().unwrap();
     let plain = report(&render(folder.path(), "plain.exr", &[]));
-    let smooth = report(&render(folder.path(), "smooth.exr", &["--filter", "atrous"]));
-    assert_eq!((&plain["filter"], &smooth["filter"]), (&"none".into(), &"atrous".into()));
-    assert!(plain["pass_ms"]["filter.atrous"].is_null());
-    assert!(smooth["pass_ms"]["filter.atrous"].as_f64().unwrap() > 0.0);
+    let smooth = report(&render(folder.path(), "smooth.exr", &["--denoiser", "atrous"]));
+    assert_eq!((&plain["denoiser"], &smooth["denoiser"]), (&"none".into(), &"atrous".into()));
+    assert!(plain["pass_ms"]["denoise.atrous"].is_null());
+    assert!(smooth["pass_ms"]["denoise.atrous"].as_f64().unwrap() > 0.0);
     let both = |name| ["plain.exr", "smooth.exr"].map(|file| channel(folder.path(), file, name));
     let [before, after] = both("caustics.G");
     assert!(before == after && before.iter().any(|&value| value > 0.0));
@@ -47,7 +47,7 @@ fn a_filter_has_its_own_time_and_leaves_caustics_alone() {
 fn settings_of_a_filtered_run_are_the_same_in_every_process() {
     let folder = tempfile::tempdir().unwrap();
     let settings = ["a.exr", "b.exr"].map(|file| {
-        report(&render(folder.path(), file, &["--filter", "atrous"]));
+        report(&render(folder.path(), file, &["--denoiser", "atrous"]));
         let image = exr::prelude::read_first_flat_layer_from_file(folder.path().join(file)).unwrap();
         let other = image.layer_data.attributes.other;
         other
@@ -62,8 +62,8 @@ fn settings_of_a_filtered_run_are_the_same_in_every_process() {
 #[test]
 fn methods_without_points_have_no_filter() {
     let folder = tempfile::tempdir().unwrap();
-    let output = render(folder.path(), "out.exr", &["--filter", "atrous", "--method", "path"]);
+    let output = render(folder.path(), "out.exr", &["--denoiser", "atrous", "--method", "path"]);
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{stderr}");
-    assert!(stderr.contains("--filter atrous") && stderr.contains("--method basic"), "{stderr}");
+    assert!(stderr.contains("--denoiser atrous") && stderr.contains("--method basic"), "{stderr}");
 }

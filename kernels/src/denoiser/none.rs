@@ -1,11 +1,11 @@
 //! No filter.
 
 #[cfg(not(target_arch = "spirv"))]
-use crate::declare::Filter;
+use crate::declare::Denoiser;
 
 /// Nothing is smoothed.
 #[cfg(not(target_arch = "spirv"))]
-pub const NONE: Filter = Filter {
+pub const NONE: Denoiser = Denoiser {
     name: "none",
     about: "nothing is smoothed",
     cost: "nothing",

@@ -1,12 +1,12 @@
 //! What a scene needs of the kernels.
 
 use caustics_kernels::interface::NONE;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::light::{LIGHT_DIRECTIONAL, LIGHT_SPOT, Light};
 use caustics_kernels::interface::material::{
     FLAG_COLOR_TEXTURE, FLAG_CUT_OUT, FLAG_EMISSIVE_TEXTURE, FLAG_NORMAL_MAP, FLAG_ROUGHNESS_TEXTURE,
     FLAG_SHEET, FLAG_THIN, Material,
 };
-use caustics_kernels::interface::needs::Needs;
 use caustics_kernels::interface::packed::{from_byte, to_byte};
 use caustics_kernels::interface::triangle::Triangle;
 use caustics_kernels::math::offset;
@@ -23,46 +23,46 @@ const FLAGS_TEXTURES: u32 = FLAG_COLOR_TEXTURE | FLAG_ROUGHNESS_TEXTURE | FLAG_E
 
 impl Scene {
     /// What the scene's triangles and lights need, with reflection lobes up to `specular_roughness` specular.
-    pub fn needs(&self, specular_roughness: f32) -> Needs {
+    pub fn features(&self, specular_roughness: f32) -> Features {
         let mut used = vec![false; self.materials.len()];
         for surface in &self.surfaces {
             used[surface.material as usize] = true;
         }
-        let mut needs = Needs(0);
+        let mut features = Features(0);
         for (id, _) in used.into_iter().enumerate().filter(|&(_, used)| used) {
             for material in self.extremes(id) {
-                needs = needs | of_material(&material, specular_roughness);
+                features = features | of_material(&material, specular_roughness);
             }
         }
         for light in &self.lights {
-            needs = needs
+            features = features
                 | match light.kind {
-                    _ if light.triangle != NONE => Needs::AREA_LIGHTS,
-                    LIGHT_SPOT => Needs::SPOT_LIGHTS,
-                    LIGHT_DIRECTIONAL => Needs::DIRECTIONAL_LIGHTS,
-                    _ => Needs::POINT_LIGHTS,
+                    _ if light.triangle != NONE => Features::AREA_LIGHTS,
+                    LIGHT_SPOT => Features::SPOT_LIGHTS,
+                    LIGHT_DIRECTIONAL => Features::DIRECTIONAL_LIGHTS,
+                    _ => Features::POINT_LIGHTS,
                 };
         }
         if self.surfaces.iter().any(|surface| surface.normal_a != Vec3::ZERO) {
-            needs = needs | Needs::SMOOTH_NORMALS;
+            features = features | Features::SMOOTH_NORMALS;
         }
         // Where things move, somebody may be inside of glass at some time.
-        needs = self.motion.as_ref().map_or(needs, |motion| needs | motion.needs());
-        if needs.has(Needs::GLASS) && self.has_nested_media {
-            needs = needs | Needs::NESTED;
+        features = self.motion.as_ref().map_or(features, |motion| features | motion.features());
+        if features.has(Features::GLASS) && self.has_nested_media {
+            features = features | Features::NESTED;
         }
-        if needs.has(Needs::GLASS) && (self.is_animated() || self.starts_inside(needs)) {
-            needs = needs | Needs::ENCLOSED;
+        if features.has(Features::GLASS) && (self.is_animated() || self.starts_inside(features)) {
+            features = features | Features::ENCLOSED;
         }
-        needs
+        features
     }
 
     /// Whether a camera or a light stands inside of a medium.
-    fn starts_inside(&self, needs: Needs) -> bool {
+    fn starts_inside(&self, features: Features) -> bool {
         let tables = self.tables();
-        let mut tracer = self.tracer(needs);
+        let mut tracer = self.tracer(features);
         let mut is_inside =
-            |position: Vec3| enclosing(position, needs, tables, &mut tracer) != MediaStack::VACUUM;
+            |position: Vec3| enclosing(position, features, tables, &mut tracer) != MediaStack::VACUUM;
         let beside = |light: &Light| {
             let Some(Triangle { a, b, c }) = self.triangles.get(light.triangle as usize) else {
                 return [light.position; 2];
@@ -96,7 +96,7 @@ impl Scene {
     }
 }
 
-fn of_material(material: &Material, specular_roughness: f32) -> Needs {
+fn of_material(material: &Material, specular_roughness: f32) -> Features {
     let dielectric = material.metallic < 1.0;
     let metal = material.metallic > 0.0;
     let glass = dielectric && material.transmission > 0.0;
@@ -106,23 +106,23 @@ fn of_material(material: &Material, specular_roughness: f32) -> Needs {
     let is_specular = class::reflection(material.roughness, specular_roughness) == Classes::SPECULAR;
 
     let bits = [
-        (metal && material.roughness >= DELTA_ROUGHNESS, Needs::METAL),
-        (metal && material.roughness < DELTA_ROUGHNESS, Needs::MIRROR),
-        (coat, Needs::COAT),
-        (glass, Needs::GLASS),
-        (glass && material.roughness >= DELTA_ROUGHNESS, Needs::ROUGH_GLASS),
+        (metal && material.roughness >= DELTA_ROUGHNESS, Features::METAL),
+        (metal && material.roughness < DELTA_ROUGHNESS, Features::MIRROR),
+        (coat, Features::COAT),
+        (glass, Features::GLASS),
+        (glass && material.roughness >= DELTA_ROUGHNESS, Features::ROUGH_GLASS),
         (
             glass && material.flags & FLAG_THIN == 0 && material.absorption.max_element() > 0.0,
-            Needs::ABSORPTION,
+            Features::ABSORPTION,
         ),
-        (material.flags & FLAGS_TEXTURES != 0, Needs::TEXTURES),
-        (material.flags & FLAG_NORMAL_MAP != 0, Needs::NORMAL_MAPS),
-        (material.flags & FLAG_CUT_OUT != 0, Needs::CUT_OUTS),
-        (glass && material.flags & FLAG_SHEET != 0, Needs::SHEETS),
-        (glass || (reflects && is_specular), Needs::CASTERS),
-        (diffuse || ((reflects || glass) && !is_specular), Needs::RECEIVERS),
+        (material.flags & FLAGS_TEXTURES != 0, Features::TEXTURES),
+        (material.flags & FLAG_NORMAL_MAP != 0, Features::NORMAL_MAPS),
+        (material.flags & FLAG_CUT_OUT != 0, Features::CUT_OUTS),
+        (glass && material.flags & FLAG_SHEET != 0, Features::SHEETS),
+        (glass || (reflects && is_specular), Features::CASTERS),
+        (diffuse || ((reflects || glass) && !is_specular), Features::RECEIVERS),
     ];
-    bits.into_iter().filter(|&(set, _)| set).fold(Needs(0), |all, (_, need)| all | need)
+    bits.into_iter().filter(|&(set, _)| set).fold(Features(0), |all, (_, need)| all | need)
 }
 
 #[cfg(test)]
@@ -137,20 +137,20 @@ mod tests {
         let rough_metal = Material { roughness: 0.5, ..mirror };
         let absorption = Vec3::X;
         let glass = Material { transmission: 1.0, specular: 1.0, roughness: 0.0, absorption, ..lambert };
-        let frosted = Needs::GLASS | Needs::ROUGH_GLASS | Needs::ABSORPTION | Needs::CASTERS;
+        let frosted = Features::GLASS | Features::ROUGH_GLASS | Features::ABSORPTION | Features::CASTERS;
         let cases = [
-            (lambert, Needs::RECEIVERS),
-            (coated, Needs::COAT | Needs::RECEIVERS | Needs::CASTERS),
-            (Material { roughness: 0.3, ..coated }, Needs::COAT | Needs::RECEIVERS),
-            (mirror, Needs::MIRROR | Needs::CASTERS),
-            (rough_metal, Needs::METAL | Needs::RECEIVERS),
-            (glass, Needs::GLASS | Needs::ABSORPTION | Needs::CASTERS),
-            (Material { flags: FLAG_THIN, ..glass }, Needs::GLASS | Needs::CASTERS),
+            (lambert, Features::RECEIVERS),
+            (coated, Features::COAT | Features::RECEIVERS | Features::CASTERS),
+            (Material { roughness: 0.3, ..coated }, Features::COAT | Features::RECEIVERS),
+            (mirror, Features::MIRROR | Features::CASTERS),
+            (rough_metal, Features::METAL | Features::RECEIVERS),
+            (glass, Features::GLASS | Features::ABSORPTION | Features::CASTERS),
+            (Material { flags: FLAG_THIN, ..glass }, Features::GLASS | Features::CASTERS),
             (Material { roughness: 0.2, ..glass }, frosted),
-            (Material { roughness: 0.3, ..glass }, frosted | Needs::RECEIVERS),
+            (Material { roughness: 0.3, ..glass }, frosted | Features::RECEIVERS),
         ];
-        for (material, needs) in cases {
-            assert_eq!(of_material(&material, 0.25), needs, "{material:?}");
+        for (material, features) in cases {
+            assert_eq!(of_material(&material, 0.25), features, "{material:?}");
         }
     }
 }

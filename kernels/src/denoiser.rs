@@ -2,10 +2,10 @@
 //! is as data. Imports `interface`, `math`, `surface`.
 
 #[cfg(not(target_arch = "spirv"))]
-pub use crate::declare::Filter;
+pub use crate::declare::Denoiser;
 
 crate::declare::variants! {
-    Filter {
+    Denoiser {
         none: NONE;
         atrous: ATROUS;
     }

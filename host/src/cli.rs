@@ -2,23 +2,23 @@
 
 use std::path::PathBuf;
 
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use thiserror::Error;
 
 mod animate;
+mod axes;
 mod bench;
 mod compare;
 mod report;
 mod sweep;
-mod values;
 
 pub use animate::Animate;
-pub use bench::{Bench, runner_and_tracer};
+pub use axes::{Averaged, AxisOptions, PathTraced};
+pub use bench::{Bench, Quantity};
 pub use compare::{Compare, Limit};
 pub use report::Report;
 pub use sweep::Sweep;
-
-use values::{denoisers, gathers, methods};
 
 /// The command line asks for something that cannot be: exit code 2.
 #[derive(Debug, Error)]
@@ -37,12 +37,36 @@ pub struct Cli {
     pub command: Command,
 }
 
+/// Options that were called otherwise, and what they are called now.
+const RENAMED: [(&str, &str); 4] = [
+    ("--filter", "--denoiser"),
+    ("--needs", "--features"),
+    ("--error", "--measure error"),
+    ("--time-s", "--moment"),
+];
+
+impl Cli {
+    /// The command line of this process. Exits where it is wrong, or asks for help; an option that was renamed answers with
+    /// its new name.
+    pub fn read() -> Cli {
+        Cli::try_parse().unwrap_or_else(|mut error| {
+            let unknown = error.get(ContextKind::InvalidArg).map(ToString::to_string);
+            let renamed = RENAMED.iter().find(|(old, _)| unknown.as_deref() == Some(old));
+            if let Some((old, new)) = renamed.filter(|_| error.kind() == ErrorKind::UnknownArgument) {
+                let tip = format!("{old} is called {new} now");
+                error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+            }
+            error.exit()
+        })
+    }
+}
+
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Render a scene to EXR
     Render(Box<Render>),
-    /// Render the frames of an animation, a file each; the same command goes on where it was interrupted
+    /// Render the frames of an animation, a file each; the same command resumes where it was interrupted
     Animate(Box<Animate>),
     /// Path trace a scene until it is a reference
     Reference(Box<Reference>),
@@ -50,9 +74,9 @@ pub enum Command {
     Merge(Merge),
     /// Measure how far an image is from a reference
     Compare(Compare),
-    /// Measure what frames cost, and in animations how far off they are, way by way to render them
+    /// Measure what frames of a scene cost and how far off they are, way by way to render them: a sweep from options
     Bench(Box<Bench>),
-    /// Measure a matrix of ways to render over scenes, time and error; the same command goes on where it was interrupted
+    /// Measure a matrix of ways to render over scenes, time and error; the same command resumes where it was interrupted
     Sweep(Box<Sweep>),
     /// Make a page of results: charts of speed against accuracy, pictures, tables
     Report(Report),
@@ -63,21 +87,10 @@ pub enum Command {
     Scene(Scene),
 }
 
-/// Options of every command that renders. A negative number reaches the check of its option, which names it.
-#[derive(Args, Debug)]
-pub struct Common {
-    /// A .gltf or .glb file, a folder with a scene.gltf, or the name of a folder in scenes/
-    pub scene: String,
-    /// The EXR file to write
-    #[arg(short, long)]
-    pub output: PathBuf,
-    /// Also write a tone-mapped PNG
-    #[arg(long)]
-    pub png: Option<PathBuf>,
-    /// Where to run; auto takes a real GPU if there is one, else the CPU
-    #[arg(long, value_enum, default_value = "auto")]
-    pub runner: RunnerName,
-    /// What traces rays; auto takes ray queries if the device has them
+/// Options of the machine that renders.
+#[derive(Args, Clone, Debug)]
+pub struct Machine {
+    /// What traces rays on a GPU; auto takes ray queries if the device has them
     #[arg(long, value_enum, default_value = "auto")]
     pub tracer: Tracer,
     /// Vulkan device, by index or part of its name (default: the best)
@@ -86,15 +99,20 @@ pub struct Common {
     /// Threads of the CPU runner; 0 takes every core
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
+    /// validation: the Vulkan validation layer watches, and its messages fail the run
+    #[arg(long, value_enum)]
+    pub debug: Option<Debug>,
+}
+
+/// Options of the picture, however it is rendered.
+#[derive(Args, Clone, Debug)]
+pub struct View {
     /// Image width (px)
     #[arg(long, default_value_t = 960)]
     pub width: u32,
     /// Image height (px)
     #[arg(long, default_value_t = 540)]
     pub height: u32,
-    /// Scattering vertices between eye and light, at most
-    #[arg(long, default_value_t = 5)]
-    pub max_bounces: u32,
     /// Reflections of at most this roughness are specular
     #[arg(long, default_value_t = 0.25)]
     pub specular_roughness: f32,
@@ -116,13 +134,26 @@ pub struct Common {
     /// Radiance behind everything, as R,G,B; it is seen and lights nothing [default: what the scene says, else 0,0,0]
     #[arg(long)]
     pub background: Option<String>,
-    /// Which kernel code is alive: what the scene needs, or all of it
-    #[arg(long, value_enum, default_value = "scene")]
-    pub features: NeedsName,
-    /// validation: the Vulkan validation layer watches, and its messages fail the run
-    #[arg(long, value_enum)]
-    pub debug: Option<Debug>,
-    /// Go on from OUTPUT.checkpoint, which an interrupted run leaves behind
+}
+
+/// Options of every command that renders a picture. A negative number reaches the check of its option, which names it.
+#[derive(Args, Debug)]
+pub struct Common {
+    /// A .gltf or .glb file, a folder with a scene.gltf, or the name of a folder in scenes/
+    pub scene: String,
+    /// The EXR file to write
+    #[arg(short, long)]
+    pub output: PathBuf,
+    /// Also write a tone-mapped PNG
+    #[arg(long)]
+    pub png: Option<PathBuf>,
+    /// Where it runs.
+    #[command(flatten)]
+    pub machine: Machine,
+    /// What is seen.
+    #[command(flatten)]
+    pub view: View,
+    /// Resume from OUTPUT.checkpoint, which an interrupted run leaves behind
     #[arg(long)]
     pub resume: bool,
     /// Time between checkpoints (s)
@@ -153,24 +184,12 @@ pub struct Render {
     /// Time of the scene's animations that is shown (s); before their first key and after their last they stand still
     #[arg(long, default_value_t = 0.0)]
     pub time: f64,
-    /// How to render
-    #[arg(long, default_value = "basic", value_parser = methods())]
-    pub method: String,
-    /// How deposits and collection points meet [default: points-rt with ray queries, else photons-grid]
-    #[arg(long, value_parser = gathers())]
-    pub gather: Option<String>,
-    /// What smooths the path-traced part, caustics excepted
-    #[arg(long, default_value = "none", value_parser = denoisers())]
-    pub denoiser: String,
-    /// Light paths a frame
-    #[arg(long, default_value_t = 1_048_576)]
-    pub light_paths: u32,
+    /// How to render.
+    #[command(flatten)]
+    pub axes: AxisOptions<Averaged>,
     /// Independent frames to average
     #[arg(long, default_value_t = 1)]
     pub frames: u32,
-    /// Radius of collection points; 1 gives a disc the area of its pixel's footprint
-    #[arg(long, default_value_t = 1.0)]
-    pub radius_px: f32,
 }
 
 /// Options of `reference`.
@@ -183,6 +202,9 @@ pub struct Reference {
     /// What every command that renders has.
     #[command(flatten)]
     pub common: Common,
+    /// How to render.
+    #[command(flatten)]
+    pub axes: AxisOptions<PathTraced>,
     /// Time of the scene's animations that is shown (s); before their first key and after their last they stand still
     #[arg(long, default_value_t = 0.0)]
     pub time: f64,
@@ -213,17 +235,6 @@ pub struct Merge {
     pub force: bool,
 }
 
-/// Runners.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum RunnerName {
-    /// A real GPU if there is one, else the CPU
-    Auto,
-    /// Any Vulkan device, software ones too
-    Gpu,
-    /// The kernels as CPU code
-    Cpu,
-}
-
 /// Tracers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Tracer {
@@ -251,15 +262,6 @@ pub enum TextureFilter {
     Cone,
     /// The finest: right where rays over the whole pixel are averaged
     Finest,
-}
-
-/// Which code is alive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum NeedsName {
-    /// What the scene needs
-    Scene,
-    /// Everything
-    All,
 }
 
 /// Debugging aids.

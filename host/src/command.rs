@@ -3,9 +3,6 @@
 pub mod animate;
 pub mod bar;
 pub mod bench;
-pub mod bench_plan;
-pub mod bench_report;
-pub mod bench_still;
 pub mod compare;
 pub mod compile;
 pub mod device;
@@ -24,6 +21,4 @@ pub mod say;
 pub mod scene;
 pub mod stop;
 pub mod sweep;
-pub mod sweep_cell;
-pub mod sweep_group;
 pub mod warn;

@@ -1,14 +1,14 @@
 //! Experiments: scenes rendered in several ways, and what each costs and how far off it is.
 //!
-//! `cell` is a way to render and `matrix` all combinations; `plan` says what is measured, `measure` renders the frames of all
-//! cells in turn, `reference` keeps the truth of each frame, `error` and `gain` hold pictures against it, `row` and `summary`
-//! are what is left of an animation, `timing` and `result` of a cell, `store` and `table` keep and show it; `sweep` does all
-//! of it from a file.
+//! `axis` is what can vary, `cell` a way to render, `matrix` all combinations; `plan` says what is measured, `measure`
+//! renders the frames of all cells in turn, `reference` keeps the truth of each frame, `error` has the measures that hold
+//! pictures against it; `row` is a frame of a cell, `timing`, `cost` and `result` what is left of all of them, `store` and
+//! `table` keep and show it. `sweep` does all of it, from a file or from the options of `bench`.
 
+pub mod axis;
 pub mod cell;
 pub mod cost;
 pub mod error;
-pub mod figure;
 pub mod gain;
 pub mod identity;
 pub mod matrix;
@@ -19,7 +19,6 @@ pub mod reference;
 pub mod result;
 pub mod row;
 pub mod store;
-pub mod summary;
 pub mod sweep;
 pub mod table;
 pub mod timing;

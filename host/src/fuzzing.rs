@@ -5,7 +5,9 @@ use std::path::Path;
 
 use crate::accumulation::Shape;
 use crate::checkpoint::{self, Identity};
-use crate::experiment::result::{CellConfig, CellError, CellResult, CellTime, Quartiles};
+use crate::experiment::axis::PATHS_PER_PIXEL;
+use crate::experiment::error::{FLIP, RELMSE};
+use crate::experiment::result::{CellError, CellResult, CellTime, Quartiles};
 use crate::experiment::store;
 use crate::experiment::sweep::config::Config;
 use crate::image::Channels;
@@ -68,9 +70,10 @@ pub fn result(bytes: &[u8]) -> bool {
 
 /// A cell that differs from that of a result in its paths and has measures of everyday size, for charts of both.
 fn plain(result: &CellResult) -> CellResult {
-    let cell = CellConfig { paths_per_pixel: 2.0 * result.cell.paths_per_pixel, ..result.cell.clone() };
+    let paths = 2.0 * result.cell.number(&PATHS_PER_PIXEL);
+    let cell = result.cell.clone().with(&PATHS_PER_PIXEL, &paths.to_string());
     let total_ms = Quartiles { lower: 9.0, median: 10.0, upper: 11.0 };
     let time = CellTime { width: 960, height: 540, light_paths: 1 << 20, total_ms, ..CellTime::default() };
-    let error = CellError { flip: Some(0.1), relmse: Some(0.1), ..CellError::default() };
+    let error = CellError::default().with(&FLIP, Some(0.1)).with(&RELMSE, Some(0.1));
     CellResult { identity: "0".repeat(16), cell, time: Some(time), error: Some(error), ..result.clone() }
 }

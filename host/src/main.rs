@@ -9,7 +9,6 @@ use caustics::checkpoint::CheckpointError;
 use caustics::output::target::TargetError;
 use caustics::scene::SceneError;
 use caustics::vulkan::VulkanError;
-use clap::Parser;
 
 /// Writes a message for people to stderr: cut to a few lines, harmless to a terminal, and whether anybody reads it or not.
 macro_rules! tell {
@@ -20,7 +19,7 @@ mod cli;
 mod command;
 
 fn main() -> ExitCode {
-    let result = match cli::Cli::parse().command {
+    let result = match cli::Cli::read().command {
         cli::Command::Render(options) => command::render::run(*options),
         cli::Command::Animate(options) => command::animate::run(&options),
         cli::Command::Reference(options) => command::reference::run(*options),

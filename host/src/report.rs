@@ -30,6 +30,7 @@ mod strip;
 mod table;
 mod tip;
 
+use crate::experiment::error::MEASURES;
 use crate::experiment::result::CellResult;
 
 use figure::Figure;
@@ -160,8 +161,8 @@ fn of_scene(
     count: usize,
     report: &mut Report,
 ) -> anyhow::Result<Markup> {
-    let charts: Vec<_> =
-        speed::MEASURES.iter().filter_map(|measure| speed::chart(scene, names, *measure)).collect();
+    let charted = MEASURES.into_iter().filter(|measure| measure.charted);
+    let charts: Vec<_> = charted.filter_map(|measure| speed::chart(scene, names, measure)).collect();
     for chart in &charts {
         report.add_figure(&chart.figure)?;
     }

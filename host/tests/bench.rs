@@ -1,13 +1,24 @@
-//! `caustics bench --animation` from outside: its tables, its figures, what it keeps and what it refuses.
+//! `caustics bench` from outside: what it measures, prints, keeps and refuses.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use assert_cmd::Command;
-use caustics::experiment::row::{MEASURES, Row, decode};
+use caustics::experiment::axis::{FEATURES, GATHER, HISTORY, MAX_BOUNCES, METHOD, RADIUS_PX};
+use caustics::experiment::cell::Cell;
+use caustics::experiment::error::{
+    CAUSTICS_VARIANCE, FLICKER, FLICKER_CAUSTICS, FLIP, MEASURES, RELMSE, RELMSE_CAUSTICS,
+};
+use caustics::experiment::measure::measure;
+use caustics::experiment::plan::Plan;
+use caustics::experiment::result::CellResult;
+use caustics::experiment::row::Row;
+use caustics::experiment::store;
 use caustics::image::Channels;
+use caustics::scene::{Scene, resolve};
+use caustics::settings::Settings;
 use caustics_kernels::history;
+use caustics_kernels::method::basic::BASIC;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -36,21 +47,21 @@ impl Desk {
         (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
     }
 
-    /// Measures; the run must succeed. Gives stderr.
+    /// Measures mirror-room on the CPU: exit code, stdout, stderr.
+    fn try_bench(&self, arguments: &[&str]) -> (i32, String, String) {
+        self.run(&[&["bench", "mirror-room", "--runner", "cpu"], &TINY[..], arguments].concat())
+    }
+
+    /// Measures into the folder `out`; the run must succeed. Gives stdout and stderr.
     #[track_caller]
-    fn bench(&self, arguments: &[&str]) -> String {
-        let command = ["bench", "mirror-room", "--animation", "--runner", "cpu", "-o", "out"];
-        let (code, _, stderr) = self.run(&[&command, &TINY[..], arguments].concat());
+    fn bench(&self, arguments: &[&str]) -> (String, String) {
+        let (code, stdout, stderr) = self.try_bench(&[&["-o", "out"], arguments].concat());
         assert_eq!(code, 0, "{arguments:?}: {stderr}");
-        stderr
+        (stdout, stderr)
     }
 
-    fn rows(&self) -> Vec<Row> {
-        decode(&std::fs::read(self.path("out/frames.csv")).unwrap()).unwrap()
-    }
-
-    fn summary(&self) -> Value {
-        serde_json::from_slice(&std::fs::read(self.path("out/summary.json")).unwrap()).unwrap()
+    fn results(&self) -> Vec<CellResult> {
+        store::read_all(&self.path("out")).unwrap()
     }
 }
 
@@ -61,87 +72,134 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 }
 
 #[test]
-fn a_run_of_both_modes_has_every_row_and_measure() {
+fn time_and_error_of_every_history_and_frame_are_there() {
     let desk = Desk::new();
-    let stderr = desk.bench(&["--time", "--error", "--frames", "2..5", "--fps", "8"]);
-    assert!(stderr.contains("references: 1 rendered, 0 replaced"), "nothing moves: {stderr}");
-    let rows = desk.rows();
-    let cells: BTreeSet<String> =
-        history::ALL.iter().map(|history| format!("basic-{}", history.name)).collect();
-    assert_eq!(rows.len(), 3 * cells.len());
-    assert_eq!(rows.iter().map(|row| row.cell.clone()).collect::<BTreeSet<_>>(), cells);
-    for row in &rows {
-        assert_eq!(row.time, f64::from(row.frame) / 8.0);
+    let names: Vec<&str> = history::ALL.iter().map(|history| history.name).collect();
+    let run = ["--measure", "time,error", "--every-frame", "--frames", "3", "--history", &names.join(",")];
+    let (stdout, stderr) = desk.bench(&run);
+    assert!(
+        stderr.contains("reference 1 of 3") && !stderr.contains("reference 2"),
+        "nothing moves: {stderr}"
+    );
+    let results = desk.results();
+    assert_eq!(results.len(), names.len());
+    for CellResult { cell, time, error, frames, .. } in &results {
+        let (time, error) = (time.as_ref().unwrap(), error.as_ref().unwrap());
+        assert_eq!((time.light_paths, error.light_paths, error.seeds), (1920, 1920, 4), "two a pixel");
+        assert_eq!(frames.iter().map(|frame| frame.frame).collect::<Vec<_>>(), [0, 1, 2]);
         for measure in MEASURES {
-            // The first frame has none before it.
-            let is_missing = measure.starts_with("flicker") && row.frame == 2;
-            assert_eq!(row.get(measure).is_none(), is_missing, "{measure} of {row:?}");
+            assert!(error.get(measure).is_some(), "{} of {cell:?}", measure.key);
+            for frame in frames {
+                // The first frame has none before it.
+                let is_missing =
+                    [&FLICKER, &FLICKER_CAUSTICS].map(|of| of.key).contains(&measure.key) && frame.frame == 0;
+                assert_eq!(frame.get(measure).is_none(), is_missing, "{} of {frame:?}", measure.key);
+            }
         }
-        let passes: f64 = row.passes().map(|(_, ms)| ms).sum();
-        let total = row.get("total_ms").unwrap();
-        assert!(passes > 0.0 && passes <= total, "{passes} of {total} ms");
-        assert!(row.passes().any(|(pass, _)| pass == "collect"));
-        assert_eq!(row.get("light_paths"), Some(1920.0), "two a pixel");
+        let passes: f64 = time.pass_ms.values().map(|of| of.lower).sum();
+        assert!(passes > 0.0 && passes <= time.total_ms.upper, "{passes} of {:?}", time.total_ms);
+        assert_eq!(time.memory_bytes["caustic_radiance"], 40 * 24 * 12);
+        let cost = &time.costs["collect"];
+        assert!(cost.rate_per_s > 0.0 && cost.expected_ms.unwrap() < 1e3 * cost.ms, "{cost:?}");
     }
-    for row in rows.iter().filter(|row| row.cell == "basic-none") {
-        assert_eq!(row.get("gain"), Some(1.0), "none against itself");
+    let row = |name: &str| stdout.lines().filter(|line| line.starts_with(name)).nth(1).unwrap().to_string();
+    assert!(row("basic-none").trim_end().ends_with("1.00           0"), "none against itself: {stdout}");
+    for name in names {
+        assert!(stdout.contains(&format!("basic-{name}")), "{stdout}");
     }
-    // Each cell has the first turn in turn.
-    let firsts: BTreeSet<&str> =
-        rows.iter().filter(|row| row.get("turn") == Some(0.0)).map(|row| row.cell.as_str()).collect();
-    assert_eq!(firsts.len(), cells.len().min(3));
-
-    let summary = desk.summary();
-    let none = &summary["cells"]["basic-none"];
-    assert_eq!(none["measures"]["frames"], 3);
-    assert_eq!(none["measures"]["paired_ratio"], 1.0);
-    assert_eq!(none["measures"]["frames_flip_above_none"], 0);
-    assert_eq!(none["memory"]["buffers_bytes"]["caustic_radiance"], 40 * 24 * 12);
-    let rate = none["cost"]["collect"]["rate_per_s"].as_f64().unwrap();
-    assert!(rate > 0.0 && rate < 1e3 * summary["closest_hits_per_s"].as_f64().unwrap());
+    let lines = |name: &str| std::fs::read_to_string(desk.path("out").join(name)).unwrap().lines().count();
+    assert_eq!(lines("cells.csv"), 1 + results.len());
+    assert_eq!(lines("frames.csv"), 1 + 3 * results.len());
+    let passes: usize = results.iter().map(|of| of.time.as_ref().unwrap().pass_ms.len()).sum();
+    assert_eq!(lines("passes.csv"), 1 + passes);
 }
 
 #[test]
-fn figures_are_xml_with_a_line_a_cell() {
+fn cells_of_all_axes_are_measured() {
     let desk = Desk::new();
-    desk.bench(&["--time", "--error", "--seeds", "2", "--frames", "0..3"]);
-    let cells = history::ALL.len();
-    for name in ["frame-time.svg", "flip.svg", "flip-caustics.svg", "gain.svg"] {
-        let text = std::fs::read_to_string(desk.path("out").join(name)).unwrap();
-        let document = roxmltree::Document::parse(&text).unwrap_or_else(|error| panic!("{name}: {error}"));
-        let mut dots = BTreeMap::new();
-        for dot in document.descendants().filter(|node| node.has_tag_name("circle")) {
-            *dots.entry(dot.attribute("fill").unwrap()).or_insert(0) += 1;
+    let run = [
+        "--method",
+        "basic,path",
+        "--gather",
+        "photons-grid,brute",
+        "--features",
+        "scene,all",
+        "--frames",
+        "5",
+    ];
+    let (stdout, _) = desk.bench(&run);
+    let results = desk.results();
+    // Two gathers and the path tracer, which has none, with either code.
+    assert_eq!(results.len(), 2 * (2 + 1));
+    for CellResult { identity, cell, time, provenance, .. } in &results {
+        let time = time.as_ref().unwrap();
+        for of in time.pass_ms.values().chain([&time.total_ms]) {
+            assert!(of.lower <= of.median && of.median <= of.upper, "{identity}: {of:?}");
         }
-        assert_eq!(dots.len(), cells, "{name}: a colour a cell");
-        assert!(dots.values().all(|count| *count == 3), "{name}: a dot a frame: {dots:?}");
-        // Of the colour of the dots: each line and its sample in the legend.
-        let lines = document.descendants().filter(|node| node.has_tag_name("polyline"));
-        let drawn = lines.filter(|node| dots.contains_key(node.attribute("stroke").unwrap_or_default()));
-        assert!(drawn.count() >= 2 * cells, "{name}");
-        for label in ["frame", "basic-none"] {
-            let is_there = |node: roxmltree::Node| node.text().is_some_and(|text| text.trim() == label);
-            assert!(document.descendants().any(is_there), "{name} has no {label}");
-        }
+        assert_eq!((time.width, time.height, time.frames), (40, 24, 5));
+        assert_eq!(time.first, "basic-none-photons-grid-scene");
+        let has_gather = cell.text(&METHOD) == "basic";
+        assert_eq!(cell.text(&GATHER).is_empty(), !has_gather);
+        assert_eq!(time.light_paths, if has_gather { 1920 } else { 0 });
+        assert_eq!((time.points_per_s.is_some(), time.light_paths_per_s.is_some()), (has_gather, has_gather));
+        assert!(time.rays > 960.0 && time.rays_per_s > 1e4, "{time:?}");
+        assert_eq!(time.memory_bytes["display_color"], 40 * 24 * 12);
+        assert!(provenance.device.starts_with("CPU") && provenance.unix_s > 1_700_000_000);
     }
-    let text = std::fs::read_to_string(desk.path("out/passes.svg")).unwrap();
-    let document = roxmltree::Document::parse(&text).unwrap();
-    for label in ["collect", "shoot", "basic-none", "mean time of a frame [ms]"] {
-        assert!(
-            document.descendants().any(|node| node.text().is_some_and(|text| text.trim() == label)),
-            "{label}"
-        );
-    }
+    let is_first =
+        |of: &&CellResult| of.cell.text(&GATHER) == "photons-grid" && of.cell.text(&FEATURES) == "scene";
+    let first = results.iter().find(is_first).unwrap();
+    assert_eq!(first.time.as_ref().unwrap().ratio_to_first, Some(1.0));
+    assert!(stdout.contains("path-none-all") && stdout.contains(" gather.brute"), "{stdout}");
+
+    // By force the cells are measured again; those of others stay.
+    let another = "00000000000000aa";
+    store::write(&desk.path("out"), &CellResult { identity: another.into(), ..CellResult::default() })
+        .unwrap();
+    let (_, stderr) = desk.bench(&run);
+    assert!(stderr.contains("6 cells, 0 to measure"), "{stderr}");
+    let (_, stderr) = desk.bench(&[&run[..], &["--force"]].concat());
+    assert!(stderr.contains("6 cells, 6 to measure"), "{stderr}");
+    assert_eq!(desk.results().len(), 7);
+}
+
+#[test]
+fn each_cell_has_the_first_turn_in_turn() {
+    let scene = Scene::load(&resolve("mirror-room").unwrap()).unwrap();
+    let mut cells: Vec<Cell> =
+        history::ALL.iter().map(|history| Cell { history, ..Cell::of(&BASIC) }).collect();
+    caustics::experiment::cell::name_all(&mut cells);
+    let plan = Plan {
+        settings: Settings { width: 40, height: 24, ..Settings::default() },
+        camera: scene.cameras[0].name.clone(),
+        frames: 0..cells.len() as u32,
+        fps: 24.0,
+        moment: Some(0.0),
+        warm_up: 0,
+        time: true,
+        every_frame: false,
+        seeds: 1,
+    };
+    let mut rows: Vec<Row> = Vec::new();
+    let mut each = |new| {
+        rows.extend(new);
+        Ok(())
+    };
+    measure(&plan, &scene, &cells, None, &|| false, &mut each).unwrap().unwrap();
+    let firsts = rows.iter().filter(|row| row.get("turn") == Some(0.0)).map(|row| row.cell.as_str());
+    let names: Vec<&str> = cells.iter().map(|cell| cell.name.as_str()).collect();
+    assert_eq!(firsts.collect::<Vec<_>>(), names);
 }
 
 #[test]
 fn references_are_kept_and_damaged_ones_made_anew() {
     let desk = Desk::new();
-    let run = ["--error", "--seeds", "2", "--history", "none", "--frames", "0..2", "--force"];
-    assert!(desk.bench(&run).contains("references: 1 rendered, 0 replaced"));
-    let first = desk.rows();
-    assert!(desk.bench(&run).contains("references: 0 rendered, 0 replaced"));
-    assert_eq!(desk.rows(), first, "the same bits");
+    let run = ["--measure", "error", "--seeds", "2", "--frames", "2", "--force"];
+    let errors = || desk.results()[0].error.clone().unwrap().values;
+    assert!(desk.bench(&run).1.contains("reference 1 of 1 rendered"));
+    let first = errors();
+    assert!(!desk.bench(&run).1.contains("reference"));
+    assert_eq!(errors(), first, "the same bits");
 
     let kept = files(&desk.path("cache"));
     let [reference] = kept.as_slice() else { panic!("{kept:?}") };
@@ -149,21 +207,24 @@ fn references_are_kept_and_damaged_ones_made_anew() {
     let (bytes, whole) = (std::fs::read(reference).unwrap(), Channels::read(reference).unwrap());
     for damaged in [&bytes[..bytes.len() / 2], &b"nothing"[..], &[]] {
         std::fs::write(reference, damaged).unwrap();
-        assert!(desk.bench(&run).contains("references: 0 rendered, 1 replaced"));
-        assert_eq!(desk.rows(), first, "the same bits");
+        assert!(desk.bench(&run).1.contains("reference 1 of 1 rendered"));
+        assert_eq!(errors(), first, "the same bits");
         assert_eq!(Channels::read(reference).unwrap(), whole);
     }
     // Other settings are other references; another exposure is not.
-    assert!(desk.bench(&[&run[..], &["--exposure", "1"]].concat()).contains("references: 0 rendered"));
-    assert_ne!(desk.rows()[0].get("flip"), first[0].get("flip"));
-    assert!(desk.bench(&[&run[..], &["--max-bounces", "4"]].concat()).contains("references: 1 rendered"));
+    let other = |option: &str, value: &str| desk.bench(&[&run[..], &[option, value]].concat()).1;
+    assert!(!other("--exposure", "1").contains("reference"));
+    assert!(other("--max-bounces", "4").contains("reference 1 of 1 rendered"));
+    assert!(other("--specular-roughness", "0.3").contains("reference 1 of 1 rendered"));
+    let flips: Vec<_> = desk.results().iter().map(|of| of.error.clone().unwrap().values["flip"]).collect();
+    assert!(flips.len() == 4 && flips.iter().any(|flip| *flip != first["flip"]), "{flips:?}");
 }
 
 #[test]
 fn errors_are_those_of_compare() {
     let desk = Desk::new();
-    desk.bench(&["--error", "--seeds", "2", "--seed", "7", "--history", "none", "--frames", "0..1"]);
-    let rows = desk.rows();
+    desk.bench(&["--measure", "error", "--seeds", "2", "--seed", "7", "--frames", "1"]);
+    let error = desk.results()[0].error.clone().unwrap();
     let kept = files(&desk.path("cache"));
     let reference = kept[0].to_str().unwrap();
     for seed in ["7", "8"] {
@@ -184,19 +245,19 @@ fn errors_are_those_of_compare() {
         let own = own.unwrap();
         assert!((own - theirs).abs() <= 1e-12 * theirs, "{own} {theirs}");
     };
-    same(rows[0].get("flip"), measured("beauty", "flip_ldr"));
-    same(rows[0].get("relmse_caustics"), measured("caustics", "relmse"));
+    same(error.get(&FLIP), measured("beauty", "flip_ldr"));
+    same(error.get(&RELMSE_CAUSTICS), measured("caustics", "relmse"));
     // The whole is kept as the sum of its layers, rounded once more.
-    let relmse = (rows[0].get("relmse").unwrap(), measured("beauty", "relmse"));
+    let relmse = (error.get(&RELMSE).unwrap(), measured("beauty", "relmse"));
     assert!((relmse.0 / relmse.1 - 1.0).abs() < 1e-5, "{relmse:?}");
-    same(rows[0].get("caustics_variance_radiance2"), measured("caustics", "mse_variance"));
+    same(error.get(&CAUSTICS_VARIANCE), measured("caustics", "mse_variance"));
 }
 
 #[test]
 fn a_still_reference_leaves_the_flicker_of_the_cell() {
     let desk = Desk::new();
-    desk.bench(&["--error", "--seeds", "2", "--seed", "7", "--history", "none", "--frames", "0..2"]);
-    let flicker = desk.rows()[1].get("flicker").unwrap();
+    desk.bench(&["--measure", "error", "--every-frame", "--seeds", "2", "--seed", "7", "--frames", "2"]);
+    let flicker = desk.results()[0].frames[1].get(&FLICKER).unwrap();
     let shown = shown_change(&[7, 8]);
     assert!((flicker - shown).abs() <= 1e-12 * shown, "{flicker} {shown}");
 }
@@ -207,11 +268,8 @@ fn shown_change(seeds: &[u32]) -> f64 {
     use caustics::metric::flip::PIXELS_PER_DEGREE;
     use caustics::metric::flip_ldr::flip_ldr;
     use caustics::metric::pixels::Pixels;
-    use caustics::scene::{Scene, resolve};
     use caustics::session::{RunnerChoice, Session};
-    use caustics::settings::Settings;
     use caustics_kernels::gather::variant::PHOTONS_GRID;
-    use caustics_kernels::method::basic::BASIC;
 
     let scene = Scene::load(&resolve("mirror-room").unwrap()).unwrap();
     let of_seed = |&seed: &u32| {
@@ -235,67 +293,80 @@ fn shown_change(seeds: &[u32]) -> f64 {
 }
 
 #[test]
-fn finished_cells_are_kept_and_unfinished_ones_measured_from_their_first_frame() {
+fn finished_cells_are_kept_and_others_measured() {
     let desk = Desk::new();
-    let run = |frames: &str, more: &[&str]| {
-        desk.bench(&[&["--error", "--seeds", "2", "--history", "none", "--frames", frames], more].concat())
+    let run = |more: &[&str]| {
+        desk.bench(&[&["--measure", "error", "--seeds", "2", "--frames", "3"], more].concat()).1
     };
-    assert!(run("0..3", &[]).contains("1 cells to measure"));
-    let whole = desk.rows();
-    let again = run("0..3", &[]);
-    assert!(again.contains("0 cells to measure") && !again.contains("references:"), "{again}");
-    assert_eq!(desk.rows(), whole);
-
-    // An interrupted run leaves fewer rows.
-    let table = std::fs::read_to_string(desk.path("out/frames.csv")).unwrap();
-    let part: Vec<&str> = table.lines().take(2).collect();
-    std::fs::write(desk.path("out/frames.csv"), part.join("\n") + "\n").unwrap();
-    assert!(run("0..3", &[]).contains("1 cells to measure"));
-    assert_eq!(desk.rows(), whole, "an interrupted run ends with the bits of a whole one");
-
-    // A shorter run needs nothing new; a longer one goes on to the same rows and more.
-    assert!(run("0..2", &[]).contains("0 cells to measure"));
-    assert_eq!(desk.summary()["cells"]["basic-none"]["measures"]["frames"], 2);
-    assert!(run("0..4", &[]).contains("1 cells to measure"));
-    assert_eq!(desk.rows()[..3], whole);
-    assert!(run("0..4", &["--force"]).contains("1 cells to measure"));
+    assert!(run(&[]).contains("1 cells, 1 to measure"));
+    let whole = desk.results();
+    let again = run(&[]);
+    assert!(again.contains("1 cells, 0 to measure") && !again.contains("reference"), "{again}");
+    assert_eq!(desk.results(), whole);
+    // Other settings are other cells, beside those that are there.
+    assert!(run(&["--history", "none,paper"]).contains("2 cells, 1 to measure"));
+    assert!(run(&["--seed", "1"]).contains("1 cells, 1 to measure"));
+    let results = desk.results();
+    assert!(results.len() == 3 && results.iter().any(|of| of.cell.text(&HISTORY) == "paper"));
+    // A result that is no result is named.
+    std::fs::write(store::file(&desk.path("out"), &whole[0].identity), "mine\n").unwrap();
+    assert!(run(&[]).contains("1 cells, 1 to measure"));
+    assert_eq!(desk.results().len(), 3);
 }
 
 #[test]
-fn rows_of_another_run_are_refused() {
+fn without_a_folder_there_is_a_table_only() {
     let desk = Desk::new();
-    let base = ["bench", "mirror-room", "--animation", "--runner", "cpu", "-o", "out", "--history", "none"];
-    let run = |more: &[&str]| desk.run(&[&base, &TINY[..], &["--frames", "0..1"], more].concat());
-    assert_eq!(run(&["--time"]).0, 0);
-    let table = std::fs::read(desk.path("out/frames.csv")).unwrap();
-    for other in [&["--time", "--seed", "1"][..], &["--time", "--warm-up", "1"], &["--error"]] {
-        let (code, _, stderr) = run(other);
-        assert!(code == 2 && stderr.contains("--force"), "{other:?}: {code} {stderr}");
-        assert_eq!(std::fs::read(desk.path("out/frames.csv")).unwrap(), table);
-    }
-    std::fs::write(desk.path("out/frames.csv"), "mine\n").unwrap();
-    let (code, _, stderr) = run(&["--time"]);
-    assert!(code == 2 && stderr.contains("frames.csv"), "{code} {stderr}");
-    assert_eq!(run(&["--time", "--force"]).0, 0);
+    let run = ["--frames", "2", "--radius-px", "1,2", "--max-bounces", "3,5", "--json"];
+    let (code, stdout, stderr) = desk.try_bench(&run);
+    assert_eq!(code, 0, "{stderr}");
+    let results: Vec<CellResult> = serde_json::from_str(&stdout).unwrap();
+    let bounces = |of: &CellResult| of.cell.number(&MAX_BOUNCES);
+    let mut settings: Vec<_> = results.iter().map(|of| (bounces(of), of.cell.number(&RADIUS_PX))).collect();
+    settings.sort_by(|a, b| a.partial_cmp(b).unwrap());
+    assert_eq!(settings, [(3.0, 1.0), (3.0, 2.0), (5.0, 1.0), (5.0, 2.0)]);
+    let rays = |wanted: f64| {
+        results.iter().find(|of| bounces(of) == wanted).and_then(|of| of.time.clone()).unwrap().rays
+    };
+    assert!(rays(5.0) > rays(3.0), "each cell has its own settings");
+    let left = desk.0.path().read_dir().unwrap().count();
+    assert_eq!(left, 0);
+}
+
+#[test]
+fn a_gather_that_a_runner_lacks_is_skipped_among_others_and_an_error_alone() {
+    let desk = Desk::new();
+    let run = |gather: &str| desk.try_bench(&["--frames", "1", "--gather", gather]);
+    let (code, stdout, stderr) = run("points-rt,photons-grid");
+    assert!(code == 0 && stderr.contains("points-rt needs ray queries"), "{stderr}");
+    assert!(stdout.contains("basic-none") && !stdout.contains("points_rt"), "{stdout}");
+    let (code, _, stderr) = run("points-rt");
+    assert!(code == 2 && stderr.contains("points-rt"), "{stderr}");
 }
 
 #[test]
 fn what_cannot_be_measured_is_a_usage_error() {
     let desk = Desk::new();
     let base = ["bench", "mirror-room", "--runner", "cpu", "-o", "out"];
+    let error = ["--measure", "error"];
     for (options, named) in [
-        (&["--time"][..], "--animation"),
-        (&["--animation"], "--time"),
-        (&["--animation", "--error", "--seeds", "1"], "--seeds"),
-        (&["--animation", "--error", "--seed", "1919247973"], "--seed"),
-        (&["--animation", "--error", "--warm-up", "1"], "--warm-up"),
-        (&["--animation", "--error", "--reference-frames", "0"], "--reference-frames"),
-        (&["--animation", "--time", "--frames", "3..3"], "--frames"),
-        (&["--animation", "--time", "--fps", "0"], "--fps"),
-        (&["--animation", "--time", "--paths-per-pixel", "-1"], "--paths-per-pixel"),
-        (&["--animation", "--time", "--paths-per-pixel", "1", "--light-paths", "9"], "--paths-per-pixel"),
-        (&["--animation", "--time", "--history", "nothing"], "--history"),
-        (&["--animation", "--time", "--png", "a.png"], "--png"),
+        (&[&error[..], &["--seeds", "1"]].concat()[..], "--seeds"),
+        (&[&error[..], &["--seed", "1919247973"]].concat(), "seed"),
+        (&[&error[..], &["--reference-frames", "0"]].concat(), "--reference-frames"),
+        (&["--frames", "0"], "--frames"),
+        (&["--frames", "3..3"], "--frames"),
+        (&["--fps", "0"], "--fps"),
+        (&["--paths-per-pixel", "-1"], "--paths-per-pixel"),
+        (&["--paths-per-pixel", "1", "--light-paths", "9"], "--light-paths"),
+        (&["--radius-px", "1,0"], "--radius-px"),
+        (&["--max-bounces", "5,65"], "--max-bounces"),
+        (&["--runner", "cpu,abacus"], "--runner"),
+        (&["--moment", "nan"], "moment"),
+        (&["--width", "0"], "--width"),
+        (&["--history", "nothing"], "--history"),
+        (&["--png", "a.png"], "--png"),
+        (&["--filter", "atrous"], "--filter is called --denoiser now"),
+        (&["--error"], "--measure error"),
     ] {
         let (code, _, stderr) = desk.run(&[&base, options].concat());
         assert!(code == 2 && stderr.contains(named), "{options:?}: {code} {stderr}");

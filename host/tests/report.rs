@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use assert_cmd::Command;
+use caustics::experiment::axis::METHOD;
+use caustics::experiment::error::{FLIP, FLIP_CAUSTICS, RELMSE};
 use caustics::experiment::result::CellResult;
 use scraper::{Html, Selector};
 use tempfile::TempDir;
@@ -94,9 +96,9 @@ fn every_cell_is_in_its_charts_and_files() {
     let (_, page) = desk.page(&["results"]);
     for (slug, scene) in [("mirror-room", "mirror-room"), ("moving-b-glass", fixture::ROUGH)] {
         for (measure, of) in [
-            ("flip", (|cell| cell.error.as_ref()?.flip) as fn(&CellResult) -> Option<f64>),
-            ("relmse", |cell| cell.error.as_ref()?.relmse),
-            ("flip-caustics", |cell| cell.error.as_ref()?.flip_caustics),
+            ("flip", (|cell| cell.error.as_ref()?.get(&FLIP)) as fn(&CellResult) -> Option<f64>),
+            ("relmse", |cell| cell.error.as_ref()?.get(&RELMSE)),
+            ("flip-caustics", |cell| cell.error.as_ref()?.get(&FLIP_CAUSTICS)),
         ] {
             let expected: BTreeSet<&str> = cells
                 .iter()
@@ -176,7 +178,7 @@ fn names_are_text_and_never_markup() {
 fn what_was_not_measured_is_left_out_and_missing_path_tracing_is_said() {
     let desk = Desk::new();
     let mut cells = fixture::write(&desk.path("whole"));
-    cells.retain(|cell| cell.cell.scene == "mirror-room" && cell.cell.method != "path");
+    cells.retain(|cell| cell.cell.scene == "mirror-room" && cell.cell.text(&METHOD) != "path");
     let mut timed = cells[0].clone();
     timed.error = None;
     fixture::save(&desk.path("timed"), &mut timed);
@@ -298,7 +300,7 @@ fn names_and_numbers_at_the_end_of_what_there_is_are_drawn() {
     for (cell, relmse) in cells[3..6].iter().zip([1e-300, 5e-324, 1e300]) {
         let mut cell = cell.clone();
         cell.cell.scene.clone_from(&name);
-        cell.error.as_mut().unwrap().relmse = Some(relmse);
+        cell.error.as_mut().unwrap().values.insert(RELMSE.key.into(), Some(relmse));
         fixture::save(&desk.path("results"), &mut cell);
     }
     desk.page(&["results"]);

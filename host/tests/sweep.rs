@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use assert_cmd::Command;
+use caustics::experiment::axis::{HISTORY, METHOD, PATHS_PER_PIXEL};
+use caustics::experiment::error::{FLIP, FLIP_CAUSTICS, RELMSE_CAUSTICS};
 use caustics::experiment::result::CellResult;
 use caustics::experiment::store;
 use caustics::scene;
@@ -131,9 +133,9 @@ fn a_finished_sweep_measures_nothing_anew_and_an_unfinished_one_what_is_missing(
     for CellResult { identity, cell, time, error, .. } in &results {
         let (time, error) = (time.as_ref().unwrap(), error.as_ref().unwrap());
         // The same paths a pixel in both sizes.
-        let paths = |width: f64, height: f64| (cell.paths_per_pixel * width * height).round() as u32;
+        let paths = |width: f64, height: f64| (cell.number(&PATHS_PER_PIXEL) * width * height).round() as u32;
         assert_eq!((time.light_paths, error.light_paths), (paths(40.0, 24.0), paths(32.0, 20.0)));
-        assert!(error.flip.unwrap() > 0.0 && error.relmse_caustics.unwrap() > 0.0);
+        assert!(error.get(&FLIP).unwrap() > 0.0 && error.get(&RELMSE_CAUSTICS).unwrap() > 0.0);
         assert_eq!(time.frames, 3);
         for name in [&error.picture, &error.error_map, &error.reference] {
             let png = &whole[&desk.path("out/cells").join(name.as_ref().unwrap())];
@@ -239,16 +241,23 @@ fn errors_fall_with_the_paths_and_histories_are_measured_at_their_last_frame() {
     desk.sweep(&["e.toml", "-o", "out"]);
     let results = desk.results("out");
     let of = |history: &str, paths: f64| {
-        let is = |of: &&CellResult| of.cell.history == history && of.cell.paths_per_pixel == paths;
+        let is =
+            |of: &&CellResult| of.cell.text(&HISTORY) == history && of.cell.number(&PATHS_PER_PIXEL) == paths;
         results.iter().find(is).and_then(|of| of.error.clone()).unwrap()
     };
     // 32 times the paths: a 32nd of the variance; what is left of it is bias of the radius, so a quarter is asked for.
     let (few, many) = (of("none", 0.125), of("none", 4.0));
-    assert!(many.relmse_caustics.unwrap() < few.relmse_caustics.unwrap() / 4.0, "{few:?} {many:?}");
-    assert!(many.flip_caustics.unwrap() < few.flip_caustics.unwrap());
+    assert!(
+        many.get(&RELMSE_CAUSTICS).unwrap() < few.get(&RELMSE_CAUSTICS).unwrap() / 4.0,
+        "{few:?} {many:?}"
+    );
+    assert!(many.get(&FLIP_CAUSTICS).unwrap() < few.get(&FLIP_CAUSTICS).unwrap());
     // The mean of three frames has less noise than one.
     let kept = of("validated", 0.125);
-    assert!(kept.relmse_caustics.unwrap() < 0.8 * few.relmse_caustics.unwrap(), "{kept:?} {few:?}");
+    assert!(
+        kept.get(&RELMSE_CAUSTICS).unwrap() < 0.8 * few.get(&RELMSE_CAUSTICS).unwrap(),
+        "{kept:?} {few:?}"
+    );
     // All share one reference.
     let references: BTreeSet<_> = results.iter().map(|of| of.error.clone().unwrap().reference).collect();
     assert_eq!(references.len(), 1);
@@ -262,14 +271,18 @@ fn the_method_of_the_reference_comes_near_it_and_few_paths_do_not() {
     let results = desk.results("out");
     assert_eq!(results.len(), 3, "path tracing shoots no light paths");
     let of = |method: &str, paths: f64| {
-        let is = |of: &&CellResult| of.cell.method == method && of.cell.paths_per_pixel == paths;
+        let is =
+            |of: &&CellResult| of.cell.text(&METHOD) == method && of.cell.number(&PATHS_PER_PIXEL) == paths;
         results.iter().find(is).and_then(|of| of.error.clone()).unwrap()
     };
     let (few, own, path) = (of("progressive", 0.125), of("progressive", 64.0), of("path", 0.0));
     // 512 times the paths: a 22nd of the noise; half of its FLIP leaves room for what the radii blur.
-    assert!(own.flip_caustics.unwrap() < few.flip_caustics.unwrap() / 2.0, "{own:?} {few:?}");
-    assert!(path.flip.unwrap() > own.flip.unwrap(), "caustics by chance are noise: {path:?} {own:?}");
-    assert_eq!((path.flip_caustics, path.relmse_caustics), (None, None), "it has no such layer");
+    assert!(own.get(&FLIP_CAUSTICS).unwrap() < few.get(&FLIP_CAUSTICS).unwrap() / 2.0, "{own:?} {few:?}");
+    assert!(
+        path.get(&FLIP).unwrap() > own.get(&FLIP).unwrap(),
+        "caustics by chance are noise: {path:?} {own:?}"
+    );
+    assert_eq!((path.get(&FLIP_CAUSTICS), path.get(&RELMSE_CAUSTICS)), (None, None), "it has no such layer");
 }
 
 #[test]
@@ -281,9 +294,9 @@ fn scenes_that_move_are_measured_frame_by_frame() {
     let results = desk.results("out");
     let [CellResult { frames, error, time, .. }] = results.as_slice() else { panic!("{results:?}") };
     assert_eq!(frames.iter().map(|of| of.frame).collect::<Vec<_>>(), [0, 1, 2]);
-    assert!(frames.iter().all(|of| of.total_ms.is_some() && of.flip.is_some()), "{frames:?}");
-    let mean = frames.iter().map(|of| of.flip.unwrap()).sum::<f64>() / 3.0;
-    assert!((mean - error.as_ref().unwrap().flip.unwrap()).abs() < 1e-12);
+    assert!(frames.iter().all(|of| of.total_ms.is_some() && of.get(&FLIP).is_some()), "{frames:?}");
+    let mean = frames.iter().map(|of| of.get(&FLIP).unwrap()).sum::<f64>() / 3.0;
+    assert!((mean - error.as_ref().unwrap().get(&FLIP).unwrap()).abs() < 1e-12);
     assert_eq!(time.as_ref().unwrap().frames, 3);
 }
 
@@ -331,7 +344,7 @@ fn a_time_that_cannot_be_met_is_said_in_the_result() {
     assert_eq!(results.len(), 2);
     for CellResult { cell, time, error, note, .. } in &results {
         assert!(time.is_some() && error.is_some());
-        let has_paths = cell.method == "basic";
+        let has_paths = cell.text(&METHOD) == "basic";
         // The path tracer has no light paths to search for.
         assert_eq!(
             note.as_ref().is_some_and(|note| note.contains("not met within 2 %")),
@@ -340,7 +353,7 @@ fn a_time_that_cannot_be_met_is_said_in_the_result() {
         );
         // The search went down from one a pixel; a disturbed machine decides which of its trials was the fastest.
         let most = if has_paths { 1.0 } else { 0.0 };
-        assert!(cell.paths_per_pixel <= most, "{cell:?}");
+        assert!(cell.number(&PATHS_PER_PIXEL) <= most, "{cell:?}");
     }
 }
 

@@ -1,7 +1,7 @@
 //! The baseline `kim2019`: its energy and its error beside OurBasic's where a caustic is seen directly, and that it shows
 //! none in a mirror.
 
-use caustics::experiment::error::Look;
+use caustics::experiment::error::{FLIP_CAUSTICS, MeasuredPicture, Seen};
 use caustics::picture::Picture;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
@@ -117,10 +117,13 @@ fn kim_is_as_good_as_our_basic_where_a_caustic_is_seen_directly() {
     let with =
         |caustics| Picture { width: 240, height: 135, path: path.clone(), caustics, ..Picture::default() };
     let truth = with(mean(&caustics));
-    let reference = Look::new(&truth, &truth);
+    let reference = MeasuredPicture::new(&truth, &truth);
     let flip = |pictures: &[Picture]| -> Vec<f64> {
-        let look = |picture| Look::new(&with(caustics(picture)), &truth).errors(&reference, 0.0);
-        pictures.iter().map(|picture| look(picture).flip_caustics.unwrap()).collect()
+        let of = |picture| {
+            let measured = MeasuredPicture::new(&with(caustics(picture)), &truth);
+            (FLIP_CAUSTICS.of)(&Seen::one(&measured, &reference)).unwrap()
+        };
+        pictures.iter().map(of).collect()
     };
     let (kim, basic) = (flip(&kim), flip(&basic));
     // The same light paths: their noise falls out of a frame's ratio.

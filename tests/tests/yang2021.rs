@@ -2,7 +2,7 @@
 //! differentials, and its density map.
 
 use caustics::counters::Counters;
-use caustics::experiment::error::Look;
+use caustics::experiment::error::{FLIP_CAUSTICS, MeasuredPicture, Seen};
 use caustics::picture::Picture;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
@@ -130,14 +130,14 @@ fn energy_of_several_lamps_is_the_truths() {
 fn a_frame_is_no_further_from_the_truth_than_ourbasics() {
     let scene = ball();
     let reference = truth(&scene, &settings(240, 135, 262_144, 99), 96);
-    let reference_look = Look::new(&reference, &reference);
+    let measured_reference = MeasuredPicture::new(&reference, &reference);
     let flip = |method| {
         let frames = render(&scene, &settings(240, 135, 32_768, 5), method, 10);
         let errors: Vec<f64> = frames[4..]
             .iter()
             .map(|(picture, _)| {
-                let errors = Look::new(picture, &reference).errors(&reference_look, 0.0);
-                errors.flip_caustics.expect("finite pictures")
+                let measured = MeasuredPicture::new(picture, &reference);
+                (FLIP_CAUSTICS.of)(&Seen::one(&measured, &measured_reference)).expect("finite pictures")
             })
             .collect();
         Mean::of(&errors)

@@ -16,7 +16,7 @@ use self::run::Run;
 use super::identity::pose_independent;
 use super::interrupt;
 use super::keeper::Keeper;
-use super::options::{camera, features};
+use super::options::camera;
 use super::pick::pick;
 use super::say::say;
 use super::scene::feature_names;
@@ -47,15 +47,18 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     if options.video && !has_video {
         tell!("warning: there is no ffmpeg on the PATH: PNGs are written, but no video");
     }
-    warn(&scene, plan.method, &plan.settings);
-    let view = camera(&scene, common.camera.as_deref())?;
+    warn(&scene, plan.method(), &plan.settings);
+    let view = camera(&scene, common.view.camera.as_deref())?;
     let name = view.name.clone();
-    let (choice, variant, reason) =
-        pick(common, options.gather.as_deref().filter(|_| plan.method.chooses_gather))?;
-    let features = features(common, &scene, &plan.settings);
-    let session = Session::new(&choice, &scene, view, &plan.settings, plan.method, variant, features)?;
-    let gather = if plan.method.chooses_gather { variant.name } else { "none" };
-    let (method, history) = (plan.method.name, plan.settings.history.name);
+    let (choice, variant, reason) = pick(
+        plan.cell.asked_runner,
+        &common.machine,
+        plan.cell.gather.filter(|_| plan.method().chooses_gather),
+    )?;
+    let features = plan.cell.features(&scene, plan.settings.specular_roughness);
+    let session = Session::new(&choice, &scene, view, &plan.settings, plan.method(), variant, features)?;
+    let gather = if plan.method().chooses_gather { variant.name } else { "none" };
+    let (method, history) = (plan.method().name, plan.settings.history.name);
     tell!(
         "{}: {} ({reason}), method {method}, gather {gather}, history {history}",
         scene.name,
@@ -65,7 +68,7 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
     // What a history keeps has one name for all runs.
     let _lock = Lock::take(&plan.pattern.whole("state"))?;
-    let shared = pose_independent(&scene, &name, &plan.settings, plan.method, gather, &choice, &session);
+    let shared = pose_independent(&scene, &name, &plan.settings, plan.method(), gather, &choice, &session);
     let identity = plan.identity(shared);
     let mut run = Run { plan, scene, camera: name, session, identity, keeper: Keeper::new("a state") };
     if common.force {

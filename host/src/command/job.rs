@@ -6,6 +6,7 @@ use std::time::Instant;
 use caustics::accumulation::Shape;
 use caustics::checkpoint;
 use caustics::energy::Energy;
+use caustics::experiment::cell::Cell;
 use caustics::kernels;
 use caustics::output::lock::Lock;
 use caustics::output::target::{Target, TargetError, remove};
@@ -16,14 +17,13 @@ use caustics::settings::Settings;
 use caustics::trace_rate::closest_hits_per_second;
 use caustics_kernels::declare::TextureFilter;
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::method::Method;
 use serde_json::json;
 
 use super::bar::bar;
 use super::identity::identity;
 use super::interrupt;
 use super::keeper::Keeper;
-use super::options::{camera, check_outputs, check_scene_files, duration, features};
+use super::options::{camera, check_outputs, check_scene_files, duration};
 use super::pick::pick;
 use super::report::Report;
 use super::say::say;
@@ -39,9 +39,7 @@ pub struct Job {
     /// The same and others, checked.
     pub settings: Settings,
     /// How to render.
-    pub method: &'static Method,
-    /// Name of the gather, where one was given.
-    pub gather: Option<String>,
+    pub cell: Cell,
     /// The moment of the animation that is shown (s).
     pub time: f64,
     /// When to stop.
@@ -51,7 +49,8 @@ pub struct Job {
 impl Job {
     /// Renders, writes, reports. 130 after Ctrl-C, with what was done written.
     pub fn run(self) -> anyhow::Result<ExitCode> {
-        let Job { common: options, settings, method, gather, time, stop } = self;
+        let Job { common: options, settings, cell, time, stop } = self;
+        let method = cell.method;
         let settings = settings.of(method);
         if !time.is_finite() {
             return Err(Usage(format!("--time {time}: give a number of seconds")).into());
@@ -87,10 +86,11 @@ impl Job {
 
         let mut scene = Scene::load(&file)?;
         scene.pose(time)?;
-        let camera = camera(&scene, options.camera.as_deref())?;
-        let (choice, variant, reason) = pick(&options, gather.as_deref().filter(|_| method.chooses_gather))?;
+        let camera = camera(&scene, options.view.camera.as_deref())?;
+        let (choice, variant, reason) =
+            pick(cell.asked_runner, &options.machine, cell.gather.filter(|_| method.chooses_gather))?;
         warn(&scene, method, &settings);
-        let features = features(&options, &scene, &settings);
+        let features = cell.features(&scene, settings.specular_roughness);
         // Only who asks for figures pays for the energy ledger.
         let has_ledger = options.json && !options.no_ledger;
         let features = if has_ledger { features | Features::LEDGER } else { features };

@@ -4,20 +4,20 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use caustics::checkpoint;
+use caustics::experiment::cell::Cell;
 use caustics::scene::{Scene, SceneCamera};
 use caustics::settings::Settings;
-use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
 use glam::Vec3;
 
-use crate::cli::{Common, NeedsName, PixelFilter, TextureFilter, Usage};
+use crate::cli::{Common, PixelFilter, TextureFilter, Usage, View};
 
 /// Largest side (px), and largest area, that a frame may have.
 const MAX_SIDE: u32 = 16_384;
 const MAX_AREA: u32 = 1 << 26;
 
-/// Checks the options that no type can.
-pub fn settings(options: &Common, light_paths: u32, frames: u32, radius_px: f32) -> Result<Settings, Usage> {
+/// Checks the options that no type can. Of several frames rays go anywhere in a pixel where nobody says where.
+pub fn settings(options: &View, cell: &Cell, frames: u32) -> Result<Settings, Usage> {
     let (width, height) = (options.width, options.height);
     let within = |side| (1..=MAX_SIDE).contains(&side);
     if !within(width) || !within(height) || width * height > MAX_AREA {
@@ -26,28 +26,10 @@ pub fn settings(options: &Common, light_paths: u32, frames: u32, radius_px: f32)
              {MAX_AREA} px"
         )));
     }
-    let counts =
-        [("--light-paths", light_paths), ("--frames", frames), ("--max-bounces", options.max_bounces)];
-    for (flag, value) in counts {
-        if value == 0 {
-            return Err(Usage(format!("{flag} 0: there is nothing to do; give at least 1")));
-        }
+    if frames == 0 {
+        return Err(Usage("--frames 0: there is nothing to do; give at least 1".into()));
     }
-    if options.max_bounces > 64 {
-        return Err(Usage(format!("--max-bounces {}: at most 64", options.max_bounces)));
-    }
-    // The kernels count rays in 32 bits.
-    let rays = |paths: u32| u64::from(paths) * u64::from(options.max_bounces + 1);
-    if rays(width * height) > u64::from(u32::MAX) || rays(light_paths) > u64::from(u32::MAX) {
-        return Err(Usage(format!(
-            "--light-paths {} or --width {width} --height {height} with --max-bounces {}: more than 2^32 rays a frame; \
-             use --frames",
-            light_paths, options.max_bounces
-        )));
-    }
-    if !(radius_px.is_finite() && radius_px > 0.0) {
-        return Err(Usage(format!("--radius-px {radius_px}: give a positive number")));
-    }
+    check_rays(cell, width, height)?;
     if !(0.0..=1.0).contains(&options.specular_roughness) {
         return Err(Usage(format!("--specular-roughness {}: give 0 to 1", options.specular_roughness)));
     }
@@ -55,12 +37,9 @@ pub fn settings(options: &Common, light_paths: u32, frames: u32, radius_px: f32)
         return Err(Usage(format!("--exposure {}: give -64 to 64 stops", options.exposure)));
     }
     let background = options.background.as_deref().map(color).transpose()?;
-    Ok(Settings {
+    Ok(cell.settings(&Settings {
         width,
         height,
-        light_paths,
-        max_bounces: options.max_bounces,
-        radius_px,
         specular_roughness: options.specular_roughness,
         seed: options.seed,
         pixel_filter: match options.pixel_filter {
@@ -70,18 +49,36 @@ pub fn settings(options: &Common, light_paths: u32, frames: u32, radius_px: f32)
             None if frames > 1 => PIXEL_FILTER_BOX,
             None => PIXEL_FILTER_CENTRE,
         },
-        texture_filter: options.texture_filter.map(|filter| match filter {
-            TextureFilter::Cone => caustics_kernels::declare::TextureFilter::Cone,
-            TextureFilter::Finest => caustics_kernels::declare::TextureFilter::Finest,
-        }),
+        texture_filter: options.texture_filter.map(texture_filter),
         exposure: options.exposure,
         background,
         ..Settings::default()
-    })
+    }))
+}
+
+/// Refuses more rays a frame than the kernels count in 32 bits.
+pub fn check_rays(cell: &Cell, width: u32, height: u32) -> Result<(), Usage> {
+    let (light_paths, max_bounces) = (cell.paths.count(width, height), cell.max_bounces);
+    let rays = |paths: u32| u64::from(paths) * u64::from(max_bounces + 1);
+    if rays(width * height) > u64::from(u32::MAX) || rays(light_paths) > u64::from(u32::MAX) {
+        return Err(Usage(format!(
+            "{light_paths} light paths at {width}x{height} px with {max_bounces} bounces: more than 2^32 rays a frame; \
+             give fewer --light-paths, pixels, or --max-bounces, and average --frames"
+        )));
+    }
+    Ok(())
+}
+
+/// A texture filter as kernels know it.
+pub fn texture_filter(filter: TextureFilter) -> caustics_kernels::declare::TextureFilter {
+    match filter {
+        TextureFilter::Cone => caustics_kernels::declare::TextureFilter::Cone,
+        TextureFilter::Finest => caustics_kernels::declare::TextureFilter::Finest,
+    }
 }
 
 /// A colour from three numbers with commas between.
-fn color(text: &str) -> Result<Vec3, Usage> {
+pub fn color(text: &str) -> Result<Vec3, Usage> {
     let wrong =
         || Usage(format!("--background {text}: give three numbers from 0 to 1e30, such as 0.2,0.3,0.5"));
     let channels: Vec<f32> =
@@ -169,14 +166,6 @@ pub fn camera<'a>(scene: &'a Scene, name: Option<&str>) -> Result<&'a SceneCamer
         let known: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
         Usage(format!("--camera {}: the scene has {}", name.unwrap_or_default(), known.join(", ")))
     })
-}
-
-/// Which kernel code is alive.
-pub fn features(options: &Common, scene: &Scene, settings: &Settings) -> Features {
-    match options.features {
-        NeedsName::Scene => scene.features(settings.specular_roughness),
-        NeedsName::All => Features::ALL,
-    }
 }
 
 /// A time that a person gave (s).

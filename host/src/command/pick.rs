@@ -6,31 +6,35 @@ use caustics::session::RunnerChoice;
 use caustics::vulkan::{DeviceInfo, devices};
 use caustics_kernels::gather::variant::{self, Variant};
 
-use crate::cli::{Common, Debug, RunnerName, Tracer, Usage};
+use crate::cli::{Debug, Machine, Tracer, Usage};
 
 /// Threads at most: more than any machine has cores.
 const MAX_THREADS: usize = 1024;
 
-/// What will run, and the reason in one line.
+/// What will run, and the reason in one line. `runner` is a name of the axis of that name.
 pub fn pick(
-    options: &Common,
-    gather: Option<&str>,
+    runner: &str,
+    machine: &Machine,
+    gather: Option<&'static Variant>,
 ) -> anyhow::Result<(RunnerChoice, &'static Variant, String)> {
-    let (choice, reason) = match options.runner {
-        RunnerName::Cpu => (cpu(options)?, "--runner cpu".to_string()),
-        RunnerName::Gpu => {
+    let tracer = match runner {
+        "gpu-hardware" => Tracer::Hardware,
+        "gpu-software" => Tracer::Software,
+        _ => machine.tracer,
+    };
+    let options = &Machine { tracer, ..machine.clone() };
+    let (choice, reason) = match runner {
+        "cpu" => (cpu(options)?, "--runner cpu".to_string()),
+        "auto" => auto(options)?,
+        _ => {
             kernels::modules()?;
             let devices = devices()?;
             let device = find(options, &devices, |_| true);
             let hardware = hardware(options, device);
-            (gpu(options, hardware), "--runner gpu".to_string())
+            (gpu(options, hardware), format!("--runner {runner}"))
         }
-        RunnerName::Auto => auto(options)?,
     };
-    let variant = match gather {
-        Some(name) => variant::find(name).ok_or_else(|| Usage(format!("no gather is called {name}")))?,
-        None => usual_gather(&choice),
-    };
+    let variant = gather.unwrap_or_else(|| usual_gather(&choice));
     if variant.hardware && !has_ray_queries(&choice) {
         let usable: Vec<_> = variant::ALL.iter().filter(|v| !v.hardware).map(|v| v.name).collect();
         let name = variant.name;
@@ -44,7 +48,7 @@ pub fn pick(
     Ok((choice, variant, reason))
 }
 
-fn cpu(options: &Common) -> Result<RunnerChoice, Usage> {
+fn cpu(options: &Machine) -> Result<RunnerChoice, Usage> {
     if options.tracer == Tracer::Hardware {
         return Err(Usage("--tracer hardware needs --runner gpu: a CPU has no ray queries".into()));
     }
@@ -60,7 +64,7 @@ fn cpu(options: &Common) -> Result<RunnerChoice, Usage> {
     Ok(RunnerChoice::Cpu { threads: options.threads })
 }
 
-fn gpu(options: &Common, hardware: bool) -> RunnerChoice {
+fn gpu(options: &Machine, hardware: bool) -> RunnerChoice {
     RunnerChoice::Gpu {
         device: options.device.clone(),
         hardware,
@@ -70,7 +74,7 @@ fn gpu(options: &Common, hardware: bool) -> RunnerChoice {
 
 /// The device that would be opened, as far as this can be told before.
 fn find<'a>(
-    options: &Common,
+    options: &Machine,
     devices: &'a [DeviceInfo],
     fits: impl Fn(&DeviceInfo) -> bool,
 ) -> Option<&'a DeviceInfo> {
@@ -85,7 +89,7 @@ fn find<'a>(
     usable.first().copied()
 }
 
-fn hardware(options: &Common, device: Option<&DeviceInfo>) -> bool {
+fn hardware(options: &Machine, device: Option<&DeviceInfo>) -> bool {
     match options.tracer {
         Tracer::Hardware => true,
         Tracer::Software => false,
@@ -94,7 +98,7 @@ fn hardware(options: &Common, device: Option<&DeviceInfo>) -> bool {
 }
 
 /// A real GPU if there is one and the kernels are fresh, else the CPU.
-fn auto(options: &Common) -> anyhow::Result<(RunnerChoice, String)> {
+fn auto(options: &Machine) -> anyhow::Result<(RunnerChoice, String)> {
     let wants_gpu = options.tracer == Tracer::Hardware || options.device.is_some() || options.debug.is_some();
     let found = devices();
     let why_not = match &found {

@@ -3,6 +3,7 @@
 use caustics_kernels::gather::variant::{self, Variant};
 use caustics_kernels::interface::features::Features;
 
+use super::axis::{AXES, HISTORY, METHOD, PATHS_PER_PIXEL, Shown};
 use super::result::CellConfig;
 use crate::scene::Scene;
 use crate::session::RunnerChoice;
@@ -33,8 +34,10 @@ pub struct Cell {
     pub max_bounces: u32,
     /// Where it runs.
     pub runner: RunnerChoice,
+    /// The runner that was asked for, by its name.
+    pub asked_runner: &'static str,
     /// Which kernel code is alive.
-    pub code: Code,
+    pub features: FeatureChoice,
 }
 
 /// Light paths of a frame.
@@ -52,11 +55,32 @@ pub enum Paths {
 
 /// Which kernel code is alive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Code {
+pub enum FeatureChoice {
     /// What the scene needs.
     Scene,
     /// All of it.
     All,
+}
+
+impl FeatureChoice {
+    /// Both.
+    pub const ALL: [FeatureChoice; 2] = [FeatureChoice::Scene, FeatureChoice::All];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            FeatureChoice::Scene => "scene",
+            FeatureChoice::All => "all",
+        }
+    }
+
+    /// What it is.
+    pub fn about(self) -> &'static str {
+        match self {
+            FeatureChoice::Scene => "What the scene needs",
+            FeatureChoice::All => "All of it",
+        }
+    }
 }
 
 impl Paths {
@@ -86,36 +110,29 @@ impl Cell {
             radius_px: 1.0,
             max_bounces: Settings::default().max_bounces,
             runner,
-            code: Code::Scene,
+            asked_runner: "cpu",
+            features: FeatureChoice::Scene,
         };
         let cell = cell.effective();
         Cell { name: cell.short_name(), ..cell }
     }
 
     /// The same frames with all that its method does not look at set aside: cells of one effect are one cell.
-    pub fn effective(self) -> Cell {
-        let method = self.method;
-        Cell {
-            gather: self.gather.filter(|_| method.chooses_gather),
-            history: if method.takes_history(self.history) { self.history } else { &history::NONE },
-            denoiser: if method.takes_denoiser(self.denoiser) { self.denoiser } else { &denoiser::NONE },
-            paths: if method.gathers { self.paths } else { Paths::None },
-            radius_px: if method.gathers { self.radius_px } else { 1.0 },
-            ..self
+    pub fn effective(mut self) -> Cell {
+        for axis in AXES {
+            if (axis.useless)(&self).is_some() {
+                // A value that an axis has itself is one that it takes.
+                let _ = axis.set(&mut self, axis.none);
+            }
         }
+        self
     }
 
     /// Text of all that it is but its name.
     pub fn key(&self) -> String {
-        let Cell { paths, radius_px, max_bounces, runner, code, .. } = self;
-        format!(
-            "{} gather {} history {} filter {} paths {paths:?} radius {radius_px} bounces {max_bounces} on {runner:?} \
-             needs {code:?}",
-            self.method.name,
-            self.gather_name(),
-            self.history.name,
-            self.denoiser.name
-        )
+        let values = AXES.iter().map(|axis| format!("{} {}", axis.key, axis.get(self)));
+        // Of runners the device too.
+        format!("{} on {:?}", values.collect::<Vec<_>>().join(" "), self.runner)
     }
 
     /// Name of its gather; empty where the method chooses none.
@@ -147,9 +164,9 @@ impl Cell {
 
     /// Kernel code for a scene as it is posed.
     pub fn features(&self, scene: &Scene, specular_roughness: f32) -> Features {
-        match self.code {
-            Code::Scene => scene.features(specular_roughness),
-            Code::All => Features::ALL,
+        match self.features {
+            FeatureChoice::Scene => scene.features(specular_roughness),
+            FeatureChoice::All => Features::ALL,
         }
     }
 
@@ -159,55 +176,40 @@ impl Cell {
         cells.iter().find(|cell| cell.key() == key)
     }
 
-    /// Method, history, and filter if it has one: `basic-paper`, `basic-paper-atrous`.
+    /// Method, history, and whatever else has a colour and is not as usual: `basic-paper`, `basic-paper-atrous`.
     fn short_name(&self) -> String {
-        let name = format!("{}-{}", self.method.name, self.history.name);
-        if self.denoiser.name == "none" { name } else { format!("{name}-{}", self.denoiser.name) }
+        let colored = AXES.into_iter().filter(|axis| matches!(axis.shown, Shown::Color));
+        let said = colored.filter(|axis| [&METHOD, &HISTORY].contains(axis) || axis.get(self) != axis.usual);
+        said.map(|axis| axis.get(self)).collect::<Vec<_>>().join("-")
     }
 
     /// What a result says of it; paths a pixel are those of a frame of this size.
     pub fn config(&self, scene: &Scene, camera: &str, settings: &Settings) -> CellConfig {
         let Settings { width, height, texture_filter, .. } = *settings;
-        let paths = f64::from(self.paths.count(width, height));
-        let paths_per_pixel = match self.paths {
+        let paths = match self.paths {
             Paths::PerPixel(paths) => paths,
-            _ => paths / (f64::from(width) * f64::from(height)),
+            _ => f64::from(self.paths.count(width, height)) / (f64::from(width) * f64::from(height)),
         };
-        CellConfig {
-            scene: scene.name.clone(),
-            camera: camera.into(),
-            method: self.method.name.into(),
-            gather: self.gather_name().into(),
-            history: self.history.name.into(),
-            denoiser: self.denoiser.name.into(),
-            runner: runner_name(&self.runner).into(),
-            features: code_name(self.code).into(),
-            paths_per_pixel,
-            radius_px: self.radius_px,
-            max_bounces: self.max_bounces,
-            texture_filter: texture_filter.unwrap_or(self.method.texture_filter).name().into(),
+        let mut config = CellConfig::of(&scene.name, camera);
+        for axis in AXES {
+            config.set(axis, &axis.get(self));
         }
+        config.set(&PATHS_PER_PIXEL, &paths.to_string());
+        config.texture_filter = texture_filter.unwrap_or(self.method.texture_filter).name().into();
+        config
     }
 }
 
-/// Names the cells of a run: method, history and filter, then whatever else differs between cells of the run.
+/// Names the cells of a run: what has a colour, then whatever else differs between cells of the run.
 pub fn name_all(cells: &mut [Cell]) {
-    let parts: [fn(&Cell) -> String; 6] = [
-        |cell| cell.gather_name().into(),
-        |cell| match cell.paths {
-            Paths::None => String::new(),
-            Paths::Count(count) => format!("n{count}"),
-            Paths::PerPixel(paths) => format!("p{paths}"),
-            Paths::Time(ms) => format!("t{ms}ms"),
-        },
-        |cell| if cell.method.gathers { format!("r{}", cell.radius_px) } else { String::new() },
-        |cell| format!("b{}", cell.max_bounces),
-        |cell| runner_name(&cell.runner).into(),
-        |cell| code_name(cell.code).into(),
-    ];
     let mut names: Vec<String> = cells.iter().map(Cell::short_name).collect();
-    for part in parts {
-        let texts: Vec<String> = cells.iter().map(part).collect();
+    for axis in AXES.into_iter().filter(|axis| !matches!(axis.shown, Shown::Color)) {
+        let letters = if let Shown::Words(letters, _) = axis.shown { letters } else { "" };
+        let text = |cell: &Cell| match (axis.useless)(cell) {
+            Some(_) => String::new(),
+            None => format!("{letters}{}", axis.get(cell)),
+        };
+        let texts: Vec<String> = cells.iter().map(text).collect();
         let mut given: Vec<&String> = texts.iter().filter(|text| !text.is_empty()).collect();
         given.sort();
         given.dedup();
@@ -228,14 +230,6 @@ pub fn runner_name(runner: &RunnerChoice) -> &'static str {
         RunnerChoice::Cpu { .. } => "cpu",
         RunnerChoice::Gpu { hardware: true, .. } => "gpu-hardware",
         RunnerChoice::Gpu { hardware: false, .. } => "gpu-software",
-    }
-}
-
-/// `scene` or `all`.
-pub fn code_name(code: Code) -> &'static str {
-    match code {
-        Code::Scene => "scene",
-        Code::All => "all",
     }
 }
 

@@ -18,15 +18,18 @@ use std::collections::BTreeMap;
 use caustics_kernels::declare::Work;
 use caustics_kernels::interface::point::{PointGeometry, PointShading};
 use glam::Vec3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-use super::memory::Memory;
+use super::cell::Cell;
+use super::memory::memory;
 use super::plan::Plan;
 use super::row::Row;
+use crate::scene::Scene;
+use caustics_kernels::history;
 use caustics_kernels::method::frame::work;
 
 /// A pass, or passes of one kind: measured against expected.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
     /// Mean time in a frame (ms).
     pub ms: f64,
@@ -40,15 +43,17 @@ pub struct Cost {
     pub expected_ms: Option<f64>,
 }
 
-/// Costs of the passes of a cell that the model knows. `memory` is the cell's, `without_history` that of a cell without;
-/// `hits_per_s` is the rate of the tracer alone.
+/// Costs of the passes of a cell that the model knows, of its rows; `hits_per_s` is the rate of the tracer alone. None
+/// where the plan's camera is not there.
 pub fn costs(
     plan: &Plan,
+    scene: &Scene,
+    cell: &Cell,
     rows: &[&Row],
-    memory: &Memory,
-    without_history: &Memory,
     hits_per_s: f64,
-) -> BTreeMap<String, Cost> {
+) -> Option<BTreeMap<String, Cost>> {
+    let without_history = memory(plan, &Cell { history: &history::NONE, ..cell.clone() }, scene)?;
+    let memory = memory(plan, cell, scene)?;
     let frames = rows.len() as f64;
     let count = |name: &str| rows.iter().filter_map(|row| row.get(name)).sum::<f64>() / frames;
     let ms = |kind: Work| {
@@ -76,5 +81,5 @@ pub fn costs(
             costs.insert(pass.to_string(), Cost { ms, rays, bytes, rate_per_s, expected_ms });
         }
     }
-    costs
+    Some(costs)
 }

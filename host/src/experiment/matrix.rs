@@ -1,39 +1,15 @@
-//! All combinations of what can vary, without those that no runner has and those that are another's frames again.
+//! A matrix: lists of values of the axes, of which all combinations are cells.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-use caustics_kernels::gather::variant::Variant;
-
-use super::cell::{Cell, Code, Paths, has_ray_queries, name_all, runner_name, usual_gather};
+use super::axis::{AXES, Axis, RUNNER};
+use super::cell::{Cell, has_ray_queries, name_all, runner_name, usual_gather};
 use crate::session::RunnerChoice;
-use caustics_kernels::denoiser::Denoiser;
-use caustics_kernels::history::History;
-use caustics_kernels::method::Method;
 
-/// Names of runners where several can be given.
-pub const RUNNERS: [&str; 5] = ["auto", "cpu", "gpu", "gpu-hardware", "gpu-software"];
-
-/// Lists of what can vary.
-#[derive(Clone, Debug)]
+/// Values of the axes; an axis without any has its usual one.
+#[derive(Clone, Debug, Default)]
 pub struct Matrix {
-    /// Methods.
-    pub methods: Vec<&'static Method>,
-    /// Gathers; none: the runner's usual one.
-    pub gathers: Vec<&'static Variant>,
-    /// Histories.
-    pub histories: Vec<&'static History>,
-    /// Filters.
-    pub denoisers: Vec<&'static Denoiser>,
-    /// Light paths.
-    pub paths: Vec<Paths>,
-    /// Radii of collection points relative to the disc of a pixel's footprint.
-    pub radii: Vec<f32>,
-    /// Largest numbers of scattering vertices.
-    pub bounces: Vec<u32>,
-    /// Runners.
-    pub runners: Vec<RunnerChoice>,
-    /// Kernel code.
-    pub codes: Vec<Code>,
+    lists: BTreeMap<&'static str, Vec<String>>,
 }
 
 /// Cells of a matrix.
@@ -46,57 +22,74 @@ pub struct Cells {
 }
 
 impl Matrix {
-    /// The cells, in the order of the lists; the last list to vary fastest is that of the histories.
-    pub fn cells(&self) -> Cells {
-        let mut all = Cells::default();
-        for runner in &self.runners {
-            let usual = [usual_gather(runner)];
-            let asked = if self.gathers.is_empty() { &usual[..] } else { &self.gathers };
-            let (can, cannot): (Vec<&Variant>, Vec<&Variant>) =
-                asked.iter().partition(|gather| !gather.hardware || has_ray_queries(runner));
-            // A method that chooses no gather is rendered whichever are there.
-            let gathers: Vec<Option<&Variant>> = can.into_iter().map(Some).chain([None]).collect();
-            let mut is_missed = false;
-            for &code in &self.codes {
-                for &max_bounces in &self.bounces {
-                    for &radius_px in &self.radii {
-                        for &paths in &self.paths {
-                            for &method in &self.methods {
-                                let chooses = Cell::of(method).gather.is_some();
-                                is_missed |= chooses;
-                                for gather in gathers.iter().filter(|gather| gather.is_some() == chooses) {
-                                    for &denoiser in &self.denoisers {
-                                        for &history in &self.histories {
-                                            let cell = Cell {
-                                                name: String::new(),
-                                                method,
-                                                gather: *gather,
-                                                history,
-                                                denoiser,
-                                                paths,
-                                                radius_px,
-                                                max_bounces,
-                                                runner: runner.clone(),
-                                                code,
-                                            };
-                                            all.cells.push(cell.effective());
-                                        }
-                                    }
-                                }
-                            }
-                        }
-                    }
+    /// Adds a value of an axis.
+    ///
+    /// # Errors
+    /// What a value of the axis must be.
+    pub fn add(&mut self, axis: &Axis, value: &str) -> Result<(), String> {
+        axis.check(value)?;
+        self.lists.entry(axis.key).or_default().push(value.into());
+        Ok(())
+    }
+
+    /// The values of an axis.
+    pub fn values(&self, axis: &Axis) -> Vec<&str> {
+        let given = self.lists.get(axis.key);
+        given.map_or(vec![axis.usual], |list| list.iter().map(String::as_str).collect())
+    }
+
+    /// Whether an axis was given values.
+    pub fn has(&self, axis: &Axis) -> bool {
+        self.lists.contains_key(axis.key)
+    }
+
+    /// How many combinations there are.
+    pub fn count(&self) -> u64 {
+        self.lists.values().fold(1, |count: u64, list| count.saturating_mul(list.len() as u64))
+    }
+
+    /// The cells; `runner` finds the runner of a name. Runners vary slowest, since the cells of a runner take turns, and
+    /// methods fastest.
+    ///
+    /// # Errors
+    /// Why a runner is not there.
+    pub fn cells(
+        &self,
+        runner: &mut dyn FnMut(&str) -> anyhow::Result<RunnerChoice>,
+    ) -> anyhow::Result<Cells> {
+        let mut cells = vec![Cell::of(&caustics_kernels::method::basic::BASIC)];
+        let others = AXES.into_iter().rev().filter(|axis| **axis != RUNNER);
+        for axis in std::iter::once(&RUNNER).chain(others) {
+            let mut more = Vec::new();
+            for cell in &cells {
+                for value in self.values(axis) {
+                    let mut cell = cell.clone();
+                    axis.set(&mut cell, value).map_err(anyhow::Error::msg)?;
+                    more.push(cell);
                 }
             }
-            for gather in cannot.iter().filter(|_| is_missed) {
-                let (gather, runner) = (gather.name, runner_name(runner));
-                all.skipped
-                    .push(format!("gather {gather} needs ray queries, and {runner} has none: skipped"));
+            cells = more;
+        }
+        let mut all = Cells::default();
+        for cell in cells {
+            let runner = runner(cell.asked_runner)?;
+            let gather = cell.gather.unwrap_or_else(|| usual_gather(&runner));
+            let cell = Cell { gather: Some(gather), runner, ..cell }.effective();
+            if let Some(gather) = cell.gather.filter(|gather| gather.hardware)
+                && !has_ray_queries(&cell.runner)
+            {
+                let (gather, runner) = (gather.name, runner_name(&cell.runner));
+                let line = format!("gather {gather} needs ray queries, and {runner} has none: skipped");
+                if !all.skipped.contains(&line) {
+                    all.skipped.push(line);
+                }
+                continue;
             }
+            all.cells.push(cell);
         }
         keep_one_of_each(&mut all.cells);
         name_all(&mut all.cells);
-        all
+        Ok(all)
     }
 }
 
@@ -108,33 +101,42 @@ pub fn keep_one_of_each(cells: &mut Vec<Cell>) {
 
 #[cfg(test)]
 mod tests {
-    use caustics_kernels::gather::variant;
-
     use super::*;
-    use caustics_kernels::method::basic::BASIC;
-    use caustics_kernels::method::path::PATH;
+    use crate::experiment::axis::{DENOISER, FEATURES, GATHER, HISTORY, METHOD, PATHS_PER_PIXEL, RADIUS_PX};
+    use caustics_kernels::gather::variant;
     use caustics_kernels::{denoiser, history};
 
-    fn matrix() -> Matrix {
-        Matrix {
-            methods: vec![&BASIC, &PATH],
-            gathers: variant::ALL.iter().collect(),
-            histories: history::ALL.to_vec(),
-            denoisers: denoiser::ALL.to_vec(),
-            paths: vec![Paths::PerPixel(0.5), Paths::PerPixel(1.0)],
-            radii: vec![1.0, 2.0],
-            bounces: vec![5],
-            runners: vec![RunnerChoice::Cpu { threads: 0 }],
-            codes: vec![Code::Scene, Code::All],
+    fn matrix(gathers: &[&str]) -> Matrix {
+        let mut matrix = Matrix::default();
+        let names = |all: Vec<&'static str>| all;
+        for (axis, values) in [
+            (&METHOD, vec!["basic", "path"]),
+            (&GATHER, gathers.to_vec()),
+            (&HISTORY, names(history::ALL.iter().map(|of| of.name).collect())),
+            (&DENOISER, names(denoiser::ALL.iter().map(|of| of.name).collect())),
+            (&PATHS_PER_PIXEL, vec!["0.5", "1"]),
+            (&RADIUS_PX, vec!["1", "2"]),
+            (&FEATURES, vec!["scene", "all"]),
+            (&RUNNER, vec!["cpu"]),
+        ] {
+            for value in values {
+                matrix.add(axis, value).unwrap();
+            }
         }
+        matrix
+    }
+
+    fn cells(matrix: &Matrix) -> Cells {
+        matrix.cells(&mut |_| Ok(RunnerChoice::Cpu { threads: 0 })).unwrap()
     }
 
     #[test]
     fn every_combination_is_there_once() {
-        let Cells { cells, skipped } = matrix().cells();
+        let gathers: Vec<_> = variant::ALL.iter().map(|gather| gather.name).collect();
+        let Cells { cells, skipped } = cells(&matrix(&gathers));
         let software = variant::ALL.iter().filter(|gather| !gather.hardware).count();
         let basic = software * history::ALL.len() * denoiser::ALL.len() * 2 * 2 * 2;
-        // The path tracer knows but the code.
+        // The path tracer knows but the features.
         assert_eq!(cells.len(), basic + 2);
         assert_eq!(skipped.len(), variant::ALL.len() - software);
         let mut names: Vec<&str> = cells.iter().map(|cell| cell.name.as_str()).collect();
@@ -145,12 +147,20 @@ mod tests {
 
     #[test]
     fn a_gather_that_no_runner_has_leaves_the_methods_without_one() {
-        let hardware = variant::ALL.iter().filter(|gather| gather.hardware).collect();
-        let Cells { cells, skipped } = Matrix { gathers: hardware, ..matrix() }.cells();
-        assert!(cells.iter().all(|cell| cell.method.name == "path"), "{cells:?}");
+        let hardware: Vec<_> =
+            variant::ALL.iter().filter(|gather| gather.hardware).map(|gather| gather.name).collect();
+        let Cells { cells: left, skipped } = cells(&matrix(&hardware));
+        assert!(left.iter().all(|cell| cell.method.name == "path"), "{left:?}");
         assert!(!skipped.is_empty());
-        let alone =
-            Matrix { methods: vec![&PATH], gathers: vec![variant::find("points-rt").unwrap()], ..matrix() };
-        assert!(alone.cells().skipped.is_empty(), "nothing was asked for that is not there");
+        let mut alone = Matrix::default();
+        alone.add(&METHOD, "path").unwrap();
+        alone.add(&GATHER, "points-rt").unwrap();
+        assert!(cells(&alone).skipped.is_empty(), "nothing was asked for that is not there");
+    }
+
+    #[test]
+    fn a_wrong_value_is_refused() {
+        assert!(Matrix::default().add(&METHOD, "basik").unwrap_err().contains("yang2021"));
+        assert!(Matrix::default().add(&RADIUS_PX, "0").is_err());
     }
 }

@@ -1,7 +1,8 @@
 //! Renders the frames of all cells, frame by frame, and measures each.
 //!
 //! Within a frame the cells take turns, and the order of the turns rotates from frame to frame, so that what disturbs the
-//! machine for a while hits all alike. A cell has a session for each seed; the first one's time counts.
+//! machine for a while hits all alike. A cell has a session for each seed; the first one's time counts. Where there are
+//! references, all seeds render every frame, and the frames that the plan compares are measured.
 
 use std::time::Instant;
 
@@ -10,8 +11,7 @@ use caustics_kernels::interface::point::PointGeometry;
 use glam::Vec3;
 
 use super::cell::Cell;
-use super::error::{Errors, Look};
-use super::gain::mean_variance;
+use super::error::{MEASURES, MeasuredPicture, Seen};
 use super::identity;
 use super::plan::Plan;
 use super::reference::{References, camera};
@@ -24,30 +24,43 @@ use crate::settings::Settings;
 /// A cell under way.
 struct Run {
     cell: Cell,
-    identity: String,
     sessions: Vec<Session>,
     /// The frame before, of each seed.
-    before: Vec<Look>,
+    before: Vec<MeasuredPicture>,
+    shown: Option<Shown>,
 }
 
 /// The reference of a frame.
 struct Truth {
     picture: Picture,
-    look: Look,
-    /// What changed since the reference before: whole and caustics.
-    change: Option<(Option<f64>, Option<f64>)>,
+    measured: MeasuredPicture,
 }
 
-impl Truth {
-    fn new(picture: Picture, before: Option<&Look>, exposure: f32) -> Truth {
-        let look = Look::new(&picture, &picture);
-        let change = before.map(|before| look.change(before, f64::from(exposure)));
-        Truth { picture, look, change }
-    }
+/// The last frame of a cell that was compared with a reference: display colours, the first seed's.
+#[derive(Clone, Debug)]
+pub struct Shown {
+    /// The picture.
+    pub picture: Vec<Vec3>,
+    /// Its reference.
+    pub reference: Vec<Vec3>,
+    /// FLIP of its pixels as colours, where the picture is finite.
+    pub error_map: Option<Vec<Vec3>>,
 }
 
-/// Measures every frame of some cells and hands the rows of each frame to `each`. The devices of the cells; none where it
-/// was stopped.
+/// What is left of a cell beside its rows.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// Device and driver.
+    pub device: String,
+    /// Its last frame, if it was compared.
+    pub shown: Option<Shown>,
+}
+
+/// Measures every frame of some cells and hands the rows of each frame to `each`. What is left of the cells, in their
+/// order; none where it was stopped.
+///
+/// # Errors
+/// A session that cannot be opened, a frame that fails, a reference that is not there.
 pub fn measure(
     plan: &Plan,
     scene: &Scene,
@@ -55,7 +68,7 @@ pub fn measure(
     references: Option<&References>,
     stopped: &dyn Fn() -> bool,
     each: &mut dyn FnMut(Vec<Row>) -> anyhow::Result<()>,
-) -> anyhow::Result<Option<Vec<String>>> {
+) -> anyhow::Result<Option<Vec<Outcome>>> {
     let mut scene = identity::posed(scene, plan.time_of(plan.frames.start))?;
     let mut runs: Vec<Run> = cells.iter().map(|cell| open(plan, &scene, cell)).collect::<Result<_, _>>()?;
     for _ in 0..plan.warm_up {
@@ -79,24 +92,32 @@ pub fn measure(
             let run = &mut runs[index];
             rows[index] = Row {
                 frame,
-                time: plan.time_of(frame),
                 cell: run.cell.name.clone(),
-                identity: run.identity.clone(),
                 values: [("turn".to_string(), turn as f64)].into(),
             };
             render(plan, &scene, run, &mut rows[index], animate_ms)?;
         }
         if let Some(references) = references {
-            let truth = Truth::new(references.load(frame)?, truth_before.as_ref(), plan.settings.exposure);
-            for (run, row) in runs.iter_mut().zip(&mut rows) {
-                errors(plan, &scene, run, row, &truth)?;
+            for session in runs.iter_mut().flat_map(|run| run.sessions.iter_mut().skip(1)) {
+                session.pose(&scene, camera(&scene, &plan.camera)?)?;
+                session.frame(frame)?;
             }
-            truth_before = Some(truth.look);
+            if plan.compares(frame) {
+                let picture = references.load(frame)?;
+                let truth = Truth { measured: MeasuredPicture::new(&picture, &picture), picture };
+                for (run, row) in runs.iter_mut().zip(&mut rows) {
+                    compare(plan, run, row, &truth, truth_before.as_ref())?;
+                }
+                truth_before = Some(truth.measured);
+            }
         }
         each(rows)?;
     }
-    let device = |run: &Run| run.sessions.first().map(Session::device).unwrap_or_default();
-    Ok(Some(runs.iter().map(device).collect()))
+    let outcome = |run: Run| {
+        let device = run.sessions.first().map(Session::device).unwrap_or_default();
+        Outcome { device, shown: run.shown }
+    };
+    Ok(Some(runs.into_iter().map(outcome).collect()))
 }
 
 fn open(plan: &Plan, scene: &Scene, cell: &Cell) -> anyhow::Result<Run> {
@@ -106,9 +127,8 @@ fn open(plan: &Plan, scene: &Scene, cell: &Cell) -> anyhow::Result<Run> {
         let settings = Settings { seed: plan.settings.seed + seed, ..cell.settings(&plan.settings) };
         Session::new(&cell.runner, scene, camera, &settings, cell.method, cell.variant(), features)
     };
-    let sessions: Vec<Session> = (0..plan.seeds()).map(session).collect::<Result<_, _>>()?;
-    let identity = identity::of_cell(plan, cell, scene);
-    Ok(Run { cell: cell.clone(), identity, sessions, before: Vec::new() })
+    let sessions: Vec<Session> = (0..plan.seeds).map(session).collect::<Result<_, _>>()?;
+    Ok(Run { cell: cell.clone(), sessions, before: Vec::new(), shown: None })
 }
 
 /// Renders the frame with the first seed: times and counters.
@@ -149,37 +169,35 @@ fn render(plan: &Plan, scene: &Scene, run: &mut Run, row: &mut Row, animate_ms: 
     Ok(())
 }
 
-/// Renders the frame with the other seeds, and measures errors: means over the seeds.
-fn errors(plan: &Plan, scene: &Scene, run: &mut Run, row: &mut Row, truth: &Truth) -> anyhow::Result<()> {
-    for session in &mut run.sessions[1..] {
-        session.pose(scene, camera(scene, &plan.camera)?)?;
-        session.frame(row.frame)?;
-    }
+/// Measures the errors of the frame that the sessions have rendered.
+fn compare(
+    plan: &Plan,
+    run: &mut Run,
+    row: &mut Row,
+    truth: &Truth,
+    truth_before: Option<&MeasuredPicture>,
+) -> anyhow::Result<()> {
     let pictures: Vec<Picture> = run.sessions.iter_mut().map(Session::picture).collect::<Result<_, _>>()?;
-    let looks: Vec<Look> = pictures.iter().map(|picture| Look::new(picture, &truth.picture)).collect();
+    let now: Vec<MeasuredPicture> =
+        pictures.iter().map(|picture| MeasuredPicture::new(picture, &truth.picture)).collect();
     let exposure = f64::from(plan.settings.exposure);
-    let errors: Vec<Errors> = looks.iter().map(|look| look.errors(&truth.look, exposure)).collect();
-    row.set("flip", mean(errors.iter().map(|of| of.flip)));
-    row.set("flip_caustics", mean(errors.iter().map(|of| of.flip_caustics)));
-    row.set("relmse", mean(errors.iter().map(|of| of.relmse)));
-    row.set("relmse_caustics", mean(errors.iter().map(|of| of.relmse_caustics)));
-    if let Some((whole, caustics)) = truth.change {
-        let changes: Vec<_> =
-            looks.iter().zip(&run.before).map(|(now, before)| now.change(before, exposure)).collect();
-        let beyond = |change: Option<f64>, truth: Option<f64>| Some(change? - truth?);
-        row.set("flicker", beyond(mean(changes.iter().map(|of| of.0)), whole));
-        row.set("flicker_caustics", beyond(mean(changes.iter().map(|of| of.1)), caustics));
+    let seen = Seen { now: &now, before: &run.before, truth: &truth.measured, truth_before, exposure };
+    for measure in MEASURES {
+        row.set(measure.key, (measure.of)(&seen));
     }
-    let layers: Vec<&[Vec3]> = pictures.iter().map(|picture| picture.caustics.as_slice()).collect();
-    row.set("caustics_variance_radiance2", mean_variance(&layers));
-    run.before = looks;
+    if row.frame + 1 == plan.frames.end
+        && let (Some(session), [picture, ..], [first, ..]) =
+            (run.sessions.first_mut(), &pictures[..], &now[..])
+    {
+        // What the session shows overwrites its frame, of which nothing more is read.
+        run.shown = Some(Shown {
+            picture: session.display(picture)?,
+            reference: session.display(&truth.picture)?,
+            error_map: first.flip_map(&truth.measured, exposure).map(|map| map.to_colors()),
+        });
+    }
+    run.before = now;
     Ok(())
-}
-
-/// The mean of values that are all there.
-fn mean(values: impl ExactSizeIterator<Item = Option<f64>>) -> Option<f64> {
-    let count = values.len() as f64;
-    values.sum::<Option<f64>>().map(|sum| sum / count).filter(|mean| mean.is_finite())
 }
 
 fn ms(start: Instant) -> f64 {

@@ -2,14 +2,11 @@
 
 use std::ops::Range;
 
-use super::cell::Cell;
 use crate::settings::Settings;
 
 /// What is measured.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// What is rendered, in the order of tables.
-    pub cells: Vec<Cell>,
     /// Settings of all cells; what a cell has is its own.
     pub settings: Settings,
     /// Name of the camera.
@@ -24,17 +21,10 @@ pub struct Plan {
     pub warm_up: u32,
     /// Whether times are recorded.
     pub time: bool,
-    /// How errors are measured, if they are.
-    pub error: Option<ErrorPlan>,
-}
-
-/// How errors are measured.
-#[derive(Clone, Copy, Debug)]
-pub struct ErrorPlan {
+    /// Whether errors of every frame are measured; else of the last.
+    pub every_frame: bool,
     /// Independent runs of each cell: seeds from that of the settings on.
     pub seeds: u32,
-    /// Frames of the progressive reference.
-    pub reference_frames: u32,
 }
 
 impl Plan {
@@ -43,8 +33,8 @@ impl Plan {
         self.moment.unwrap_or(f64::from(frame) / self.fps)
     }
 
-    /// Runs of each cell.
-    pub fn seeds(&self) -> u32 {
-        self.error.map_or(1, |error| error.seeds)
+    /// Whether errors of a frame are measured.
+    pub fn compares(&self, frame: u32) -> bool {
+        self.every_frame || frame + 1 == self.frames.end
     }
 }

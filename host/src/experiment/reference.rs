@@ -4,6 +4,7 @@
 //! the disc of a pixel's footprint and shrink with the frames, to less than half of it in 256 frames. Cells whose radius is
 //! below that are not blurred more than their reference. Its seed is its own, the same for all frames: where nothing moves, it does not change at all.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -12,7 +13,7 @@ use bytemuck::pod_collect_to_vec;
 use glam::Vec3;
 
 use super::cell::{Cell, usual_gather};
-use super::identity;
+use super::identity::{self, pose};
 use super::plan::Plan;
 use crate::accumulation::Accumulation;
 use crate::hash::fnv1a;
@@ -36,10 +37,13 @@ const LIGHT_PATHS_PER_PIXEL: u32 = 4;
 pub struct References<'a> {
     plan: &'a Plan,
     cell: &'a Cell,
-    scene: &'a Scene,
+    /// Posed at one time after the other.
+    scene: RefCell<Scene>,
     settings: Settings,
     frames: u32,
     folder: PathBuf,
+    /// What decides the reference of each frame that was asked for.
+    identities: RefCell<BTreeMap<u32, String>>,
 }
 
 /// What became of a reference.
@@ -58,13 +62,7 @@ pub enum Kept {
 impl<'a> References<'a> {
     /// References of a scene as loaded, in a folder of their own below `cache`. Of the cell they have the bounces, and its
     /// runner renders them.
-    pub fn new(
-        plan: &'a Plan,
-        cell: &'a Cell,
-        scene: &'a Scene,
-        frames: u32,
-        cache: &Path,
-    ) -> References<'a> {
+    pub fn new(plan: &'a Plan, cell: &'a Cell, scene: &Scene, frames: u32, cache: &Path) -> References<'a> {
         let pixels = plan.settings.width * plan.settings.height;
         let settings = Settings {
             light_paths: LIGHT_PATHS_PER_PIXEL * pixels,
@@ -78,7 +76,9 @@ impl<'a> References<'a> {
         };
         let view = identity::view(scene, &plan.camera, &settings);
         let name = fnv1a(format!("{view}frames {frames} fps {}", plan.fps).bytes());
-        References { plan, cell, scene, settings, frames, folder: cache.join("references").join(name) }
+        let folder = cache.join("references").join(name);
+        let (scene, identities) = (RefCell::new(scene.clone()), RefCell::default());
+        References { plan, cell, scene, settings, frames, folder, identities }
     }
 
     /// Where they are kept.
@@ -88,20 +88,28 @@ impl<'a> References<'a> {
 
     /// The file of a frame's reference; that of every frame where nothing moves.
     pub fn path(&self, frame: u32) -> PathBuf {
-        let frame = if self.scene.is_animated() { frame } else { 0 };
-        self.folder.join(format!("{frame:04}.exr"))
+        self.folder.join(format!("{:04}.exr", self.known_as(frame)))
+    }
+
+    /// The frame that the reference of a frame is kept as.
+    fn known_as(&self, frame: u32) -> u32 {
+        if self.plan.moment.is_none() { frame } else { 0 }
     }
 
     /// Makes sure that the reference of a frame is there.
+    ///
+    /// # Errors
+    /// A scene that cannot be posed or rendered, a folder that cannot be written.
     pub fn keep(&self, frame: u32, stopped: &dyn Fn() -> bool) -> anyhow::Result<Kept> {
-        let scene = identity::posed(self.scene, self.plan.time_of(frame))?;
-        let identity = self.identity(&scene);
+        let identity = self.identity(frame)?;
         let path = self.path(frame);
         let was_there = path.exists();
         if was_there && self.read(&path, &identity).is_ok() {
             return Ok(Kept::Reused);
         }
-        let Some(bytes) = self.render(&scene, &identity, stopped)? else { return Ok(Kept::Stopped) };
+        pose(&mut self.scene.borrow_mut(), self.plan.time_of(frame))?;
+        let rendered = self.render(&self.scene.borrow(), &identity, stopped)?;
+        let Some(bytes) = rendered else { return Ok(Kept::Stopped) };
         std::fs::create_dir_all(&self.folder)
             .with_context(|| format!("cannot create {}; set CAUSTICS_CACHE", self.folder.display()))?;
         Target::claim(&path, true)?.finish(&bytes)?;
@@ -109,14 +117,25 @@ impl<'a> References<'a> {
     }
 
     /// The reference of a frame, which must have been kept.
+    ///
+    /// # Errors
+    /// A file that is not there, is damaged, or is another's.
     pub fn load(&self, frame: u32) -> anyhow::Result<Picture> {
-        let scene = identity::posed(self.scene, self.plan.time_of(frame))?;
-        self.read(&self.path(frame), &self.identity(&scene))
+        self.read(&self.path(frame), &self.identity(frame)?)
     }
 
-    /// What decides the bits of the reference of a posed scene, but for the runner's last digits.
-    fn identity(&self, scene: &Scene) -> String {
-        format!("{}frames {}", identity::view(scene, &self.plan.camera, &self.settings), self.frames)
+    /// What decides the bits of the reference of a frame, but for the runner's last digits.
+    fn identity(&self, frame: u32) -> anyhow::Result<String> {
+        let known_as = self.known_as(frame);
+        if let Some(known) = self.identities.borrow().get(&known_as) {
+            return Ok(known.clone());
+        }
+        let mut scene = self.scene.borrow_mut();
+        pose(&mut scene, self.plan.time_of(frame))?;
+        let view = identity::view(&scene, &self.plan.camera, &self.settings);
+        let identity = format!("{view}frames {}", self.frames);
+        self.identities.borrow_mut().insert(known_as, identity.clone());
+        Ok(identity)
     }
 
     fn render(

@@ -4,6 +4,10 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::axis::{Axis, Values};
+use super::cost::Cost;
+use super::error::Measure;
+
 /// A cell, its measures, and where they come from.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CellResult {
@@ -31,27 +35,68 @@ pub struct CellConfig {
     pub scene: String,
     /// Name of the camera.
     pub camera: String,
-    /// Name of the method.
-    pub method: String,
-    /// Name of the gather; empty for methods that choose none.
-    pub gather: String,
-    /// Name of the history.
-    pub history: String,
-    /// Name of the filter.
-    pub denoiser: String,
-    /// `cpu`, `gpu-hardware` or `gpu-software`.
-    pub runner: String,
-    /// `scene` (what it needs) or `all`.
-    pub features: String,
-    /// Light paths a pixel and frame.
-    pub paths_per_pixel: f64,
-    /// Radius of collection points relative to the disc of the pixel's footprint.
-    pub radius_px: f32,
-    /// Scattering vertices between eye and light, at most.
-    pub max_bounces: u32,
     /// `cone` or `finest`; empty in files older than the choice, which are of `cone`.
     #[serde(default)]
     pub texture_filter: String,
+    /// The value of each axis by its key.
+    #[serde(flatten)]
+    values: BTreeMap<String, Value>,
+}
+
+/// The value of an axis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+enum Value {
+    Number(f64),
+    Name(String),
+}
+
+/// Keys of axes in older files, and what they are called now.
+const RENAMED: [(&str, &str); 2] = [("filter", "denoiser"), ("needs", "features")];
+
+impl CellConfig {
+    /// A scene and a camera; no axis has a value yet.
+    pub fn of(scene: &str, camera: &str) -> CellConfig {
+        CellConfig { scene: scene.into(), camera: camera.into(), ..CellConfig::default() }
+    }
+
+    /// The value of an axis in words; empty where the axis is younger than the file.
+    pub fn text(&self, axis: &Axis) -> String {
+        match self.values.get(axis.key) {
+            Some(Value::Number(number)) => number.to_string(),
+            Some(Value::Name(name)) => name.clone(),
+            None => String::new(),
+        }
+    }
+
+    /// The value of an axis as a number; 0 where it is none.
+    pub fn number(&self, axis: &Axis) -> f64 {
+        if let Some(Value::Number(number)) = self.values.get(axis.key) { *number } else { 0.0 }
+    }
+
+    /// Sets the value of an axis.
+    pub fn set(&mut self, axis: &Axis, text: &str) {
+        let value = match (axis.values, text.parse()) {
+            (Values::Numbers(_), Ok(number)) => Value::Number(number),
+            _ => Value::Name(text.into()),
+        };
+        self.values.insert(axis.key.into(), value);
+    }
+
+    /// The same with another value of an axis.
+    pub fn with(mut self, axis: &Axis, text: &str) -> CellConfig {
+        self.set(axis, text);
+        self
+    }
+
+    /// Calls the axes of older files as they are called now.
+    pub fn rename(&mut self) {
+        for (old, new) in RENAMED {
+            if let Some(value) = self.values.remove(old) {
+                self.values.insert(new.into(), value);
+            }
+        }
+    }
 }
 
 /// Time of a frame and what it is made of.
@@ -86,6 +131,9 @@ pub struct CellTime {
     pub light_paths_per_s: Option<f64>,
     /// Bytes of each buffer.
     pub memory_bytes: BTreeMap<String, u64>,
+    /// What passes cost beside what they should, where the tracer alone was timed too.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub costs: BTreeMap<String, Cost>,
 }
 
 /// Median and interquartile range.
@@ -112,20 +160,28 @@ pub struct CellError {
     pub seeds: u32,
     /// Frames of the progressive reference.
     pub reference_frames: u32,
-    /// Mean FLIP.
-    pub flip: Option<f64>,
-    /// FLIP of the caustics under the reference's other light.
-    pub flip_caustics: Option<f64>,
-    /// Relative mean squared error.
-    pub relmse: Option<f64>,
-    /// That of the caustics' layer.
-    pub relmse_caustics: Option<f64>,
     /// Picture of the last frame, the first seed's: a PNG beside the JSON.
     pub picture: Option<String>,
     /// FLIP of each of its pixels as PNG.
     pub error_map: Option<String>,
     /// The reference of that frame as PNG.
     pub reference: Option<String>,
+    /// Measures of error by their keys.
+    #[serde(flatten)]
+    pub values: BTreeMap<String, Option<f64>>,
+}
+
+impl CellError {
+    /// The value of a measure.
+    pub fn get(&self, measure: &Measure) -> Option<f64> {
+        self.values.get(measure.key).copied().flatten()
+    }
+
+    /// The same with another value of a measure.
+    pub fn with(mut self, measure: &Measure, value: Option<f64>) -> CellError {
+        self.values.insert(measure.key.into(), value);
+        self
+    }
 }
 
 /// A frame of a cell of an animation.
@@ -135,10 +191,16 @@ pub struct FrameResult {
     pub frame: u32,
     /// Time of the frame (ms).
     pub total_ms: Option<f64>,
-    /// Mean FLIP.
-    pub flip: Option<f64>,
-    /// FLIP of the caustics under the reference's other light.
-    pub flip_caustics: Option<f64>,
+    /// Measures of error by their keys.
+    #[serde(flatten)]
+    pub values: BTreeMap<String, Option<f64>>,
+}
+
+impl FrameResult {
+    /// The value of a measure.
+    pub fn get(&self, measure: &Measure) -> Option<f64> {
+        self.values.get(measure.key).copied().flatten()
+    }
 }
 
 /// Where a measure comes from.

@@ -1,13 +1,17 @@
 //! Results on disk: `FOLDER/cells/<identity>.json`, with the PNGs that they name beside them.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, ensure};
+use glam::Vec3;
 
 use super::result::{CellResult, Provenance};
 use crate::file;
 use crate::kernels;
+use crate::output::png;
 use crate::output::target::Target;
 
 /// The folder of the results in a folder.
@@ -49,7 +53,8 @@ pub fn read_file(path: &Path) -> anyhow::Result<CellResult> {
 /// The result in the bytes of a file of this stem. Its names lead nowhere but into the folder of the file: the identity is
 /// the stem, 16 hexadecimal digits, and pictures are PNGs beside it.
 pub fn parse(bytes: &[u8], stem: &str) -> anyhow::Result<CellResult> {
-    let result: CellResult = serde_json::from_slice(bytes)?;
+    let mut result: CellResult = serde_json::from_slice(bytes)?;
+    result.cell.rename();
     let CellResult { identity, error, .. } = &result;
     let is_digit = |digit: u8| digit.is_ascii_digit() || (b'a'..=b'f').contains(&digit);
     let is_hash = identity.len() == 16 && identity.bytes().all(is_digit);
@@ -61,6 +66,63 @@ pub fn parse(bytes: &[u8], stem: &str) -> anyhow::Result<CellResult> {
         ensure!(is_picture, "its picture {name:?} is not the name of a PNG beside it");
     }
     Ok(result)
+}
+
+/// Results of a run: on disk, or in memory for who wants no files.
+#[derive(Debug, Default)]
+pub struct Results {
+    folder: Option<PathBuf>,
+    in_memory: RefCell<BTreeMap<String, CellResult>>,
+}
+
+impl Results {
+    /// Results in a folder, which is made, or in memory.
+    ///
+    /// # Errors
+    /// A folder that cannot be made.
+    pub fn new(folder: Option<&Path>) -> anyhow::Result<Results> {
+        folder.map_or(Ok(()), create)?;
+        Ok(Results { folder: folder.map(Path::to_path_buf), in_memory: RefCell::default() })
+    }
+
+    /// The result of this identity, if it is there and whole.
+    pub fn read(&self, identity: &str) -> Option<CellResult> {
+        match &self.folder {
+            Some(folder) => read(folder, identity),
+            None => self.in_memory.borrow().get(identity).cloned(),
+        }
+    }
+
+    /// Keeps a result in the place of an older one.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write(&self, result: &CellResult) -> anyhow::Result<()> {
+        match &self.folder {
+            Some(folder) => write(folder, result),
+            None => {
+                self.in_memory.borrow_mut().insert(result.identity.clone(), result.clone());
+                Ok(())
+            }
+        }
+    }
+
+    /// Keeps a picture beside the results; its name, or none in memory.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write_png(
+        &self,
+        name: String,
+        width: u32,
+        height: u32,
+        colors: &[Vec3],
+    ) -> anyhow::Result<Option<String>> {
+        let Some(folder) = &self.folder else { return Ok(None) };
+        let bytes = png::encode(width, height, colors)?;
+        Target::claim(&cells(folder).join(&name), true)?.finish(&bytes)?;
+        Ok(Some(name))
+    }
 }
 
 /// All results of a folder in the order of their identities; a file that is none is an error.

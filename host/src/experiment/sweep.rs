@@ -1,9 +1,12 @@
 //! Sweeps: a matrix of cells over scenes, each measured once for time and error, its result a file.
 
-pub mod accuracy;
 pub mod config;
 pub mod equal_time;
+pub mod errors;
 pub mod expand;
+pub mod matrix_table;
 pub mod merge;
+pub mod run;
 pub mod shard;
+pub mod turns;
 pub mod value;

@@ -69,6 +69,7 @@ pub fn cell_time(plan: &Plan, scene: &Scene, cell: &Cell, first: &Cell, rows: &[
             .map(|(name, bytes)| (name.to_string(), bytes as u64))
             .collect(),
         pass_ms,
+        costs: BTreeMap::new(),
     })
 }
 
@@ -84,9 +85,8 @@ mod tests {
     use crate::settings::Settings;
     use caustics_kernels::method::basic::BASIC;
 
-    fn plan(cells: Vec<Cell>) -> Plan {
+    fn plan() -> Plan {
         Plan {
-            cells,
             settings: Settings { width: 40, height: 25, ..Settings::default() },
             camera: String::new(),
             frames: 0..4,
@@ -94,7 +94,8 @@ mod tests {
             moment: Some(0.0),
             warm_up: 0,
             time: true,
-            error: None,
+            every_frame: false,
+            seeds: 1,
         }
     }
 
@@ -123,7 +124,7 @@ mod tests {
     #[test]
     fn rates_are_those_of_the_passes_that_do_the_work() {
         let [first, other] = ["first", "other"].map(|name| Cell { name: name.into(), ..Cell::of(&BASIC) });
-        let plan = plan(vec![first.clone(), other.clone()]);
+        let plan = plan();
         // The machine slows down by half in the last frame.
         let slow = [1.0, 1.0, 1.0, 1.5];
         let rows: Vec<Row> = (0..4)

@@ -7,26 +7,11 @@ use super::name::Names;
 use super::number::short;
 use super::scene::Scene;
 use super::table::{Column, Table, Value};
-use crate::experiment::result::{CellConfig, CellError, CellResult, CellTime};
+use crate::experiment::axis::{AXES, Axis, Values};
+use crate::experiment::error::MEASURES;
+use crate::experiment::result::{CellResult, CellTime};
 
 type Of<T> = fn(&T) -> Option<f64>;
-type Word = fn(&CellConfig) -> &String;
-
-/// Settings that are words.
-const WORDS: [(&str, &str, Word); 6] = [
-    ("method", "method", |cell| &cell.method),
-    ("gather", "gather", |cell| &cell.gather),
-    ("history", "history", |cell| &cell.history),
-    ("denoiser", "denoiser", |cell| &cell.denoiser),
-    ("runner", "runner", |cell| &cell.runner),
-    ("features", "features", |cell| &cell.features),
-];
-/// Settings that are numbers.
-const SETTINGS: [(&str, &str, Of<CellConfig>); 3] = [
-    ("paths/px", "paths_per_pixel", |cell| Some(cell.paths_per_pixel)),
-    ("radius [px]", "radius_px", |cell| Some(f64::from(cell.radius_px))),
-    ("bounces", "max_bounces", |cell| Some(f64::from(cell.max_bounces))),
-];
 /// What was timed.
 const TIMES: [(&str, &str, Of<CellTime>); 11] = [
     ("time [ms]", "median_ms", |time| Some(time.total_ms.median)),
@@ -41,15 +26,6 @@ const TIMES: [(&str, &str, Of<CellTime>); 11] = [
     ("memory [MiB]", "memory_mib", |time| (!time.memory_bytes.is_empty()).then(|| mebibytes(time))),
     ("time/first", "ratio_to_first", |time| time.ratio_to_first),
 ];
-/// Errors.
-const ERRORS: [(&str, &str, Of<CellError>); 5] = [
-    ("FLIP", "flip", |error| error.flip),
-    ("FLIP caustics", "flip_caustics", |error| error.flip_caustics),
-    ("relMSE", "relmse", |error| error.relmse),
-    ("relMSE caustics", "relmse_caustics", |error| error.relmse_caustics),
-    ("seeds", "seeds", |error| Some(f64::from(error.seeds))),
-];
-
 fn mebibytes(time: &CellTime) -> f64 {
     time.memory_bytes.values().map(|bytes| *bytes as f64).sum::<f64>() / (1024.0 * 1024.0)
 }
@@ -66,14 +42,13 @@ fn columns(cells: &[&Measured]) -> Vec<Column> {
         values: cells.iter().map(|cell| of(&cell.result)).collect(),
     };
     let mut columns = Vec::new();
-    for (head, key, of) in WORDS {
-        columns.push(column(head, key, &|result| match of(&result.cell).as_str() {
-            "" => Value::None,
-            word => Value::Text(word.into()),
-        }));
-    }
-    for (head, key, of) in SETTINGS {
-        columns.push(column(head, key, &|result| setting(of(&result.cell))));
+    for axis in AXES {
+        let value = |result: &CellResult| match (axis.values, result.cell.text(axis)) {
+            (_, text) if text.is_empty() => Value::None,
+            (Values::Names(_), text) => Value::Text(text),
+            (Values::Numbers(_), _) => setting(Some(result.cell.number(axis))),
+        };
+        columns.push(column(axis.head, axis.key, &value));
     }
     for (head, key, of) in TIMES {
         let whole = ["frames", "light_paths"].contains(&key);
@@ -86,12 +61,13 @@ fn columns(cells: &[&Measured]) -> Vec<Column> {
             }
         }));
     }
-    for (head, key, of) in ERRORS {
-        let value = |result: &CellResult| result.error.as_ref().and_then(of);
-        columns.push(column(head, key, &|result| {
-            if key == "seeds" { setting(value(result)) } else { Value::number(value(result)) }
-        }));
+    for measure in MEASURES {
+        let value =
+            |result: &CellResult| Value::number(result.error.as_ref().and_then(|error| error.get(measure)));
+        columns.push(column(measure.head, measure.key, &value));
     }
+    let seeds = |result: &CellResult| setting(result.error.as_ref().map(|error| f64::from(error.seeds)));
+    columns.push(column("seeds", "seeds", &seeds));
     columns
 }
 
@@ -99,9 +75,8 @@ fn columns(cells: &[&Measured]) -> Vec<Column> {
 pub fn table(scene: &Scene) -> (Table, Vec<(&'static str, String)>) {
     let mut common = Vec::new();
     let columns = columns(&scene.cells).into_iter().filter(|column| {
-        let is_setting = WORDS.iter().any(|of| of.1 == column.key)
-            || SETTINGS.iter().any(|of| of.1 == column.key)
-            || ["frames", "seeds"].contains(&column.key.as_str());
+        let is_setting =
+            Axis::find(&column.key).is_some() || ["frames", "seeds"].contains(&column.key.as_str());
         let is_constant = column.values.len() > 1 && column.values.windows(2).all(|pair| pair[0] == pair[1]);
         if is_setting && is_constant {
             match &column.values[0] {

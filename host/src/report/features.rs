@@ -7,7 +7,7 @@ use super::load::Measured;
 use super::name::Names;
 use super::scene::Scene;
 use super::table::{Column, Table, Value};
-use crate::experiment::result::CellConfig;
+use crate::experiment::axis::FEATURES;
 use crate::scene;
 
 /// The default of `--specular-roughness`, which decides what is a caster.
@@ -75,8 +75,8 @@ fn pairs<'a>(cells: &[&'a Measured]) -> Vec<Pair<'a>> {
     let size =
         |cell: &Measured| cell.result.time.as_ref().map(|time| (time.width, time.height, time.light_paths));
     let mut pairs = Vec::new();
-    for cell in timed.iter().filter(|cell| cell.result.cell.features == "scene") {
-        let wanted = CellConfig { features: "all".into(), ..cell.result.cell.clone() };
+    for cell in timed.iter().filter(|cell| cell.result.cell.text(&FEATURES) == "scene") {
+        let wanted = cell.result.cell.clone().with(&FEATURES, "all");
         let other = timed.iter().find(|other| {
             // Times of other runs were not taken in turns with these.
             other.result.cell == wanted
@@ -109,17 +109,15 @@ fn unneeded(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::result::{CellResult, CellTime, Quartiles};
+    use crate::experiment::axis::{METHOD, PATHS_PER_PIXEL};
+    use crate::experiment::result::{CellConfig, CellResult, CellTime, Quartiles};
     use crate::report::scene::scenes;
 
     fn cell(features: &str, paths: f64, ms: f64) -> Measured {
-        let cell = CellConfig {
-            scene: "nowhere".into(),
-            method: "basic".into(),
-            features: features.into(),
-            paths_per_pixel: paths,
-            ..CellConfig::default()
-        };
+        let cell = CellConfig::of("nowhere", "")
+            .with(&METHOD, "basic")
+            .with(&FEATURES, features)
+            .with(&PATHS_PER_PIXEL, &paths.to_string());
         let total_ms = Quartiles { median: ms, ..Quartiles::default() };
         let time = Some(CellTime { total_ms, ..CellTime::default() });
         Measured { result: CellResult { cell, time, ..CellResult::default() }, folder: "".into() }

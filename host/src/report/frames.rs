@@ -9,6 +9,7 @@ use super::name::Names;
 use super::number::{at, number};
 use super::plot::Area;
 use super::scene::Scene;
+use crate::experiment::error::{MEASURES, Measure};
 use crate::experiment::result::FrameResult;
 
 /// Lines of a figure, at most.
@@ -17,28 +18,29 @@ const LINES: usize = 10;
 const DASHES: [&str; 4] = ["none", "9 4", "3 3", "12 3 3 3"];
 
 /// What is drawn over frames.
-struct Measure {
-    slug: &'static str,
-    title: &'static str,
-    axis: &'static str,
-    of: fn(&FrameResult) -> Option<f64>,
+struct Drawn {
+    slug: String,
+    title: String,
+    axis: String,
+    of: Box<dyn Fn(&FrameResult) -> Option<f64>>,
 }
 
-const MEASURES: [Measure; 3] = [
-    Measure {
-        slug: "frame-time",
-        title: "time over the animation",
-        axis: "time of a frame [ms]",
-        of: |frame| frame.total_ms,
-    },
-    Measure { slug: "frame-flip", title: "FLIP over the animation", axis: "FLIP", of: |frame| frame.flip },
-    Measure {
-        slug: "frame-flip-caustics",
-        title: "FLIP of caustics over the animation",
-        axis: "FLIP of caustics",
-        of: |frame| frame.flip_caustics,
-    },
-];
+/// The time, and every measure of error.
+fn drawn() -> impl Iterator<Item = Drawn> {
+    let time = Drawn {
+        slug: "frame-time".into(),
+        title: "time over the animation".into(),
+        axis: "time of a frame [ms]".into(),
+        of: Box::new(|frame| frame.total_ms),
+    };
+    let error = |measure: &'static Measure| Drawn {
+        slug: format!("frame-{}", measure.slug()),
+        title: format!("{} over the animation", measure.head),
+        axis: measure.head.into(),
+        of: Box::new(move |frame| frame.get(measure)),
+    };
+    std::iter::once(time).chain(MEASURES.into_iter().map(error))
+}
 
 /// A cell's line.
 struct Line {
@@ -51,10 +53,10 @@ struct Line {
 
 /// The figures of a scene that moves.
 pub fn frames(scene: &Scene, names: &Names) -> Vec<Figure> {
-    MEASURES.iter().filter_map(|measure| figure(scene, names, measure)).collect()
+    drawn().filter_map(|measure| figure(scene, names, &measure)).collect()
 }
 
-fn figure(scene: &Scene, names: &Names, measure: &Measure) -> Option<Figure> {
+fn figure(scene: &Scene, names: &Names, measure: &Drawn) -> Option<Figure> {
     let points = |cell: &Measured| -> Vec<(f64, f64)> {
         let frames = cell.result.frames.iter();
         let mut points: Vec<(f64, f64)> =
@@ -92,7 +94,7 @@ fn figure(scene: &Scene, names: &Names, measure: &Measure) -> Option<Figure> {
     })
 }
 
-fn draw(lines: &[Line], names: &Names, measure: &Measure, size: Size) -> Option<Drawing> {
+fn draw(lines: &[Line], names: &Names, measure: &Drawn, size: Size) -> Option<Drawing> {
     let area = Area::of(size);
     let points = || lines.iter().flat_map(|line| &line.points);
     let y = area.upwards(Scale::Linear, points().map(|point| point.1))?;
@@ -106,7 +108,7 @@ fn draw(lines: &[Line], names: &Names, measure: &Measure, size: Size) -> Option<
     Some(Drawing { width: size.width(), height: size.height(), content })
 }
 
-fn draw_line(line: &Line, names: &Names, measure: &Measure, x: &Axis, y: &Axis) -> Markup {
+fn draw_line(line: &Line, names: &Names, measure: &Drawn, x: &Axis, y: &Axis) -> Markup {
     let place = |point: &(f64, f64)| (at(x.place(point.0)), at(y.place(point.1)));
     let path: Vec<String> = line.points.iter().map(place).map(|(x, y)| format!("{x},{y}")).collect();
     let values = || line.points.iter().map(|point| point.1);
@@ -141,8 +143,8 @@ fn draw_line(line: &Line, names: &Names, measure: &Measure, x: &Axis, y: &Axis) 
     }
 }
 
-fn rows(lines: &[Line], measure: &Measure) -> Vec<Vec<String>> {
-    let mut rows = vec![["cell", "frame", measure.slug].map(String::from).to_vec()];
+fn rows(lines: &[Line], measure: &Drawn) -> Vec<Vec<String>> {
+    let mut rows = vec![["cell", "frame", &measure.slug].map(String::from).to_vec()];
     for line in lines {
         rows.extend(
             line.points

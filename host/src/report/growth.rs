@@ -12,6 +12,7 @@ use super::name::{COLORS, SHAPES, Series};
 use super::number::{at, number, short};
 use super::plot::Area;
 use super::table::{Column, Table, Value};
+use crate::experiment::axis::{self, AXES, MAX_BOUNCES, PATHS_PER_PIXEL, Shown};
 use crate::experiment::result::{CellConfig, CellTime, Quartiles};
 
 /// Fewest values of a quantity that an exponent is fitted to.
@@ -34,7 +35,7 @@ const QUANTITIES: [Quantity; 4] = [
     Quantity { slug: "light-paths", name: "light paths", of: |_, time| f64::from(time.light_paths) },
     Quantity { slug: "pixels", name: "pixels", of: |_, time| f64::from(time.width) * f64::from(time.height) },
     Quantity { slug: "triangles", name: "triangles", of: |_, time| time.triangles as f64 },
-    Quantity { slug: "bounces", name: "bounces", of: |cell, _| f64::from(cell.max_bounces) },
+    Quantity { slug: "bounces", name: "bounces", of: |cell, _| cell.number(&MAX_BOUNCES) },
 ];
 
 /// A slope in logarithmic axes.
@@ -148,10 +149,12 @@ fn name(cell: &CellConfig, time: &CellTime, quantity: &Quantity) -> Option<Name>
     let mut words = Vec::new();
     words.extend((!is("pixels")).then(|| format!("{}×{}", time.width, time.height)));
     words.extend((!is("light-paths")).then(|| format!("{} light paths", time.light_paths)));
-    words.extend((!is("bounces")).then(|| format!("{} bounces", cell.max_bounces)));
-    words.extend((cell.radius_px != 1.0).then(|| format!("radius {} px", short(f64::from(cell.radius_px)))));
-    words.extend([format!("camera {}", cell.camera), cell.runner.clone()]);
-    words.extend((cell.features == "all").then(|| "all features".into()));
+    words.push(format!("camera {}", cell.camera));
+    let own = |axis: &axis::Axis| *axis == PATHS_PER_PIXEL || (*axis == MAX_BOUNCES && is("bounces"));
+    words.extend(AXES.into_iter().filter(|axis| !own(axis)).filter_map(|axis| match axis.shown {
+        Shown::Words(_, words) if cell.text(axis) != axis.none => Some(words(&cell.text(axis))),
+        _ => None,
+    }));
     Some(Name { head: format!("{scene} · {}", Series::of(cell).name()), rest: words.join(" · ") })
 }
 
@@ -309,6 +312,7 @@ fn draw_part(growth: &Growth, part: &Part, rank: usize, x: &Axis, y: &Axis) -> M
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::experiment::axis::{METHOD, RADIUS_PX};
     use crate::experiment::result::{CellResult, Quartiles};
 
     fn cell(light_paths: u32, shoot: f64, gather: f64) -> Measured {
@@ -322,7 +326,7 @@ mod tests {
                 .into(),
             ..CellTime::default()
         };
-        let cell = CellConfig { scene: "ring".into(), method: "basic".into(), ..CellConfig::default() };
+        let cell = CellConfig::of("ring", "").with(&METHOD, "basic").with(&RADIUS_PX, "1");
         let result = CellResult { time: Some(time), cell, ..CellResult::default() };
         Measured { result, folder: "".into() }
     }
@@ -366,9 +370,9 @@ mod tests {
     fn few_values_and_other_settings_make_no_series() {
         let mut cells = [1e3, 1e4, 1e5, 1e6].map(|n: f64| cell(n as u32, n, n));
         assert!(growth(&cells[1..]).is_none());
-        cells[3].result.cell.radius_px = 2.0;
+        cells[3].result.cell.set(&RADIUS_PX, "2");
         assert!(growth(&cells).is_none());
-        cells[3].result.cell.radius_px = cells[2].result.cell.radius_px;
+        cells[3].result.cell = cells[2].result.cell.clone();
         assert!(growth(&cells).is_some());
         cells[3].folder = "another run".into();
         assert!(growth(&cells).is_none());

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 
+use crate::experiment::axis::{AXES, Axis, Values};
 use crate::experiment::result::CellResult;
 use crate::experiment::store;
 
@@ -57,11 +58,12 @@ pub fn load(folders: &[PathBuf]) -> anyhow::Result<(Vec<Measured>, Vec<String>)>
 }
 
 /// Cells of one scene together, those that differ in their paths only beside each other.
-fn order(result: &CellResult) -> (&str, &str, [&str; 6], [f64; 3], &str) {
+fn order(result: &CellResult) -> (&str, &str, Vec<String>, Vec<f64>, &str) {
     let cell = &result.cell;
-    let names = [&cell.method, &cell.gather, &cell.history, &cell.denoiser, &cell.runner, &cell.features];
-    let numbers = [f64::from(cell.max_bounces), f64::from(cell.radius_px), cell.paths_per_pixel];
-    (&cell.scene, &cell.camera, names.map(String::as_str), numbers, &result.identity)
+    let is_name = |axis: &&&Axis| matches!(axis.values, Values::Names(_));
+    let names = AXES.iter().filter(is_name).map(|axis| cell.text(axis)).collect();
+    let numbers = AXES.iter().rev().filter(|axis| !is_name(axis)).map(|axis| cell.number(axis)).collect();
+    (&cell.scene, &cell.camera, names, numbers, &result.identity)
 }
 
 /// The JSON files of a folder, in order of their names.

@@ -1,9 +1,8 @@
 //! Names of cells, and the colours and shapes that tell them apart in every figure of a report.
 
-use std::collections::BTreeMap;
-
 use super::load::Measured;
 use super::number::short;
+use crate::experiment::axis::{AXES, Axis, PATHS_PER_PIXEL, Shown, Values};
 use crate::experiment::result::CellConfig;
 
 /// Number of colours in `report.css`.
@@ -39,11 +38,15 @@ pub struct Series {
 impl Series {
     /// The series of a cell.
     pub fn of(cell: &CellConfig) -> Series {
-        let mut kind = vec![cell.method.as_str()];
-        kind.extend(
-            [&cell.history, &cell.denoiser].map(String::as_str).into_iter().filter(|name| says(name)),
-        );
-        Series { kind: kind.join(" + "), gather: cell.gather.clone() }
+        let of = |wanted: fn(&Shown) -> bool| {
+            let axes = AXES.into_iter().filter(move |axis| wanted(&axis.shown));
+            let texts = axes.map(|axis| cell.text(axis)).filter(|name| says(name));
+            texts.collect::<Vec<_>>().join(" + ")
+        };
+        Series {
+            kind: of(|shown| matches!(shown, Shown::Color)),
+            gather: of(|shown| matches!(shown, Shown::Shape)),
+        }
     }
 
     /// In a legend.
@@ -68,7 +71,8 @@ pub struct Names {
     kinds: Vec<String>,
     gathers: Vec<String>,
     series: Vec<Series>,
-    varies: BTreeMap<&'static str, bool>,
+    varies: Vec<&'static Axis>,
+    sizes_vary: bool,
 }
 
 impl Names {
@@ -86,14 +90,10 @@ impl Names {
         gathers.dedup();
         let cell = |index: usize| &cells[index].result.cell;
         let differs =
-            |is: &dyn Fn(&CellConfig) -> String| (1..cells.len()).any(|index| is(cell(index)) != is(cell(0)));
-        let varies = BTreeMap::from([
-            ("runner", differs(&|cell| cell.runner.clone())),
-            ("size", (1..cells.len()).any(|index| size(&cells[index]) != size(&cells[0]))),
-            ("radius", differs(&|cell| cell.radius_px.to_string())),
-            ("bounces", differs(&|cell| cell.max_bounces.to_string())),
-        ]);
-        Names { kinds, gathers, series, varies }
+            |axis: &&Axis| (1..cells.len()).any(|index| cell(index).text(axis) != cell(0).text(axis));
+        let varies = AXES.into_iter().filter(differs).collect();
+        let sizes_vary = (1..cells.len()).any(|index| size(&cells[index]) != size(&cells[0]));
+        Names { kinds, gathers, series, varies, sizes_vary }
     }
 
     /// Index of the cell's series.
@@ -126,27 +126,23 @@ impl Names {
         let size = size(cell);
         let cell = &cell.result.cell;
         let mut parts = vec![Series::of(cell).name()];
-        if cell.paths_per_pixel > 0.0 {
-            let unit = if cell.paths_per_pixel == 1.0 { "path/px" } else { "paths/px" };
-            parts.push(format!("{} {unit}", short(cell.paths_per_pixel)));
+        for axis in AXES {
+            let Shown::Words(_, words) = axis.shown else { continue };
+            let text = match axis.values {
+                Values::Numbers(_) if cell.number(axis) > 0.0 => short(cell.number(axis)),
+                Values::Numbers(_) => continue,
+                Values::Names(_) => cell.text(axis),
+            };
+            // Light paths are what most cells of a chart differ in.
+            if !text.is_empty() && (*axis == PATHS_PER_PIXEL || self.varies.contains(&axis)) {
+                parts.push(words(&text));
+            }
         }
-        if self.varies["radius"] {
-            parts.push(format!("radius {} px", short(f64::from(cell.radius_px))));
-        }
-        if self.varies["bounces"] {
-            parts.push(format!("{} bounces", cell.max_bounces));
-        }
-        if self.varies["runner"] && !cell.runner.is_empty() {
-            parts.push(cell.runner.clone());
-        }
-        if self.varies["size"] && !size.is_empty() {
+        if self.sizes_vary && !size.is_empty() {
             parts.push(size);
         }
         if cell.texture_filter == "finest" {
             parts.push("finest textures".into());
-        }
-        if cell.features == "all" {
-            parts.push("all features".into());
         }
         parts.join(" · ")
     }
@@ -155,17 +151,16 @@ impl Names {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::experiment::axis::{DENOISER, FEATURES, GATHER, HISTORY, METHOD, RUNNER};
     use crate::experiment::result::{CellError, CellResult};
     use std::collections::BTreeSet;
 
     fn cell(method: &str, gather: &str, history: &str) -> Measured {
-        let cell = CellConfig {
-            method: method.into(),
-            gather: gather.into(),
-            history: history.into(),
-            denoiser: "none".into(),
-            ..CellConfig::default()
-        };
+        let cell = CellConfig::default()
+            .with(&METHOD, method)
+            .with(&GATHER, gather)
+            .with(&HISTORY, history)
+            .with(&DENOISER, "none");
         Measured { result: CellResult { cell, ..CellResult::default() }, folder: "".into() }
     }
 
@@ -192,13 +187,13 @@ mod tests {
     #[test]
     fn names_say_what_differs() {
         let mut cells = [cell("basic", "brute", "paper"), cell("basic", "brute", "paper")];
-        cells[1].result.cell.runner = "gpu-software".into();
-        cells[1].result.cell.paths_per_pixel = 0.5;
-        cells[1].result.cell.features = "all".into();
+        for (axis, value) in [(&RUNNER, "gpu-software"), (&PATHS_PER_PIXEL, "0.5"), (&FEATURES, "all")] {
+            cells[1].result.cell.set(axis, value);
+        }
         cells[1].result.error = Some(CellError { width: 64, height: 36, ..CellError::default() });
         let names = Names::new(&cells);
         assert_eq!(names.label(&cells[0]), "basic + paper · brute");
-        let label = "basic + paper · brute · 0.5 paths/px · gpu-software · 64×36 · all features";
+        let label = "basic + paper · brute · gpu-software · all features · 0.5 paths/px · 64×36";
         assert_eq!(names.label(&cells[1]), label);
         assert_eq!(names.of(0).name(), "basic + paper · brute");
     }

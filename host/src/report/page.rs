@@ -61,12 +61,12 @@ pub fn charts(charts: &[Chart]) -> Markup {
             @if charts.len() > 1 {
                 div .switch role="group" aria-label="Error measure" {
                     @for (index, chart) in charts.iter().enumerate() {
-                        button type="button" data-show=(chart.measure.slug) aria-pressed=(index == 0) { (chart.measure.name) }
+                        button type="button" data-show=(chart.measure.slug()) aria-pressed=(index == 0) { (chart.measure.head) }
                     }
                 }
             }
             @for chart in charts {
-                div data-chart=(chart.measure.slug) {
+                div data-chart=(chart.measure.slug()) {
                     (chart.figure.inline())
                     (list(chart))
                 }

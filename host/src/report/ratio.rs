@@ -4,7 +4,7 @@ use super::load::Measured;
 use super::name::Names;
 use super::scene::Scene;
 use super::table::{Column, Table, Value};
-use crate::experiment::result::CellError;
+use crate::experiment::error::{MEASURES, Measure};
 
 /// The table; none where no cell but the first of a run has a ratio.
 pub fn ratios(scene: &Scene, names: &Names) -> Option<Table> {
@@ -24,8 +24,8 @@ pub fn ratios(scene: &Scene, names: &Names) -> Option<Table> {
             _ => None,
         }
     };
-    let error = |of: fn(&CellError) -> Option<f64>| {
-        let value = |cell: &Measured| cell.result.error.as_ref().and_then(of);
+    let error = |measure: &Measure| {
+        let value = |cell: &Measured| cell.result.error.as_ref()?.get(measure);
         let part =
             |cell: &Measured| Some(value(cell)? / value(first(cell)?)?).filter(|ratio| ratio.is_finite());
         cells.iter().map(|cell| Value::number(part(cell))).collect()
@@ -33,15 +33,14 @@ pub fn ratios(scene: &Scene, names: &Names) -> Option<Table> {
     let text = |of: &dyn Fn(&Measured) -> String| cells.iter().map(|cell| Value::Text(of(cell))).collect();
     let of_first = |cell: &Measured| first(cell).map_or_else(|| first_name(cell), |first| names.label(first));
     let column = |head, key: &str, values| Column { head, key: key.into(), values };
-    let columns = vec![
+    let mut columns = vec![
         column("cell", "cell", text(&|cell| names.label(cell))),
         column("held against", "first", text(&of_first)),
         column("time", "time_ratio", cells.iter().map(|cell| Value::number(ratio(cell))).collect()),
-        column("FLIP", "flip_ratio", error(|error| error.flip)),
-        column("FLIP caustics", "flip_caustics_ratio", error(|error| error.flip_caustics)),
-        column("relMSE", "relmse_ratio", error(|error| error.relmse)),
-        column("relMSE caustics", "relmse_caustics_ratio", error(|error| error.relmse_caustics)),
     ];
+    columns.extend(
+        MEASURES.map(|measure| column(measure.head, &format!("{}_ratio", measure.key), error(measure))),
+    );
     let title = format!("{}: ratios to the first cell of the run", scene.title);
     Some(Table { name: format!("{}-ratios", scene.slug), title, columns }.without_empty())
 }
@@ -49,16 +48,18 @@ pub fn ratios(scene: &Scene, names: &Names) -> Option<Table> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::result::{CellConfig, CellResult, CellTime};
+    use crate::experiment::axis::METHOD;
+    use crate::experiment::error::FLIP;
+    use crate::experiment::result::{CellConfig, CellError, CellResult, CellTime};
     use crate::report::scene::scenes;
 
     #[test]
     fn errors_are_divided_by_those_of_the_first_cell() {
         let cell = |method: &str, ratio: Option<f64>, flip: Option<f64>| Measured {
             result: CellResult {
-                cell: CellConfig { method: method.into(), ..CellConfig::default() },
+                cell: CellConfig::default().with(&METHOD, method),
                 time: Some(CellTime { ratio_to_first: ratio, first: "kim".into(), ..CellTime::default() }),
-                error: Some(CellError { flip, ..CellError::default() }),
+                error: Some(CellError::default().with(&FLIP, flip)),
                 ..CellResult::default()
             },
             folder: "".into(),

@@ -2,6 +2,7 @@
 
 use super::load::Measured;
 use super::name::Names;
+use crate::experiment::axis::{FEATURES, PATHS_PER_PIXEL};
 
 /// A scene of the report.
 #[derive(Debug)]
@@ -50,7 +51,7 @@ impl<'a> Scene<'a> {
         let common = common_paths(&able, names);
         let rank = |cell: &Measured| {
             let config = &cell.result.cell;
-            (config.features == "all", (config.paths_per_pixel.max(1e-9) / common).ln().abs())
+            (config.text(&FEATURES) == "all", (config.number(&PATHS_PER_PIXEL).max(1e-9) / common).ln().abs())
         };
         let mut chosen: Vec<&'a Measured> = Vec::new();
         for cell in able {
@@ -69,12 +70,14 @@ impl<'a> Scene<'a> {
 /// The paths a pixel that most series have; those nearest to one where several are equally common.
 fn common_paths(cells: &[&Measured], names: &Names) -> f64 {
     let mut counts: Vec<(f64, Vec<usize>)> = Vec::new();
-    for config in cells.iter().map(|cell| &cell.result.cell).filter(|config| config.paths_per_pixel > 0.0) {
+    for config in
+        cells.iter().map(|cell| &cell.result.cell).filter(|config| config.number(&PATHS_PER_PIXEL) > 0.0)
+    {
         let series = names.series(config);
-        match counts.iter_mut().find(|(paths, _)| *paths == config.paths_per_pixel) {
+        match counts.iter_mut().find(|(paths, _)| *paths == config.number(&PATHS_PER_PIXEL)) {
             Some((_, known)) if known.contains(&series) => {}
             Some((_, known)) => known.push(series),
-            None => counts.push((config.paths_per_pixel, vec![series])),
+            None => counts.push((config.number(&PATHS_PER_PIXEL), vec![series])),
         }
     }
     let from_one = |paths: f64| paths.ln().abs();
@@ -85,17 +88,14 @@ fn common_paths(cells: &[&Measured], names: &Names) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::experiment::axis::METHOD;
     use crate::experiment::result::{CellConfig, CellResult};
 
     fn cell(scene: &str, method: &str, paths: f64, features: &str) -> Measured {
-        let cell = CellConfig {
-            scene: scene.into(),
-            camera: "main".into(),
-            method: method.into(),
-            paths_per_pixel: paths,
-            features: features.into(),
-            ..CellConfig::default()
-        };
+        let cell = CellConfig::of(scene, "main")
+            .with(&METHOD, method)
+            .with(&PATHS_PER_PIXEL, &paths.to_string())
+            .with(&FEATURES, features);
         Measured { result: CellResult { cell, ..CellResult::default() }, folder: "".into() }
     }
 

@@ -12,26 +12,8 @@ use super::pareto::pareto;
 use super::plot::Area;
 use super::scene::Scene;
 use super::tip::tip;
-use crate::experiment::result::CellError;
-
-/// An error that time is held against.
-#[derive(Clone, Copy, Debug)]
-pub struct Measure {
-    /// Part of the names of files.
-    pub slug: &'static str,
-    /// On the axis.
-    pub name: &'static str,
-    /// Where a cell has it.
-    pub of: fn(&CellError) -> Option<f64>,
-}
-
-/// Errors in the order of the report.
-pub const MEASURES: [Measure; 4] = [
-    Measure { slug: "flip", name: "FLIP", of: |error| error.flip },
-    Measure { slug: "relmse", name: "relMSE", of: |error| error.relmse },
-    Measure { slug: "flip-caustics", name: "FLIP of caustics", of: |error| error.flip_caustics },
-    Measure { slug: "relmse-caustics", name: "relMSE of caustics", of: |error| error.relmse_caustics },
-];
+use crate::experiment::axis::{FEATURES, METHOD, PATHS_PER_PIXEL, RUNNER};
+use crate::experiment::error::Measure;
 
 /// How the fronts of several runners are drawn: in words, and as lengths of dashes and gaps.
 const DASHES: [(&str, &str); 3] = [("solid", "none"), ("dashed", "7 4"), ("dotted", "2 3")];
@@ -48,7 +30,7 @@ struct Mark<'a> {
 /// A chart, and the names of the cells on its front.
 pub struct Chart {
     /// What it measures.
-    pub measure: Measure,
+    pub measure: &'static Measure,
     /// The chart.
     pub figure: Figure,
     /// From the fastest: name, time (ms) and error, front by front.
@@ -56,11 +38,11 @@ pub struct Chart {
 }
 
 /// The chart of a scene; none where no cell has both a time and this error.
-pub fn chart(scene: &Scene, names: &Names, measure: Measure) -> Option<Chart> {
+pub fn chart(scene: &Scene, names: &Names, measure: &'static Measure) -> Option<Chart> {
     let mut marks: Vec<Mark> = Vec::new();
     let (mut untimed, mut zero) = (0, 0);
     for cell in &scene.cells {
-        let error = cell.result.error.as_ref().and_then(measure.of);
+        let error = cell.result.error.as_ref().and_then(|error| error.get(measure));
         let ms = cell.result.time.as_ref().map(|time| time.total_ms.median);
         match (ms, error) {
             (Some(ms), Some(error)) if ms > 0.0 && error > 0.0 && (ms * error).is_finite() => {
@@ -79,7 +61,7 @@ pub fn chart(scene: &Scene, names: &Names, measure: Measure) -> Option<Chart> {
         marks[index].is_on_front = true;
     }
     let mut notes = Vec::new();
-    if !marks.iter().any(|mark| mark.cell.result.cell.method == "path") {
+    if !marks.iter().any(|mark| mark.cell.result.cell.text(&METHOD) == "path") {
         notes.push("Path tracing is missing here: no cell of method path has this error and a time.".into());
     }
     let are = |count: usize| if count == 1 { "1 cell is".to_string() } else { format!("{count} cells are") };
@@ -98,15 +80,15 @@ pub fn chart(scene: &Scene, names: &Names, measure: Measure) -> Option<Chart> {
         let all: Vec<String> = fronts.iter().enumerate().map(of).collect();
         notes.push(format!("Each runner and size has a front of its own: {}.", all.join(", ")));
     }
-    if marks.iter().any(|mark| mark.cell.result.cell.features == "all") {
+    if marks.iter().any(|mark| mark.cell.result.cell.text(&FEATURES) == "all") {
         notes.push("Hollow marks have all code alive, what the scene does not need too.".into());
     }
     let mut series: Vec<usize> = marks.iter().map(|mark| mark.series).collect();
     series.sort_unstable();
     series.dedup();
     let figure = Figure {
-        name: format!("{}-{}", scene.slug, measure.slug),
-        title: format!("{}: time of a frame against {}", scene.title, measure.name),
+        name: format!("{}-{}", scene.slug, measure.slug()),
+        title: format!("{}: time of a frame against {}", scene.title, measure.head),
         wide: draw(&marks, &fronts, names, measure, Size::Wide),
         narrow: draw(&marks, &fronts, names, measure, Size::Narrow),
         legend: series.into_iter().map(|series| Entry::of(names, series)).collect(),
@@ -122,7 +104,7 @@ pub fn chart(scene: &Scene, names: &Names, measure: Measure) -> Option<Chart> {
 
 /// What competes with each other: times of other machines and of other sizes do not.
 fn comparable_group(mark: &Mark) -> String {
-    format!("{} {}", mark.cell.result.cell.runner, size(mark.cell)).trim().into()
+    format!("{} {}", mark.cell.result.cell.text(&RUNNER), size(mark.cell)).trim().into()
 }
 
 /// Indices of the marks of each comparable_group's front.
@@ -140,13 +122,19 @@ fn fronts(marks: &[Mark]) -> Vec<Vec<usize>> {
     groups.into_iter().map(front).collect()
 }
 
-fn draw(marks: &[Mark], fronts: &[Vec<usize>], names: &Names, measure: Measure, size: Size) -> Drawing {
+fn draw(
+    marks: &[Mark],
+    fronts: &[Vec<usize>],
+    names: &Names,
+    measure: &'static Measure,
+    size: Size,
+) -> Drawing {
     let area = Area::of(size);
     let x = area.rightwards(Scale::Log, marks.iter().map(|mark| mark.ms));
     let y = area.upwards(Scale::Log, marks.iter().map(|mark| mark.error));
     let content = match (x, y) {
         (Some(x), Some(y)) => html! {
-            (area.draw(&x, "median time of a frame [ms] →", &y, &format!("↑ {}", measure.name)))
+            (area.draw(&x, "median time of a frame [ms] →", &y, &format!("↑ {}", measure.head)))
             @for family in families(marks) { (line(&family, marks, names, &x, &y)) }
             @for (index, front) in fronts.iter().enumerate() { (stairs(front, index, marks, &area, &x, &y)) }
             g class="marks" { @for mark in marks { (draw_mark(mark, names, &x, &y)) } }
@@ -159,7 +147,7 @@ fn draw(marks: &[Mark], fronts: &[Vec<usize>], names: &Names, measure: Measure, 
 fn draw_mark(mark: &Mark, names: &Names, x: &Axis, y: &Axis) -> Markup {
     let config = &mark.cell.result.cell;
     let (left, top) = (at(x.place(mark.ms)), at(y.place(mark.error)));
-    let hollow = if config.features == "all" { " hollow" } else { "" };
+    let hollow = if config.text(&FEATURES) == "all" { " hollow" } else { "" };
     let mut tip = tip(mark.cell, names);
     if mark.is_on_front {
         tip.push_str("\non the Pareto front");
@@ -177,7 +165,7 @@ fn draw_mark(mark: &Mark, names: &Names, x: &Axis, y: &Axis) -> Markup {
 fn families(marks: &[Mark]) -> Vec<Vec<usize>> {
     let key = |index: usize| {
         let mut config = marks[index].cell.result.cell.clone();
-        config.paths_per_pixel = 0.0;
+        config.set(&PATHS_PER_PIXEL, "0");
         (config, comparable_group(&marks[index]))
     };
     let mut families: Vec<Vec<usize>> = Vec::new();
@@ -188,7 +176,7 @@ fn families(marks: &[Mark]) -> Vec<Vec<usize>> {
         }
     }
     for family in &mut families {
-        let paths = |index: &usize| marks[*index].cell.result.cell.paths_per_pixel;
+        let paths = |index: &usize| marks[*index].cell.result.cell.number(&PATHS_PER_PIXEL);
         family.sort_by(|a, b| paths(a).total_cmp(&paths(b)));
     }
     families.retain(|family| family.len() > 1);
@@ -221,15 +209,16 @@ fn stairs(front: &[usize], index: usize, marks: &[Mark], area: &Area, x: &Axis, 
     html! { path class="front" stroke-dasharray=(dash) d=(path) {} }
 }
 
-fn rows(marks: &[Mark], names: &Names, measure: Measure) -> Vec<Vec<String>> {
-    let heads = ["cell", "identity", "runner", "median_ms", measure.slug, "on_front"];
+fn rows(marks: &[Mark], names: &Names, measure: &'static Measure) -> Vec<Vec<String>> {
+    let slug = measure.slug();
+    let heads = ["cell", "identity", "runner", "median_ms", &slug, "on_front"];
     let mut rows = vec![heads.map(String::from).to_vec()];
     for mark in marks {
         let config = &mark.cell.result.cell;
         let identity = mark.cell.result.identity.clone();
         let (ms, error) = (mark.ms.to_string(), mark.error.to_string());
         let on_front = mark.is_on_front.to_string();
-        rows.push(vec![names.label(mark.cell), identity, config.runner.clone(), ms, error, on_front]);
+        rows.push(vec![names.label(mark.cell), identity, config.text(&RUNNER), ms, error, on_front]);
     }
     rows
 }
@@ -241,7 +230,7 @@ pub fn list(chart: &Chart) -> Markup {
             summary { "Pareto front: " (chart.front.len()) @if chart.front.len() == 1 { " cell" } @else { " cells" } }
             ol {
                 @for (name, ms, error) in &chart.front {
-                    li { span { (name) } " " span .dim { (number(*ms)) " ms, " (chart.measure.name) " " (number(*error)) } }
+                    li { span { (name) } " " span .dim { (number(*ms)) " ms, " (chart.measure.head) " " (number(*error)) } }
                 }
             }
         }
@@ -251,19 +240,15 @@ pub fn list(chart: &Chart) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::result::{CellConfig, CellResult, CellTime, Quartiles};
+    use crate::experiment::error::FLIP;
+    use crate::experiment::result::{CellConfig, CellError, CellResult, CellTime, Quartiles};
     use crate::report::scene::scenes;
 
     fn cell(method: &str, runner: &str, ms: f64, flip: Option<f64>) -> Measured {
-        let cell = CellConfig {
-            method: method.into(),
-            runner: runner.into(),
-            scene: "a<\"&".into(),
-            ..CellConfig::default()
-        };
+        let cell = CellConfig::of("a<\"&", "").with(&METHOD, method).with(&RUNNER, runner);
         let total_ms = Quartiles { lower: ms, median: ms, upper: ms };
         let time = Some(CellTime { total_ms, width: 8, height: 4, ..CellTime::default() });
-        let error = Some(CellError { flip, ..CellError::default() });
+        let error = Some(CellError::default().with(&FLIP, flip));
         let identity = format!("{method}-{ms}");
         Measured {
             result: CellResult { identity, cell, time, error, ..CellResult::default() },
@@ -272,7 +257,7 @@ mod tests {
     }
 
     fn flip(cells: &[Measured]) -> Option<Chart> {
-        chart(&scenes(cells)[0], &Names::new(cells), MEASURES[0])
+        chart(&scenes(cells)[0], &Names::new(cells), &FLIP)
     }
 
     #[test]

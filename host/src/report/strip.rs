@@ -7,6 +7,7 @@ use super::name::Names;
 use super::number::number;
 use super::picture::{Picture, Pictures};
 use super::scene::Scene;
+use crate::experiment::error::FLIP;
 
 /// A cell's pictures.
 struct Shown {
@@ -69,7 +70,7 @@ fn load(cell: &Measured, names: &Names, pictures: &mut Pictures) -> anyhow::Resu
         None => Ok(None),
     };
     let Some(picture) = get(&error.picture)? else { return Ok(None) };
-    let flip = error.flip.map(|value| format!("FLIP {}", number(value)));
+    let flip = error.get(&FLIP).map(|value| format!("FLIP {}", number(value)));
     let ms = cell.result.time.as_ref().map(|time| format!("{} ms", number(time.total_ms.median)));
     Ok(Some(Shown {
         name: names.label(cell),

@@ -2,7 +2,9 @@
 
 use super::load::Measured;
 use super::name::Names;
-use super::number::{number, short};
+use super::number::number;
+use crate::experiment::axis::{AXES, Axis, PATHS_PER_PIXEL, Shown};
+use crate::experiment::error::{MEASURES, Measure};
 
 /// The name, then a line a number; numbers that are missing have none.
 pub fn tip(cell: &Measured, names: &Names) -> String {
@@ -14,16 +16,14 @@ pub fn tip(cell: &Measured, names: &Names) -> String {
         lines.push(format!("timed at {}×{}, {} light paths", time.width, time.height, time.light_paths));
     }
     if let Some(error) = &cell.result.error {
-        let values = [
-            ("FLIP", error.flip),
-            ("FLIP of caustics", error.flip_caustics),
-            ("relMSE", error.relmse),
-            ("relMSE of caustics", error.relmse_caustics),
-        ];
-        lines.extend(values.iter().filter_map(|(name, value)| Some(format!("{name} {}", number((*value)?)))));
+        let value = |measure: &Measure| Some(format!("{} {}", measure.head, number(error.get(measure)?)));
+        lines.extend(MEASURES.into_iter().filter_map(value));
         lines.push(format!("errors at {}×{}, {} seeds", error.width, error.height, error.seeds));
     }
-    let place = [config.runner.as_str(), &format!("{} bounces", config.max_bounces)].join(", ");
-    lines.push(format!("{place}, radius {} px", short(f64::from(config.radius_px))));
+    let words = |axis: &Axis| match (axis.shown, config.text(axis)) {
+        (Shown::Words(_, words), text) if !text.is_empty() && *axis != PATHS_PER_PIXEL => Some(words(&text)),
+        _ => None,
+    };
+    lines.push(AXES.into_iter().filter_map(words).collect::<Vec<_>>().join(", "));
     lines.join("\n")
 }

@@ -3,6 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use caustics::experiment::axis::{
+    DENOISER, FEATURES, GATHER, HISTORY, MAX_BOUNCES, METHOD, PATHS_PER_PIXEL, RADIUS_PX, RUNNER,
+};
+use caustics::experiment::error::{FLIP, FLIP_CAUSTICS, RELMSE, RELMSE_CAUSTICS};
 use caustics::experiment::result::{
     CellConfig, CellError, CellResult, CellTime, FrameResult, Provenance, Quartiles,
 };
@@ -66,25 +70,28 @@ fn cell(scene: &str, names: [&str; 4], paths: f64, ms: f64, error: f64, is_movin
     let frames = (0..24).filter(|_| is_moving && paths <= 1.0).map(|frame| {
         let turn = (f64::from(frame) * 0.4).sin();
         let flip = Some(flip * (1.0 + 0.2 * turn + f64::from(u8::from(history == "paper" && frame == 12))));
-        FrameResult { frame, total_ms: Some(total * (1.0 + 0.05 * turn)), flip, flip_caustics: None }
+        let values = [(FLIP.key.to_string(), flip), (FLIP_CAUSTICS.key.to_string(), None)].into();
+        FrameResult { frame, total_ms: Some(total * (1.0 + 0.05 * turn)), values }
     });
+    let mut config = CellConfig::of(scene, "main");
+    config.texture_filter = "cone".into();
+    for (axis, value) in [
+        (&METHOD, method),
+        (&GATHER, gather),
+        (&HISTORY, history),
+        (&DENOISER, "none"),
+        (&RUNNER, "cpu"),
+        (&FEATURES, features),
+        (&PATHS_PER_PIXEL, &paths.to_string()),
+        (&RADIUS_PX, "1"),
+        (&MAX_BOUNCES, "5"),
+    ] {
+        config.set(axis, value);
+    }
     let of_light = |value: f64| (paths > 0.0).then_some(value);
     CellResult {
         identity: format!("{:016x}", hash(&format!("{scene}{names:?}{paths}"))),
-        cell: CellConfig {
-            scene: scene.into(),
-            camera: "main".into(),
-            method: method.into(),
-            gather: gather.into(),
-            history: history.into(),
-            denoiser: "none".into(),
-            runner: "cpu".into(),
-            features: features.into(),
-            paths_per_pixel: paths,
-            radius_px: 1.0,
-            max_bounces: 5,
-            texture_filter: "cone".into(),
-        },
+        cell: config,
         time: Some(CellTime {
             width: 1920,
             height: 1080,
@@ -100,6 +107,7 @@ fn cell(scene: &str, names: [&str; 4], paths: f64, ms: f64, error: f64, is_movin
             points_per_s: of_light(6.2e6),
             light_paths_per_s: of_light(1.9e6),
             memory_bytes: BTreeMap::from([("points".into(), 33_177_600), ("deposits".into(), 16_000_000)]),
+            costs: BTreeMap::new(),
         }),
         error: Some(CellError {
             width: 480,
@@ -107,10 +115,14 @@ fn cell(scene: &str, names: [&str; 4], paths: f64, ms: f64, error: f64, is_movin
             light_paths: (paths * 480.0 * 270.0) as u32,
             seeds: 4,
             reference_frames: 256,
-            flip: Some(flip),
-            flip_caustics: of_light(0.6 * flip),
-            relmse: Some(4.0 * flip * flip),
-            relmse_caustics: None,
+            values: [
+                (&FLIP, Some(flip)),
+                (&FLIP_CAUSTICS, of_light(0.6 * flip)),
+                (&RELMSE, Some(4.0 * flip * flip)),
+                (&RELMSE_CAUSTICS, None),
+            ]
+            .map(|(measure, value)| (measure.key.to_string(), value))
+            .into(),
             ..CellError::default()
         }),
         frames: frames.collect(),
@@ -136,12 +148,13 @@ pub fn save(folder: &Path, cell: &mut CellResult) {
     let cells = folder.join("cells");
     std::fs::create_dir_all(&cells).unwrap();
     if let Some(error) = &mut cell.error
-        && cell.cell.paths_per_pixel != 0.25
+        && cell.cell.number(&PATHS_PER_PIXEL) != 0.25
     {
-        let noise = error.flip.unwrap_or(0.1) as f32;
+        let noise = error.get(&FLIP).unwrap_or(0.1) as f32;
         let turn = if cell.cell.scene == ROUGH { 0.8 } else { 0.0 };
         // What differs in needs only has the same bits.
-        let seed = hash(&format!("{}{}{}", cell.cell.method, cell.cell.history, cell.cell.paths_per_pixel));
+        let [method, history] = [&METHOD, &HISTORY].map(|axis| cell.cell.text(axis));
+        let seed = hash(&format!("{method}{history}{}", cell.cell.number(&PATHS_PER_PIXEL)));
         let id = &cell.identity;
         let write = |name: String, colors: &dyn Fn(u32, u32) -> Vec3| {
             let (width, height) = SIZE;

@@ -6,12 +6,14 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use caustics::checkpoint::Identity;
+use caustics::experiment::axis::HISTORY;
+use caustics::experiment::cell::Cell;
 use caustics::output::target::TargetError;
 use caustics::scene::{self, Scene};
 use caustics::settings::Settings;
 use caustics_kernels::declare::TextureFilter;
-use caustics_kernels::method::{self, Method};
-use caustics_kernels::{denoiser, history};
+use caustics_kernels::history;
+use caustics_kernels::method::Method;
 
 use super::pattern::Pattern;
 use crate::cli::{Animate, Usage};
@@ -25,7 +27,7 @@ pub struct Plan {
     /// The settings, with history and filter.
     pub settings: Settings,
     /// How to render.
-    pub method: &'static Method,
+    pub cell: Cell,
     /// Names of the files.
     pub pattern: Pattern,
     /// The frames.
@@ -41,7 +43,7 @@ pub struct Plan {
 impl Plan {
     /// Checks what no type can, but for the frames.
     pub fn new(options: &Animate) -> anyhow::Result<Plan> {
-        let Animate { common, fps, light_paths, radius_px, .. } = options;
+        let Animate { common, axes, fps, .. } = options;
         if common.png.is_some() || common.resume || common.no_ledger {
             return Err(Usage(
                 "animate has no --png-file, --resume or --no-ledger; it always goes on from the frames that are there"
@@ -52,31 +54,14 @@ impl Plan {
         if !(fps.is_finite() && *fps > 0.0) {
             return Err(Usage(format!("--fps {fps}: give a positive number")).into());
         }
-        let unknown = |name: &str| Usage(format!("nothing is called {name}"));
-        let method = method::find(&options.method).ok_or_else(|| unknown(&options.method))?;
-        let default = if method.lends { history::VALIDATED.name } else { history::NONE.name };
-        let name = options.history.as_deref().unwrap_or(default);
-        let history = history::find(name).ok_or_else(|| unknown(name))?;
-        if !method.takes_history(history) {
-            return Err(Usage(format!(
-                "--history {name} lends light from frame to frame, and --method {} takes none; use --method basic",
-                method.name
-            ))
-            .into());
+        let mut cell = axes.cell()?;
+        if !axes.has(&HISTORY) && cell.method.lends {
+            cell.history = &history::VALIDATED;
         }
-        let denoiser = denoiser::find(&options.denoiser).ok_or_else(|| unknown(&options.denoiser))?;
-        if !method.takes_denoiser(denoiser) {
-            return Err(Usage(format!(
-                "--denoiser {} looks at collection points, and --method {} makes none; use --method basic",
-                denoiser.name, method.name
-            ))
-            .into());
-        }
-        let settings =
-            Settings { history, denoiser, ..settings(common, *light_paths, 1, *radius_px)? }.of(method);
+        let settings = settings(&common.view, &cell, 1)?.of(cell.method);
         Ok(Plan {
             settings,
-            method,
+            cell,
             pattern: Pattern::parse(&common.output)?,
             frames: options.frames.clone().unwrap_or_default(),
             fps: *fps,
@@ -116,6 +101,11 @@ impl Plan {
             return Err(TargetError::NoFile(path).into());
         }
         Ok(())
+    }
+
+    /// What a frame consists of.
+    pub fn method(&self) -> &'static Method {
+        self.cell.method
     }
 
     /// The time that a frame shows (s).

@@ -1,16 +1,13 @@
 //! The file of a sweep: TOML. An error names the line and shows the key.
 
-use caustics_kernels::gather::variant::Variant;
+use caustics_kernels::declare::TextureFilter;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::value::{Bounces, ByName, Count, NonEmpty, PathsPerPixel, Positive, Runner, Side};
-use crate::experiment::cell::Code;
+use super::matrix_table::MatrixTable;
+use super::value::{Count, Filter, Positive, Side};
 use crate::experiment::reference::SEED;
-use caustics_kernels::declare::TextureFilter;
-use caustics_kernels::denoiser::Denoiser;
-use caustics_kernels::history::History;
-use caustics_kernels::method::Method;
+use crate::settings::Settings;
 
 /// Most cells of a file, counted before any is left out.
 const MAX_CELLS: u64 = 1_000_000;
@@ -33,13 +30,34 @@ pub struct Config {
     pub exposure: f32,
     /// Which level of its textures the camera sees, in all cells and the references alike.
     #[serde(default = "cone")]
-    pub texture_filter: ByName<TextureFilter>,
+    pub texture_filter: Filter,
+    /// Reflections of at most this roughness are specular.
+    #[serde(default = "specular_roughness")]
+    pub specular_roughness: f32,
+    /// Where in a pixel its rays go.
+    #[serde(default)]
+    pub pixel_filter: PixelFilter,
+    /// Radiance behind everything (W m^-2 sr^-1); none: what the scene says.
+    pub background: Option<[f32; 3]>,
+    /// The time of the scenes' animations that all frames show (s); none: frame k shows the time k / fps.
+    pub moment_s: Option<f64>,
     /// How times are measured, if they are.
     pub time: Option<TimeTable>,
     /// How errors are measured, if they are.
     pub error: Option<ErrorTable>,
     /// The cells.
     pub matrix: Vec<Spanned<MatrixTable>>,
+}
+
+/// Where in a pixel its rays go.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum PixelFilter {
+    /// Through its centre.
+    #[default]
+    Centre,
+    /// Anywhere in it.
+    Box,
 }
 
 /// `[time]`.
@@ -56,6 +74,9 @@ pub struct TimeTable {
     /// Frames before them that are not.
     #[serde(default = "two")]
     pub warm_up: u32,
+    /// Whether the tracer alone is timed too, so that the passes that trace can be compared with it.
+    #[serde(default)]
+    pub tracer_rate: bool,
 }
 
 /// `[error]`.
@@ -75,48 +96,9 @@ pub struct ErrorTable {
     /// Frames of scenes that move, each with a reference; of still ones, frames of which a history's last is measured.
     #[serde(default = "sixteen")]
     pub frames: Count,
-}
-
-/// `[[matrix]]`: lists, of which all combinations are cells.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MatrixTable {
-    /// Files or names.
-    pub scene: NonEmpty<String>,
-    /// Name of the camera; the first where there is none.
-    pub camera: Option<String>,
-    /// Methods.
-    pub method: NonEmpty<ByName<&'static Method>>,
-    /// Gathers; none: the runner's usual one.
+    /// Whether every frame of still scenes is measured too.
     #[serde(default)]
-    pub gather: Vec<ByName<&'static Variant>>,
-    /// Histories.
-    #[serde(default = "none")]
-    pub history: NonEmpty<ByName<&'static History>>,
-    /// Filters.
-    #[serde(default = "none")]
-    pub denoiser: NonEmpty<ByName<&'static Denoiser>>,
-    /// Light paths of a frame as it is timed, else as its error is measured.
-    pub light_paths: Option<NonEmpty<Count>>,
-    /// Light paths a pixel instead.
-    pub paths_per_pixel: Option<NonEmpty<PathsPerPixel>>,
-    /// As many light paths as a frame of this time has instead (ms).
-    pub equal_time_ms: Option<Positive>,
-    /// Widths and heights of the pictures that are timed; none: that of `[time]`.
-    #[serde(default)]
-    pub size: Vec<(Side, Side)>,
-    /// Radii of collection points relative to the disc of a pixel's footprint.
-    #[serde(default = "one")]
-    pub radius_px: NonEmpty<Positive>,
-    /// Largest numbers of scattering vertices.
-    #[serde(default = "usual_bounces")]
-    pub max_bounces: NonEmpty<Bounces>,
-    /// Runners.
-    #[serde(default = "auto")]
-    pub runner: NonEmpty<ByName<Runner>>,
-    /// Kernel code.
-    #[serde(default = "scene_code")]
-    pub features: NonEmpty<ByName<Code>>,
+    pub every_frame: bool,
 }
 
 impl Config {
@@ -128,12 +110,25 @@ impl Config {
         Ok(config)
     }
 
-    fn check(&self, text: &str) -> Result<(), String> {
+    /// Checks what no value by itself shows; `text` is that of the file, if there is one.
+    ///
+    /// # Errors
+    /// What is wrong, with the key's line in the text.
+    pub fn check(&self, text: &str) -> Result<(), String> {
         if self.time.is_none() && self.error.is_none() {
             return Err("there is nothing to measure: give a table [time], [error], or both".into());
         }
         if !(-64.0..=64.0).contains(&self.exposure) {
             return Err(format!("exposure = {}: give -64 to 64 stops", self.exposure));
+        }
+        if !(0.0..=1.0).contains(&self.specular_roughness) {
+            return Err(format!("specular_roughness = {}: give 0 to 1", self.specular_roughness));
+        }
+        if self.background.iter().flatten().any(|channel| !(0.0..=1e30).contains(channel)) {
+            return Err("background: give three numbers from 0 to 1e30".into());
+        }
+        if self.moment_s.is_some_and(|time| !time.is_finite()) {
+            return Err("moment_s: give a number of seconds".into());
         }
         let seeds = self.error.as_ref().map_or(1, |error| error.seeds.0);
         let last = self.seed.checked_add(seeds - 1);
@@ -152,19 +147,14 @@ impl Config {
                      are measured; share them out among files"
                 ));
             }
-            let given = [
-                matrix.light_paths.is_some(),
-                matrix.paths_per_pixel.is_some(),
-                matrix.equal_time_ms.is_some(),
-            ];
-            if given.iter().filter(|given| **given).count() != 1 {
+            if matrix.paths_keys.len() != 1 {
                 let keys = "light_paths, paths_per_pixel and equal_time_ms";
                 return Err(format!("line {line}, [[matrix]]: give one of {keys}"));
             }
             if !matrix.size.is_empty() && self.time.is_none() {
                 return Err(format!("line {line}, [[matrix]]: size needs a table [time]"));
             }
-            if matrix.equal_time_ms.is_some() && self.time.is_none() {
+            if matrix.paths_keys == ["equal_time_ms"] && self.time.is_none() {
                 return Err(format!("line {line}, [[matrix]]: equal_time_ms needs a table [time]"));
             }
         }
@@ -172,34 +162,16 @@ impl Config {
     }
 }
 
-impl MatrixTable {
-    /// Combinations of its lists.
-    fn count(&self) -> u64 {
-        let paths = |length: Option<usize>| length.unwrap_or(1);
-        let lengths = [
-            self.scene.0.len(),
-            self.method.0.len(),
-            self.gather.len().max(1),
-            self.history.0.len(),
-            self.denoiser.0.len(),
-            paths(self.light_paths.as_ref().map(|paths| paths.0.len())),
-            paths(self.paths_per_pixel.as_ref().map(|paths| paths.0.len())),
-            self.size.len().max(1),
-            self.radius_px.0.len(),
-            self.max_bounces.0.len(),
-            self.runner.0.len(),
-            self.features.0.len(),
-        ];
-        lengths.into_iter().fold(1, |count: u64, length| count.saturating_mul(length as u64))
-    }
-}
-
 fn fps() -> Positive {
     Positive(24.0)
 }
 
-fn cone() -> ByName<TextureFilter> {
-    ByName(TextureFilter::Cone)
+fn cone() -> Filter {
+    Filter(TextureFilter::Cone)
+}
+
+fn specular_roughness() -> f32 {
+    Settings::default().specular_roughness
 }
 
 fn two() -> u32 {
@@ -218,29 +190,10 @@ fn many() -> Count {
     Count(256)
 }
 
-fn none<T: super::value::Known>() -> NonEmpty<ByName<T>> {
-    NonEmpty::of(ByName::new("none"))
-}
-
-fn one() -> NonEmpty<Positive> {
-    NonEmpty::of(Some(Positive(1.0)))
-}
-
-fn usual_bounces() -> NonEmpty<Bounces> {
-    NonEmpty::of(Some(Bounces(5)))
-}
-
-fn auto() -> NonEmpty<ByName<Runner>> {
-    NonEmpty::of(ByName::new("auto"))
-}
-
-fn scene_code() -> NonEmpty<ByName<Code>> {
-    NonEmpty::of(ByName::new("scene"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::experiment::axis::{HISTORY, MAX_BOUNCES, RADIUS_PX, RUNNER};
 
     const GOOD: &str = "[time]\nwidth = 64\nheight = 36\n\n[[matrix]]\nscene = [\"ring\"]\nmethod = [\"basic\"]\n\
                         paths_per_pixel = [1]\n";
@@ -251,9 +204,8 @@ mod tests {
         let matrix = config.matrix[0].get_ref();
         assert_eq!((config.fps.0, config.time.unwrap().frames.0), (24.0, 16));
         assert_eq!(config.texture_filter.0, TextureFilter::Cone);
-        assert_eq!(matrix.history.0[0].0.name, "none");
-        assert_eq!((matrix.max_bounces.0[0].0, matrix.radius_px.0[0].0), (5, 1.0));
-        assert_eq!(matrix.runner.0[0].0, Runner("auto"));
+        let usual = [&HISTORY, &MAX_BOUNCES, &RADIUS_PX, &RUNNER].map(|axis| matrix.axes.values(axis));
+        assert_eq!(usual, [["none"], ["5"], ["1"], ["auto"]]);
     }
 
     #[test]

@@ -4,11 +4,15 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
 use anyhow::Context;
+use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
+use glam::Vec3;
 
-use super::config::{Config, MatrixTable};
+use super::config::{Config, PixelFilter};
+use super::matrix_table::MatrixTable;
+use crate::experiment::axis::HISTORY;
 use crate::experiment::cell::{Cell, Paths, name_all};
 use crate::experiment::identity::{posed, view};
-use crate::experiment::matrix::{Cells, Matrix, keep_one_of_each};
+use crate::experiment::matrix::{Cells, keep_one_of_each};
 use crate::experiment::plan::Plan;
 use crate::hash::fnv1a;
 use crate::scene::{self, Scene};
@@ -41,6 +45,9 @@ pub struct Expanded {
 
 impl Expanded {
     /// Loads the scenes and makes the cells; `runner` finds the runner of a name.
+    ///
+    /// # Errors
+    /// A scene that cannot be loaded, a camera or a runner that is not there.
     pub fn new(
         config: &Config,
         runner: &mut dyn FnMut(&str) -> anyhow::Result<RunnerChoice>,
@@ -49,16 +56,15 @@ impl Expanded {
         let mut known = BTreeMap::new();
         for matrix in &config.matrix {
             let matrix = matrix.get_ref();
-            let names = matrix.runner.0.iter().map(|name| name.0.0);
-            let runners = names.map(&mut *runner).collect::<anyhow::Result<Vec<_>>>()?;
-            for timed_size in timed_sizes(config, matrix) {
-                let Cells { cells, skipped } = lists(config, matrix, timed_size, runners.clone()).cells();
-                for line in skipped {
-                    if !all.skipped.contains(&line) {
-                        all.skipped.push(line);
-                    }
+            let Cells { cells, skipped } = matrix.axes.cells(runner)?;
+            for line in skipped {
+                if !all.skipped.contains(&line) {
+                    all.skipped.push(line);
                 }
-                for argument in &matrix.scene.0 {
+            }
+            for timed_size in timed_sizes(config, matrix) {
+                let cells = per_pixel(config, timed_size, &cells);
+                for argument in &matrix.scene {
                     match known.entry((argument.clone(), matrix.camera.clone(), timed_size)) {
                         Entry::Occupied(part) => {
                             let part: &mut Part = &mut all.parts[*part.get()];
@@ -96,10 +102,15 @@ impl Part {
         let camera = camera.name.clone();
         let mut part = Part { camera, timed_size, view: String::new(), scene, cells };
         // What differs between cells is said by each of them.
-        let first = posed(&part.scene, part.plan(config).time_of(config.first_frame))?;
-        let common = Settings { texture_filter: Some(config.texture_filter.0), ..Settings::default() };
-        part.view = fnv1a(view(&first, &part.camera, &common).bytes());
+        let plan = part.plan(config);
+        let first = posed(&part.scene, plan.time_of(config.first_frame))?;
+        part.view = fnv1a(view(&first, &part.camera, &plan.settings).bytes());
         Ok(part)
+    }
+
+    /// Whether its frames differ.
+    pub fn moves(&self, config: &Config) -> bool {
+        self.scene.is_animated() && config.moment_s.is_none()
     }
 
     /// What all plans have in common: neither time nor error, and no cells.
@@ -108,28 +119,74 @@ impl Part {
             seed: config.seed,
             exposure: config.exposure,
             texture_filter: Some(config.texture_filter.0),
+            specular_roughness: config.specular_roughness,
+            pixel_filter: match config.pixel_filter {
+                PixelFilter::Centre => PIXEL_FILTER_CENTRE,
+                PixelFilter::Box => PIXEL_FILTER_BOX,
+            },
+            background: config.background.map(Vec3::from),
             ..Settings::default()
         };
         Plan {
-            cells: Vec::new(),
             settings,
             camera: self.camera.clone(),
             frames: 0..1,
             fps: config.fps.0,
-            moment: (!self.scene.is_animated()).then_some(0.0),
+            moment: (!self.moves(config)).then_some(config.moment_s.unwrap_or(0.0)),
             warm_up: 0,
             time: false,
-            error: None,
+            every_frame: false,
+            seeds: 1,
         }
+    }
+
+    /// The frames by which times are measured, if they are.
+    pub fn time_plan(&self, config: &Config) -> Option<Plan> {
+        let (time, (width, height)) = (config.time.as_ref()?, self.timed_size?);
+        let plan = self.plan(config);
+        let first = if self.moves(config) { config.first_frame } else { 0 };
+        let settings = Settings { width, height, ..plan.settings };
+        let frames = first..first + time.frames.0;
+        Some(Plan { settings, frames, warm_up: time.warm_up, time: true, ..plan })
+    }
+
+    /// The frames by which errors of a cell are measured, if they are. Of a scene where nothing moves that is one frame;
+    /// with a history the last of several.
+    pub fn error_plan(&self, config: &Config, cell: &Cell) -> Option<Plan> {
+        let error = config.error.as_ref()?;
+        let plan = self.plan(config);
+        let first = if self.moves(config) { config.first_frame } else { 0 };
+        let end = first + error.frames.0;
+        let every_frame = self.moves(config) || error.every_frame;
+        let is_alone = !every_frame && HISTORY.get(cell) == HISTORY.none;
+        let frames = if is_alone { end - 1..end } else { first..end };
+        let settings = Settings { width: error.width.0, height: error.height.0, ..plan.settings };
+        Some(Plan { settings, frames, every_frame, seeds: error.seeds.0, ..plan })
     }
 
     /// Hash of all that decides what is measured of a cell.
     pub fn identity(&self, config: &Config, cell: &Cell) -> String {
-        let Config { fps, first_frame, seed, exposure, time, error, .. } = config;
-        let moves = self.scene.is_animated().then_some((fps.0, first_frame));
+        // Without dots: whoever adds a key decides. The common settings are in the view, the lists in the cells.
+        let Config {
+            fps,
+            first_frame,
+            seed,
+            exposure,
+            time,
+            error,
+            moment_s,
+            texture_filter: _,
+            specular_roughness: _,
+            pixel_filter: _,
+            background: _,
+            matrix: _,
+        } = config;
+        let moves = self.moves(config).then_some((fps.0, first_frame));
         let (view, size) = (&self.view, self.timed_size);
-        let text =
-            format!("{view} {moves:?} seed {seed} {exposure} {time:?} {size:?} {error:?} {}", cell.key());
+        let text = format!(
+            "{view} {moves:?} {moment_s:?} seed {seed} {exposure} {time:?} {size:?} {error:?} {}",
+            cell.key()
+        );
         fnv1a(text.bytes())
     }
 }
@@ -142,32 +199,13 @@ fn timed_sizes(config: &Config, matrix: &MatrixTable) -> Vec<Option<(u32, u32)>>
     matrix.size.iter().map(|(width, height)| Some((width.0, height.0))).collect()
 }
 
-fn lists(
-    config: &Config,
-    matrix: &MatrixTable,
-    timed_size: Option<(u32, u32)>,
-    runners: Vec<RunnerChoice>,
-) -> Matrix {
-    // The same paths a pixel in both sizes.
+/// The cells with light paths a pixel instead of a number of them, so that pictures of all sizes have the same.
+fn per_pixel(config: &Config, timed_size: Option<(u32, u32)>, cells: &[Cell]) -> Vec<Cell> {
     let size = timed_size.or(config.error.as_ref().map(|error| (error.width.0, error.height.0)));
     let pixels = size.map_or(1.0, |(width, height)| f64::from(width) * f64::from(height));
-    let mut paths = Vec::new();
-    if let Some(counts) = &matrix.light_paths {
-        paths.extend(counts.0.iter().map(|count| Paths::PerPixel(f64::from(count.0) / pixels)));
-    }
-    if let Some(densities) = &matrix.paths_per_pixel {
-        paths.extend(densities.0.iter().map(|paths| Paths::PerPixel(paths.0)));
-    }
-    paths.extend(matrix.equal_time_ms.map(|ms| Paths::Time(ms.0)));
-    Matrix {
-        methods: matrix.method.0.iter().map(|method| method.0).collect(),
-        gathers: matrix.gather.iter().map(|gather| gather.0).collect(),
-        histories: matrix.history.0.iter().map(|history| history.0).collect(),
-        denoisers: matrix.denoiser.0.iter().map(|denoiser| denoiser.0).collect(),
-        paths,
-        radii: matrix.radius_px.0.iter().map(|radius| radius.0 as f32).collect(),
-        bounces: matrix.max_bounces.0.iter().map(|bounces| bounces.0).collect(),
-        runners,
-        codes: matrix.features.0.iter().map(|code| code.0).collect(),
-    }
+    let of = |cell: &Cell| match cell.paths {
+        Paths::Count(count) => Cell { paths: Paths::PerPixel(f64::from(count) / pixels), ..cell.clone() },
+        _ => cell.clone(),
+    };
+    cells.iter().map(of).collect()
 }

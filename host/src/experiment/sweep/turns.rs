@@ -1,19 +1,23 @@
 //! Cells of one scene and runner: they take turns while they are timed, then each is held against the reference.
 
 use anyhow::Context;
-use caustics::experiment::cell::{Cell, Paths};
-use caustics::experiment::identity::posed;
-use caustics::experiment::measure::measure;
-use caustics::experiment::memory::memory;
-use caustics::experiment::plan::Plan;
-use caustics::experiment::result::{CellTime, FrameResult};
-use caustics::experiment::row::Row;
-use caustics::experiment::store;
-use caustics::experiment::sweep::equal_time::{Found, TOLERANCE, held, is_met, search};
-use caustics::experiment::timing::{cell_time, quartiles};
 
-use super::sweep::{is_done, time_plan};
-use super::sweep_cell::{Desk, Task};
+use super::equal_time::{Found, TOLERANCE, held, is_met, search};
+use super::run::{Sweep, Task, joined};
+use crate::experiment::axis::PATHS_PER_PIXEL;
+use crate::experiment::cell::{Cell, Paths};
+use crate::experiment::cost::costs;
+use crate::experiment::identity::posed;
+use crate::experiment::measure::measure;
+use crate::experiment::memory::memory;
+use crate::experiment::plan::Plan;
+use crate::experiment::reference::camera;
+use crate::experiment::result::{CellTime, FrameResult};
+use crate::experiment::row::Row;
+use crate::experiment::store::provenance;
+use crate::experiment::timing::{cell_time, quartiles};
+use crate::scene::Scene;
+use crate::trace_rate::closest_hits_per_second;
 
 /// Most cells that take turns, the first one of the group aside: what an interruption loses.
 const MAX_TURNS: usize = 8;
@@ -32,33 +36,20 @@ struct Ready<'a> {
     cell: Cell,
 }
 
-/// Measures whatever is missing of these tasks. False where it was stopped.
-pub fn measure_all(desk: &Desk, tasks: &[Task]) -> anyhow::Result<bool> {
-    let missing: Vec<&Task> =
-        tasks.iter().filter(|task| !is_done(desk.config, Some(desk.folder), task)).collect();
-    let is_one = |a: &&Task, b: &&Task| std::ptr::eq(a.part, b.part) && a.cell.runner == b.cell.runner;
-    for group in missing.chunk_by(is_one) {
-        if !measure_group(desk, group)? {
-            return Ok(false);
-        }
-    }
-    Ok(true)
-}
-
-fn measure_group(desk: &Desk, group: &[&Task]) -> anyhow::Result<bool> {
+/// Measures whatever is missing of tasks of one scene and runner. False where it was stopped.
+pub fn measure_group(sweep: &Sweep, group: &[&Task]) -> anyhow::Result<bool> {
     let has_time = |task: &Task| {
-        desk.config.time.is_none()
-            || store::read(desk.folder, &task.identity).is_some_and(|of| of.time.is_some())
+        sweep.config.time.is_none() || sweep.results.read(&task.identity).is_some_and(|of| of.time.is_some())
     };
     let (timed, untimed): (Vec<&Task>, Vec<&Task>) = group.iter().partition(|task| has_time(task));
     // Times that are known wait for their errors only.
     for task in timed {
-        let Some(ready) = find_paths(desk, task)? else { return Ok(false) };
-        if !desk.measure_error(task, &ready.cell)? {
+        let Some(ready) = find_paths(sweep, task)? else { return Ok(false) };
+        if !sweep.measure_error(task, &ready.cell)? {
             return Ok(false);
         }
     }
-    let Some(plan) = untimed.first().and_then(|task| time_plan(desk.config, task.part)) else {
+    let Some(plan) = untimed.first().and_then(|task| task.part.time_plan(sweep.config)) else {
         return Ok(true);
     };
     let mut rest = &untimed[..];
@@ -66,14 +57,14 @@ fn measure_group(desk: &Desk, group: &[&Task]) -> anyhow::Result<bool> {
         let part = task.part;
         // The first cell of the scene on this runner has a turn too, whoever measures it: what ratios are held against.
         let first = part.cells.iter().find(|cell| cell.runner == task.cell.runner).unwrap_or(&task.cell);
-        let first = Task { part, cell: first.clone(), identity: part.identity(desk.config, first) };
-        let Some(first) = find_paths(desk, &first)? else { return Ok(false) };
+        let first = Task::of(sweep.config, part, first);
+        let Some(first) = find_paths(sweep, &first)? else { return Ok(false) };
         let scene = posed(&part.scene, plan.time_of(plan.frames.start))?;
         let tables: usize = scene.buffers().iter().map(|(_, bytes)| bytes.len()).sum();
         let size = |cell: &Cell| tables + memory(&plan, cell, &scene).map_or(0, |memory| memory.total_bytes);
         let (mut turns, mut bytes) = (Vec::new(), size(&first.cell));
         while let Some(task) = rest.first() {
-            let Some(ready) = find_paths(desk, task)? else { return Ok(false) };
+            let Some(ready) = find_paths(sweep, task)? else { return Ok(false) };
             bytes += size(&ready.cell);
             if !turns.is_empty() && (turns.len() == MAX_TURNS || bytes > MAX_MEMORY) {
                 break;
@@ -82,12 +73,12 @@ fn measure_group(desk: &Desk, group: &[&Task]) -> anyhow::Result<bool> {
             rest = &rest[1..];
         }
         let tasks: Vec<&Task> = turns.iter().map(|ready| ready.task).collect();
-        if !take_turns(desk, &plan, &first, turns, MAX_CORRECTIONS)? {
+        if !take_turns(sweep, &plan, &first, turns, MAX_CORRECTIONS)? {
             return Ok(false);
         }
         for task in tasks {
-            let Some(ready) = find_paths(desk, task)? else { return Ok(false) };
-            if !desk.measure_error(task, &ready.cell)? {
+            let Some(ready) = find_paths(sweep, task)? else { return Ok(false) };
+            if !sweep.measure_error(task, &ready.cell)? {
                 return Ok(false);
             }
         }
@@ -106,7 +97,7 @@ struct Timed<'a> {
 /// Times cells and writes their files. Cells that share a time to meet take their turns again, with corrected light paths,
 /// as long as one of them misses it.
 fn take_turns<'a>(
-    desk: &Desk,
+    sweep: &Sweep,
     plan: &Plan,
     first: &Ready,
     turns: Vec<Ready<'a>>,
@@ -115,33 +106,48 @@ fn take_turns<'a>(
     let Some(part) = turns.first().map(|ready| ready.task.part) else { return Ok(true) };
     let mut cells = vec![first.cell.clone()];
     cells.extend(turns.iter().map(|ready| ready.cell.clone()).filter(|cell| cell.name != first.cell.name));
-    tell!("{}: {} cells take turns for {} frames", part.scene.name, cells.len(), plan.frames.len());
-    let plan = Plan { cells, ..plan.clone() };
+    (sweep.tell)(&format!(
+        "{}: {} cells take turns for {} frames",
+        part.scene.name,
+        cells.len(),
+        plan.frames.len()
+    ));
     let mut rows: Vec<Row> = Vec::new();
     let mut each = |new| {
         rows.extend(new);
         Ok(())
     };
-    let devices = measure(&plan, &part.scene, &plan.cells, None, desk.stopped, &mut each)?;
-    let Some(devices) = devices else { return Ok(false) };
+    let outcomes = measure(plan, &part.scene, &cells, None, sweep.stopped, &mut each)?;
+    let Some(outcomes) = outcomes else { return Ok(false) };
     let scene = posed(&part.scene, plan.time_of(plan.frames.start))?;
-    let time = |cell: &Cell| cell_time(&plan, &scene, cell, &first.cell, &rows).context("no frame was timed");
+    let has_rate = sweep.config.time.as_ref().is_some_and(|time| time.tracer_rate);
+    let hits_per_s = if has_rate { Some(tracer_rate(plan, &scene, &first.cell)?) } else { None };
+    let time = |cell: &Cell| -> anyhow::Result<CellTime> {
+        let time = cell_time(plan, &scene, cell, &first.cell, &rows).context("no frame was timed")?;
+        let own: Vec<&Row> = rows.iter().filter(|row| row.cell == cell.name).collect();
+        let costs = hits_per_s.and_then(|rate| costs(plan, &scene, cell, &own, rate)).unwrap_or_default();
+        Ok(CellTime { costs, ..time })
+    };
     let first_ms = time(&first.cell)?.total_ms.median;
     let timed = |ready: Ready<'a>| -> anyhow::Result<Timed<'a>> {
         let cell = &ready.cell;
         let own: Vec<&Row> = rows.iter().filter(|row| row.cell == cell.name).collect();
         let faults: f64 = own.iter().filter_map(|row| row.get("faults")).sum();
         if faults > 0.0 {
-            tell!("warning: {}: {faults} deposits, addends or media were dropped or clamped", cell.name);
+            (sweep.tell)(&format!(
+                "warning: {}: {faults} deposits, addends or media were dropped or clamped",
+                cell.name
+            ));
         }
         let of_frame = |row: &&Row| FrameResult {
             frame: row.frame,
             total_ms: row.get("total_ms"),
             ..FrameResult::default()
         };
-        let frames = if part.scene.is_animated() { own.iter().map(of_frame).collect() } else { Vec::new() };
-        let index = plan.cells.iter().position(|known| known.name == cell.name);
-        let device = index.and_then(|index| devices.get(index)).cloned().unwrap_or_default();
+        let frames = if part.moves(sweep.config) { own.iter().map(of_frame).collect() } else { Vec::new() };
+        let index = cells.iter().position(|known| known.name == cell.name);
+        let outcome = index.and_then(|index| outcomes.get(index));
+        let device = outcome.map(|outcome| outcome.device.clone()).unwrap_or_default();
         Ok(Timed { time: time(cell)?, frames, device, ready })
     };
     let timed: Vec<Timed> = turns.into_iter().map(timed).collect::<anyhow::Result<_>>()?;
@@ -149,13 +155,13 @@ fn take_turns<'a>(
     let (shared, fixed): (Vec<Timed>, Vec<Timed>) =
         timed.into_iter().partition(|timed| matches!(timed.ready.task.cell.paths, Paths::Time(_)));
     for timed in fixed {
-        write(desk, timed, None)?;
+        write(sweep, timed, None)?;
     }
-    let misses: Vec<Option<Miss>> = shared.iter().map(|timed| miss(&plan, timed, first, first_ms)).collect();
+    let misses: Vec<Option<Miss>> = shared.iter().map(|timed| miss(plan, timed, first, first_ms)).collect();
     let can_correct = misses.iter().flatten().any(|miss| miss.next.is_some());
     if corrections == 0 || !can_correct {
         for (timed, miss) in shared.into_iter().zip(misses) {
-            write(desk, timed, miss.map(|miss| miss.note))?;
+            write(sweep, timed, miss.map(|miss| miss.note))?;
         }
         return Ok(true);
     }
@@ -164,7 +170,10 @@ fn take_turns<'a>(
         let mut cell = ready.cell;
         if let Some(next) = miss.and_then(|miss| miss.next) {
             let ms = time.total_ms.median;
-            tell!("{} {}: {ms:.2} ms beside others; {next} light paths next", scene.name, cell.name);
+            (sweep.tell)(&format!(
+                "{} {}: {ms:.2} ms beside others; {next} light paths next",
+                scene.name, cell.name
+            ));
             let pixels = f64::from(time.width) * f64::from(time.height);
             cell.paths = Paths::PerPixel(f64::from(next) / pixels);
         }
@@ -172,13 +181,25 @@ fn take_turns<'a>(
     }
     let is_first = |ready: &&Ready| ready.cell.name == first.cell.name;
     let cell = again.iter().find(is_first).unwrap_or(first).cell.clone();
-    take_turns(desk, &plan, &Ready { task: first.task, cell }, again, corrections - 1)
+    take_turns(sweep, plan, &Ready { task: first.task, cell }, again, corrections - 1)
 }
 
-fn write(desk: &Desk, timed: Timed, note: Option<String>) -> anyhow::Result<()> {
+fn write(sweep: &Sweep, timed: Timed, note: Option<String>) -> anyhow::Result<()> {
     let Timed { ready: Ready { task, cell }, time, frames, device } = timed;
-    tell!("{} {}: {:.2} ms", task.part.scene.name, cell.name, time.total_ms.median);
-    desk.write_time(task, &cell, time, frames, device, note)
+    (sweep.tell)(&format!("{} {}: {:.2} ms", task.part.scene.name, cell.name, time.total_ms.median));
+    let mut result = sweep.result(task, &cell);
+    let wall_s = result.provenance.wall_s + time.total_ms.median * f64::from(time.frames) / 1e3;
+    result.time = Some(time);
+    result.frames = joined(&result.frames, &frames);
+    result.note = note;
+    result.provenance = provenance(device, sweep.config.seed, wall_s);
+    sweep.results.write(&result)
+}
+
+/// Closest hits a second of the tracer alone, on the runner of a cell.
+fn tracer_rate(plan: &Plan, scene: &Scene, cell: &Cell) -> anyhow::Result<f64> {
+    let features = cell.features(scene, plan.settings.specular_roughness);
+    closest_hits_per_second(&cell.runner, scene, camera(scene, &plan.camera)?, features)
 }
 
 /// A time that was not met.
@@ -219,41 +240,44 @@ fn most_paths(plan: &Plan, cell: &Cell) -> u32 {
 }
 
 /// The cell of a task with its light paths: searched for where a time is given, but once. None where it was stopped.
-fn find_paths<'a>(desk: &Desk, task: &'a Task<'a>) -> anyhow::Result<Option<Ready<'a>>> {
+fn find_paths<'a>(sweep: &Sweep, task: &'a Task<'a>) -> anyhow::Result<Option<Ready<'a>>> {
     let Paths::Time(target) = task.cell.paths else {
         return Ok(Some(Ready { task, cell: task.cell.clone() }));
     };
     let with = |paths| Cell { paths, ..task.cell.clone() };
-    if let Some(known) = store::read(desk.folder, &task.identity).filter(|known| known.time.is_some()) {
-        return Ok(Some(Ready { task, cell: with(Paths::PerPixel(known.cell.paths_per_pixel)) }));
+    if let Some(known) = sweep.results.read(&task.identity).filter(|known| known.time.is_some()) {
+        return Ok(Some(Ready { task, cell: with(Paths::PerPixel(known.cell.number(&PATHS_PER_PIXEL))) }));
     }
-    if let Some(paths) = desk.found.borrow().get(&task.identity) {
+    if let Some(paths) = sweep.found.borrow().get(&task.identity) {
         return Ok(Some(Ready { task, cell: with(*paths) }));
     }
-    let plan = time_plan(desk.config, task.part).context("there is no table [time]")?;
+    let plan = task.part.time_plan(sweep.config).context("there is no table [time]")?;
     let (start, count) = (plan.frames.start, plan.frames.len() as u32);
     let frames = start..start + count.min(TRIAL_FRAMES);
     let mut trial = |paths: u32| -> anyhow::Result<f64> {
         let cell = with(Paths::Count(paths));
-        let plan = Plan { cells: vec![cell], frames: frames.clone(), warm_up: 1, ..plan.clone() };
+        let plan = Plan { frames: frames.clone(), warm_up: 1, ..plan.clone() };
         let mut totals = Vec::new();
         let mut each = |rows: Vec<Row>| {
             totals.extend(rows.iter().filter_map(|row| row.get("total_ms")));
             Ok(())
         };
         let scene = &task.part.scene;
-        measure(&plan, scene, &plan.cells, None, desk.stopped, &mut each)?.context("interrupted")?;
+        measure(&plan, scene, &[cell], None, sweep.stopped, &mut each)?.context("interrupted")?;
         let median = quartiles(&totals).context("no frame was timed")?.median;
-        tell!("{} {}: {paths} light paths take {median:.2} ms of {target}", scene.name, task.cell.name);
+        (sweep.tell)(&format!(
+            "{} {}: {paths} light paths take {median:.2} ms of {target}",
+            scene.name, task.cell.name
+        ));
         Ok(median)
     };
     let pixels = u64::from(plan.settings.width) * u64::from(plan.settings.height);
     let found = search(target, pixels as u32, most_paths(&plan, &task.cell), &mut trial);
-    if (desk.stopped)() {
+    if (sweep.stopped)() {
         return Ok(None);
     }
     let found: Found = found?;
     let paths = Paths::PerPixel(f64::from(found.paths) / pixels as f64);
-    desk.found.borrow_mut().insert(task.identity.clone(), paths);
+    sweep.found.borrow_mut().insert(task.identity.clone(), paths);
     Ok(Some(Ready { task, cell: with(paths) }))
 }

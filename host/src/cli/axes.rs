@@ -1,0 +1,169 @@
+//! Options of the axes of an experiment, made of their rows.
+
+use std::marker::PhantomData;
+
+use caustics::experiment::axis::{AXES, Axis, PATHS_PER_PIXEL, PATHS_SPELLINGS, Values, spelled};
+use caustics::experiment::cell::Cell;
+use caustics::experiment::sweep::matrix_table::MatrixTable;
+use caustics_kernels::method::basic::BASIC;
+use clap::builder::{PossibleValue, PossibleValuesParser, ValueParser};
+use clap::{Arg, ArgAction, ArgMatches, Command};
+
+use super::Usage;
+
+/// A command with options of axes.
+pub trait Axes {
+    /// Whether its options take lists, with commas between.
+    const LISTS: bool;
+    /// The keys that it has.
+    fn has(key: &str) -> bool;
+}
+
+/// A command that renders one way.
+#[derive(Debug)]
+pub enum OneWay {}
+/// The same for pictures that are averaged, which no history can help.
+#[derive(Debug)]
+pub enum Averaged {}
+/// A command that path traces.
+#[derive(Debug)]
+pub enum PathTraced {}
+/// A command that renders many ways.
+#[derive(Debug)]
+pub enum ManyWays {}
+
+impl Axes for OneWay {
+    const LISTS: bool = false;
+    fn has(key: &str) -> bool {
+        key != "equal_time_ms"
+    }
+}
+
+impl Axes for Averaged {
+    const LISTS: bool = false;
+    fn has(key: &str) -> bool {
+        !["equal_time_ms", "history"].contains(&key)
+    }
+}
+
+impl Axes for PathTraced {
+    const LISTS: bool = false;
+    fn has(key: &str) -> bool {
+        ["runner", "features", "max_bounces"].contains(&key)
+    }
+}
+
+impl Axes for ManyWays {
+    const LISTS: bool = true;
+    fn has(_: &str) -> bool {
+        true
+    }
+}
+
+/// The values that were given, by key.
+#[derive(Clone, Debug)]
+pub struct AxisOptions<C> {
+    given: Vec<(&'static str, Vec<String>)>,
+    command: PhantomData<C>,
+}
+
+/// Keys of options and what they are; of light paths there are several.
+fn keys<C: Axes>() -> impl Iterator<Item = (&'static str, &'static str, &'static Axis)> {
+    let spellings = |axis: &'static Axis| {
+        let others = PATHS_SPELLINGS.into_iter().filter(move |_| *axis == PATHS_PER_PIXEL);
+        let others = others.map(move |(key, about, _)| (key, about, axis));
+        std::iter::once((axis.key, axis.about, axis)).chain(others)
+    };
+    AXES.into_iter().flat_map(spellings).filter(|(key, ..)| C::has(key))
+}
+
+impl<C: Axes> clap::Args for AxisOptions<C> {
+    fn augment_args(command: Command) -> Command {
+        keys::<C>().fold(command, |command, (key, about, axis)| command.arg(option::<C>(key, about, axis)))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+fn option<C: Axes>(key: &'static str, about: &str, axis: &'static Axis) -> Arg {
+    let mut help = about.to_string();
+    if C::LISTS {
+        help += "; several with commas between";
+    }
+    let usual = if key == "light_paths" { axis.usual.trim_start_matches('n') } else { axis.usual };
+    if !usual.is_empty() && (*axis != PATHS_PER_PIXEL || key == "light_paths") {
+        help += &format!(" [default: {usual}]");
+    }
+    let parser: ValueParser = match axis.values {
+        Values::Names(names) => {
+            let value = |(name, about)| PossibleValue::new(name).help(about);
+            PossibleValuesParser::new(names().into_iter().map(value)).into()
+        }
+        Values::Numbers(_) => ValueParser::new(move |text: &str| match spelled(key, text) {
+            Some((axis, value)) => axis.check(&value).map(|()| text.to_string()),
+            None => Err(format!("there is no key {key}")),
+        }),
+    };
+    let others = keys::<C>().map(|(key, ..)| key).filter(|other| *other != key);
+    let of_paths =
+        |key: &&str| *key == PATHS_PER_PIXEL.key || PATHS_SPELLINGS.iter().any(|(other, ..)| other == key);
+    let arg =
+        Arg::new(key).long(key.replace('_', "-")).help(help).value_parser(parser).action(ArgAction::Append);
+    let arg = if C::LISTS { arg.value_delimiter(',') } else { arg.action(ArgAction::Set) };
+    if of_paths(&key) { arg.conflicts_with_all(others.filter(of_paths).collect::<Vec<_>>()) } else { arg }
+}
+
+impl<C: Axes> clap::FromArgMatches for AxisOptions<C> {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let value = |key| Some(matches.get_many::<String>(key)?.cloned().collect());
+        let given = keys::<C>().filter_map(|(key, ..)| Some((key, value(key)?))).collect();
+        Ok(AxisOptions { given, command: PhantomData })
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+impl<C: Axes> AxisOptions<C> {
+    /// Whether an axis was given a value.
+    pub fn has(&self, axis: &Axis) -> bool {
+        self.given.iter().any(|(key, _)| spelled(key, "1").is_some_and(|(of, _)| of == axis))
+    }
+
+    /// The one way to render, its runner still by its name. What its method has no use for is refused, numbers aside.
+    pub fn cell(&self) -> Result<Cell, Usage> {
+        let mut cell = Cell::of(&BASIC);
+        for axis in AXES {
+            axis.set(&mut cell, axis.usual).map_err(Usage)?;
+        }
+        for (key, values) in &self.given {
+            let Some((axis, value)) = values.last().and_then(|value| spelled(key, value)) else { continue };
+            axis.set(&mut cell, &value).map_err(Usage)?;
+        }
+        for axis in AXES.into_iter().filter(|axis| self.has(axis)) {
+            let names = matches!(axis.values, Values::Names(_)) && axis.get(&cell) != axis.none;
+            if let Some(why) = (axis.useless)(&cell).filter(|_| names) {
+                let (option, value, method) = (axis.option(), axis.get(&cell), cell.method.name);
+                return Err(Usage(format!(
+                    "--{option} {value}: --method {method} {why}; use --method basic"
+                )));
+            }
+        }
+        Ok(cell)
+    }
+
+    /// All ways to render, as the `[[matrix]]` of a sweep.
+    pub fn table(&self) -> Result<MatrixTable, Usage> {
+        let mut table = MatrixTable::default();
+        for (key, values) in &self.given {
+            for value in values {
+                table.add(key, value).map_err(Usage)?;
+            }
+        }
+        Ok(table)
+    }
+}

@@ -1,0 +1,381 @@
+//! Axes: all that can vary between the cells of an experiment, a row each.
+//!
+//! From a row come the option of `render`, `animate` and `bench` with its help, the key of a sweep's `[[matrix]]` and of a
+//! result, a column of CSV, its part in the product of cells and in their identity and names, and the words of a report. To
+//! add an axis: a field of [`Cell`], what it sets in a session ([`Cell::settings`] or [`Cell::parts`]), and a row of
+//! [`AXES`].
+
+use caustics_kernels::gather::variant;
+use caustics_kernels::{denoiser, history, method};
+
+use super::cell::{Cell, FeatureChoice, Paths, runner_name};
+
+/// Something that can vary between cells.
+pub struct Axis {
+    /// Key of a sweep's `[[matrix]]`, of results and of CSV; the option of a command has dashes for underscores.
+    pub key: &'static str,
+    /// Head of its column in a report.
+    pub head: &'static str,
+    /// What it is, as the help of an option says it.
+    pub about: &'static str,
+    /// The values that it may have.
+    pub values: Values,
+    /// Its value where nobody gives one; empty where the machine decides.
+    pub usual: &'static str,
+    /// Its value in cells that have no use for it.
+    pub none: &'static str,
+    /// How a report tells its values apart.
+    pub shown: Shown,
+    /// Why a cell has no use for another value than `none`, if it has none.
+    pub useless: fn(&Cell) -> Option<&'static str>,
+    get: fn(&Cell) -> String,
+    set: fn(&mut Cell, &str) -> Result<(), String>,
+}
+
+/// The values of an axis.
+#[derive(Clone, Copy, Debug)]
+pub enum Values {
+    /// These names, each with what it is.
+    Names(fn() -> Vec<(&'static str, &'static str)>),
+    /// Numbers; in words, which.
+    Numbers(&'static str),
+}
+
+/// How a report tells values apart.
+#[derive(Clone, Copy, Debug)]
+pub enum Shown {
+    /// By the colour of a mark.
+    Color,
+    /// By its shape.
+    Shape,
+    /// In words, where cells differ; the letters lead the value in the name of a cell.
+    Words(&'static str, fn(&str) -> String),
+}
+
+impl std::fmt::Debug for Axis {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(self.key)
+    }
+}
+
+impl PartialEq for Axis {
+    fn eq(&self, other: &Axis) -> bool {
+        self.key == other.key
+    }
+}
+
+impl Axis {
+    /// The value of a cell.
+    pub fn get(&self, cell: &Cell) -> String {
+        (self.get)(cell)
+    }
+
+    /// Gives a cell a value.
+    ///
+    /// # Errors
+    /// What the value must be, where it is something else.
+    pub fn set(&self, cell: &mut Cell, value: &str) -> Result<(), String> {
+        (self.set)(cell, value).map_err(|wrong| match self.values {
+            Values::Names(names) => {
+                let names: Vec<_> = names().iter().map(|(name, _)| *name).collect();
+                format!("no {} is called {value}; known are {}", self.head, names.join(", "))
+            }
+            Values::Numbers(_) => wrong,
+        })
+    }
+
+    /// Checks a value.
+    ///
+    /// # Errors
+    /// What it must be.
+    pub fn check(&self, value: &str) -> Result<(), String> {
+        self.set(&mut Cell::of(&method::basic::BASIC), value)
+    }
+
+    /// Its option without the leading dashes.
+    pub fn option(&self) -> String {
+        self.key.replace('_', "-")
+    }
+
+    /// The row of a key.
+    pub fn find(key: &str) -> Option<&'static Axis> {
+        AXES.iter().copied().find(|axis| axis.key == key)
+    }
+}
+
+/// All axes, in the order of tables.
+pub static AXES: [&Axis; 9] =
+    [&METHOD, &GATHER, &HISTORY, &DENOISER, &RUNNER, &FEATURES, &PATHS_PER_PIXEL, &RADIUS_PX, &MAX_BOUNCES];
+
+/// How a frame is rendered.
+pub static METHOD: Axis = Axis {
+    key: "method",
+    head: "method",
+    about: "How to render",
+    values: Values::Names(|| method::ALL.iter().map(|of| (of.name, of.about)).collect()),
+    usual: "basic",
+    none: "basic",
+    shown: Shown::Color,
+    useless: |_| None,
+    get: |cell| cell.method.name.into(),
+    set: |cell, name| found(method::find(name), &mut cell.method),
+};
+
+/// How deposits and collection points meet.
+pub static GATHER: Axis = Axis {
+    key: "gather",
+    head: "gather",
+    about: "How deposits and collection points meet [default: points-rt with ray queries, else photons-grid]",
+    values: Values::Names(|| variant::ALL.iter().map(|of| (of.name, of.about)).collect()),
+    usual: "",
+    none: "",
+    shown: Shown::Shape,
+    useless: |cell| {
+        (!cell.method.chooses_gather).then_some("brings deposits and points together in its own way")
+    },
+    get: |cell| cell.gather_name().into(),
+    set: |cell, name| match (name, variant::find(name)) {
+        ("", _) => {
+            cell.gather = None;
+            Ok(())
+        }
+        (_, found @ Some(_)) => {
+            cell.gather = found;
+            Ok(())
+        }
+        (_, None) => Err(String::new()),
+    },
+};
+
+/// What the frame before lends.
+pub static HISTORY: Axis = Axis {
+    key: "history",
+    head: "history",
+    about: "What the frame before lends to collection points",
+    values: Values::Names(|| history::ALL.iter().map(|of| (of.name, of.about)).collect()),
+    usual: "none",
+    none: "none",
+    shown: Shown::Color,
+    useless: |cell| (!cell.method.lends).then_some("takes no light from the frame before"),
+    get: |cell| cell.history.name.into(),
+    set: |cell, name| found(history::find(name), &mut cell.history),
+};
+
+/// What smooths the path-traced part.
+pub static DENOISER: Axis = Axis {
+    key: "denoiser",
+    head: "denoiser",
+    about: "What smooths the path-traced part, caustics excepted",
+    values: Values::Names(|| denoiser::ALL.iter().map(|of| (of.name, of.about)).collect()),
+    usual: "none",
+    none: "none",
+    shown: Shown::Color,
+    useless: |cell| (!cell.method.gathers).then_some("makes no collection points, which a denoiser looks at"),
+    get: |cell| cell.denoiser.name.into(),
+    set: |cell, name| found(denoiser::find(name), &mut cell.denoiser),
+};
+
+/// Where a cell runs.
+pub static RUNNER: Axis = Axis {
+    key: "runner",
+    head: "runner",
+    about: "Where to run",
+    values: Values::Names(|| RUNNERS.to_vec()),
+    usual: "auto",
+    none: "auto",
+    shown: Shown::Words("", str::to_string),
+    useless: |_| None,
+    get: |cell| runner_name(&cell.runner).into(),
+    set: |cell, name| {
+        found(RUNNERS.iter().map(|(known, _)| *known).find(|known| *known == name), &mut cell.asked_runner)
+    },
+};
+
+/// Which kernel code is alive.
+pub static FEATURES: Axis = Axis {
+    key: "features",
+    head: "features",
+    about: "Which kernel code is alive",
+    values: Values::Names(|| FeatureChoice::ALL.map(|of| (of.name(), of.about())).to_vec()),
+    usual: "scene",
+    none: "scene",
+    shown: Shown::Words("", |value| format!("{value} features")),
+    useless: |_| None,
+    get: |cell| cell.features.name().into(),
+    set: |cell, name| found(FeatureChoice::ALL.into_iter().find(|of| of.name() == name), &mut cell.features),
+};
+
+/// Light paths of a frame; other keys for them: [`PATHS_SPELLINGS`].
+pub static PATHS_PER_PIXEL: Axis = Axis {
+    key: "paths_per_pixel",
+    head: "paths/px",
+    about: "Light paths a pixel and frame",
+    values: Values::Numbers("more than 0, at most 4096"),
+    usual: "n1048576",
+    none: "",
+    shown: Shown::Words("", |value| {
+        let unit = if value == "1" { "path/px" } else { "paths/px" };
+        format!("{value} {unit}")
+    }),
+    useless: |cell| (!cell.method.gathers).then_some("shoots no light paths"),
+    get: |cell| cell.paths.to_string(),
+    set: |cell, text| {
+        cell.paths = text.parse()?;
+        Ok(())
+    },
+};
+
+/// Radius of collection points.
+pub static RADIUS_PX: Axis = Axis {
+    key: "radius_px",
+    head: "radius [px]",
+    about: "Radius of collection points; 1 gives a disc the area of its pixel's footprint",
+    values: Values::Numbers("a positive number"),
+    usual: "1",
+    none: "1",
+    shown: Shown::Words("r", |value| format!("radius {value} px")),
+    useless: |cell| (!cell.method.gathers).then_some("makes no collection points"),
+    get: |cell| cell.radius_px.to_string(),
+    set: |cell, text| {
+        let radius = text.parse().ok().filter(|radius: &f32| radius.is_finite() && *radius > 0.0);
+        cell.radius_px = radius.ok_or("it must be a positive number")?;
+        Ok(())
+    },
+};
+
+/// Length of paths.
+pub static MAX_BOUNCES: Axis = Axis {
+    key: "max_bounces",
+    head: "bounces",
+    about: "Scattering vertices between eye and light, at most",
+    values: Values::Numbers("1 to 64"),
+    usual: "5",
+    none: "5",
+    shown: Shown::Words("b", |value| format!("{value} bounces")),
+    useless: |_| None,
+    get: |cell| cell.max_bounces.to_string(),
+    set: |cell, text| {
+        let bounces = text.parse().ok().filter(|bounces| (1..=64).contains(bounces));
+        cell.max_bounces = bounces.ok_or("it must be 1 to 64")?;
+        Ok(())
+    },
+};
+
+/// Runners by name.
+const RUNNERS: [(&str, &str); 5] = [
+    ("auto", "A real GPU if there is one, else the CPU"),
+    ("cpu", "The kernels as CPU code"),
+    ("gpu", "Any Vulkan device, software ones too; by ray queries if it has them"),
+    ("gpu-hardware", "Any Vulkan device, by its ray queries"),
+    ("gpu-software", "Any Vulkan device, by the project's own tree"),
+];
+
+/// Other keys for the light paths of a frame: key, what it is, and the letters around the number that say so in a value of
+/// [`PATHS_PER_PIXEL`].
+pub const PATHS_SPELLINGS: [(&str, &str, [&str; 2]); 2] = [
+    ("light_paths", "Light paths a frame", ["n", ""]),
+    (
+        "equal_time_ms",
+        "As many light paths as a frame of this time has (ms); they are searched for",
+        ["t", "ms"],
+    ),
+];
+
+/// The axis of a key, and the value of a text under that key.
+pub fn spelled(key: &str, text: &str) -> Option<(&'static Axis, String)> {
+    let of_paths = || {
+        let (_, _, [before, after]) = PATHS_SPELLINGS.into_iter().find(|(known, ..)| *known == key)?;
+        Some((&PATHS_PER_PIXEL, format!("{before}{text}{after}")))
+    };
+    let paths = key == PATHS_PER_PIXEL.key;
+    let plain = |axis| (axis, if paths { format!("p{text}") } else { text.to_string() });
+    Axis::find(key).map(plain).or_else(of_paths)
+}
+
+/// The light paths of a text: `p0.5` a pixel, `n1024` a frame, `t33ms` as many as take so long, or none at all.
+impl std::str::FromStr for Paths {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Paths, String> {
+        let number =
+            |text: &str| text.parse::<f64>().ok().filter(|number| number.is_finite() && *number > 0.0);
+        let none = || "it must be a positive number".to_string();
+        if text.is_empty() {
+            Ok(Paths::None)
+        } else if let Some(count) = text.strip_prefix('n') {
+            let count = count.parse().ok().filter(|count| *count > 0);
+            count.map(Paths::Count).ok_or_else(|| "it must be a whole number, at least 1".into())
+        } else if let Some(ms) = text.strip_prefix('t').and_then(|text| text.strip_suffix("ms")) {
+            number(ms).map(Paths::Time).ok_or_else(none)
+        } else {
+            let paths = number(text.strip_prefix('p').unwrap_or(text)).filter(|paths| *paths <= 4096.0);
+            paths.map(Paths::PerPixel).ok_or_else(|| "it must be more than 0, at most 4096".into())
+        }
+    }
+}
+
+impl std::fmt::Display for Paths {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Paths::None => Ok(()),
+            Paths::Count(count) => write!(formatter, "n{count}"),
+            Paths::PerPixel(paths) => write!(formatter, "p{paths}"),
+            Paths::Time(ms) => write!(formatter, "t{ms}ms"),
+        }
+    }
+}
+
+fn found<T>(found: Option<T>, place: &mut T) -> Result<(), String> {
+    *place = found.ok_or_else(String::new)?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_axis_takes_its_own_values_and_no_others() {
+        for axis in AXES {
+            axis.check(axis.usual).unwrap();
+            axis.check(axis.none).unwrap();
+            if let Values::Names(names) = axis.values {
+                for (name, about) in names() {
+                    axis.check(name).unwrap();
+                    assert!(about.len() > 3, "{name} of {axis:?} says what it is");
+                }
+            }
+            let wrong = axis.check("sieve").unwrap_err();
+            assert!(wrong.contains("it must be") || wrong.contains("known are"), "{wrong}");
+            assert_eq!(Axis::find(axis.key), Some(axis));
+        }
+    }
+
+    #[test]
+    fn what_was_set_is_got() {
+        for (axis, value) in [
+            (&METHOD, "path"),
+            (&GATHER, "brute"),
+            (&HISTORY, "paper"),
+            (&DENOISER, "atrous"),
+            (&FEATURES, "all"),
+            (&PATHS_PER_PIXEL, "p0.25"),
+            (&PATHS_PER_PIXEL, "n7"),
+            (&PATHS_PER_PIXEL, "t33.3ms"),
+            (&RADIUS_PX, "0.5"),
+            (&MAX_BOUNCES, "9"),
+        ] {
+            let mut cell = Cell::of(&method::basic::BASIC);
+            axis.set(&mut cell, value).unwrap();
+            assert_eq!(axis.get(&cell), value);
+        }
+    }
+
+    #[test]
+    fn light_paths_are_spelled_in_three_ways() {
+        assert_eq!(spelled("light_paths", "9"), Some((&PATHS_PER_PIXEL, "n9".into())));
+        assert_eq!(spelled("paths_per_pixel", "9"), Some((&PATHS_PER_PIXEL, "p9".into())));
+        assert_eq!(spelled("equal_time_ms", "9"), Some((&PATHS_PER_PIXEL, "t9ms".into())));
+        assert_eq!(spelled("radius_px", "9"), Some((&RADIUS_PX, "9".into())));
+        assert_eq!(spelled("radius", "9"), None);
+    }
+}

@@ -1,0 +1,94 @@
+//! Errors of a cell against references, which are rendered where they are missing.
+
+use std::time::Instant;
+
+use anyhow::Context;
+
+use super::run::{Sweep, Task, joined};
+use crate::experiment::cell::Cell;
+use crate::experiment::error::{FLIP, MEASURES, RELMSE, mean};
+use crate::experiment::measure::measure;
+use crate::experiment::plan::Plan;
+use crate::experiment::reference::{Kept, References};
+use crate::experiment::result::{CellError, FrameResult};
+use crate::experiment::row::Row;
+use crate::experiment::store::provenance;
+use crate::hash::fnv1a;
+
+/// Measures the errors of a cell and keeps them. False where it was stopped.
+pub fn measure_error(sweep: &Sweep, task: &Task, cell: &Cell, plan: &Plan) -> anyhow::Result<bool> {
+    let Some(error) = &sweep.config.error else { return Ok(true) };
+    let scene = &task.part.scene;
+    let start = Instant::now();
+    let references = References::new(plan, cell, scene, error.reference_frames.0, &sweep.cache);
+    let compared: Vec<u32> = plan.frames.clone().filter(|frame| plan.compares(*frame)).collect();
+    for (index, frame) in compared.iter().enumerate() {
+        match references.keep(*frame, sweep.stopped)? {
+            Kept::Stopped => return Ok(false),
+            Kept::Reused => {}
+            Kept::Rendered | Kept::Replaced => {
+                let (count, of) = (index + 1, compared.len());
+                (sweep.tell)(&format!("{}: reference {count} of {of} rendered", scene.name));
+            }
+        }
+    }
+    // The time of references is not the cell's.
+    let referenced = start.elapsed();
+    let mut rows: Vec<Row> = Vec::new();
+    let mut each = |new: Vec<Row>| {
+        rows.extend(new.into_iter().filter(|row| plan.compares(row.frame)));
+        Ok(())
+    };
+    let cells = std::slice::from_ref(cell);
+    let outcomes = measure(plan, scene, cells, Some(&references), sweep.stopped, &mut each)?;
+    let Some(outcome) = outcomes.and_then(|mut outcomes| outcomes.pop()) else { return Ok(false) };
+    let shown = outcome.shown.context("no frame was measured")?;
+
+    let (width, height) = (plan.settings.width, plan.settings.height);
+    let write = |name: String, colors| sweep.results.write_png(name, width, height, colors);
+    let truth = format!(
+        "{} {} {}",
+        references.folder().display(),
+        compared.last().unwrap_or(&0),
+        sweep.config.exposure
+    );
+    let identity = &task.identity;
+    let off = CellError {
+        width,
+        height,
+        light_paths: cell.settings(&plan.settings).light_paths,
+        seeds: plan.seeds,
+        reference_frames: error.reference_frames.0,
+        picture: write(format!("{identity}.png"), &shown.picture)?,
+        error_map: match &shown.error_map {
+            Some(colors) => write(format!("{identity}-flip.png"), colors)?,
+            None => None,
+        },
+        reference: write(format!("reference-{}.png", fnv1a(truth.bytes())), &shown.reference)?,
+        ..CellError::default()
+    };
+    let of_rows = |key| mean(rows.iter().map(|row: &Row| row.get(key)).skip(skipped(key, &rows)));
+    let off = MEASURES.iter().fold(off, |off, measure| off.with(measure, of_rows(measure.key)));
+    let mut result = sweep.result(task, cell);
+    if plan.every_frame {
+        let frame = |row: &Row| FrameResult {
+            frame: row.frame,
+            total_ms: None,
+            values: MEASURES.iter().map(|measure| (measure.key.to_string(), row.get(measure.key))).collect(),
+        };
+        result.frames = joined(&result.frames, &rows.iter().map(frame).collect::<Vec<_>>());
+    }
+    let wall_s = result.provenance.wall_s + (start.elapsed() - referenced).as_secs_f64();
+    result.provenance = provenance(outcome.device, sweep.config.seed, wall_s);
+    let text = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.4}"));
+    let (flip, relmse) = (text(off.get(&FLIP)), text(off.get(&RELMSE)));
+    (sweep.tell)(&format!("{} {}: FLIP {flip}, relMSE {relmse}", scene.name, cell.name));
+    result.error = Some(off);
+    sweep.results.write(&result)?;
+    Ok(true)
+}
+
+/// Rows at the start that cannot have a measure: the first frame has none before it.
+fn skipped(key: &str, rows: &[Row]) -> usize {
+    usize::from(rows.len() > 1 && rows[0].get(key).is_none() && rows[1].get(key).is_some())
+}

@@ -1,0 +1,141 @@
+//! `[[matrix]]` of a sweep's file: lists of values, of which all combinations are cells.
+
+use std::fmt;
+
+use serde::de::{DeserializeSeed, Error, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+
+use super::value::{NonEmpty, Side};
+use crate::experiment::axis::{AXES, Axis, METHOD, PATHS_PER_PIXEL, PATHS_SPELLINGS, spelled};
+use crate::experiment::matrix::Matrix;
+
+/// A table of lists.
+#[derive(Clone, Debug, Default)]
+pub struct MatrixTable {
+    /// Files or names.
+    pub scene: Vec<String>,
+    /// Name of the camera; the first where there is none.
+    pub camera: Option<String>,
+    /// Widths and heights of the pictures that are timed; none: that of `[time]`.
+    pub size: Vec<(Side, Side)>,
+    /// Values of the axes.
+    pub axes: Matrix,
+    /// The keys by which light paths were given.
+    pub paths_keys: Vec<&'static str>,
+}
+
+impl MatrixTable {
+    /// Adds a value under the key of an axis.
+    ///
+    /// # Errors
+    /// What it must be.
+    pub fn add(&mut self, key: &'static str, text: &str) -> Result<(), String> {
+        let (axis, value) = spelled(key, text).ok_or_else(|| format!("there is no key {key}"))?;
+        if *axis == PATHS_PER_PIXEL && !self.paths_keys.contains(&key) {
+            self.paths_keys.push(key);
+        }
+        self.axes.add(axis, &value)
+    }
+
+    /// Combinations of its lists.
+    pub fn count(&self) -> u64 {
+        let pictures = self.scene.len() as u64 * self.size.len().max(1) as u64;
+        self.axes.count().saturating_mul(pictures)
+    }
+}
+
+/// The keys of axes.
+fn axis_keys() -> impl Iterator<Item = &'static str> {
+    AXES.into_iter().map(|axis: &Axis| axis.key).chain(PATHS_SPELLINGS.iter().map(|(key, ..)| *key))
+}
+
+impl<'de> Deserialize<'de> for MatrixTable {
+    fn deserialize<D: Deserializer<'de>>(table: D) -> Result<Self, D::Error> {
+        table.deserialize_map(TableVisitor)
+    }
+}
+
+struct TableVisitor;
+
+impl<'de> Visitor<'de> for TableVisitor {
+    type Value = MatrixTable;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        formatter.write_str("a table of lists")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<MatrixTable, A::Error> {
+        let mut table = MatrixTable::default();
+        while let Some(key) = map.next_key::<Key>()? {
+            match key.0 {
+                "scene" => table.scene = map.next_value::<NonEmpty<String>>()?.0,
+                "camera" => table.camera = Some(map.next_value()?),
+                "size" => table.size = map.next_value()?,
+                key => map.next_value_seed(List { table: &mut table, key })?,
+            }
+        }
+        if table.scene.is_empty() {
+            return Err(A::Error::missing_field("scene"));
+        }
+        if !table.axes.has(&METHOD) {
+            return Err(A::Error::missing_field("method"));
+        }
+        Ok(table)
+    }
+}
+
+/// A key that the table knows.
+struct Key(&'static str);
+
+impl<'de> Deserialize<'de> for Key {
+    fn deserialize<D: Deserializer<'de>>(key: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(key)?;
+        let mut known = ["scene", "camera", "size"].into_iter().chain(axis_keys());
+        known.find(|known| *known == text).map(Key).ok_or_else(|| {
+            let known = ["scene", "camera", "size"].into_iter().chain(axis_keys());
+            let known: Vec<_> = known.collect();
+            D::Error::custom(format!("unknown key {text}; known are {}", known.join(", ")))
+        })
+    }
+}
+
+/// Values of a key: one, or a list.
+struct List<'a> {
+    table: &'a mut MatrixTable,
+    key: &'static str,
+}
+
+impl<'de> DeserializeSeed<'de> for List<'_> {
+    type Value = ();
+    fn deserialize<D: Deserializer<'de>>(self, values: D) -> Result<(), D::Error> {
+        values.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for List<'_> {
+    type Value = ();
+
+    fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        formatter.write_str("a name or a number, or a list of them")
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<(), E> {
+        self.table.add(self.key, text).map_err(E::custom)
+    }
+
+    fn visit_i64<E: Error>(self, number: i64) -> Result<(), E> {
+        self.visit_str(&number.to_string())
+    }
+
+    fn visit_f64<E: Error>(self, number: f64) -> Result<(), E> {
+        self.visit_str(&number.to_string())
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<(), A::Error> {
+        let mut is_empty = true;
+        while list.next_element_seed(List { table: &mut *self.table, key: self.key })?.is_some() {
+            is_empty = false;
+        }
+        if is_empty { Err(A::Error::custom("the list is empty")) } else { Ok(()) }
+    }
+}

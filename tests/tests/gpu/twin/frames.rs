@@ -19,7 +19,7 @@ use caustics_tests::table::Table;
 use caustics_tests::twin::{self, Twin, load};
 use glam::Vec3;
 
-use crate::settings;
+use super::settings;
 
 /// Frames of a mean.
 const FRAMES: u32 = 4;

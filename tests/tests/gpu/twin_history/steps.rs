@@ -21,7 +21,7 @@ use caustics_tests::tremble::Paths;
 use caustics_tests::twin::Twin;
 use glam::Vec3;
 
-use crate::Animation;
+use super::Animation;
 
 const RULE: &str = "the rule for twins: a pass amplifies ulps, but not beyond 1e-4";
 const NEAR: Tolerance = Tolerance::relative(1.0e-4, 1.0, RULE);

@@ -16,7 +16,7 @@ use caustics_tests::tremble::Paths;
 use caustics_tests::twin::{self, Twin};
 use glam::Vec3;
 
-use crate::paths;
+use super::paths;
 
 /// Contract 8: floats of a pass over equal inputs.
 pub const NEAR: Tolerance =

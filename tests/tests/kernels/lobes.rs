@@ -1,10 +1,7 @@
 //! Lobes through `Bsdf`: energy, reciprocity, and every sampler against its density.
 
-#[path = "lobes/furnace.rs"]
 mod furnace;
-#[path = "lobes/lights.rs"]
 mod lights;
-#[path = "lobes/samplers.rs"]
 mod samplers;
 
 use caustics_kernels::interface::features::Features;

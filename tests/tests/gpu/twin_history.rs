@@ -1,8 +1,6 @@
 //! Twin tests of the histories: a frame of an animation step by step on equal inputs, and a few frames on each runner's own.
 
-#[path = "twin_history/sequence.rs"]
 mod sequence;
-#[path = "twin_history/steps.rs"]
 mod steps;
 
 use caustics::scene::Scene;

@@ -12,7 +12,7 @@ use caustics_tests::table::Table;
 use caustics_tests::tremble::Paths;
 use caustics_tests::twin::Twin;
 
-use crate::passes::NEAR;
+use super::passes::NEAR;
 
 /// Counts over whole paths.
 pub const COUNTS: Tolerance =

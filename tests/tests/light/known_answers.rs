@@ -17,23 +17,14 @@
 //! Statistical tolerances are three standard errors, estimated from independent frames or from the binomial law;
 //! what is added to them is named.
 
-#[path = "known_answers/cones.rs"]
 mod cones;
-#[path = "known_answers/estimator.rs"]
 mod estimator;
-#[path = "known_answers/focus.rs"]
 mod focus;
-#[path = "known_answers/glass.rs"]
 mod glass;
-#[path = "known_answers/lights.rs"]
 mod lights;
-#[path = "known_answers/mirror.rs"]
 mod mirror;
-#[path = "known_answers/plains.rs"]
 mod plains;
-#[path = "known_answers/rooms.rs"]
 mod rooms;
-#[path = "known_answers/rough_glass.rs"]
 mod rough_glass;
 
 use caustics::settings::Settings;

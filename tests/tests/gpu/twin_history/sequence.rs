@@ -8,7 +8,7 @@ use caustics_tests::frames::{Frames, sums};
 use caustics_tests::statistics::Mean;
 use caustics_tests::table::Table;
 
-use crate::{Animation, RATE};
+use super::{Animation, RATE};
 
 /// Frames of a sequence.
 const FRAMES: u32 = 5;

@@ -1,6 +1,5 @@
 //! `caustics report` from outside: what is in the page and beside it, and what is refused.
 
-#[path = "report/fixture.rs"]
 mod fixture;
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -105,7 +105,7 @@ fn stale_kernels_are_refused_with_what_to_do() {
     if std::env::var_os(CHILD).is_none() {
         // Not `current_exe`: under a loader of its own (`lvp-run` of a prefix) that is the loader.
         let mut child = std::process::Command::new(std::env::args_os().next().unwrap());
-        child.args(["--exact", "stale_kernels_are_refused_with_what_to_do"]);
+        child.args(["--exact", "vulkan::stale_kernels_are_refused_with_what_to_do"]);
         child.env(CHILD, "1").env("CAUSTICS_KERNELS", "no such folder");
         let output = child.output().unwrap();
         let text = String::from_utf8_lossy(&output.stdout);

@@ -2,7 +2,7 @@
 //! compilers, so that none are committed. Write them down before a change, compare after it:
 //!
 //! ```text
-//! CAUSTICS_PICTURES=/tmp/pictures.txt cargo test --release -p caustics-tests --test pictures -- --ignored
+//! CAUSTICS_PICTURES=/tmp/pictures.txt cargo test --release -p caustics-tests --test house -- --ignored pictures::
 //! ```
 
 use std::collections::BTreeMap;

@@ -1,12 +1,8 @@
 //! Twin tests: the same inputs through the CPU runner and the GPU runner, pass by pass and frame by frame.
 
-#[path = "twin/frames.rs"]
 mod frames;
-#[path = "twin/passes.rs"]
 mod passes;
-#[path = "twin/paths.rs"]
 mod paths;
-#[path = "twin/steps.rs"]
 mod steps;
 
 use caustics::settings::Settings;

@@ -1,6 +1,5 @@
 //! Histories: what the frame before lends, in scenes that stand still and under a moving camera.
 
-#[path = "reuse/curved.rs"]
 mod curved;
 
 use caustics::scene::{Scene, SceneCamera};

@@ -100,25 +100,29 @@ fn a_dry_run_counts_every_cell_once_and_measures_nothing() {
     assert!(!desk.path("cache").exists());
 }
 
-#[test]
-#[ignore = "makes scenes of a million triangles"]
-fn the_scenes_of_the_experiments_are_there() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments");
-    let desk = Desk::new("");
-    // A dry run reads its scenes too.
-    for name in caustics_scenes::ON_DEMAND {
-        caustics_scenes::make(name, &desk.path(scene::MADE), false).unwrap();
-    }
-    let mut count = 0;
-    for entry in folder.read_dir().unwrap() {
-        let file = entry.unwrap().path();
-        if file.extension().is_some_and(|extension| extension == "toml") {
-            let (stdout, _) = desk.sweep(&[file.to_str().unwrap(), "--dry-run"]);
-            assert!(stdout.lines().count() > 4, "{}: {stdout}", file.display());
-            count += 1;
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "makes scenes of a million triangles"]
+    fn the_scenes_of_the_experiments_are_there() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments");
+        let desk = Desk::new("");
+        // A dry run reads its scenes too.
+        for name in caustics_scenes::ON_DEMAND {
+            caustics_scenes::make(name, &desk.path(scene::MADE), false).unwrap();
         }
+        let mut count = 0;
+        for entry in folder.read_dir().unwrap() {
+            let file = entry.unwrap().path();
+            if file.extension().is_some_and(|extension| extension == "toml") {
+                let (stdout, _) = desk.sweep(&[file.to_str().unwrap(), "--dry-run"]);
+                assert!(stdout.lines().count() > 4, "{}: {stdout}", file.display());
+                count += 1;
+            }
+        }
+        assert!(count >= 4, "{count} files in {}", folder.display());
     }
-    assert!(count >= 4, "{count} files in {}", folder.display());
 }
 
 #[test]

@@ -157,40 +157,47 @@ fn slopes_are_those_of_powers() {
     assert!((slope(&power(-0.5)) + 2.0 / 3.0).abs() > 0.1, "a slower fall is told from N^(-2/3)");
 }
 
-#[test]
-#[ignore = "20,000 small frames: a minute on two cores"]
-fn errors_of_progressive_fall_as_they_should() {
-    let scene = scene();
-    let caustic_truth = virtual_light();
-    let mut path_truth = Vec::new();
-    progressive(&scene, 99, 16_384, |frames, sums| {
-        if frames == 16_384 {
-            path_truth = sums.mean().path.iter().map(|value| f64::from(value.x)).collect();
-        }
-    });
-    let runs = 4;
-    let mut errors = vec![(0.0, 0.0); 11];
-    for seed in 0..runs {
-        progressive(&scene, seed, 1024, |frames, sums| {
-            let mean = sums.mean();
-            let of = &mut errors[frames.trailing_zeros() as usize];
-            of.0 += mean_square(&mean.caustics, &caustic_truth) / f64::from(runs);
-            of.1 += mean_square(&mean.path, &path_truth) / f64::from(runs);
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "20,000 small frames: a minute on two cores"]
+    fn errors_of_progressive_fall_as_they_should() {
+        let scene = scene();
+        let caustic_truth = virtual_light();
+        let mut path_truth = Vec::new();
+        progressive(&scene, 99, 16_384, |frames, sums| {
+            if frames == 16_384 {
+                path_truth = sums.mean().path.iter().map(|value| f64::from(value.x)).collect();
+            }
         });
+        let runs = 4;
+        let mut errors = vec![(0.0, 0.0); 11];
+        for seed in 0..runs {
+            progressive(&scene, seed, 1024, |frames, sums| {
+                let mean = sums.mean();
+                let of = &mut errors[frames.trailing_zeros() as usize];
+                of.0 += mean_square(&mean.caustics, &caustic_truth) / f64::from(runs);
+                of.1 += mean_square(&mean.path, &path_truth) / f64::from(runs);
+            });
+        }
+        let mut table = String::from("frames,caustics_relmse,path_relmse\n");
+        let (mut caustics, mut path) = (Vec::new(), Vec::new());
+        for (power, (caustic_error, path_error)) in errors.into_iter().enumerate().skip(3) {
+            let frames = f64::from(1 << power);
+            writeln!(table, "{frames},{caustic_error:.4e},{path_error:.4e}").unwrap();
+            caustics.push((frames, caustic_error));
+            path.push((frames, path_error));
+        }
+        let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
+        plot(&folder.join("convergence.svg"), &caustics, &path).unwrap();
+        let (caustics, path) = (slope(&caustics), slope(&path));
+        println!(
+            "{table}caustics fall as N^{caustics:.3}, path as N^{path:.3}; plot in {}",
+            folder.display()
+        );
+        std::fs::write(folder.join("convergence.csv"), table).unwrap();
+        assert!((caustics + 2.0 / 3.0).abs() <= 0.1, "{caustics}");
+        assert!((path + 1.0).abs() <= 0.1, "{path}");
     }
-    let mut table = String::from("frames,caustics_relmse,path_relmse\n");
-    let (mut caustics, mut path) = (Vec::new(), Vec::new());
-    for (power, (caustic_error, path_error)) in errors.into_iter().enumerate().skip(3) {
-        let frames = f64::from(1 << power);
-        writeln!(table, "{frames},{caustic_error:.4e},{path_error:.4e}").unwrap();
-        caustics.push((frames, caustic_error));
-        path.push((frames, path_error));
-    }
-    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
-    plot(&folder.join("convergence.svg"), &caustics, &path).unwrap();
-    let (caustics, path) = (slope(&caustics), slope(&path));
-    println!("{table}caustics fall as N^{caustics:.3}, path as N^{path:.3}; plot in {}", folder.display());
-    std::fs::write(folder.join("convergence.csv"), table).unwrap();
-    assert!((caustics + 2.0 / 3.0).abs() <= 0.1, "{caustics}");
-    assert!((path + 1.0).abs() <= 0.1, "{path}");
 }

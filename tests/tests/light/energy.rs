@@ -132,13 +132,6 @@ fn every_room_balances() {
     rooms_balance(56, 2.5e-3);
 }
 
-/// O10's bound, 1e-3 of what is emitted.
-#[test]
-#[ignore = "two minutes"]
-fn every_room_balances_to_a_thousandth() {
-    rooms_balance(256, 1e-3);
-}
-
 /// The standard error is known, and three of them must fit into the bound.
 fn rooms_balance(frames: u32, bound: f64) {
     let tinted = Vec3::new(0.9, 0.6, 0.3);
@@ -343,27 +336,42 @@ fn ledgers_of_cpu_and_gpu_agree() {
     }
 }
 
-/// The validated history keeps the energy of caustics, whatever moves and however many light paths there are: seeds until
-/// the standard error is below 1 %. What the published one keeps is shown beside it.
-#[test]
-#[ignore = "minutes"]
-fn the_validated_history_keeps_the_energy_of_what_moves() {
-    for (width, height, paths, frames) in [(192, 108, 0.5, 24), (64, 36, 200.0, 8)] {
-        let light_paths = (paths * f64::from(width * height)) as u32;
-        let settings = Settings { width, height, light_paths, ..Settings::default() };
-        for moving in Moving::ALL {
-            let mut seeds = 2;
-            let [mut validated, paper] = kept(moving, [&VALIDATED, &PAPER], &settings, frames, seeds);
-            while validated.error > 0.01 {
-                seeds *= 2;
-                assert!(seeds < 100, "the test has lost its subject: {validated:?}");
-                [validated] = kept(moving, [&VALIDATED], &settings, frames, seeds);
+mod long {
+    use super::*;
+
+    /// O10's bound, 1e-3 of what is emitted.
+    #[test]
+    #[ignore = "two minutes"]
+    fn every_room_balances_to_a_thousandth() {
+        rooms_balance(256, 1e-3);
+    }
+}
+
+mod release {
+    use super::*;
+
+    /// The validated history keeps the energy of caustics, whatever moves and however many light paths there are: seeds until
+    /// the standard error is below 1 %. What the published one keeps is shown beside it.
+    #[test]
+    #[ignore = "minutes"]
+    fn the_validated_history_keeps_the_energy_of_what_moves() {
+        for (width, height, paths, frames) in [(192, 108, 0.5, 24), (64, 36, 200.0, 8)] {
+            let light_paths = (paths * f64::from(width * height)) as u32;
+            let settings = Settings { width, height, light_paths, ..Settings::default() };
+            for moving in Moving::ALL {
+                let mut seeds = 2;
+                let [mut validated, paper] = kept(moving, [&VALIDATED, &PAPER], &settings, frames, seeds);
+                while validated.error > 0.01 {
+                    seeds *= 2;
+                    assert!(seeds < 100, "the test has lost its subject: {validated:?}");
+                    [validated] = kept(moving, [&VALIDATED], &settings, frames, seeds);
+                }
+                println!(
+                    "{moving:?}, {paths} paths a pixel: {:.4} +- {:.4}, {seeds} seeds; paper {:.3}",
+                    validated.value, validated.error, paper.value
+                );
+                assert!((validated.value - 1.0).abs() < (3.0 * validated.error).max(0.02), "{moving:?}");
             }
-            println!(
-                "{moving:?}, {paths} paths a pixel: {:.4} +- {:.4}, {seeds} seeds; paper {:.3}",
-                validated.value, validated.error, paper.value
-            );
-            assert!((validated.value - 1.0).abs() < (3.0 * validated.error).max(0.02), "{moving:?}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Statistical tests that take longer: run with `--include-ignored`.
+//! Statistical tests, of which those in `long` take minutes.
 
 use caustics::scene::texture::Role;
 use caustics::settings::Settings;
@@ -121,13 +121,6 @@ fn ring_mirror_makes_its_nephroid() {
     check_ring(1_500_000, 3);
 }
 
-/// The same more sharply, at all four.
-#[test]
-#[ignore = "16 million light paths: about half a minute on two cores"]
-fn ring_mirror_makes_its_nephroid_sharply() {
-    check_ring(16_000_000, 4);
-}
-
 /// A closed room with glossy things (GGX, roughness 0.2 and 0.25). Below that threshold they are no casters and the
 /// path tracer finds their light; above, they are casters whose caustics are gathered. The sum is the same.
 ///
@@ -228,72 +221,83 @@ fn sums_of_thresholds_agree(
     assert!(square < 1.8 && worst < 4.2, "blocks: {square} {worst}");
 }
 
-/// The sum rule: who computes a path does not change the picture, in no block of it.
-#[test]
-#[ignore = "600 frames: about half a minute on two cores"]
-fn the_split_into_classes_does_not_change_the_sum() {
-    sums_agree("glossy metal", &glossy_room(false, 0).build(), 300);
-}
+mod long {
+    use super::*;
 
-/// The same where one surface casts by one lobe and receives by another, and point lights shine on glossy lobes.
-#[test]
-#[ignore = "600 frames: about half a minute on two cores"]
-fn the_split_of_mixed_lobes_does_not_change_the_sum() {
-    sums_agree("coat over Lambert", &glossy_room(true, 0).build(), 300);
-}
+    /// The same more sharply, at all four.
+    #[test]
+    #[ignore = "16 million light paths: about half a minute on two cores"]
+    fn ring_mirror_makes_its_nephroid_sharply() {
+        check_ring(16_000_000, 4);
+    }
 
-/// The same on smooth normals over coarse facets: the adjoint correction of light paths.
-#[test]
-#[ignore = "600 frames: about half a minute on two cores"]
-fn the_split_at_smooth_normals_does_not_change_the_sum() {
-    sums_agree("smooth normals over 10 x 5 facets", &glossy_room(false, 10).build(), 300);
-}
+    /// The sum rule: who computes a path does not change the picture, in no block of it.
+    #[test]
+    #[ignore = "600 frames: about half a minute on two cores"]
+    fn the_split_into_classes_does_not_change_the_sum() {
+        sums_agree("glossy metal", &glossy_room(false, 0).build(), 300);
+    }
 
-/// The same under a spot and a directional light, which nothing but direct connections and light paths find. Lobes are
-/// rougher, as is the threshold: few paths meet the peak of a sharp one, and 300 frames of those are no normal law.
-#[test]
-#[ignore = "600 frames: about half a minute on two cores"]
-fn the_split_under_spots_and_suns_does_not_change_the_sum() {
-    let mut b = Builder::default();
-    let floor = b.material(lambert(0.6));
-    let glossy = b.material(metal(0.9, 0.6));
-    let coat = b.material(coated(0.7, 0.6));
-    b.panel(floor, DVec3::ZERO, 1.5 * DVec3::Z, 1.5 * DVec3::X);
-    b.panel(floor, DVec3::new(0.0, 0.7, -1.2), 1.5 * DVec3::X, 0.7 * DVec3::Y);
-    b.block(coat, DVec3::new(-0.6, 0.05, -0.7), DVec3::new(0.1, 0.7, -0.1), false);
-    b.panel(glossy, DVec3::new(0.8, 0.5, -0.2), DVec3::new(0.0, 0.0, 0.6), DVec3::new(0.05, 0.45, 0.0));
-    b.spot(DVec3::new(-0.3, 1.3, 0.6), DVec3::new(1.1, -0.8, -0.8), 0.2, 0.6, 1.0);
-    b.directional(DVec3::new(0.5, -0.7, -0.4), 0.5);
-    b.camera(DVec3::new(0.0, 0.9, 1.3), DVec3::new(0.1, 0.3, -0.4), 0.8);
-    sums_of_thresholds_agree("spot and sun", &b.build(), [0.1, 0.7], 300);
-}
+    /// The same where one surface casts by one lobe and receives by another, and point lights shine on glossy lobes.
+    #[test]
+    #[ignore = "600 frames: about half a minute on two cores"]
+    fn the_split_of_mixed_lobes_does_not_change_the_sum() {
+        sums_agree("coat over Lambert", &glossy_room(true, 0).build(), 300);
+    }
 
-/// The same with textures: a base colour and bumps on the walls, and a metal whose roughness runs from 0.15 to 0.35 and
-/// whose normals lean. Both thresholds see the finest level only: which level a path sees depends on its prefix, and so
-/// on the threshold, by intention.
-#[test]
-#[ignore = "600 frames: about half a minute on two cores"]
-fn the_split_of_textured_surfaces_does_not_change_the_sum() {
-    let mut b = Builder::default();
-    let noise = |x: u32, y: u32| Rng::new(Stream::Camera, 17, x, y).next4().to_array();
-    let base_color = b.texture(Role::Color, 8, 8, |x, y| noise(x, y).map(|u| (255.0 - 90.0 * u) as u8));
-    let normal = b.texture(Role::Normal, 8, 8, |x, y| {
-        let [u, v, ..] = noise(x, y);
-        [(88.0 + 80.0 * u) as u8, (88.0 + 80.0 * v) as u8, 240, 255]
-    });
-    let metallic_roughness =
-        b.texture(Role::Data, 8, 8, |x, y| [0, (38.0 + 51.0 * noise(x, y)[2]) as u8, 255, 255]);
-    let plain = MaterialTextures::default();
-    let wall = b.textured(lambert(0.7), MaterialTextures { base_color, normal, ..plain });
-    let row = MaterialTextures { metallic_roughness, normal, normal_scale: 0.5, ..plain };
-    let glossy = b.textured(metal(0.9, 1.0), row);
-    let lamp = b.material(emitter(10.0));
-    b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
-    b.block(glossy, DVec3::new(-0.6, -0.9, -0.7), DVec3::new(0.1, -0.2, -0.1), false);
-    b.panel(glossy, DVec3::new(0.9, -0.2, 0.0), DVec3::new(0.0, 0.0, 0.6), DVec3::new(0.05, 0.6, 0.0));
-    b.panel(lamp, DVec3::new(0.1, 0.95, 0.0), DVec3::new(0.4, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.4));
-    b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.3, 0.0), 1.0);
-    let mut scene = b.build();
-    scene.textures.textures.iter_mut().for_each(|texture| texture.level_count = 1);
-    sums_agree("textured surfaces", &scene, 300);
+    /// The same on smooth normals over coarse facets: the adjoint correction of light paths.
+    #[test]
+    #[ignore = "600 frames: about half a minute on two cores"]
+    fn the_split_at_smooth_normals_does_not_change_the_sum() {
+        sums_agree("smooth normals over 10 x 5 facets", &glossy_room(false, 10).build(), 300);
+    }
+
+    /// The same under a spot and a directional light, which nothing but direct connections and light paths find. Lobes are
+    /// rougher, as is the threshold: few paths meet the peak of a sharp one, and 300 frames of those are no normal law.
+    #[test]
+    #[ignore = "600 frames: about half a minute on two cores"]
+    fn the_split_under_spots_and_suns_does_not_change_the_sum() {
+        let mut b = Builder::default();
+        let floor = b.material(lambert(0.6));
+        let glossy = b.material(metal(0.9, 0.6));
+        let coat = b.material(coated(0.7, 0.6));
+        b.panel(floor, DVec3::ZERO, 1.5 * DVec3::Z, 1.5 * DVec3::X);
+        b.panel(floor, DVec3::new(0.0, 0.7, -1.2), 1.5 * DVec3::X, 0.7 * DVec3::Y);
+        b.block(coat, DVec3::new(-0.6, 0.05, -0.7), DVec3::new(0.1, 0.7, -0.1), false);
+        b.panel(glossy, DVec3::new(0.8, 0.5, -0.2), DVec3::new(0.0, 0.0, 0.6), DVec3::new(0.05, 0.45, 0.0));
+        b.spot(DVec3::new(-0.3, 1.3, 0.6), DVec3::new(1.1, -0.8, -0.8), 0.2, 0.6, 1.0);
+        b.directional(DVec3::new(0.5, -0.7, -0.4), 0.5);
+        b.camera(DVec3::new(0.0, 0.9, 1.3), DVec3::new(0.1, 0.3, -0.4), 0.8);
+        sums_of_thresholds_agree("spot and sun", &b.build(), [0.1, 0.7], 300);
+    }
+
+    /// The same with textures: a base colour and bumps on the walls, and a metal whose roughness runs from 0.15 to 0.35 and
+    /// whose normals lean. Both thresholds see the finest level only: which level a path sees depends on its prefix, and so
+    /// on the threshold, by intention.
+    #[test]
+    #[ignore = "600 frames: about half a minute on two cores"]
+    fn the_split_of_textured_surfaces_does_not_change_the_sum() {
+        let mut b = Builder::default();
+        let noise = |x: u32, y: u32| Rng::new(Stream::Camera, 17, x, y).next4().to_array();
+        let base_color = b.texture(Role::Color, 8, 8, |x, y| noise(x, y).map(|u| (255.0 - 90.0 * u) as u8));
+        let normal = b.texture(Role::Normal, 8, 8, |x, y| {
+            let [u, v, ..] = noise(x, y);
+            [(88.0 + 80.0 * u) as u8, (88.0 + 80.0 * v) as u8, 240, 255]
+        });
+        let metallic_roughness =
+            b.texture(Role::Data, 8, 8, |x, y| [0, (38.0 + 51.0 * noise(x, y)[2]) as u8, 255, 255]);
+        let plain = MaterialTextures::default();
+        let wall = b.textured(lambert(0.7), MaterialTextures { base_color, normal, ..plain });
+        let row = MaterialTextures { metallic_roughness, normal, normal_scale: 0.5, ..plain };
+        let glossy = b.textured(metal(0.9, 1.0), row);
+        let lamp = b.material(emitter(10.0));
+        b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+        b.block(glossy, DVec3::new(-0.6, -0.9, -0.7), DVec3::new(0.1, -0.2, -0.1), false);
+        b.panel(glossy, DVec3::new(0.9, -0.2, 0.0), DVec3::new(0.0, 0.0, 0.6), DVec3::new(0.05, 0.6, 0.0));
+        b.panel(lamp, DVec3::new(0.1, 0.95, 0.0), DVec3::new(0.4, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.4));
+        b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.3, 0.0), 1.0);
+        let mut scene = b.build();
+        scene.textures.textures.iter_mut().for_each(|texture| texture.level_count = 1);
+        sums_agree("textured surfaces", &scene, 300);
+    }
 }

@@ -86,33 +86,50 @@ fn scenes_are_listed_described_and_made() {
     assert!(!info["features"].as_array().unwrap().contains(&"glass".into()));
 }
 
-#[test]
-fn the_bar_is_made_on_demand_and_found_by_its_name() {
+/// Makes a scene, and renders it by its name: what `scene info` says of it.
+fn made_on_demand(name: &str) -> Value {
     let folder = tempfile::tempdir().unwrap();
-    assert!(run(folder.path(), &["scene", "list"]).lines().any(|line| line.starts_with("bar ")));
+    assert!(run(folder.path(), &["scene", "list"]).lines().any(|line| line.starts_with(&format!("{name} "))));
     // Without -o it goes where the name is looked for.
-    let made = run(folder.path(), &["scene", "make", "bar"]);
-    assert_eq!(Path::new(made.trim()), Path::new("scenes/generated/bar/scene.gltf"));
-    let info = run(folder.path(), &["scene", "info", "bar", "--json"]);
+    let file = format!("scenes/generated/{name}/scene.gltf");
+    let made = run(folder.path(), &["scene", "make", name]);
+    assert_eq!(Path::new(made.trim()), Path::new(&file));
+    let info = run(folder.path(), &["scene", "info", name, "--json"]);
     let info: Value = serde_json::from_str(&info).unwrap();
-    assert_eq!((&info["name"], &info["file"]), (&json!("bar"), &json!("scenes/generated/bar/scene.gltf")));
-    assert!(info["triangles"].as_u64().unwrap() >= 500_000, "{}", info["triangles"]);
+    assert_eq!((&info["name"], &info["file"]), (&json!(name), &json!(file)));
     assert_eq!((&info["dropped_triangles"], &info["warnings"]), (&json!(0), &json!([])));
-    assert_eq!(info["cameras"], json!(["main", "counter"]));
-    // Eleven lamps of six triangles each.
-    assert_eq!(info["lights"], 66);
-    let features = info["features"].as_array().unwrap();
-    for need in ["casters", "receivers", "area-lights", "mirror", "glass", "absorption", "coat"] {
-        assert!(features.contains(&need.into()), "{need} is not in {features:?}");
-    }
-    // Nobody stands inside of glass: no kernel has to look for media at the eye and the lamps.
-    assert!(!features.contains(&"enclosed".into()), "{features:?}");
 
-    let report = render(folder.path(), "bar", "bar.exr", &[&TINY[..], &["--json"]].concat());
+    let report = render(folder.path(), name, "made.exr", &[&TINY[..], &["--json"]].concat());
     let counters = &serde_json::from_str::<Value>(&report).unwrap()["counters"];
     assert!(counters["deposits"].as_u64().unwrap() > 100, "{counters}");
     for fault in ["media_overflow", "non_finite", "clamped", "deposits_dropped"] {
         assert_eq!(counters[fault], 0, "{fault}");
+    }
+    info
+}
+
+#[test]
+fn a_small_scene_is_made_on_demand_and_found_by_its_name() {
+    assert!(made_on_demand("cornell-1k")["triangles"].as_u64().unwrap() > 500);
+}
+
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "makes a scene of half a million triangles"]
+    fn the_bar_is_made_on_demand_and_found_by_its_name() {
+        let info = made_on_demand("bar");
+        assert!(info["triangles"].as_u64().unwrap() >= 500_000, "{}", info["triangles"]);
+        assert_eq!(info["cameras"], json!(["main", "counter"]));
+        // Eleven lamps of six triangles each.
+        assert_eq!(info["lights"], 66);
+        let features = info["features"].as_array().unwrap();
+        for need in ["casters", "receivers", "area-lights", "mirror", "glass", "absorption", "coat"] {
+            assert!(features.contains(&need.into()), "{need} is not in {features:?}");
+        }
+        // Nobody stands inside of glass: no kernel has to look for media at the eye and the lamps.
+        assert!(!features.contains(&"enclosed".into()), "{features:?}");
     }
 }
 

@@ -126,14 +126,14 @@ fn furnished(wall: Material, thing: Material) -> Scene {
     b.build()
 }
 
-/// The ledger balances, whatever the lobes, to 2.5 times O10's bound in a short run.
+/// The ledger balances to 2.5 times O10's bound in a short run, in the three rooms that have every lobe between them.
 #[test]
-fn every_room_balances() {
-    rooms_balance(56, 2.5e-3);
+fn rooms_of_every_lobe_balance() {
+    rooms_balance(&["everything at once", "everything smooth", "mixed room"], 56, 2.5e-3);
 }
 
-/// The standard error is known, and three of them must fit into the bound.
-fn rooms_balance(frames: u32, bound: f64) {
+/// The rooms of these names, or all. The standard error is known, and three of them must fit into the bound.
+fn rooms_balance(names: &[&str], frames: u32, bound: f64) {
     let tinted = Vec3::new(0.9, 0.6, 0.3);
     let rough = |roughness| Material { roughness, ..glass(1.5) };
     let grey = lambert(0.6);
@@ -161,7 +161,7 @@ fn rooms_balance(frames: u32, bound: f64) {
         ("mixed room", mixed_room().build()),
     ];
     println!("shares of what is emitted: absorbed, cut, shading normals; residual +- standard error");
-    for (name, scene) in rooms {
+    for (name, scene) in rooms.into_iter().filter(|(name, _)| names.is_empty() || names.contains(name)) {
         let all = of(&scene, 10, frames);
         let [absorbed, cut, normals] =
             [share(&all, |e| e.absorbed), share(&all, |e| e.cut), share(&all, |e| e.shading_normals)];
@@ -343,7 +343,7 @@ mod long {
     #[test]
     #[ignore = "two minutes"]
     fn every_room_balances_to_a_thousandth() {
-        rooms_balance(256, 1e-3);
+        rooms_balance(&[], 256, 1e-3);
     }
 }
 

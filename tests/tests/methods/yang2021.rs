@@ -113,23 +113,16 @@ fn energy_behind_a_lens_is_the_truths() {
     conserves_energy(&ball(), 320, 180, 65_536, 262_144, 16);
 }
 
-#[test]
-fn energy_in_the_ring_is_the_truths() {
-    conserves_energy(&committed("ring"), 480, 270, 131_072, 1 << 20, 12);
-}
-
-/// Several lamps, each with a map of its own: a spot and a directional light. Few of their paths meet a caster, so that a
-/// frame of the truth has a noise of 2.5 %, and more with a bright path through the coarse ball: 48 frames leave 0.4 %.
-#[test]
-fn energy_of_several_lamps_is_the_truths() {
-    conserves_energy(&open_air().build(), 320, 180, 262_144, 262_144, 48);
-}
-
 /// FLIP of the caustics, in place, frame by frame against the truth.
 #[test]
 fn a_frame_is_no_further_from_the_truth_than_ourbasics() {
+    no_further_than_ourbasic(16);
+}
+
+/// The truth is the mean of this many frames.
+fn no_further_than_ourbasic(frames: u32) {
     let scene = ball();
-    let reference = truth(&scene, &settings(240, 135, 262_144, 99), 96);
+    let reference = truth(&scene, &settings(240, 135, 262_144, 99), frames);
     let reference_look = Look::new(&reference, &reference);
     let flip = |method| {
         let frames = render(&scene, &settings(240, 135, 32_768, 5), method, 10);
@@ -362,5 +355,29 @@ fn normals_turn_as_they_are_interpolated() {
         // Unit normals carry an ulp of 1: 6e-8 each, against changes of 1e-4.
         assert!((got - want).length() < 3e-7, "{got} {want}");
         assert!(want.length() > 1e-4, "the test has lost its subject");
+    }
+}
+
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "ten million light paths: ten seconds and more"]
+    fn energy_in_the_ring_is_the_truths() {
+        conserves_energy(&committed("ring"), 480, 270, 131_072, 1 << 20, 12);
+    }
+
+    /// Several lamps, each with a map of its own: a spot and a directional light. Few of their paths meet a caster, so that a
+    /// frame of the truth has a noise of 2.5 %, and more with a bright path through the coarse ball: 48 frames leave 0.4 %.
+    #[test]
+    #[ignore = "ten million light paths: ten seconds and more"]
+    fn energy_of_several_lamps_is_the_truths() {
+        conserves_energy(&open_air().build(), 320, 180, 262_144, 262_144, 48);
+    }
+
+    #[test]
+    #[ignore = "25 million light paths: ten seconds and more"]
+    fn a_frame_is_no_further_from_the_sharp_truth_than_ourbasics() {
+        no_further_than_ourbasic(96);
     }
 }

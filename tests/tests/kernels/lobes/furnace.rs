@@ -55,10 +55,14 @@ fn glass_by_sampling(material: Material, cos: f32, eta: f32, classes: Classes) -
 /// in f64 says. Four standard errors for 336 comparisons; 1e-3 is for the midpoints at grazing angles.
 #[test]
 fn rough_glass_scatters_what_quadrature_says() {
+    rough_glass_scatters(&[0.15, 0.6]);
+}
+
+fn rough_glass_scatters(roughnesses: &[f32]) {
     let cases = [("entered", glass(1.5), 1.0 / 1.5), ("left", glass(1.5), 1.5), ("thin", pane(1.5), 1.0)];
     for (name, material, eta) in cases {
         println!("white glass, n = 1.5, {name}: reflected + transmitted (loss); columns: cosine {COSINES:?}");
-        for roughness in [0.08, 0.15, 0.25, 0.4, 0.6, 0.8, 1.0] {
+        for &roughness in roughnesses {
             let material = Material { roughness, ..material };
             let row = COSINES.map(|cos| {
                 let sampled = glass_by_sampling(material, cos, eta, Classes::ALL);
@@ -109,10 +113,14 @@ fn rough_glass_in_its_own_medium_is_invisible() {
 /// weights, with which it shares neither numbers nor normals. Four standard errors for 126 comparisons.
 #[test]
 fn albedo_of_the_ledger_is_the_mean_weight_of_the_samplers() {
+    albedos_are_mean_weights(&[0.5]);
+}
+
+fn albedos_are_mean_weights(cosines: &[f32]) {
     let count = 200_000;
     let mut spread = 0.0_f64;
     for (name, material, eta) in super::samplers::cases() {
-        for cos in [0.98, 0.5, 0.15] {
+        for &cos in cosines {
             let (surface, interface) =
                 Bsdf::new(material, viewer(cos), eta, 0.25, Classes::ALL, Features::ALL);
             let sampled = |path| {
@@ -133,4 +141,20 @@ fn albedo_of_the_ledger_is_the_mean_weight_of_the_samplers() {
         }
     }
     println!("largest standard deviation of an estimate {spread:.2}");
+}
+
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "the same of other roughness: ten seconds"]
+    fn glass_of_any_roughness_scatters_what_quadrature_says() {
+        rough_glass_scatters(&[0.08, 0.25, 0.4, 0.8, 1.0]);
+    }
+
+    #[test]
+    #[ignore = "the same from other directions: ten seconds"]
+    fn albedo_of_the_ledger_is_the_mean_weight_from_above_and_at_a_slant() {
+        albedos_are_mean_weights(&[0.98, 0.15]);
+    }
 }

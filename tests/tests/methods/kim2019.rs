@@ -97,11 +97,6 @@ fn kim_conserves_the_energy_of_a_grazing_caustic() {
 /// the caustics that the ring's inside mirrors are not Kim's to show.
 #[test]
 fn kim_is_as_good_as_our_basic_where_a_caustic_is_seen_directly() {
-    is_as_good(32);
-}
-
-/// Against the mean of this many frames.
-fn is_as_good(truth_frames: u32) {
     let scene = committed("ring");
     let (kim, basic) =
         (pictures(&scene, &settings(1), &KIM2019, 12), pictures(&scene, &settings(1), &BASIC, 12));
@@ -110,8 +105,7 @@ fn is_as_good(truth_frames: u32) {
         let pairs = depth.iter().zip(&picture.caustics);
         pairs.map(|(depth, value)| if *depth == 1.0 { *value } else { Vec3::ZERO }).collect()
     };
-    let frames =
-        pictures(&scene, &Settings { light_paths: 131_072, ..settings(9) }, &PROGRESSIVE, truth_frames);
+    let frames = pictures(&scene, &Settings { light_paths: 131_072, ..settings(9) }, &PROGRESSIVE, 128);
     let mean = |layer: &dyn Fn(&Picture) -> Vec<Vec3>| {
         let mut mean = vec![Vec3::ZERO; depth.len()];
         for frame in &frames {
@@ -173,15 +167,5 @@ fn a_gpu_splats_as_the_cpu_does() {
         println!("caustics: CPU {:.5}, GPU {:.5} (hardware {hardware})", expected, found);
         // The same light paths, of which 0.2 % may diverge.
         assert!((found / expected - 1.0).abs() < 2.0e-3);
-    }
-}
-
-mod long {
-    use super::*;
-
-    #[test]
-    #[ignore = "17 million light paths: ten seconds"]
-    fn kim_is_as_good_as_our_basic_against_a_sharp_truth() {
-        is_as_good(128);
     }
 }

@@ -116,13 +116,8 @@ fn energy_behind_a_lens_is_the_truths() {
 /// FLIP of the caustics, in place, frame by frame against the truth.
 #[test]
 fn a_frame_is_no_further_from_the_truth_than_ourbasics() {
-    no_further_than_ourbasic(16);
-}
-
-/// The truth is the mean of this many frames.
-fn no_further_than_ourbasic(frames: u32) {
     let scene = ball();
-    let reference = truth(&scene, &settings(240, 135, 262_144, 99), frames);
+    let reference = truth(&scene, &settings(240, 135, 262_144, 99), 96);
     let reference_look = Look::new(&reference, &reference);
     let flip = |method| {
         let frames = render(&scene, &settings(240, 135, 32_768, 5), method, 10);
@@ -373,11 +368,5 @@ mod long {
     #[ignore = "ten million light paths: ten seconds and more"]
     fn energy_of_several_lamps_is_the_truths() {
         conserves_energy(&open_air().build(), 320, 180, 262_144, 262_144, 48);
-    }
-
-    #[test]
-    #[ignore = "25 million light paths: ten seconds and more"]
-    fn a_frame_is_no_further_from_the_sharp_truth_than_ourbasics() {
-        no_further_than_ourbasic(96);
     }
 }

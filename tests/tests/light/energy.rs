@@ -225,7 +225,7 @@ fn coarse_smooth_meshes_balance() {
             let (normals, residual) =
                 (share(&all, |e| e.shading_normals), share(&all, |e| e.residual * e.emitted));
             println!("{shape}, {name}: shading normals {normals:?}, residual {residual:?}");
-            // As `every_room_balances`.
+            // As `rooms_of_every_lobe_balance`.
             assert!(residual.error < 2e-3, "{shape}, {name}: too noisy to tell: {residual:?}");
             assert!(residual.value.abs() < 3.5 * residual.error, "{shape}, {name}: {residual:?}");
         }

@@ -165,11 +165,11 @@ mod tests {
     #[test]
     fn tests_that_do_not_exist_are_found() {
         for test in [
-            "tests/tests/stability.rs::a_test_that_nobody_wrote",
+            "tests/tests/methods/stability.rs::a_test_that_nobody_wrote",
             "tests/tests/nowhere.rs::a_cut_equals_no_history",
             "a_cut_equals_no_history",
             // A function, but no test.
-            "tests/tests/stability.rs::settings",
+            "tests/tests/methods/stability.rs::settings",
         ] {
             assert!(find(test).is_err(), "{test} was found");
         }

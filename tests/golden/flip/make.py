@@ -1,4 +1,4 @@
-"""Makes the golden files of tests/tests/flip.rs with NVIDIA's own HDR-FLIP:
+"""Makes the golden files of tests/tests/house/flip.rs with NVIDIA's own HDR-FLIP:
 
     pip install flip-evaluator==1.7 numpy
     python tests/golden/flip/make.py

@@ -1,0 +1,359 @@
+//! The program as a person uses it: what it prints, what it writes, how it ends.
+
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+use std::process::Stdio;
+use std::time::Duration;
+
+use assert_cmd::Command;
+use caustics::scene::{Scene, resolve};
+use caustics_kernels::interface::features::Features;
+use caustics_kernels::interface::ray::Ray;
+use caustics_kernels::trace::Tracer;
+use serde_json::{Value, json};
+
+const TINY: [&str; 6] = ["--width", "32", "--height", "18", "--light-paths", "2000"];
+const BINARY: &str = env!("CARGO_BIN_EXE_caustics");
+
+fn caustics(folder: &Path) -> Command {
+    let mut command = Command::new(BINARY);
+    command.current_dir(folder).timeout(Duration::from_secs(300));
+    command
+}
+
+/// Runs in a folder and gives stdout; the run must succeed.
+#[track_caller]
+fn run(folder: &Path, arguments: &[&str]) -> String {
+    let output = caustics(folder).args(arguments).output().unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {stderr}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Renders on the CPU into `out`.
+#[track_caller]
+fn render(folder: &Path, scene: &str, out: &str, options: &[&str]) -> String {
+    run(folder, &[&["render", scene, "-o", out, "--runner", "cpu"], options].concat())
+}
+
+/// An EXR file: its size and its channels.
+struct Picture {
+    size: (usize, usize),
+    channels: BTreeMap<String, Vec<f32>>,
+}
+
+impl Picture {
+    fn read(path: &Path) -> Picture {
+        let image = exr::prelude::read_first_flat_layer_from_file(path).unwrap();
+        let layer = image.layer_data;
+        let values = layer.channel_data.list.iter().map(|channel| {
+            (channel.name.to_string(), channel.sample_data.values_as_f32().collect::<Vec<_>>())
+        });
+        Picture { size: (layer.size.0, layer.size.1), channels: values.collect() }
+    }
+
+    fn sum(&self, name: &str) -> f64 {
+        self.channels[name].iter().map(|&value| f64::from(value)).sum()
+    }
+}
+
+#[test]
+fn help_and_version_are_printed() {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(run(folder.path(), &["--version"]).contains(env!("CARGO_PKG_VERSION")));
+    for arguments in [&["--help"][..], &["render", "--help"]] {
+        assert!(run(folder.path(), arguments).starts_with("Examples:"), "{arguments:?}");
+    }
+}
+
+#[test]
+fn scenes_are_listed_described_and_made() {
+    let folder = tempfile::tempdir().unwrap();
+    let list = run(folder.path(), &["scene", "list"]);
+    for name in caustics_scenes::NAMES {
+        assert!(list.lines().any(|line| line.starts_with(name)), "{name} is not in {list}");
+    }
+    assert!(run(folder.path(), &["scene", "info", "mirror-room"]).contains("features "));
+
+    run(folder.path(), &["scene", "make", "ring", "-o", "made"]);
+    let info = run(folder.path(), &["scene", "info", "made/ring", "--json"]);
+    let info: Value = serde_json::from_str(&info).unwrap();
+    assert_eq!(info["name"], "ring");
+    assert_eq!(info["cameras"][0], "main");
+    assert!(info["triangles"].as_u64().unwrap() > 1000);
+    assert!(info["features"].as_array().unwrap().contains(&"mirror".into()));
+    assert!(!info["features"].as_array().unwrap().contains(&"glass".into()));
+}
+
+/// Makes a scene, and renders it by its name: what `scene info` says of it.
+fn made_on_demand(name: &str) -> Value {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(run(folder.path(), &["scene", "list"]).lines().any(|line| line.starts_with(&format!("{name} "))));
+    // Without -o it goes where the name is looked for.
+    let file = format!("scenes/generated/{name}/scene.gltf");
+    let made = run(folder.path(), &["scene", "make", name]);
+    assert_eq!(Path::new(made.trim()), Path::new(&file));
+    let info = run(folder.path(), &["scene", "info", name, "--json"]);
+    let info: Value = serde_json::from_str(&info).unwrap();
+    assert_eq!((&info["name"], &info["file"]), (&json!(name), &json!(file)));
+    assert_eq!((&info["dropped_triangles"], &info["warnings"]), (&json!(0), &json!([])));
+
+    let report = render(folder.path(), name, "made.exr", &[&TINY[..], &["--json"]].concat());
+    let counters = &serde_json::from_str::<Value>(&report).unwrap()["counters"];
+    assert!(counters["deposits"].as_u64().unwrap() > 100, "{counters}");
+    for fault in ["media_overflow", "non_finite", "clamped", "deposits_dropped"] {
+        assert_eq!(counters[fault], 0, "{fault}");
+    }
+    info
+}
+
+#[test]
+fn a_small_scene_is_made_on_demand_and_found_by_its_name() {
+    assert!(made_on_demand("cornell-1k")["triangles"].as_u64().unwrap() > 500);
+}
+
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "makes a scene of half a million triangles"]
+    fn the_bar_is_made_on_demand_and_found_by_its_name() {
+        let info = made_on_demand("bar");
+        assert!(info["triangles"].as_u64().unwrap() >= 500_000, "{}", info["triangles"]);
+        assert_eq!(info["cameras"], json!(["main", "counter"]));
+        // Eleven lamps of six triangles each.
+        assert_eq!(info["lights"], 66);
+        let features = info["features"].as_array().unwrap();
+        for need in ["casters", "receivers", "area-lights", "mirror", "glass", "absorption", "coat"] {
+            assert!(features.contains(&need.into()), "{need} is not in {features:?}");
+        }
+        // Nobody stands inside of glass: no kernel has to look for media at the eye and the lamps.
+        assert!(!features.contains(&"enclosed".into()), "{features:?}");
+    }
+}
+
+#[test]
+fn devices_are_listed_or_missed_with_exit_code_4() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = caustics(folder.path()).args(["device", "--json"]).output().unwrap();
+    if output.status.code() == Some(0) {
+        let devices: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let devices = devices.as_array().unwrap();
+        assert!(!devices.is_empty());
+        assert!(devices.iter().all(|device| device["name"].is_string() && device["usable"].is_boolean()));
+        assert!(run(folder.path(), &["device"]).contains("ray queries:"));
+    } else {
+        assert_eq!(output.status.code(), Some(4));
+    }
+
+    // A driver that is not there, whatever the machine has.
+    for arguments in [&["device"][..], &["render", "ring", "-o", "out.exr", "--runner", "gpu"]] {
+        let mut command = caustics(folder.path());
+        command.env("VK_DRIVER_FILES", "/missing.json").env("VK_ICD_FILENAMES", "/missing.json");
+        let output = command.args(arguments).output().unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(4), "{arguments:?}: {stderr}");
+        assert!(stderr.starts_with("error: ") && stderr.contains("--runner cpu"), "{stderr}");
+    }
+    assert_eq!(folder.path().read_dir().unwrap().count(), 0);
+}
+
+#[test]
+fn a_render_reports_times_counters_needs_and_device() {
+    let folder = tempfile::tempdir().unwrap();
+    let report = render(folder.path(), "mirror-room", "out.exr", &[&TINY[..], &["--json"]].concat());
+    let report: Value = serde_json::from_str(&report).unwrap();
+    for pass in
+        ["collect", "shoot.store", "index.photons_grid.fill", "gather.photons_grid", "resolve", "display"]
+    {
+        assert!(report["pass_ms"][pass].as_f64().unwrap() >= 0.0, "{pass}");
+    }
+    assert_eq!(report["counters"]["light_paths"], 2000);
+    // 2000 paths balance to about 1 / sqrt(2000).
+    let energy = |key: &str| report["energy"][key].as_f64().unwrap();
+    let spent = energy("absorbed") + energy("escaped") + energy("cut") + energy("shading_normals");
+    assert!(energy("emitted") > 0.0 && energy("absorbed") > 0.0 && energy("cut") > 0.0);
+    assert!((spent / energy("emitted") - 1.0).abs() < 0.1 && energy("residual").abs() < 0.1);
+    for counter in ["camera_rays", "shadow_rays", "light_rays", "deposits"] {
+        assert!(report["counters"][counter].as_u64().unwrap() > 0, "{counter}");
+    }
+    assert!(report["rates"]["light_paths_per_s"].as_f64().unwrap() > 0.0);
+    assert!(report["features"].as_array().unwrap().contains(&"glass".into()));
+    assert!(report["device"].as_str().unwrap().starts_with("CPU"));
+    assert_eq!((&report["width"], &report["height"], &report["frames"]), (&32.into(), &18.into(), &1.into()));
+}
+
+#[test]
+fn pictures_have_their_size_and_layers_and_beauty_is_their_sum() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = ["--png", "out.png", "--width", "48", "--height", "27", "--light-paths", "200000"];
+    render(folder.path(), "mirror-room", "out.exr", &options);
+    let picture = Picture::read(&folder.path().join("out.exr"));
+    assert_eq!(picture.size, (48, 27));
+    let names: Vec<_> = picture.channels.keys().map(String::as_str).collect();
+    let expected = [
+        ["B", "G", "R", "caustics.B"],
+        ["caustics.G", "caustics.R", "deposits.count", "path.B"],
+        ["path.G", "path.R", "points.depth", "points.radius"],
+    ];
+    assert_eq!(names, expected.concat());
+    for lane in ["R", "G", "B"] {
+        let (path, caustics) =
+            (&picture.channels[&format!("path.{lane}")], &picture.channels[&format!("caustics.{lane}")]);
+        let sum: Vec<f32> = path.iter().zip(caustics).map(|(path, caustic)| path + caustic).collect();
+        assert_eq!(picture.channels[lane], sum);
+        assert!(path.iter().chain(caustics).all(|value| value.is_finite() && *value >= 0.0));
+        assert!(picture.sum(&format!("path.{lane}")) > 0.0);
+        assert!(picture.sum(&format!("caustics.{lane}")) > 0.0);
+    }
+    // Points have a radius exactly where they have a depth, and deposits only there.
+    for ((radius, depth), deposits) in picture.channels["points.radius"]
+        .iter()
+        .zip(&picture.channels["points.depth"])
+        .zip(&picture.channels["deposits.count"])
+    {
+        assert_eq!(*radius > 0.0, *depth > 0.0);
+        assert!(*deposits == 0.0 || *depth > 0.0);
+    }
+
+    let png = image::open(folder.path().join("out.png")).unwrap().into_rgb8();
+    assert_eq!(png.dimensions(), (48, 27));
+    assert!(png.pixels().any(|pixel| pixel.0.iter().any(|&value| value > 32)));
+}
+
+#[test]
+fn more_frames_have_less_noise() {
+    let folder = tempfile::tempdir().unwrap();
+    let noise = |frames: &str| {
+        let [a, b] = ["1", "2"].map(|seed| {
+            let options = ["--frames", frames, "--seed", seed, "--pixel-filter", "centre", "--force"];
+            let options = [&TINY[..], &options].concat();
+            render(folder.path(), "mirror-room", "out.exr", &options);
+            Picture::read(&folder.path().join("out.exr"))
+        });
+        // The path layer: caustics of so few paths are a handful of bright pixels.
+        let pairs = a.channels["path.G"].iter().zip(&b.channels["path.G"]);
+        pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>()
+    };
+    let ratio = noise("64") / noise("1");
+    // 1/64 in the mean; outliers in either make it uncertain by a factor.
+    assert!(ratio < 1.0 / 16.0, "{ratio}");
+}
+
+#[test]
+fn code_that_a_scene_does_not_need_changes_no_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    for scene in ["mirror-room", "ring"] {
+        let options = [&TINY[..], &["--force"]].concat();
+        render(folder.path(), scene, "scene.exr", &options);
+        render(folder.path(), scene, "all.exr", &[&options[..], &["--features", "all"]].concat());
+        let [a, b] = ["scene.exr", "all.exr"].map(|file| Picture::read(&folder.path().join(file)));
+        assert!(a.channels == b.channels, "{scene}");
+    }
+}
+
+#[test]
+fn a_scene_without_casters_shoots_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    for features in ["scene", "all"] {
+        let options = [&TINY[..], &["--force", "--json", "--features", features]].concat();
+        let report: Value =
+            serde_json::from_str(&render(folder.path(), "plain-room", "out.exr", &options)).unwrap();
+        assert_eq!(report["counters"]["light_rays"], 0);
+        let picture = Picture::read(&folder.path().join("out.exr"));
+        for name in ["caustics.R", "caustics.G", "caustics.B", "deposits.count"] {
+            assert!(picture.channels[name].iter().all(|&value| value == 0.0), "{name} --features {features}");
+        }
+    }
+}
+
+/// Whether the camera's ray through each pixel's centre meets the wall mirror first.
+fn mirror_region(width: usize, height: usize) -> Vec<bool> {
+    let scene = Scene::load(&resolve("mirror-room").unwrap()).unwrap();
+    let camera = scene.cameras[0].camera(width as u32, height as u32);
+    let mirror = scene.material_names.iter().position(|name| name == "mirror").unwrap() as u32;
+    let mut tracer = scene.tracer(Features(0));
+    let mut is_mirror = |pixel: usize| {
+        let x = ((pixel % width) as f32 + 0.5) / width as f32 * 2.0 - 1.0;
+        let y = 1.0 - ((pixel / width) as f32 + 0.5) / height as f32 * 2.0;
+        let direction = (camera.forward + x * camera.right + y * camera.up).normalize();
+        let hit = tracer.closest(&Ray::endless(camera.position, direction));
+        !hit.is_miss() && scene.surfaces[hit.triangle as usize].material == mirror
+    };
+    (0..width * height).map(&mut is_mirror).collect()
+}
+
+#[test]
+fn caustics_of_the_mirror_room_are_seen_in_the_mirror() {
+    let folder = tempfile::tempdir().unwrap();
+    let (width, height) = (480, 270);
+    render(folder.path(), "mirror-room", "out.exr", &["--width", "480", "--height", "270"]);
+    let picture = Picture::read(&folder.path().join("out.exr"));
+    let region = mirror_region(width, height);
+    let (mut inside, mut all) = (0.0, 0.0);
+    for (pixel, &mirror) in region.iter().enumerate() {
+        let energy: f64 = ["R", "G", "B"]
+            .map(|lane| f64::from(picture.channels[&format!("caustics.{lane}")][pixel]))
+            .iter()
+            .sum();
+        all += energy;
+        inside += if mirror { energy } else { 0.0 };
+    }
+    let area = region.iter().filter(|mirror| **mirror).count() as f64 / (width * height) as f64;
+    println!("{:.2} % of the caustics' energy on {:.1} % of the picture", 100.0 * inside / all, 100.0 * area);
+    assert!(all > 0.0 && inside > 0.95 * all, "{inside} of {all}");
+    assert!((0.05..0.8).contains(&area), "{area}");
+
+    // Points in the mirror stand behind it; those beside it are primary hits.
+    let depth = &picture.channels["points.depth"];
+    assert!(region.iter().zip(depth).all(|(&mirror, &depth)| depth == 0.0 || mirror == (depth >= 2.0)));
+}
+
+#[test]
+fn a_gpu_renders_under_validation() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = ["render", "mirror-room", "-o", "out.exr", "--runner", "gpu", "--debug", "validation"];
+    let output = caustics(folder.path()).args([&options[..], &TINY].concat()).output().unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    let absent =
+        output.status.code() == Some(4) || stderr.contains("VK_LAYER_KHRONOS_validation, which is not");
+    if absent && std::env::var_os("CAUSTICS_REQUIRE_GPU").is_none_or(|value| value != "1") {
+        println!("skipped: {stderr}");
+        return;
+    }
+    assert_eq!(output.status.code(), Some(0), "{stderr}");
+    let picture = Picture::read(&folder.path().join("out.exr"));
+    assert!(picture.sum("path.G") > 0.0 && picture.sum("deposits.count") > 0.0);
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_saves_what_is_done() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut child = std::process::Command::new(BINARY)
+        .current_dir(folder.path())
+        .args(["render", "mirror-room", "-o", "out.exr", "--runner", "cpu", "--frames", "10000000", "--json"])
+        .args(TINY)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The line that names the gather comes when all is ready.
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+    lines.find(|line| line.as_ref().unwrap().contains("gather photons-grid")).unwrap().unwrap();
+    std::thread::sleep(Duration::from_millis(300));
+    let kill = format!("kill -INT {}", child.id());
+    assert!(std::process::Command::new("sh").args(["-c", &kill]).status().unwrap().success());
+    let mut report = String::new();
+    child.stdout.take().unwrap().read_to_string(&mut report).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+
+    let report: Value = serde_json::from_str(&report).unwrap();
+    assert!((1..10_000_000).contains(&report["frames"].as_u64().unwrap()));
+    let picture = Picture::read(&folder.path().join("out.exr"));
+    assert_eq!(picture.size, (32, 18));
+    // The picture, and the checkpoint that --resume goes on from.
+    assert_eq!(folder.path().read_dir().unwrap().count(), 2);
+    assert!(folder.path().join("out.exr.checkpoint").exists());
+}

@@ -1,0 +1,10 @@
+//! The program from outside: renders, animations and references, and what it makes of bad input.
+
+mod animate;
+mod bad_input;
+mod cli;
+mod compile;
+mod corpus;
+mod denoiser;
+mod panics;
+mod reference;

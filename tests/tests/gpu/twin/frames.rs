@@ -1,0 +1,183 @@
+//! Whole frames: image means, gathers against each other, odd sizes.
+
+use caustics::scene::Scene;
+use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
+use caustics_kernels::gather::accumulator::WORDS;
+use caustics_kernels::gather::variant::{self, Variant};
+use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::method::Parts;
+use caustics_kernels::method::basic;
+use caustics_kernels::method::basic::BASIC;
+use caustics_kernels::method::path::PATH;
+use caustics_kernels::pass::step::STEP_HIT;
+use caustics_tests::compare::{Tolerance, floats, words};
+use caustics_tests::gpu::{gpu, watched_gpu};
+use caustics_tests::scenes::open_air;
+use caustics_tests::statistics::Mean;
+use caustics_tests::table::Table;
+use caustics_tests::twin::{self, Twin, load};
+use glam::Vec3;
+
+use super::settings;
+
+/// Frames of a mean.
+const FRAMES: u32 = 4;
+
+/// Means of the caustics and of all else over an image, frame by frame.
+fn means(choice: &RunnerChoice, scene: &Scene, variant: &'static Variant) -> [Mean; 2] {
+    let settings = Settings { width: 80, height: 45, light_paths: 32_768, ..settings() };
+    let features = scene.features(settings.specular_roughness);
+    let mut session =
+        Session::new(choice, scene, &scene.cameras[0], &settings, &BASIC, variant, features).unwrap();
+    let mean = |image: &[Vec3]| {
+        let sum = image.iter().map(|pixel| f64::from(pixel.element_sum())).sum::<f64>();
+        sum / (3.0 * image.len() as f64)
+    };
+    let (mut caustics, mut path) = (vec![], vec![]);
+    for frame in 0..FRAMES {
+        session.frame(frame).unwrap();
+        let picture = session.picture().unwrap();
+        caustics.push(mean(&picture.caustics));
+        path.push(mean(&picture.path));
+    }
+    [Mean::of(&caustics), Mean::of(&path)]
+}
+
+#[test]
+fn image_means_agree_within_three_sigma() {
+    image_means_agree(&load("mirror-room"));
+}
+
+/// Under a spot and a directional light.
+#[test]
+fn image_means_agree_in_the_open_air() {
+    image_means_agree(&open_air().build());
+}
+
+/// By one gather a tracer: the others give the same bits, as `gathers_on_the_gpu_equal_each_other` and
+/// `every_gather_on_the_gpu_finds_what_brute_force_finds` say.
+fn image_means_agree(scene: &Scene) {
+    let Some(gpu) = gpu() else { return };
+    let cpu = means(&RunnerChoice::Cpu { threads: 0 }, scene, &variant::PHOTONS_GRID);
+    for &hardware in gpu.tracers() {
+        let variant = if hardware { &variant::POINTS_RT } else { &variant::PHOTONS_GRID };
+        let gpu = means(&gpu.choice(hardware), scene, variant);
+        for (layer, cpu, gpu) in [("caustics", cpu[0], gpu[0]), ("path", cpu[1], gpu[1])] {
+            let sigmas = cpu.sigmas(&gpu);
+            eprintln!(
+                "{layer}, {} (hardware {hardware}): CPU {:.6e} +- {:.1e}, GPU {:.6e}: {sigmas:.4} sigma",
+                variant.name, cpu.value, cpu.error, gpu.value
+            );
+            assert!(cpu.value > 0.0 && cpu.agrees(&gpu, 3.0), "{layer}: {sigmas} sigma");
+        }
+    }
+}
+
+/// The reference traces whole paths, 0.2 % of which may diverge; the others bring the same light.
+#[test]
+fn references_agree() {
+    let Some(gpu) = watched_gpu() else { return };
+    for &hardware in gpu.tracers() {
+        let scene = load("glossy-room");
+        let mut twin = Twin::open(&gpu, hardware, &scene, &settings());
+        let params = twin.params;
+        twin.run(&params, &(PATH.steps)(Parts::from(&variant::PHOTONS_GRID), &params));
+        let (cpu, gpu_rows) = twin.rows::<f32>("path_radiance");
+        assert!(cpu.iter().filter(|value| **value > 0.0).count() > cpu.len() / 2);
+        let reason = "the rule for twins: 0.2 % of the paths may diverge";
+        let tolerance = Tolerance::relative(1.0e-3, 0.0, reason).except(2.0e-3, reason);
+        let mut table =
+            Table::new(&format!("reference, CPU against {} (hardware {hardware})", gpu.info.name));
+        table.add("reference", [floats("path_radiance", 3, &cpu, &gpu_rows, tolerance)]);
+        table.finish();
+    }
+}
+
+#[test]
+fn gathers_on_the_gpu_equal_each_other() {
+    let Some(gpu) = gpu() else { return };
+    for &hardware in gpu.tracers() {
+        let scene = load("mirror-room");
+        let fewer = Settings { width: 80, height: 45, light_paths: 16_384, ..settings() };
+        let mut twin = Twin::open(&gpu, hardware, &scene, &fewer);
+        let params = twin.params;
+        let mut table = Table::new(&format!("gathers against brute force on {}", gpu.info.name));
+        let mut sums = |variant| {
+            twin.gpu.run(&params, &basic::steps(variant, &params)).expect("the frame runs");
+            twin::rows::<u32>(&mut *twin.gpu, "accumulator")
+        };
+        let brute = sums(&variant::BRUTE);
+        assert!(brute.chunks(WORDS as usize).map(|point| point[6]).sum::<u32>() > 2000);
+        let others = variant::ALL.iter().filter(|variant| variant.name != "brute");
+        for variant in others.filter(|variant| hardware || !variant.hardware) {
+            // One device decides a pair in every gather by the same numbers, so not even pairs on the bound differ.
+            let found = sums(variant);
+            table.add(variant.name, [words("accumulator", WORDS as usize, &brute, &found, Tolerance::EXACT)]);
+        }
+        table.finish();
+    }
+}
+
+#[test]
+fn odd_sizes_run_and_the_validation_layer_is_silent() {
+    let Some(gpu) = watched_gpu() else { return };
+    let scene = load("mirror-room");
+    for (width, height) in [(1, 1), (191, 107)] {
+        for &hardware in gpu.tracers() {
+            let settings = Settings { width, height, light_paths: 5000, ..settings() };
+            let mut twin = Twin::open(&gpu, hardware, &scene, &settings);
+            for variant in variant::ALL.iter().filter(|variant| hardware || !variant.hardware) {
+                twin.gpu.run(&twin.params, &basic::steps(variant, &twin.params)).unwrap_or_else(|error| {
+                    panic!("{width}x{height} {} (hardware {hardware}): {error:#}", variant.name)
+                });
+                let image = twin::rows::<f32>(&mut *twin.gpu, "display_color");
+                assert_eq!(image.len(), 3 * (width * height) as usize);
+                assert!(image.iter().all(|value| (0.0..=1.0).contains(value)));
+            }
+        }
+    }
+}
+
+#[test]
+fn detects_another_seed() {
+    let Some(gpu) = gpu() else { return };
+    let scene = load("mirror-room");
+    let small = Settings { width: 48, height: 27, light_paths: 4096, ..settings() };
+    let mut twin = Twin::open(&gpu, false, &scene, &small);
+    let params = twin.params;
+    let mut table = |seed| {
+        let steps = basic::steps(&variant::PHOTONS_GRID, &params);
+        twin.cpu.run(&params, &steps).unwrap();
+        twin.gpu.run(&FrameParams { seed, ..params }, &steps).unwrap();
+        let mut table = Table::new("frames of two seeds");
+        for buffer in ["path_radiance", "caustic_radiance", "display_color"] {
+            let (cpu, gpu) = twin.rows::<f32>(buffer);
+            let near = Tolerance::relative(1.0e-3, 1.0, "the rule for twins")
+                .except(0.02, "whole paths may diverge");
+            table.add(buffer, [floats(buffer, 3, &cpu, &gpu, near)]);
+        }
+        table
+    };
+    table(params.seed).finish();
+    let other = table(params.seed + 1);
+    assert_eq!(other.failures().len(), 3, "{other}");
+}
+
+#[test]
+fn detects_one_perturbed_input() {
+    let Some(gpu) = gpu() else { return };
+    let scene = load("mirror-room");
+    let mut twin = Twin::open(&gpu, false, &scene, &settings());
+    let mut rays = caustics_tests::rays::through(&scene, 1000);
+    twin.write("rays", &rays);
+    rays[617].direction = -rays[617].direction;
+    twin.gpu.write("rays", bytemuck::cast_slice(&rays)).unwrap();
+    twin.step(&STEP_HIT, rays.len());
+    let (cpu, gpu) = twin.head::<caustics_kernels::interface::ray::Hit>("hits", rays.len());
+    let ids = |hits: &[caustics_kernels::interface::ray::Hit]| {
+        hits.iter().map(|hit| hit.triangle).collect::<Vec<_>>()
+    };
+    let difference = words("triangle", 1, &ids(&cpu), &ids(&gpu), Tolerance::EXACT);
+    assert!(!difference.passes() && difference.indices.contains(&617));
+}

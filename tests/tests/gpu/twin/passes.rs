@@ -1,0 +1,156 @@
+//! Every pass on the CPU's inputs: before each step both runners hold the same, after it every buffer is compared.
+
+use caustics::scene::Scene;
+use caustics_kernels::declare::Step;
+use caustics_kernels::declare::Work;
+use caustics_kernels::gather::accumulator::{Sum, WORDS};
+use caustics_kernels::gather::contribution::{DISC_THICKNESS, MIN_NORMAL_COS};
+use caustics_kernels::gather::variant::{self, BRUTE, PHOTONS_GRID, Variant};
+use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::interface::point::{DepositGeometry, PointGeometry};
+use caustics_kernels::method::basic;
+use caustics_kernels::method::frame as gather;
+use caustics_tests::compare::{Difference, Tolerance, floats, words};
+use caustics_tests::table::Table;
+use caustics_tests::tremble::Paths;
+use caustics_tests::twin::{self, Twin};
+use glam::Vec3;
+
+use super::paths;
+
+/// Contract 8: floats of a pass over equal inputs.
+pub const NEAR: Tolerance =
+    Tolerance::relative(1.0e-4, 1.0, "the rule for twins: a pass amplifies ulps, but not beyond 1e-4");
+
+/// A frame of `photons-grid` step by step, then the other gathers over the same points and deposits.
+pub fn all(twin: &mut Twin, scene: &Scene, hardware: bool, table: &mut Table) {
+    for step in basic::steps(&PHOTONS_GRID, &twin.params) {
+        one(twin, scene, step, table);
+    }
+    let params = twin.params;
+    // Brute force is compared with the others on each device, over fewer pairs (`frames`).
+    for variant in variant::ALL.iter().filter(|variant| !variant.hardware && **variant != BRUTE) {
+        gathers(twin, variant, table);
+    }
+    if hardware {
+        by_ray_queries(twin, params, table);
+    }
+}
+
+/// The steps of a gather over the points and deposits at hand.
+fn over_deposits(variant: &'static Variant, params: &FrameParams) -> Vec<Step> {
+    let mut steps = vec![Step::Clear { buffer: "accumulator" }, Step::Clear { buffer: "counters" }];
+    steps.extend(gather::prepare(variant, params));
+    steps.extend(gather::exchange(variant, params));
+    steps
+}
+
+/// Builds and gathers on both, each in its own order, and compares the sums.
+fn gathers(twin: &mut Twin, variant: &'static Variant, table: &mut Table) {
+    twin.copy_to_gpu();
+    let params = twin.params;
+    twin.run(&params, &over_deposits(variant, &params));
+    table.add(variant.gather.name, sums(twin, &params));
+}
+
+/// Runs one step on equal inputs and compares all that it wrote, and that it wrote nothing else. What an index writes is in
+/// an order of its own.
+fn one(twin: &mut Twin, scene: &Scene, step: Step, table: &mut Table) {
+    let params = twin.params;
+    let Step::Dispatch { pass, .. } = step else { return twin.run(&params, &[step]) };
+    twin.copy_to_gpu();
+    twin.run(&params, &[step]);
+    let written: Vec<&str> = pass.written().map(|bound| bound.name).collect();
+    for buffer in twin.frame_buffers().to_vec() {
+        if !written.contains(&buffer) {
+            let (cpu, gpu) = twin.rows::<u32>(buffer);
+            assert!(cpu == gpu, "{step:?} wrote to {buffer}");
+        }
+    }
+    let features = twin.features;
+    let whole = Paths { scene, params: &params, features };
+    match pass.work {
+        Work::Camera => paths::collect(twin, whole, table),
+        Work::Light => paths::shoot(twin, whole, table),
+        Work::Gather => table.add(pass.name, sums(twin, &params)),
+        _ => {}
+    }
+    for buffer in written {
+        let difference = match buffer {
+            "caustic_radiance" | "display_color" => {
+                let (cpu, gpu) = twin.rows::<f32>(buffer);
+                let scale = cpu.iter().sum::<f32>() / cpu.len() as f32;
+                floats(buffer, 3, &cpu, &gpu, Tolerance { absolute: 1.0e-4 * scale, ..NEAR })
+            }
+            "counters" if pass.work != Work::Gather => {
+                let (cpu, gpu) = twin.rows::<u32>(buffer);
+                let numbers = |words: &[u32]| words.iter().map(|&word| word as f32).collect::<Vec<_>>();
+                floats(buffer, 1, &numbers(&cpu), &numbers(&gpu), paths::COUNTS)
+            }
+            _ => continue,
+        };
+        table.add(pass.name, [difference]);
+    }
+}
+
+/// The sums of a gather. Counts may differ only at points with a deposit on the very bound of what they take.
+fn sums(twin: &mut Twin, params: &FrameParams) -> Vec<Difference> {
+    let (cpu, gpu) = twin.rows::<u32>("accumulator");
+    let read = |words: &[u32]| {
+        let sums = (0..params.pixel_count()).map(|pixel| Sum::read(words, pixel, params.quantum));
+        sums.unzip::<Vec3, u32, Vec<_>, Vec<_>>()
+    };
+    let ((cpu_sums, cpu_counts), (gpu_sums, gpu_counts)) = (read(&cpu), read(&gpu));
+    let bound = Tolerance::EXACT.except(1.0e-3, "pairs within 1e-5 of the disc's bound");
+    let counts = words("deposits", 1, &cpu_counts, &gpu_counts, bound);
+    let unexplained = on_the_bound(twin, &counts.indices);
+    let total = |counts: &[u32]| counts.iter().sum::<u32>();
+    assert!(total(&cpu_counts) > 5000, "the frame has a caustic: {}", total(&cpu_counts));
+    let scale = cpu_sums.iter().map(|sum| sum.max_element()).fold(0.0, f32::max);
+    let near = Tolerance::relative(1.0e-4, 1.0e-3 * scale, "the rule for twins, of sums of f times flux");
+    let (cpu_sums, gpu_sums) = (bytemuck::cast_slice(&cpu_sums), bytemuck::cast_slice(&gpu_sums));
+    vec![
+        floats("sum", 3, cpu_sums, gpu_sums, near.except(1.0e-3, "pairs within 1e-5 of the disc's bound")),
+        counts,
+        words("counts unexplained", 1, &vec![0; unexplained], &[], Tolerance::EXACT),
+    ]
+}
+
+/// Of these pixels those without a deposit within 1e-5 of what decides whether it is taken.
+fn on_the_bound(twin: &mut Twin, pixels: &[usize]) -> usize {
+    let (points, _) = twin.rows::<PointGeometry>("point_geometry");
+    let (deposits, _) = twin.rows::<DepositGeometry>("deposit_geometry");
+    let near = |a: f32, b: f32| (a - b).abs() <= 1.0e-5 * b;
+    let decides = |point: &PointGeometry, deposit: &DepositGeometry| {
+        let along = deposit.position - point.position;
+        let normals = point.normal + deposit.normal;
+        let limit = DISC_THICKNESS * point.radius * normals.length();
+        near(along.length(), point.radius)
+            || near(point.normal.dot(deposit.normal), MIN_NORMAL_COS)
+            || (near(along.dot(normals).abs(), limit) && along.length() < 1.01 * point.radius)
+    };
+    let has = |&&pixel: &&usize| !deposits.iter().any(|deposit| decides(&points[pixel], deposit));
+    pixels.iter().filter(has).count()
+}
+
+/// Gathers by ray queries against one in software over the same deposits on the same device, and against the CPU's.
+fn by_ray_queries(twin: &mut Twin, params: FrameParams, table: &mut Table) {
+    let (cpu, _) = twin.rows::<u32>("accumulator");
+    twin.copy_to_gpu();
+    let mut run = |variant| {
+        let steps = over_deposits(variant, &params);
+        twin.gpu.run(&params, &steps).expect("the GPU runs the steps and the validation layer is silent");
+        twin::rows::<u32>(&mut *twin.gpu, "accumulator")
+    };
+    let software = run(&PHOTONS_GRID);
+    let total = |words: &[u32]| {
+        let sums = (0..params.pixel_count()).map(|pixel| Sum::read(words, pixel, params.quantum));
+        sums.fold([0.0f32; 4], |t, (sum, n)| [t[0] + sum.x, t[1] + sum.y, t[2] + sum.z, t[3] + n as f32])
+    };
+    for variant in variant::ALL.iter().filter(|variant| variant.hardware) {
+        let found = run(variant);
+        let title = format!("{} = {}", variant.gather.name, PHOTONS_GRID.name);
+        table.add(&title, [words("accumulator", WORDS as usize, &software, &found, Tolerance::EXACT)]);
+        table.add(variant.gather.name, [floats("totals", 1, &total(&cpu), &total(&found), paths::COUNTS)]);
+    }
+}

@@ -1,0 +1,157 @@
+//! The passes that trace whole paths, which may diverge: few, and only where the CPU's own path trembles apart.
+
+use std::collections::BTreeSet;
+
+use caustics_kernels::interface::counters::DepositState;
+use caustics_kernels::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
+use caustics_kernels::pass::collect::Collected;
+use caustics_tests::compare::{Difference, Tolerance, floats, rows, words};
+use caustics_tests::fields::Field;
+use caustics_tests::matching::{Deposit, pair};
+use caustics_tests::table::Table;
+use caustics_tests::tremble::Paths;
+use caustics_tests::twin::Twin;
+
+use super::passes::NEAR;
+
+/// Counts over whole paths.
+pub const COUNTS: Tolerance =
+    Tolerance::relative(2.0e-3, 0.0, "the rule for twins: 0.2 % of the paths may diverge");
+/// Whole paths.
+const PATHS: Tolerance = NEAR.except(2.0e-3, "the rule for twins: 0.2 % of the paths may diverge");
+/// Quantities of whole paths that have a unit and so no scale of their own.
+const RATIOS: Tolerance = Tolerance::relative(
+    1.0e-3,
+    0.0,
+    "curved vertices and grazing cosines amplify ulps along a path, and 0.2 % of the paths may diverge",
+)
+.except(
+    2.0e-3,
+    "curved vertices and grazing cosines amplify ulps along a path, and 0.2 % of the paths may diverge",
+);
+/// Parts of one.
+const SHARES: Tolerance = Tolerance { absolute: RATIOS.relative, relative: 0.0, ..RATIOS };
+/// Distance within which deposits are the same [m]: a tenth of a typical radius of a point.
+const REACH: f32 = 1.0e-3;
+/// Divergences that are printed.
+const PRINTED: usize = 12;
+
+/// Camera paths, pixel by pixel.
+pub fn collect(twin: &mut Twin, paths: Paths<'_>, table: &mut Table) {
+    let (cpu_radiance, gpu_radiance) = twin.rows::<f32>("path_radiance");
+    let (cpu_geometry, gpu_geometry) = twin.rows::<PointGeometry>("point_geometry");
+    let (cpu_shading, gpu_shading) = twin.rows::<PointShading>("point_shading");
+    let words_tolerance =
+        Tolerance { reason: PATHS.reason, ..Tolerance::EXACT.except(PATHS.share, PATHS.reason) };
+    let mut all = vec![floats("path_radiance", 3, &cpu_radiance, &gpu_radiance, PATHS)];
+    all.extend(rows(&cpu_geometry, &gpu_geometry, words_tolerance, |field| path_field(field.name)));
+    all.extend(rows(&cpu_shading, &gpu_shading, words_tolerance, |field| path_field(field.name)));
+
+    let pixels: BTreeSet<usize> =
+        all.iter().flat_map(|difference| difference.indices.iter().copied()).collect();
+    let mut unexplained = 0;
+    for (rank, &pixel) in pixels.iter().enumerate() {
+        let fields = all.iter().filter(|difference| difference.indices.contains(&pixel));
+        let fields: Vec<_> = fields.map(|difference| difference.name.as_str()).collect();
+        let why = paths.explain_camera(pixel as u32, diverges);
+        unexplained += usize::from(why.is_none());
+        if rank < PRINTED || why.is_none() {
+            eprintln!("collect diverges at pixel {pixel} in {}: {why:?}", fields.join(", "));
+        }
+    }
+    table.add("collect", all);
+    table.add("collect", summary("pixels", cpu_geometry.len(), pixels.len(), unexplained));
+}
+
+fn path_field(name: &str) -> Tolerance {
+    if ["radius", "flux", "distance"].contains(&name) {
+        RATIOS
+    } else if name == "astigmatism" {
+        SHARES
+    } else {
+        PATHS
+    }
+}
+
+/// Whether two camera paths are as far apart as the comparison forbids.
+fn diverges(a: &Collected, b: &Collected) -> bool {
+    let radiance = floats("", 3, &a.radiance.to_array(), &b.radiance.to_array(), NEAR);
+    let geometry = rows(&[a.geometry], &[b.geometry], Tolerance::EXACT, |field| path_field(field.name));
+    let shading = rows(&[a.shading], &[b.shading], Tolerance::EXACT, |field| path_field(field.name));
+    geometry.iter().chain(&shading).chain([&radiance]).any(|difference| difference.exceeding > 0)
+}
+
+/// Light paths, deposit by deposit.
+pub fn shoot(twin: &mut Twin, paths: Paths<'_>, table: &mut Table) {
+    let (cpu_state, gpu_state) = twin.rows::<u32>("deposit_state");
+    let (cpu_geometry, gpu_geometry) = twin.rows::<DepositGeometry>("deposit_geometry");
+    let (cpu_light, gpu_light) = twin.rows::<DepositLight>("deposit_light");
+    let stored = |state: &[u32]| state[DepositState::Stored as usize] as usize;
+    let zip = |geometry: Vec<DepositGeometry>, light: Vec<DepositLight>, count| -> Vec<Deposit> {
+        geometry.into_iter().zip(light).take(count).collect()
+    };
+    let cpu = zip(cpu_geometry, cpu_light, stored(&cpu_state));
+    let gpu = zip(gpu_geometry, gpu_light, stored(&gpu_state));
+
+    // The paths of the CPU's deposits, which its runner stores in any order.
+    let traced = paths.deposits();
+    let by_path: Vec<_> = traced.iter().map(|(_, deposit)| *deposit).collect();
+    assert!(sorted(&by_path) == sorted(&cpu), "the CPU runner stores what its kernels deposit");
+
+    // Paths diverge that lose a deposit, or whose deposit moves, turns, or changes its flux too far.
+    let matching = pair(&by_path, &gpu, REACH);
+    let partners: Vec<_> = matching.pairs.iter().map(|&(left, right)| (by_path[left], gpu[right])).collect();
+    let fields = compare(&partners);
+    let exceeding: BTreeSet<usize> = fields.iter().flat_map(|field| field.indices.iter().copied()).collect();
+    let lost = matching.left.iter().chain(exceeding.iter().map(|&index| &matching.pairs[index].0));
+    let diverging: BTreeSet<u32> = lost.map(|&index| traced[index].0).collect();
+    let mut unexplained = 0;
+    for (rank, &path) in diverging.iter().enumerate() {
+        let why = paths.explain_light(path, diverges_with_light);
+        unexplained += usize::from(why.is_none());
+        if rank < PRINTED || why.is_none() {
+            eprintln!("shoot.store diverges on path {path}: {why:?}");
+        }
+    }
+    table.add("shoot.store", fields);
+    let lost = matching.left.len().max(matching.right.len()) + exceeding.len();
+    table.add("shoot.store", summary("deposits", cpu.len(), lost, unexplained));
+}
+
+/// Compares partners field by field.
+fn compare(partners: &[(Deposit, Deposit)]) -> Vec<Difference> {
+    let (left, right): (Vec<_>, Vec<_>) = partners.iter().copied().unzip();
+    let split = |deposits: Vec<Deposit>| deposits.into_iter().unzip::<_, _, Vec<_>, Vec<_>>();
+    let ((geometry, light), (other_geometry, other_light)) = (split(left), split(right));
+    let tolerance = |field: &Field| path_field(field.name);
+    let mut all = rows(&geometry, &other_geometry, Tolerance::EXACT, tolerance);
+    all.extend(rows(&light, &other_light, Tolerance::EXACT, tolerance));
+    all
+}
+
+/// Whether two versions of a light path are as far apart as the comparison forbids.
+fn diverges_with_light(a: &[Deposit], b: &[Deposit]) -> bool {
+    let matching = pair(a, b, REACH);
+    let partners: Vec<_> = matching.pairs.iter().map(|&(left, right)| (a[left], b[right])).collect();
+    let lost = matching.left.len() + matching.right.len();
+    lost > 0 || compare(&partners).iter().any(|difference| difference.exceeding > 0)
+}
+
+/// Deposits in an order of their own.
+fn sorted(deposits: &[Deposit]) -> Vec<Vec<u8>> {
+    let bytes =
+        |(geometry, light): &Deposit| [bytemuck::bytes_of(geometry), bytemuck::bytes_of(light)].concat();
+    let mut all: Vec<_> = deposits.iter().map(bytes).collect();
+    all.sort();
+    all
+}
+
+/// How many of `count` diverge, and how many of those the CPU's trembling does not explain.
+fn summary(what: &str, count: usize, diverging: usize, unexplained: usize) -> [Difference; 2] {
+    let marks = |marked: usize| (0..count).map(|i| u32::from(i < marked)).collect::<Vec<_>>();
+    let tolerance = Tolerance::EXACT.except(PATHS.share, PATHS.reason);
+    [
+        words(&format!("diverging {what}"), 1, &marks(0), &marks(diverging), tolerance),
+        words("unexplained", 1, &marks(0), &marks(unexplained), Tolerance::EXACT),
+    ]
+}

@@ -1,0 +1,149 @@
+//! Twin tests of the histories: a frame of an animation step by step on equal inputs, and a few frames on each runner's own.
+
+mod sequence;
+mod steps;
+
+use caustics::scene::Scene;
+use caustics::settings::Settings;
+use caustics::upload::Upload;
+use caustics_kernels::declare::Step;
+use caustics_kernels::denoiser;
+use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::history::{History, PAPER, VALIDATED};
+use caustics_kernels::interface::frame::{Camera, FrameParams};
+use caustics_kernels::method::Parts;
+use caustics_kernels::method::basic;
+use caustics_tests::gpu::{Gpu, watched_gpu};
+use caustics_tests::table::Table;
+use caustics_tests::twin::{Twin, load};
+
+const HISTORIES: [&History; 2] = [&PAPER, &VALIDATED];
+/// Frames a second.
+const RATE: f64 = 30.0;
+
+/// An animation on two runners.
+struct Animation {
+    scene: Scene,
+    settings: Settings,
+    twin: Twin,
+    uploads: [Upload; 2],
+    /// The eye of the frame before.
+    camera: Camera,
+}
+
+impl Animation {
+    /// Opens both with the buffers of every history.
+    fn open(gpu: &Gpu, hardware: bool, scene: &str, light_paths: u32) -> Animation {
+        let settings = Settings {
+            width: 160,
+            height: 90,
+            light_paths,
+            radius_px: 2.0,
+            history: &VALIDATED,
+            ..Settings::default()
+        };
+        let scene = load(scene);
+        let twin = Twin::open(gpu, hardware, &scene, &settings);
+        let uploads = [Upload::new(&scene), Upload::new(&scene)];
+        let camera = twin.params.camera;
+        Animation { scene, settings, twin, uploads, camera }
+    }
+
+    /// Starts again, with nothing to remember.
+    fn restart(&mut self, history: &'static History) {
+        self.settings.history = history;
+        let forget: Vec<Step> = VALIDATED.forget.iter().map(|&buffer| Step::Clear { buffer }).collect();
+        self.twin.run(&FrameParams::default(), &forget);
+    }
+
+    /// Brings both runners to a frame; its settings.
+    fn pose(&mut self, frame: u32) -> FrameParams {
+        self.scene.pose(f64::from(frame) / RATE).expect("a pose");
+        let [cpu, gpu] = &mut self.uploads;
+        cpu.run(&mut *self.twin.cpu, &self.scene).expect("the CPU takes the pose");
+        gpu.run(&mut *self.twin.gpu, &self.scene).expect("the GPU takes the pose");
+        let params = self.settings.params(&self.scene, &self.scene.cameras[0], frame);
+        let params = FrameParams { previous_camera: self.camera, ..params };
+        self.camera = params.camera;
+        params
+    }
+
+    fn steps(&self, params: &FrameParams) -> Vec<Step> {
+        let history = self.settings.history;
+        basic::steps(Parts { gather: &PHOTONS_GRID, history, denoiser: &denoiser::NONE }, params)
+    }
+}
+
+/// A lamp that swings.
+#[test]
+fn runners_agree_on_light_that_moves() {
+    let Some(gpu) = watched_gpu() else { return };
+    runners_agree(&gpu, gpu.tracers(), "animated-light", 30_000);
+}
+
+/// A plate that carries a lamp and a ring along; one light path in a hundred meets the ring. Here by the software tracer.
+#[test]
+fn runners_agree_on_light_that_is_carried_along() {
+    let Some(gpu) = watched_gpu() else { return };
+    runners_agree(&gpu, &[false], "moving-receiver", 200_000);
+}
+
+fn runners_agree(gpu: &Gpu, tracers: &[bool], scene: &str, light_paths: u32) {
+    for &hardware in tracers {
+        let tracer = if hardware { "hardware" } else { "software" };
+        // On software Vulkan, opening takes longer than all frames.
+        let mut animation = Animation::open(gpu, hardware, scene, light_paths);
+        for history in HISTORIES {
+            let name = history.name;
+            let title = format!("{scene}, {name}, CPU against {} ({tracer} tracer)", gpu.info.name);
+            animation.restart(history);
+            steps_agree(&mut animation, &title);
+            animation.restart(history);
+            sequences_agree(&mut animation, &title);
+            if !hardware {
+                animation.restart(history);
+                detects_the_history_of_another_seed(&mut animation);
+            }
+        }
+    }
+}
+
+fn steps_agree(animation: &mut Animation, title: &str) {
+    let mut table = Table::new(title);
+    for frame in 0..3 {
+        let params = animation.pose(frame);
+        animation.twin.cpu.run(&params, &animation.steps(&params)).expect("the CPU runs a frame");
+    }
+    let params = animation.pose(3);
+    for step in animation.steps(&params) {
+        steps::one(animation, &params, step, &mut table);
+    }
+    table.finish();
+}
+
+fn sequences_agree(animation: &mut Animation, title: &str) {
+    let error = sequence::error(&animation.settings, &animation.scene);
+    let compared = sequence::run(animation, 0, title);
+    compared.table.finish();
+    let [cpu, gpu] = compared.means;
+    let sigmas = (cpu - gpu).abs() / error;
+    eprintln!("means {cpu:.6e} and {gpu:.6e}, standard error {error:.1e}: {sigmas:.4} sigma apart");
+    assert!(cpu > 0.0 && sigmas <= 3.0);
+}
+
+fn detects_the_history_of_another_seed(animation: &mut Animation) {
+    let compared = sequence::run(animation, 1, "only the last frame has one seed");
+    assert_eq!(compared.table.failures().len(), 1, "{}", compared.table);
+    eprintln!("{}", compared.table);
+}
+
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "half a minute on lavapipe"]
+    fn ray_queries_agree_on_light_that_is_carried_along() {
+        let Some(gpu) = watched_gpu() else { return };
+        runners_agree(&gpu, gpu.tracers(), "moving-receiver", 200_000);
+    }
+}

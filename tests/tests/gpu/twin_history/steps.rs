@@ -1,0 +1,196 @@
+//! The steps of a history: before each both runners hold the same, after it what it wrote is compared.
+
+use std::collections::BTreeSet;
+
+use caustics_kernels::declare::Step;
+use caustics_kernels::declare::{Pass, Work};
+use caustics_kernels::history::cells::WORDS;
+use caustics_kernels::history::resolve_history::RESOLVE_HISTORY;
+use caustics_kernels::history::validated::validate::VALIDATE;
+use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::interface::history::{
+    HistoryPoint, Reprojected, VALIDATION_DEPOSITS, ValidationDeposit,
+};
+use caustics_kernels::interface::point::PointGeometry;
+use caustics_kernels::math::octahedral;
+use caustics_tests::compare::{Difference, Tolerance, floats, rows, words};
+use caustics_tests::fields::Field;
+use caustics_tests::matching::Deposit;
+use caustics_tests::table::Table;
+use caustics_tests::tremble::Paths;
+use caustics_tests::twin::Twin;
+use glam::Vec3;
+
+use super::Animation;
+
+const RULE: &str = "the rule for twins: a pass amplifies ulps, but not beyond 1e-4";
+const NEAR: Tolerance = Tolerance::relative(1.0e-4, 1.0, RULE);
+const PATHS: &str = "the rule for twins: 0.2 % of the paths may diverge";
+/// Fluxes of whole paths, as in the twin test of light paths.
+const FLUX: Tolerance = Tolerance::relative(1.0e-3, 0.0, "grazing cosines amplify ulps along a path");
+
+/// Runs a step: on both if it is the history's, else on the CPU.
+pub fn one(animation: &mut Animation, params: &FrameParams, step: Step, table: &mut Table) {
+    let history = |pass: &Pass| pass.work == Work::Reuse || *pass == RESOLVE_HISTORY;
+    let pass = match step {
+        Step::Dispatch { pass, .. } if history(pass) => pass,
+        _ => {
+            animation.twin.cpu.run(params, &[step]).expect("the CPU runs the step");
+            return;
+        }
+    };
+    let written: Vec<&str> = pass.written().map(|bound| bound.name).collect();
+    animation.twin.copy_to_gpu();
+    animation.twin.run(params, &[step]);
+    let twin = &mut animation.twin;
+    for buffer in twin.frame_buffers().to_vec() {
+        if !written.contains(&buffer) {
+            let (cpu, gpu) = twin.rows::<u32>(buffer);
+            assert!(cpu == gpu, "{step:?} wrote to {buffer}");
+        }
+    }
+    let features = twin.features;
+    if *pass == VALIDATE {
+        validate(twin, Paths { scene: &animation.scene, params, features }, table);
+    } else if *pass == RESOLVE_HISTORY {
+        table.add(pass.name, remembered(twin));
+    } else {
+        table.add(pass.name, reprojected(twin));
+    }
+}
+
+/// Validation paths, deposit by deposit, and the marks that they make.
+fn validate(twin: &mut Twin, paths: Paths<'_>, table: &mut Table) {
+    let (cpu, gpu) = twin.rows::<ValidationDeposit>("validation_deposits");
+    let stored = cpu.iter().filter(|deposit| deposit.flux > 0.0).count();
+    assert!(stored > 200, "only {stored} deposits");
+    let fields = rows(&cpu, &gpu, Tolerance::EXACT.except(2.0e-3, PATHS), |field| {
+        let tolerance = if field.name == "flux" { FLUX } else { NEAR };
+        tolerance.except(2.0e-3, PATHS)
+    });
+    let rows = fields.iter().flat_map(|field| field.indices.iter());
+    let parted: BTreeSet<u32> = rows.map(|&row| row as u32 / VALIDATION_DEPOSITS).collect();
+    let unexplained: Vec<_> =
+        parted.iter().filter(|&&path| paths.explain_validation(path, diverges).is_none()).collect();
+    eprintln!("{stored} deposits of validation; diverging paths {parted:?}, unexplained {unexplained:?}");
+    table.add("validate", fields);
+    let count = cpu.len() / VALIDATION_DEPOSITS as usize;
+    table.add("validate", [all("diverging paths", count, parted.len(), 2.0e-3, PATHS)]);
+    table.add("validate", [all("unexplained", count, unexplained.len(), 0.0, PATHS)]);
+
+    table.add("validate", cells(twin));
+}
+
+/// Sums over the marks of all cells: how far they are apart in all.
+fn cells(twin: &mut Twin) -> Vec<Difference> {
+    let (cpu, gpu) = twin.rows::<u32>("validation_cells");
+    let mut marks = 0;
+    let mut compare = |word: usize, name| {
+        let of = |cells: &[u32]| cells.iter().skip(word).step_by(WORDS as usize).copied().collect::<Vec<_>>();
+        let (cpu, gpu) = (of(&cpu), of(&gpu));
+        let total = cpu.iter().map(|&x| x as usize).sum::<usize>();
+        let apart = cpu.iter().zip(&gpu).map(|(a, b)| a.abs_diff(*b) as usize).sum::<usize>();
+        if word == 0 {
+            assert!(total > 0, "no marks");
+            marks = total;
+            return all(
+                name,
+                total,
+                apart,
+                2.0e-3,
+                "0.2 % of the paths may diverge, or mark across a cell's face",
+            );
+        }
+        // 1e-6 of a room of 4 m, over a radius of a centimetre, is a tenth of a unit: so many marks round otherwise.
+        let reason = "0.2 % of the paths may diverge, and a mark in ten may round to the next unit";
+        let share = 2.0e-3 + 0.1 * marks as f64 / total.max(1) as f64;
+        all(name, total, apart, share, reason)
+    };
+    let names = ["marks", "light before", "light now", "moved", "restless"];
+    names.into_iter().enumerate().map(|(word, name)| compare(word, name)).collect()
+}
+
+/// Whether two versions of a path differ as the comparison forbids.
+fn diverges(a: &[Deposit], b: &[Deposit]) -> bool {
+    let row = |deposits: &[Deposit]| -> Vec<ValidationDeposit> {
+        let rows = deposits.iter().take(VALIDATION_DEPOSITS as usize);
+        rows.map(|(geometry, light)| ValidationDeposit {
+            position: geometry.position,
+            flux: light.flux.element_sum(),
+            instance: geometry.instance,
+        })
+        .collect()
+    };
+    let (a, b) = (row(a), row(b));
+    let tolerance = |field: &Field| if field.name == "flux" { FLUX } else { NEAR };
+    a.len() != b.len()
+        || rows(&a, &b, Tolerance::EXACT, tolerance).iter().any(|difference| difference.exceeding > 0)
+}
+
+/// What the frame before lends.
+fn reprojected(twin: &mut Twin) -> Vec<Difference> {
+    let (cpu, gpu) = twin.rows::<Reprojected>("lent");
+    let (points, _) = twin.rows::<PointGeometry>("point_geometry");
+    let lending = cpu.iter().filter(|reprojected| reprojected.samples > 0.0).count();
+    assert!(lending > cpu.len() / 2, "only {lending} points borrow");
+    let scale = cpu.iter().map(|reprojected| reprojected.mean.max_element()).sum::<f32>() / cpu.len() as f32;
+    let flips = "the nearest lender may be another one of two that are as near, or one on the bound";
+    let fields = rows(&cpu, &gpu, Tolerance::EXACT, |field| {
+        let absolute = match field.name {
+            "mean" => 1.0e-4 * scale,
+            "samples" => 0.0,
+            _ => 1.0e-5,
+        };
+        Tolerance { absolute, ..NEAR }.except(2.0e-3, flips)
+    });
+    let pixels: BTreeSet<usize> = fields.iter().flat_map(|field| field.indices.iter().copied()).collect();
+    for &pixel in pixels.iter().take(8) {
+        eprintln!("pixel {pixel} {:?}:\n  {:?}\n  {:?}", points[pixel], cpu[pixel], gpu[pixel]);
+    }
+    let pixels = all("pixels", cpu.len(), pixels.len(), 2.0e-3, flips);
+    fields.into_iter().chain([pixels]).collect()
+}
+
+/// The picture, and what it leaves to the next frame.
+fn remembered(twin: &mut Twin) -> Vec<Difference> {
+    let mut found = vec![];
+    for buffer in ["caustic_radiance", "history_mean"] {
+        let (cpu, gpu) = twin.rows::<f32>(buffer);
+        let scale = cpu.iter().sum::<f32>() / cpu.len() as f32;
+        assert!(scale > 0.0);
+        found.push(floats(buffer, 3, &cpu, &gpu, Tolerance { absolute: 1.0e-4 * scale, ..NEAR }));
+    }
+    let (cpu, gpu) = twin.rows::<HistoryPoint>("history_points");
+    let column = |points: &[HistoryPoint], of: fn(&HistoryPoint) -> Vec3| -> Vec<f32> {
+        points.iter().flat_map(|point| of(point).to_array()).collect()
+    };
+    let step = Tolerance { absolute: 0.0, ..NEAR };
+    type Of = fn(&HistoryPoint) -> Vec3;
+    let vectors: [(&str, Of, Tolerance); 4] = [
+        ("position", |point| point.position, NEAR),
+        ("radius, samples", |point| Vec3::new(point.radius, point.samples, 0.0), step),
+        ("normal", |point| octahedral::decode(point.normal), NEAR),
+        ("to_viewer", |point| octahedral::decode(point.to_viewer), NEAR),
+    ];
+    for (name, of, tolerance) in vectors {
+        found.push(floats(name, 3, &column(&cpu, of), &column(&gpu, of), tolerance));
+    }
+    let ids = |points: &[HistoryPoint]| points.iter().map(|point| point.material).collect::<Vec<_>>();
+    found.push(words("material", 1, &ids(&cpu), &ids(&gpu), Tolerance::EXACT));
+    found
+}
+
+/// `exceeding` of `count` exceed.
+fn all(name: &str, count: usize, exceeding: usize, share: f64, reason: &'static str) -> Difference {
+    let tolerance = Tolerance::EXACT.except(share, reason);
+    Difference {
+        name: name.into(),
+        count,
+        max_abs: exceeding as f32,
+        max_rel: exceeding as f32 / count as f32,
+        exceeding,
+        first: None,
+        indices: vec![],
+        tolerance,
+    }
+}

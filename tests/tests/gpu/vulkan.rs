@@ -1,0 +1,129 @@
+//! What the Vulkan side promises beyond equal numbers: plain devices, large frames, small buffers, fresh kernels.
+
+use caustics::kernels;
+use caustics::runner::gpu::GpuRunner;
+use caustics::session::{self, RunnerChoice, Session};
+use caustics::settings::Settings;
+use caustics::vulkan::context::Context;
+use caustics::vulkan::passes::DeviceOptions;
+use caustics_kernels::gather::variant;
+use caustics_kernels::interface::counters::Counter;
+use caustics_kernels::method::basic::BASIC;
+use caustics_kernels::method::frame::frame_buffers;
+use caustics_tests::gpu::watched_gpu;
+use caustics_tests::twin::load;
+
+/// The talk's size of picture, with fewer light paths than its 1024^2.
+fn full() -> Settings {
+    Settings { width: 1920, height: 1080, light_paths: 1 << 18, ..Settings::default() }
+}
+
+#[test]
+fn base_module_renders_on_a_device_without_ray_queries() {
+    let Some(gpu) = watched_gpu() else { return };
+    assert!(!Context::new(None, false, gpu.validation).unwrap().is_hardware());
+    let (scene, settings) =
+        (load("mirror-room"), Settings { width: 96, height: 54, light_paths: 8192, ..full() });
+    let features = scene.features(settings.specular_roughness);
+    let variant = &variant::PHOTONS_GRID;
+    let mut session =
+        Session::new(&gpu.choice(false), &scene, &scene.cameras[0], &settings, &BASIC, variant, features)
+            .unwrap();
+    session.frame(0).unwrap();
+    let picture = session.picture().unwrap();
+    assert!(picture.path.iter().all(|pixel| pixel.is_finite()));
+    assert!(picture.caustics.iter().any(|pixel| pixel.max_element() > 0.0));
+    assert!(session.counters().unwrap().get(Counter::Gathered) > 0);
+}
+
+#[test]
+fn module_with_ray_queries_is_refused_on_a_device_without() {
+    let Some(gpu) = watched_gpu() else { return };
+    let modules = kernels::modules().unwrap();
+    // As `base`, the module is loaded although the device was opened without the feature.
+    let options =
+        DeviceOptions { validation: gpu.validation, base: modules.rayquery, ..DeviceOptions::default() };
+    let scene = load("plain-room");
+    let tables = scene.buffers();
+    let error =
+        GpuRunner::new(&options, scene.features(0.25), &[], &tables, 0, &[]).err().expect("it is refused");
+    assert!(error.to_string().contains("RayQuery"), "{error}");
+}
+
+#[test]
+#[ignore = "a frame of two million pixels takes tens of seconds on lavapipe"]
+fn full_hd_frame_runs() {
+    let Some(gpu) = watched_gpu() else { return };
+    let scene = load("mirror-room");
+    let features = scene.features(full().specular_roughness);
+    for variant in variant::ALL.iter().filter(|variant| variant.name != "brute") {
+        if variant.hardware && !gpu.info.ray_queries {
+            eprintln!("{} skipped: no ray queries", variant.name);
+            continue;
+        }
+        let choice = gpu.choice(variant.hardware);
+        let mut session =
+            Session::new(&choice, &scene, &scene.cameras[0], &full(), &BASIC, variant, features).unwrap();
+        let start = std::time::Instant::now();
+        let times = session.frame(0).unwrap();
+        eprintln!("{} on {}: {:.2?}", variant.name, session.device(), start.elapsed());
+        times.iter().for_each(|step| eprintln!("  {:<22} {:>10.2?}", step.pass, step.time));
+        let picture = session.picture().unwrap();
+        assert_eq!(picture.path.len(), 1920 * 1080);
+        assert!(picture.path.iter().chain(&picture.caustics).all(|pixel| pixel.is_finite()));
+        assert!(session.counters().unwrap().get(Counter::Gathered) > 10_000);
+    }
+}
+
+#[test]
+fn full_hd_buffers_stay_within_128_mib() {
+    let scene = load("mirror-room");
+    for light_paths in [1 << 18, 1 << 20, 1 << 26] {
+        for max_bounces in [2, 5, 12] {
+            let settings = Settings { light_paths, max_bounces, ..full() };
+            let params = settings.params(&scene, &scene.cameras[0], 0);
+            for variant in variant::ALL {
+                for spec in frame_buffers(&BASIC, variant.into(), &params) {
+                    assert!(
+                        spec.bytes <= 128 << 20,
+                        "{} of {}: {} bytes",
+                        spec.name,
+                        variant.name,
+                        spec.bytes
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Set in the process that this test starts with kernels that cannot be read.
+const CHILD: &str = "CAUSTICS_TESTS_STALE_CHILD";
+
+#[test]
+fn stale_kernels_are_refused_with_what_to_do() {
+    if std::env::var_os(CHILD).is_none() {
+        // Not `current_exe`: under a loader of its own (`lvp-run` of a prefix) that is the loader.
+        let mut child = std::process::Command::new(std::env::args_os().next().unwrap());
+        child.args(["--exact", "vulkan::stale_kernels_are_refused_with_what_to_do"]);
+        child.env(CHILD, "1").env("CAUSTICS_KERNELS", "no such folder");
+        let output = child.output().unwrap();
+        let text = String::from_utf8_lossy(&output.stdout);
+        assert!(output.status.success() && text.contains("1 passed"), "{text}");
+        return;
+    }
+    let scene = load("plain-room");
+    let open = |choice| session::open(&choice, &scene, scene.features(0.25), &[]).map(|_| ());
+    let gpu = RunnerChoice::Gpu { device: None, hardware: false, validation: false };
+    let message = open(gpu).unwrap_err().to_string();
+    assert!(message.contains("cargo kernels") && message.contains("--runner cpu"), "{message}");
+    open(RunnerChoice::Cpu { threads: 1 }).unwrap();
+}
+
+#[test]
+fn embedded_kernels_are_fresh() {
+    // In a checkout whose kernels changed, every GPU test would be skipped: say so here.
+    if let Err(stale) = kernels::modules() {
+        panic!("{stale}");
+    }
+}

@@ -1,0 +1,160 @@
+//! Furnaces: what a lobe scatters of uniform light, by quadrature in f64 and by the samplers.
+
+use caustics_kernels::interface::features::Features;
+use caustics_kernels::interface::material::Material;
+use caustics_kernels::math::rng::{Rng, Stream};
+use caustics_kernels::surface::class::Classes;
+use caustics_kernels::surface::{Bsdf, ggx};
+use caustics_tests::quadrature::{glass_by_quadrature, over_normals};
+use caustics_tests::scenes::{glass, pane};
+use caustics_tests::statistics::Mean;
+use glam::Vec3;
+
+use super::{COSINES, viewer};
+
+/// The weak white furnace: what is mirrored by all visible normals, unshadowed in the way out, is 1 [Heitz 2014].
+/// 2e-3: midpoints, where the horizon of visibility cuts through the cells at grazing angles.
+#[test]
+fn weak_white_furnace_is_one() {
+    println!("integral of the density of visible normals; rows: roughness, columns: cosine {COSINES:?}");
+    for roughness in [0.08_f32, 0.15, 0.25, 0.4, 0.6, 0.8, 1.0] {
+        let alpha = ggx::alpha(roughness);
+        let row = COSINES.map(|cos| {
+            let o = viewer(cos);
+            over_normals(f64::from(alpha), |h| {
+                let half = h.as_vec3();
+                let cos_half = o.dot(half);
+                if cos_half <= 0.0 {
+                    return 0.0;
+                }
+                let density = 4.0 * cos_half * ggx::visible_pdf(o, half, alpha);
+                f64::from(density) / (f64::from(ggx::distribution(half, alpha)) * h.z)
+            })
+        });
+        println!("{roughness:.2}: {}", row.map(|value| format!("{value:.4}")).join(" "));
+        assert!(row.iter().all(|value| (value - 1.0).abs() < 2e-3), "roughness {roughness}: {row:?}");
+    }
+}
+
+/// The samplers' mean weights: (reflected, transmitted), each with its standard error.
+fn glass_by_sampling(material: Material, cos: f32, eta: f32, classes: Classes) -> [(f64, f64); 2] {
+    let (surface, interface) = Bsdf::new(material, viewer(cos), eta, 0.25, classes, Features::ALL);
+    let count = 200_000;
+    let (mut sums, mut squares) = ([0.0; 2], [0.0; 2]);
+    for path in 0..count {
+        let sampled = surface.sample(interface, Rng::new(Stream::Camera, 21, path, 0).next4());
+        let weight = f64::from(sampled.weight.x);
+        sums[usize::from(sampled.transmitted)] += weight;
+        squares[usize::from(sampled.transmitted)] += weight * weight;
+    }
+    let n = f64::from(count);
+    [0, 1].map(|i| (sums[i] / n, ((squares[i] / n - (sums[i] / n).powi(2)).max(0.0) / n).sqrt()))
+}
+
+/// Rough glass never gains energy, its loss is that of single scattering, and both of its parts are what a quadrature
+/// in f64 says. Four standard errors for 336 comparisons; 1e-3 is for the midpoints at grazing angles.
+#[test]
+fn rough_glass_scatters_what_quadrature_says() {
+    rough_glass_scatters(&[0.15, 0.6]);
+}
+
+fn rough_glass_scatters(roughnesses: &[f32]) {
+    let cases = [("entered", glass(1.5), 1.0 / 1.5), ("left", glass(1.5), 1.5), ("thin", pane(1.5), 1.0)];
+    for (name, material, eta) in cases {
+        println!("white glass, n = 1.5, {name}: reflected + transmitted (loss); columns: cosine {COSINES:?}");
+        for &roughness in roughnesses {
+            let material = Material { roughness, ..material };
+            let row = COSINES.map(|cos| {
+                let sampled = glass_by_sampling(material, cos, eta, Classes::ALL);
+                let exact = glass_by_quadrature(&material, f64::from(cos), f64::from(eta));
+                for (what, (mean, error), exact) in
+                    [("reflected", sampled[0], exact.0), ("transmitted", sampled[1], exact.1)]
+                {
+                    let off = (mean - exact).abs();
+                    assert!(
+                        off < 4.0 * error + 1e-3,
+                        "{name}, {what}, roughness {roughness}, cos {cos}: {mean} +- {error}, {exact}"
+                    );
+                }
+                let loss = 1.0 - exact.0 - exact.1;
+                assert!(loss > -2e-3, "{name}, roughness {roughness}, cos {cos}: gains {}", -loss);
+                format!("{:.3}+{:.3} ({:+.3})", exact.0, exact.1, loss)
+            });
+            println!("{roughness:.2}: {}", row.join("  "));
+        }
+    }
+}
+
+/// Each class alone scatters its own part: what paths behind a collection point, and gathers, see.
+#[test]
+fn rough_glass_reflects_in_one_class_and_transmits_in_the_other() {
+    let material = Material { roughness: 0.5, ..glass(1.5) };
+    let (reflected, transmitted) = glass_by_quadrature(&material, 0.5, 1.0 / 1.5);
+    let parts = |classes| glass_by_sampling(material, 0.5, 1.0 / 1.5, classes);
+    let (specular, other) = (parts(Classes::SPECULAR), parts(Classes::NON_SPECULAR));
+    assert_eq!((specular[0].0, other[1].0), (0.0, 0.0));
+    assert!((specular[1].0 - transmitted).abs() < 4.0 * specular[1].1 + 1e-3);
+    assert!((other[0].0 - reflected).abs() < 4.0 * other[0].1 + 1e-3);
+}
+
+/// Where the index does not change, nothing is reflected and everything goes straight on.
+#[test]
+fn rough_glass_in_its_own_medium_is_invisible() {
+    let material = Material { roughness: 0.5, ..glass(1.5) };
+    let (surface, interface) = Bsdf::new(material, viewer(0.4), 1.0, 0.25, Classes::ALL, Features::ALL);
+    for path in 0..1_000 {
+        let sampled = surface.sample(interface, Rng::new(Stream::Camera, 22, path, 0).next4());
+        assert!(sampled.transmitted && (sampled.direction + viewer(0.4)).length() < 1e-5);
+        assert!((sampled.weight - Vec3::ONE).abs().max_element() < 1e-5);
+    }
+}
+
+/// The albedo of the energy ledger is unbiased, lobe by lobe and mixture by mixture: its mean is that of the samplers'
+/// weights, with which it shares neither numbers nor normals. Four standard errors for 126 comparisons.
+#[test]
+fn albedo_of_the_ledger_is_the_mean_weight_of_the_samplers() {
+    albedos_are_mean_weights(&[0.5]);
+}
+
+fn albedos_are_mean_weights(cosines: &[f32]) {
+    let count = 200_000;
+    let mut spread = 0.0_f64;
+    for (name, material, eta) in super::samplers::cases() {
+        for &cos in cosines {
+            let (surface, interface) =
+                Bsdf::new(material, viewer(cos), eta, 0.25, Classes::ALL, Features::ALL);
+            let sampled = |path| {
+                let sampled = surface.sample(interface, Rng::new(Stream::Light, 31, path, 0).next4());
+                if sampled.transmitted == (sampled.direction.z < 0.0) { sampled.weight } else { Vec3::ZERO }
+            };
+            let estimated = |path| surface.albedo(Rng::new(Stream::Ledger, 31, path, 0).next4());
+            let mean = |value: &dyn Fn(u32) -> Vec3, channel: usize| {
+                let values: Vec<f64> = (0..count).map(|path| f64::from(value(path)[channel])).collect();
+                Mean::of(&values)
+            };
+            for channel in [0, 2] {
+                let (a, b) = (mean(&estimated, channel), mean(&sampled, channel));
+                spread = spread.max(a.error * f64::from(count).sqrt());
+                let error = a.error.hypot(b.error);
+                assert!((a.value - b.value).abs() < 4.0 * error + 1e-5, "{name}, cos {cos}: {a:?} {b:?}");
+            }
+        }
+    }
+    println!("largest standard deviation of an estimate {spread:.2}");
+}
+
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "the same of other roughness: ten seconds"]
+    fn glass_of_any_roughness_scatters_what_quadrature_says() {
+        rough_glass_scatters(&[0.08, 0.25, 0.4, 0.8, 1.0]);
+    }
+
+    #[test]
+    #[ignore = "the same from other directions: ten seconds"]
+    fn albedo_of_the_ledger_is_the_mean_weight_from_above_and_at_a_slant() {
+        albedos_are_mean_weights(&[0.98, 0.15]);
+    }
+}

@@ -1,0 +1,7 @@
+//! Single parts of the kernels, each against what it must compute: lobes, textures, media, tracers, gathers.
+
+mod gathers;
+mod lobes;
+mod media;
+mod textures;
+mod tracer;

@@ -1,0 +1,7 @@
+//! Textures: sampling against an oracle in double precision, levels, normal maps, emission, holes.
+
+mod emission;
+mod filter;
+mod holes;
+mod light;
+mod sampling;

@@ -1,0 +1,143 @@
+//! Rough glass in scenes: light found through it by connections and by refraction, and absorbed behind it.
+
+use caustics::scene::Scene;
+use caustics::settings::Settings;
+use caustics_kernels::interface::features::Features;
+use caustics_kernels::interface::material::{FLAG_THIN, Material};
+use caustics_kernels::surface::Bsdf;
+use caustics_kernels::surface::class::Classes;
+use caustics_tests::direct::*;
+use caustics_tests::scenes::*;
+use glam::{DVec3, Vec3};
+
+use super::{near, settings};
+
+/// Mean of the path layer over the pixels, with its standard error.
+fn seen(scene: &Scene, side: u32, max_bounces: u32) -> (f64, f64) {
+    let world = World::new(scene, &Settings { max_bounces, ..settings(side, side, 1) });
+    let values: Vec<f64> = world.collect().iter().map(|c| f64::from(c.radiance.x)).collect();
+    mean_and_error(&values)
+}
+
+/// Mean weight of what this material transmits at normal incidence.
+fn transmitted(material: Material, eta: f32) -> f64 {
+    use caustics_kernels::math::rng::{Rng, Stream};
+    let (surface, glass) = Bsdf::new(material, Vec3::Z, eta, 0.25, Classes::ALL, Features::ALL);
+    let weights = (0..1_000_000).map(|path| {
+        let sampled = surface.sample(glass, Rng::new(Stream::Light, 3, path, 0).next4());
+        if sampled.transmitted { f64::from(sampled.weight.x) } else { 0.0 }
+    });
+    weights.sum::<f64>() / 1e6
+}
+
+/// A camera over a plane of rough glass; all directions on both sides show radiance 1. Connections and refraction find
+/// the same lamps: whatever their weights, the sum is R + T eta^2. 2e-3: the sampled R and T.
+#[test]
+fn lamps_behind_rough_glass_show_their_radiance_over_the_square_of_the_index() {
+    lamps_show_their_radiance(&[(0.3, false), (0.5, true)]);
+}
+
+fn lamps_show_their_radiance(cases: &[(f32, bool)]) {
+    for &(roughness, thin) in cases {
+        let flags = if thin { FLAG_THIN } else { 0 };
+        let material = Material { roughness, flags, ..glass(1.5) };
+        let mut b = Builder::default();
+        let frosted = b.material(material);
+        let lamp = b.material(emitter(1.0));
+        b.panel(frosted, DVec3::ZERO, 2.0 * DVec3::Z, 2.0 * DVec3::X);
+        // Lamps close in both sides.
+        b.block(lamp, DVec3::new(-1.9, -1.0, -1.9), DVec3::new(1.9, 1.9, 1.9), true);
+        b.camera(DVec3::new(0.0, 1.0, 0.0), DVec3::ZERO, 0.002);
+        let scene = b.build();
+        let eta: f32 = if thin { 1.0 } else { 1.0 / 1.5 };
+        // What is reflected shows the lamps above the plane.
+        let (surface, interface) = Bsdf::new(material, Vec3::Z, eta, 0.25, Classes::ALL, Features::ALL);
+        let reflected: f64 = (0..1_000_000)
+            .map(|path| {
+                use caustics_kernels::math::rng::{Rng, Stream};
+                let sampled = surface.sample(interface, Rng::new(Stream::Light, 4, path, 0).next4());
+                if sampled.transmitted || sampled.direction.z <= 0.0 {
+                    0.0
+                } else {
+                    f64::from(sampled.weight.x)
+                }
+            })
+            .sum::<f64>()
+            / 1e6;
+        let expected = reflected + transmitted(material, eta) * f64::from(eta * eta);
+        let name = format!("lamps around rough glass {roughness}, thin {thin}");
+        near(&name, seen(&scene, 500, 1), expected, 2e-3);
+    }
+}
+
+/// A point light below a plane of rough glass is seen by connections alone: f eta^2 cos I / d^2, absorbed on its side
+/// of the plane. 1e-3 for the field of view.
+#[test]
+fn point_light_behind_rough_glass_is_connected_to_and_absorbed() {
+    let build = |sigma: f32| {
+        let material = Material { roughness: 0.4, absorption: Vec3::splat(sigma), ..glass(1.5) };
+        let mut b = Builder::default();
+        let frosted = b.material(material);
+        b.block(frosted, DVec3::new(-2.0, -1.0, -2.0), DVec3::new(2.0, 0.0, 2.0), false);
+        b.light(DVec3::new(0.2, -0.5, 0.0), 3.0);
+        b.camera(DVec3::new(0.0, 2.0, 0.0), DVec3::ZERO, 0.0005);
+        (b.build(), material)
+    };
+    let (scene, material) = build(0.0);
+    let to_light = Vec3::new(0.2, -0.5, 0.0);
+    let (square, cos) = (f64::from(to_light.length_squared()), f64::from(0.5 / to_light.length()));
+    // The frame's tangents turn around the normal, which changes nothing here: the view is along it.
+    let local = Vec3::new(to_light.x, to_light.z, to_light.y).normalize();
+    let eta = 1.0 / 1.5;
+    let (surface, _) = Bsdf::new(material, Vec3::Z, eta, 0.25, Classes::ALL, Features::ALL);
+    let f = f64::from(surface.eval(local, Classes::SPECULAR).f.x);
+    assert!(f > 0.02, "the test has lost its subject: {f}");
+    let expected = f * f64::from(eta * eta) * cos * 3.0 / square;
+    let clear = seen(&scene, 16, 1).0;
+    assert!((clear / expected - 1.0).abs() < 1e-3, "{clear} {expected}");
+    let absorbed = seen(&build(2.0).0, 16, 1).0;
+    let beer = (-2.0 * square.sqrt()).exp();
+    assert!((absorbed / clear / beer - 1.0).abs() < 1e-3, "{} {beer}", absorbed / clear);
+}
+
+/// Whether the reflection of rough glass is specular decides who computes its light, not how much there is: the mean
+/// of a room's picture is the same with the threshold below and above its roughness. 0.5 % is for what discs lose at
+/// borders, which lie elsewhere.
+#[test]
+fn the_class_of_rough_glass_moves_light_between_layers_only() {
+    let mut b = Builder::default();
+    let wall = b.material(lambert(0.6));
+    let frosted = b.material(Material { roughness: 0.3, ..glass(1.7) });
+    let mirror = b.material(metal(0.9, 0.0));
+    let lamp = b.material(emitter(10.0));
+    b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+    b.block(frosted, DVec3::new(-0.7, -0.9, -0.7), DVec3::new(0.5, -0.6, 0.5), false);
+    b.panel(mirror, DVec3::new(0.9, 0.0, 0.0), 0.4 * DVec3::Z, DVec3::new(-0.2, 0.4, 0.0));
+    b.panel(lamp, DVec3::new(0.0, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
+    b.camera(DVec3::new(0.0, 0.3, 0.95), DVec3::new(0.0, -0.6, 0.0), 1.0);
+    let scene = b.build();
+    let means = |specular_roughness: f32| {
+        let settings =
+            Settings { specular_roughness, radius_px: 0.5, max_bounces: 6, ..settings(64, 48, 100_000) };
+        let frames = render(&scene, &settings, "photons-grid", None, 0, 24);
+        let caustics: Vec<f64> = frames.iter().map(|(p, _)| mean_of(&p.caustics)).collect();
+        let path: Vec<f64> = frames.iter().map(|(p, _)| mean_of(&p.path)).collect();
+        let sum: Vec<f64> = caustics.iter().zip(&path).map(|(a, b)| a + b).collect();
+        (mean_and_error(&sum), mean_and_error(&caustics).0)
+    };
+    let ((below, below_error), below_caustics) = means(0.2);
+    let ((above, above_error), above_caustics) = means(0.4);
+    println!("caustics {below_caustics:.5} and {above_caustics:.5}");
+    assert!((above_caustics / below_caustics - 1.0).abs() > 0.02, "the test has lost its subject");
+    near("rough glass by class", (below, below_error.hypot(above_error)), above, 5e-3 * above);
+}
+
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "ten seconds"]
+    fn lamps_behind_glass_of_any_roughness_show_their_radiance() {
+        lamps_show_their_radiance(&[(0.1, false), (0.7, false), (1.0, false)]);
+    }
+}

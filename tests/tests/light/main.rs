@@ -1,0 +1,10 @@
+//! Light transport as a whole: known answers, energy, and statistics of pictures.
+
+mod convergence;
+mod degenerate;
+mod energy;
+mod invariances;
+mod known_answers;
+mod modes;
+mod split;
+mod truth;

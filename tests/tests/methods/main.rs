@@ -1,0 +1,9 @@
+//! What methods, histories, the denoiser and animations promise.
+
+mod animation;
+mod baselines;
+mod denoiser;
+mod kim2019;
+mod reuse;
+mod stability;
+mod yang2021;

@@ -18,6 +18,8 @@ macro_rules! tell {
 
 mod cli;
 mod command;
+#[cfg(test)]
+mod commands_page;
 
 fn main() -> ExitCode {
     let result = match cli::Cli::parse().command {

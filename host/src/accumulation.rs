@@ -1,4 +1,4 @@
-//! The mean of independent frames, and how far it is from the truth: sums and sums of squares in f64.
+//! The mean of independent frames and the variance of that mean, from sums and sums of squares in f64.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::picture::Picture;
 
-/// Sums over frames. A frame is a batch: the variance is that between frames.
+/// Sums of pictures: [`Accumulation::add`] frames, then take [`Accumulation::mean`] and [`Accumulation::variance`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Accumulation {
-    /// Size and number of frames.
+    /// Size of the pictures, and how many were added.
     pub shape: Shape,
     /// Sums of layers: three channels of `path`, three of `caustics`, then `radius`, `depth`, `deposits`; the last four
     /// may be empty.
@@ -25,14 +25,18 @@ pub struct Shape {
     pub width: usize,
     /// Height (px).
     pub height: usize,
-    /// Frames.
+    /// Number of frames added.
     pub frames: u32,
-    /// Whether the layers of a gather are there.
+    /// Whether the pictures have caustics and the other layers of a gather.
     pub gathers: bool,
 }
 
 impl Accumulation {
-    /// Adds a picture; all must be of one size and one method.
+    /// Adds a picture.
+    ///
+    /// # Panics
+    ///
+    /// If it has another size or other layers than those before.
     pub fn add(&mut self, picture: &Picture) {
         let gathers = !picture.caustics.is_empty();
         let shape = Shape { width: picture.width, height: picture.height, gathers, ..self.shape };
@@ -57,12 +61,12 @@ impl Accumulation {
         squares.for_each(|(sum, &value)| *sum += f64::from(value) * f64::from(value));
     }
 
-    /// Frames added.
+    /// Number of frames added so far.
     pub fn frames(&self) -> u32 {
         self.shape.frames
     }
 
-    /// The mean.
+    /// The mean of all pictures added, layer by layer.
     pub fn mean(&self) -> Picture {
         let scale = 1.0 / f64::from(self.shape.frames.max(1));
         let numbers = |sum: &[f64]| sum.iter().map(|sum| (sum * scale) as f32).collect::<Vec<f32>>();
@@ -79,7 +83,7 @@ impl Accumulation {
         }
     }
 
-    /// Estimated variance of the mean of all radiance in each pixel; none of fewer than two frames.
+    /// Estimated variance of the mean of all radiance in each pixel; `None` for fewer than two frames.
     pub fn variance(&self) -> Option<Vec<Vec3>> {
         if self.shape.frames < 2 {
             return None;
@@ -89,7 +93,7 @@ impl Accumulation {
     }
 
     /// Estimated relative mean square error of the mean, as `metric::relmse` defines it, with the mean in place of the
-    /// truth and its variance in place of its squared error. Infinite below two frames.
+    /// truth and its variance in place of its squared error. Infinite for fewer than two frames.
     pub fn relative_error(&self) -> f64 {
         if self.shape.frames < 2 {
             return f64::INFINITY;
@@ -117,12 +121,12 @@ impl Accumulation {
         path.iter().enumerate().map(move |(i, path)| (path + caustic(i)) * scale)
     }
 
-    /// All numbers, for a checkpoint.
+    /// All sums as slices of numbers, in the order that [`Accumulation::of`] takes them: for a checkpoint.
     pub fn parts(&self) -> impl Iterator<Item = &[f64]> {
         self.sums.iter().chain([&self.squares]).map(Vec::as_slice)
     }
 
-    /// Sums of this shape from numbers in the order of [`Accumulation::parts`]; none where there are more or fewer.
+    /// Sums of this shape from numbers in the order of [`Accumulation::parts`]; `None` if there are more or fewer than it has.
     pub fn of(shape: Shape, mut values: impl ExactSizeIterator<Item = f64>) -> Option<Accumulation> {
         let per_pixel = if shape.gathers { 12 } else { 6 };
         // Compared before memory is asked for.

@@ -128,7 +128,7 @@ pub fn load(
     parse(path, &bytes, identity, shape)
 }
 
-/// The same from the bytes of a file.
+/// Reads a checkpoint from the bytes of a file, as [`load`] does.
 pub fn parse(
     path: &Path,
     bytes: &[u8],

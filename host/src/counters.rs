@@ -66,7 +66,7 @@ impl Counters {
         })
     }
 
-    /// How much of a counter is no reason to warn. At an edge a path leaves a solid beside the face that it should meet:
+    /// Up to which value a counter gives no warning. At an edge a path leaves a solid beside the face that it should meet:
     /// rounding, for one ray in a hundred thousand.
     fn tolerated(&self, counter: Counter) -> u64 {
         if counter != Counter::UnexpectedFaces {

@@ -53,7 +53,7 @@ impl Energy {
         .balanced()
     }
 
-    /// The same flux a number of times.
+    /// All flux of the ledger times a factor.
     pub fn times(self, scale: f64) -> Energy {
         Energy {
             emitted: self.emitted * scale,

@@ -10,7 +10,7 @@ use caustics_kernels::method::Method;
 use caustics_kernels::method::Parts;
 use caustics_kernels::method::frame::frame_buffers;
 
-/// Memory of a pixel beside the buffers [bytes]: sums and sums of squares in f64 (120), a picture (44) as it is read, as a
+/// Memory of a pixel beside the buffers (bytes): sums and sums of squares in f64 (120), a picture (44) as it is read, as a
 /// mean, with its variance (24) and as an EXR (60), and what copies them.
 const PICTURE_BYTES: u64 = 300;
 

@@ -13,7 +13,7 @@ use crate::memory;
 
 /// Most samples of a picture, those of all channels of all parts: 16 channels of the largest frame.
 const MAX_SAMPLES: u128 = 1 << 30;
-/// Samples from which on a picture is held against the memory that is there.
+/// Pictures of at least so many samples are checked against the memory that is available before they are decoded.
 const LARGE: u128 = 1 << 22;
 /// What the numbers of a picture mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -36,7 +36,7 @@ pub struct Channels {
     pub channels: BTreeMap<String, Vec<f32>>,
     /// Texts and numbers of the file's header.
     pub attributes: BTreeMap<String, String>,
-    /// What the numbers mean.
+    /// Whether the numbers are light or display colours.
     pub encoding: Encoding,
 }
 
@@ -62,14 +62,19 @@ pub enum ImageError {
 }
 
 impl Channels {
-    /// Reads a flat EXR file with any channels (16 or 32 bits), or a PNG file as `R`, `G`, `B`; the first bytes tell.
+    /// Reads a flat EXR file with any channels (16 or 32 bits), or a PNG file as `R`, `G`, `B`; the first bytes tell
+    /// which it is.
     pub fn read(path: &Path) -> Result<Channels, ImageError> {
         let read = read_file(path);
         let bytes = read.map_err(|source| ImageError::Read { path: path.into(), source })?;
         Channels::decode(&bytes).map_err(|what| ImageError::Damaged { path: path.into(), what })
     }
 
-    /// The same from the bytes of a file; an error says what is wrong with them.
+    /// Decodes the bytes of an EXR or PNG file, as [`Channels::read`] does.
+    ///
+    /// # Errors
+    ///
+    /// If the bytes are neither, are damaged, or would take more memory than is available; the text says what is wrong.
     pub fn decode(bytes: &[u8]) -> Result<Channels, String> {
         if bytes.starts_with(&exr::MAGIC) {
             exr::decode(bytes)

@@ -1,7 +1,29 @@
-//! The host of caustics: scenes in, frames through a runner, pictures out.
+//! caustics as a library: load a glTF scene, render frames of it on the CPU or on a Vulkan device, take their layers.
 //!
-//! `scene` reads glTF into flat tables, `method` lists the passes of a frame, `runner` executes the list on the
-//! CPU or, through `vulkan`, on a GPU, `session` ties them together, `output` writes the picture. See ARCHITECTURE.md.
+//! ```no_run
+//! # fn main() -> anyhow::Result<()> {
+//! use caustics::{Scene, Session, output::exr, scene};
+//!
+//! let scene = Scene::load(&scene::resolve("mirror-room")?)?;
+//! let mut session = Session::builder(&scene).build()?;
+//! session.frame(0)?;
+//! let picture = session.picture()?;
+//! std::fs::write("room.exr", exr::encode(&picture, None, &Default::default())?)?;
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! | to | see |
+//! |---|---|
+//! | load a scene, move it to a time | [`Scene`] |
+//! | choose runner, method and gather, render frames | [`Session`], [`SessionBuilder`], [`Settings`] |
+//! | look at the layers of a frame | [`Picture`] |
+//! | average frames, with the variance of the mean | [`accumulation`] |
+//! | write EXR and PNG, read them | [`output`], [`image`] |
+//! | compare pictures | [`metric`] |
+//!
+//! What a frame consists of is told on the first page of [`caustics_kernels`]. All other modules serve the program
+//! `caustics`: they are public for its binary and its tests, and change without notice.
 
 #![cfg_attr(not(test), deny(clippy::print_stderr, clippy::print_stdout))]
 #![deny(unsafe_code)]
@@ -33,3 +55,12 @@ pub mod trace_rate;
 pub mod upload;
 #[allow(unsafe_code)]
 pub mod vulkan;
+
+mod builder;
+
+pub use builder::SessionBuilder;
+pub use caustics_kernels::{denoiser, gather, history, method};
+pub use picture::Picture;
+pub use scene::{Scene, SceneCamera, SceneError};
+pub use session::{RunnerChoice, Session};
+pub use settings::Settings;

@@ -17,6 +17,8 @@ macro_rules! tell {
 
 mod cli;
 mod command;
+#[cfg(test)]
+mod commands_page;
 
 fn main() -> ExitCode {
     let result = match cli::Cli::read().command {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-/// Memory that this process can still take [bytes]: of the machine, of every control group around it (a container's limit),
+/// Memory that this process can still take (bytes): of the machine, of every control group around it (a container's limit),
 /// and of its address space. None where the system does not say.
 pub fn available() -> Option<u64> {
     available_in(Path::new("/"))

@@ -1,4 +1,4 @@
-//! Pictures: the layers of a frame.
+//! Pictures: the layers of a frame, or of a mean of frames.
 
 use glam::Vec3;
 
@@ -13,16 +13,16 @@ pub struct Picture {
     pub path: Vec<Vec3>,
     /// Radiance of the caustics (W m^-2 sr^-1).
     pub caustics: Vec<Vec3>,
-    /// Radius of the collection points (m); 0 without a point.
+    /// Radius of each pixel's collection point (m); 0 where the pixel has none.
     pub radius: Vec<f32>,
-    /// Camera vertex of the collection points; 0 without a point.
+    /// Which vertex of the camera path each pixel's collection point is, 1 being what is seen directly; 0 where it has none.
     pub depth: Vec<f32>,
-    /// Deposits taken.
+    /// Number of deposits that each pixel's collection point took.
     pub deposits: Vec<f32>,
 }
 
 impl Picture {
-    /// All radiance (W m^-2 sr^-1).
+    /// All radiance of each pixel (W m^-2 sr^-1): `path` and `caustics` together.
     pub fn beauty(&self) -> Vec<Vec3> {
         if self.caustics.is_empty() {
             return self.path.clone();

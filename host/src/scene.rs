@@ -50,7 +50,7 @@ mod tests;
 pub mod texture;
 mod tree;
 
-/// A scene as the kernels see it, recentred.
+/// A scene as kernels see it: flat tables, with positions relative to [`Scene::origin`]. [`Scene::load`] reads one from glTF.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// Stem of the file, or its folder's name where the file is `scene.gltf`.
@@ -61,7 +61,7 @@ pub struct Scene {
     pub surfaces: Vec<TriangleSurface>,
     /// Materials, in the file's order.
     pub materials: Vec<Material>,
-    /// Their names.
+    /// Names of the materials.
     pub material_names: Vec<String>,
     /// Emitters of positive power with their alias table; empty in a dark scene.
     pub lights: Vec<Light>,
@@ -71,11 +71,11 @@ pub struct Scene {
     pub instances: Vec<Instance>,
     /// Nodes of the software tree; the first is the root.
     pub nodes: Vec<TreeNode>,
-    /// Its leaves.
+    /// Leaves of the software tree: up to four triangles each.
     pub blocks: Vec<TriangleBlock>,
     /// Triangles of the meshes that move, each in its mesh's own space; rows as behind those that stand still.
     pub object_triangles: Vec<Triangle>,
-    /// What moves; none in a scene that stands still.
+    /// What moves, and how; `None` in a scene that stands still.
     pub motion: Option<Motion>,
     /// Radiance behind everything that the file asks for (W m^-2 sr^-1); it lights nothing.
     pub background: Vec3,
@@ -262,7 +262,7 @@ impl Scene {
         Ok(Scene { motion: Some(std::mem::take(motion)), ..scene })
     }
 
-    /// Whether anything moves.
+    /// Whether anything in the scene moves.
     pub fn is_animated(&self) -> bool {
         self.motion.is_some()
     }

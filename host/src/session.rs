@@ -1,4 +1,4 @@
-//! A session: one scene, one method, one runner; frames in, pictures out.
+//! A session: one scene, one view, one method on one runner. Frames are asked for by index, pictures are read back.
 
 use anyhow::{Context, bail};
 use bytemuck::cast_slice;
@@ -35,21 +35,25 @@ use caustics_kernels::method::frame::frame_buffers;
 pub enum RunnerChoice {
     /// The CPU, on this many threads (0: all).
     Cpu {
-        /// Worker threads.
+        /// Number of worker threads; 0 takes every core.
         threads: usize,
     },
     /// A Vulkan device.
     Gpu {
-        /// Index or part of the name; none: the best there is.
+        /// Index or part of the name of the device; `None` takes the best there is.
         device: Option<String>,
-        /// Trace by ray queries.
+        /// Whether rays are traced by ray queries; the device must have them.
         hardware: bool,
-        /// Watch by the validation layer.
+        /// Whether the Vulkan validation layer watches; its messages are errors.
         validation: bool,
     },
 }
 
-/// Opens a runner with a scene's tables and the given buffers.
+/// Opens a runner that holds a scene's tables and the given buffers, for passes to be run one by one.
+///
+/// # Errors
+///
+/// If there is no suitable Vulkan device, the committed kernels are older than their sources, or memory does not suffice.
 pub fn open(
     choice: &RunnerChoice,
     scene: &Scene,
@@ -83,7 +87,9 @@ pub fn open(
     }
 }
 
-/// Renders frames of one view.
+/// Renders frames of one view: see [`Session::builder`].
+///
+/// A frame's index is the seed of its random numbers beside that of the settings, so that any frame can be rendered again.
 pub struct Session {
     runner: Box<dyn Runner>,
     method: &'static Method,
@@ -98,7 +104,12 @@ pub struct Session {
 }
 
 impl Session {
-    /// Opens the runner and allocates for the view.
+    /// Opens the runner and allocates all buffers that the method's frames use. [`Session::builder`] fills in what is usual.
+    ///
+    /// # Errors
+    ///
+    /// If the gather needs ray queries that the runner does not have, no suitable Vulkan device is there, or a frame does not
+    /// fit into memory.
     pub fn new(
         choice: &RunnerChoice,
         scene: &Scene,
@@ -132,14 +143,15 @@ impl Session {
         Ok(Session { runner, method, parts, settings, params, previous_camera, upload, kept })
     }
 
-    /// Brings what moves to where it stands in the next frame: a posed scene, and a camera of it.
+    /// Moves the session to another time: takes a scene that [`Scene::pose`] has moved, and a camera of it, and uploads what
+    /// changed. Call it before each frame of an animation, since a history needs to know how things moved.
     pub fn pose(&mut self, scene: &Scene, camera: &SceneCamera) -> anyhow::Result<()> {
         self.previous_camera = self.params.camera;
         self.params = self.settings.params(scene, camera, 0);
         self.upload.run(&mut *self.runner, scene)
     }
 
-    /// What the frames so far leave to the next one, by buffer; empty where no light outlives its frame.
+    /// The buffers in which light outlives its frame, by name, for [`Session::restore`]; empty without a history.
     pub fn state(&mut self) -> anyhow::Result<Vec<(&'static str, Vec<u8>)>> {
         let mut state = Vec::with_capacity(self.kept.len());
         for spec in self.kept.clone() {
@@ -150,7 +162,12 @@ impl Session {
         Ok(state)
     }
 
-    /// Goes back to a state of a session like this one. The frame that left it must be the pose at hand.
+    /// Continues from the state that a session with the same scene and settings had. The session must stand at the pose of the
+    /// frame after which [`Session::state`] was called.
+    ///
+    /// # Errors
+    ///
+    /// If a buffer is missing or has another size.
     pub fn restore(&mut self, state: &[(String, Vec<u8>)]) -> anyhow::Result<()> {
         for spec in &self.kept {
             let found = state.iter().find(|(name, bytes)| name == spec.name && bytes.len() == spec.bytes);
@@ -161,18 +178,18 @@ impl Session {
         Ok(())
     }
 
-    /// Device and driver.
+    /// Name of the device that renders, and of its driver.
     pub fn device(&self) -> String {
         self.runner.device()
     }
 
-    /// Settings of a frame.
+    /// The settings of frame `frame` as the kernels get them.
     pub fn params(&self, frame: u32) -> FrameParams {
         let params = FrameParams { previous_camera: self.previous_camera, ..self.params };
         (self.method.frame)(params, frame)
     }
 
-    /// Renders frame `index`; its time by step.
+    /// Renders frame `index` and returns the time of each of its steps. What it made is read by [`Session::picture`].
     pub fn frame(&mut self, index: u32) -> anyhow::Result<Vec<StepTime>> {
         let params = self.params(index);
         let times = self.runner.run(&params, &(self.method.steps)(self.parts, &params))?;
@@ -180,7 +197,7 @@ impl Session {
         Ok(times)
     }
 
-    /// The picture of the last frame.
+    /// Reads back the layers of the last frame.
     pub fn picture(&mut self) -> anyhow::Result<Picture> {
         let (width, height) = (self.params.width as usize, self.params.height as usize);
         let path = self.read("path_radiance")?;
@@ -201,25 +218,29 @@ impl Session {
         })
     }
 
-    /// A buffer of the runner.
+    /// Reads back a buffer by its name, as the passes call it.
+    ///
+    /// # Errors
+    ///
+    /// If no pass of the session's frames binds a buffer of this name.
     pub fn read<T: bytemuck::Pod>(&mut self, buffer: &str) -> anyhow::Result<Vec<T>> {
         let bytes = self.runner.read(buffer).with_context(|| format!("reading buffer {buffer}"))?;
         Ok(bytemuck::pod_collect_to_vec(&bytes))
     }
 
-    /// Counters of the last frame.
+    /// What the kernels counted in the last frame: rays, deposits, and faults such as clamped sums.
     pub fn counters(&mut self) -> anyhow::Result<Counters> {
         let words: Vec<u32> = self.read("counters")?;
         Ok(Counters::from_words(&words))
     }
 
-    /// Energy ledger of the last frame; all zero unless the session's needs have `LEDGER`.
+    /// Where the flux of the last frame's light paths went; all zero unless the session's features have `Features::LEDGER`.
     pub fn energy(&mut self) -> anyhow::Result<Energy> {
         let words: Vec<u32> = self.read("counters")?;
         Ok(Energy::from_words(&words, self.params.quantum))
     }
 
-    /// Display colours in [0, 1] of a picture (of an average, say).
+    /// Tone-maps a picture (a mean of frames, say) with the exposure of the settings: display colours from 0 to 1, row by row.
     pub fn display(&mut self, picture: &Picture) -> anyhow::Result<Vec<Vec3>> {
         self.runner.write("path_radiance", cast_slice(&picture.path))?;
         let black = vec![Vec3::ZERO; picture.path.len()];

@@ -30,15 +30,15 @@ pub struct Settings {
     pub seed: u32,
     /// `PIXEL_FILTER_CENTRE` or `PIXEL_FILTER_BOX`.
     pub pixel_filter: u32,
-    /// Which level of its textures a camera prefix sees; none: what the method says.
+    /// Which level of its textures a camera prefix sees; `None` takes what the method says.
     pub texture_filter: Option<TextureFilter>,
     /// Exposure of the PNG (stops).
     pub exposure: f32,
-    /// Radiance behind everything (W m^-2 sr^-1); none: what the scene says.
+    /// Radiance behind everything (W m^-2 sr^-1), seen and lighting nothing; `None` takes what the scene says.
     pub background: Option<Vec3>,
-    /// What the frame before lends; frames of one view that are averaged lend nothing.
+    /// What the frame before lends to a frame. Frames that are averaged must be independent: `history::NONE`.
     pub history: &'static History,
-    /// What smooths the path-traced part.
+    /// What smooths the path-traced light; caustics are left as they are.
     pub denoiser: &'static Denoiser,
 }
 
@@ -62,7 +62,7 @@ impl Default for Settings {
     }
 }
 
-/// Largest buffer that is asked for [bytes]: what lavapipe grants.
+/// Largest buffer that is asked for (bytes): what lavapipe grants.
 const MAX_BUFFER: u32 = 128 << 20;
 /// Bytes of a row of `deposit_geometry` or `deposit_light`.
 const DEPOSIT_BYTES: u32 = 32;
@@ -70,13 +70,13 @@ const DEPOSIT_BYTES: u32 = 32;
 const MAX_CELLS: u32 = 1 << 20;
 
 impl Settings {
-    /// The same with what a method decides where a person did not.
+    /// These settings, with the method's choice wherever a field is `None` that a method decides.
     pub fn of(self, method: &Method) -> Settings {
         Settings { texture_filter: self.texture_filter.or(Some(method.texture_filter)), ..self }
     }
 
-    /// Settings of frame `frame`. A scene without casters (or receivers, or
-    /// light) has no batch, whatever code is alive: no light path is shot.
+    /// The settings of frame `frame` as kernels get them. Without casters, receivers or light in the scene no light path is
+    /// shot, whatever code is alive.
     pub fn params(&self, scene: &Scene, camera: &SceneCamera, frame: u32) -> FrameParams {
         self.params_where(scene, camera, frame, !scene.lights.is_empty())
     }

@@ -1,4 +1,56 @@
-//! The kernels of caustics: one source for SPIR-V (through rust-gpu) and for the CPU.
+//! The kernels of caustics: one source for SPIR-V (through rust-gpu) and for the CPU. This page is the method
+//! [Moreau and Doggett 2022], step by step; each step links to its code.
+//!
+//! # The problem
+//!
+//! A *caustic* is light that a specular surface (glass, metal, a smooth coat) has focused. It is *indirectly visible* where the
+//! viewer sees it by way of another specular surface: in a mirror, through glass. Paths from the camera find the small light
+//! behind the glass only by chance, and photons splatted onto the screen cannot be seen in mirrors. So paths are traced from
+//! both ends, and meet where neither end is specular.
+//!
+//! # A frame
+//!
+//! ```text
+//! camera ──► mirror ──► ● collection point        light ──► glass ──► ○ deposit
+//!           (prefix)    a disc of one pixel                (caster)   flux in W
+//!
+//! collect ──► index ──► shoot ──► gather ──► resolve ──► display
+//! ```
+//!
+//! 1. **Collect** ([`pass::collect`]): from each pixel a camera path follows specular events, the *prefix*
+//!    ([`pass::collect::follow`]), to its first vertex that is not specular. That vertex becomes the pixel's *collection point*
+//!    ([`interface::point`]): a disc whose radius a ray cone gives ([`math::cone`]), so that it is about one pixel wide however
+//!    it is seen. All light on the way that is no caustic is path traced in the same walk.
+//! 2. **Denoise**, if asked for ([`denoiser`]): smooths that path-traced light. Caustics are not touched.
+//! 3. **Lend**, if there is a history ([`history`]): finds the point of the frame before that is this one's
+//!    ([`history::window`], [`history::reprojected`]), and how much of its light still holds ([`history::cells`]).
+//! 4. **Shoot** ([`pass::shoot`]): light paths leave the lights by power ([`light::power`], behind the seam [`light::emit`]).
+//!    Each hit on a *receiver* after at least one specular event (on a *caster*) is a *deposit*: a place, a direction, a flux.
+//! 5. **Gather** ([`mod@gather`]): a point takes the deposits that lie on its disc ([`gather::contribution`]). Points are indexed and
+//!    each deposit looks for them, or the other way round; every variant sums the same integers ([`gather::accumulator`]).
+//! 6. **Resolve** ([`pass::resolve`], or [`history::resolve_history`]): summed flux through the area of the disc, times what the
+//!    prefix lets through, is radiance.
+//! 7. **Display** ([`pass::display`]): tone mapping for PNG files.
+//!
+//! [`method`] says which of these passes a frame consists of; [`method::path`] traces everything from the camera instead and is
+//! what the others are tested against.
+//!
+//! # Who computes which light
+//!
+//! One function decides which lobes are specular ([`surface::class`]). Light whose path from the light to the first
+//! non-specular vertex seen from the camera holds at least one specular event belongs to the light paths, all else to the
+//! camera paths: no path is counted twice, none is missing. The sum is full light transport up to `max_bounces`.
+//!
+//! # What stands where
+//!
+//! | module | what |
+//! |---|---|
+//! | [`interface`] | types that host and kernels share, a unit on every field |
+//! | [`math`] | random numbers, warps, cones, pencils, fixed point |
+//! | [`texture`], [`surface`], [`light`] | what is at a hit: texels, lobes, lamps |
+//! | [`trace`] | the seam of tracers: our own tree, ray queries |
+//! | [`mod@gather`], [`pass`], [`history`], [`denoiser`], [`method`] | what frames are made of, each variant a file and a line |
+//! | [`declare`], [`seam`] | how one function runs on a GPU and on a CPU |
 #![cfg_attr(target_arch = "spirv", no_std)]
 #![cfg_attr(feature = "ray-query", feature(asm_experimental_arch))]
 

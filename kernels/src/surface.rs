@@ -57,7 +57,7 @@ struct Chances {
 /// The non-delta lobes of one class towards one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Evaluated {
-    /// Scattering function [1/sr].
+    /// Scattering function (1/sr).
     pub f: Vec3,
     /// Density with which `sample` takes that direction within the class, its choice included.
     pub pdf_solid_angle: f32,

@@ -1,6 +1,6 @@
 //! Deterministic generators of the scenes: the same bytes on every run. Imports no other crate of caustics.
 //!
-//! A scene is a function in its own file that fills a [`gltf::Document`] with meshes from [`mesh`].
+//! A scene is a function in its own file that fills a `gltf::Document` with meshes from `mesh`.
 
 #![forbid(unsafe_code)]
 

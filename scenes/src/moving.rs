@@ -7,7 +7,7 @@ use crate::mesh::Mesh;
 
 /// Half the lamp's side (m).
 const LAMP_HALF: f64 = 0.05;
-/// Radiance of a lamp [W m^-2 sr^-1]: about 1 W/m^2 where it looks.
+/// Radiance of a lamp (W m^-2 sr^-1): about 1 W/m^2 where it looks.
 const RADIANCE: f64 = 1400.0;
 /// From what a lamp looks at to the lamp (m).
 const TO_LAMP: DVec3 = DVec3::new(2.6, 2.6, 0.0);

@@ -9,7 +9,7 @@ use crate::mesh::Mesh;
 const DISTANCE: f64 = 10.0;
 /// Half the emitter's side (m).
 const HALF_SIDE: f64 = 0.05;
-/// Radiance of the emitter [W m^-2 sr^-1]: about 1 W/m^2 on the plane.
+/// Radiance of the emitter (W m^-2 sr^-1): about 1 W/m^2 on the plane.
 const RADIANCE: f64 = 14_000.0;
 
 /// Builds the scene.

@@ -77,7 +77,7 @@ impl SphereCells {
         row.min(self.rows - 1) * self.columns + column.min(self.columns - 1)
     }
 
-    /// Integral of a density [1/sr] over every cell, by `sub` (rows, columns) midpoints each.
+    /// Integral of a density (1/sr) over every cell, by `sub` (rows, columns) midpoints each.
     pub fn integrate(&self, sub: [usize; 2], density: impl Fn(Vec3) -> f64) -> Vec<f64> {
         let (rows, columns) = (self.rows * sub[0], self.columns * sub[1]);
         let solid_angle = 4.0 * PI / (rows * columns) as f64;

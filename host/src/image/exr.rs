@@ -10,7 +10,7 @@ use crate::output::attributes;
 /// The first bytes of a file.
 pub const MAGIC: [u8; 4] = exr::meta::magic_number::BYTES;
 
-/// Memory that reading a sample takes [bytes]: 7.8 of 32 bits, 7.3 of 16.
+/// Memory that reading a sample takes (bytes): 7.8 of 32 bits, 7.3 of 16.
 const SAMPLE_BYTES: u64 = 8;
 
 /// Decodes a flat file. Channels of a named part among several are called `part.channel`.

@@ -9,7 +9,7 @@ use super::{Channels, Encoding, check_samples};
 /// The first bytes of a file.
 pub const MAGIC: &[u8] = b"\x89PNG\r\n\x1a\n";
 
-/// Memory that reading one of the three colours of a texel takes [bytes]: 11.5 to 12.1.
+/// Memory that reading one of the three colours of a texel takes (bytes): 11.5 to 12.1.
 const SAMPLE_BYTES: u64 = 13;
 
 /// Decodes a PNG file of any colour type to `R`, `G`, `B` in [0, 1]; an alpha channel is left out.

@@ -1,4 +1,4 @@
-//! Energy ratio: sum of the image over sum of the reference, all channels [1].
+//! Energy ratio: sum of the image over sum of the reference, all channels, no unit.
 
 use glam::DVec3;
 

@@ -9,7 +9,7 @@ pub struct ErrorMap {
     pub width: usize,
     /// Height (px).
     pub height: usize,
-    /// The errors; 0 is none, 1 the largest there is.
+    /// The error of each pixel, row by row from the top: 0 is none, 1 the largest there is.
     pub values: Vec<f64>,
 }
 
@@ -29,7 +29,7 @@ impl ErrorMap {
         self.values.iter().map(color).collect()
     }
 
-    /// Mean of maps of one size; None of none.
+    /// Mean of maps of one size; `None` if there are none.
     pub fn mean_of(maps: impl IntoIterator<Item = ErrorMap>) -> Option<ErrorMap> {
         let mut maps = maps.into_iter();
         let (mut mean, mut count) = (maps.next()?, 1.0);

@@ -16,12 +16,12 @@ pub struct Exposures {
     pub start: f64,
     /// The brightest: the median is shown at 85 % of white.
     pub stop: f64,
-    /// How many; about one a stop, at least 2.
+    /// Number of exposures: about one per stop, at least 2.
     pub count: usize,
 }
 
 impl Exposures {
-    /// Exposures at which a reference can be looked at; None where nothing is brighter than black. In a picture more than
+    /// Exposures at which a reference can be looked at; `None` if all of it is black. In a picture more than
     /// half black the median is that of the other pixels.
     pub fn of(reference: &Pixels) -> Option<Exposures> {
         let mut luminances: Vec<f64> =
@@ -64,7 +64,7 @@ fn knee() -> f64 {
     -0.5 * p + (0.25 * p * p - q).sqrt()
 }
 
-/// The largest FLIP of every pixel; None against a black reference.
+/// The largest FLIP of every pixel over all exposures; `None` if the reference is black.
 pub fn flip_hdr(image: &Pixels, reference: &Pixels, pixels_per_degree: f64) -> Option<ErrorMap> {
     let maps = Exposures::of(reference)?.all().map(|stops| {
         let shown = |picture: &Pixels| picture.map(|value| expose(value, stops));

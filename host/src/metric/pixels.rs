@@ -47,7 +47,7 @@ impl Region {
 
 impl Pixels {
     /// A layer (see [`Channels::layer`]) within a region, which must be within the picture; display colours are
-    /// decoded to display-linear ones. None without the layer.
+    /// decoded to display-linear ones. `None` if the picture has no such layer.
     pub fn of_layer(picture: &Channels, layer: &str, region: Region) -> Option<Pixels> {
         let lanes = picture.layer(layer)?;
         let rows = region.y..region.y + region.height;
@@ -60,7 +60,7 @@ impl Pixels {
         Some(Pixels { width: region.width, height: region.height, values })
     }
 
-    /// Pixels of which a channel is infinite or no number.
+    /// Number of pixels in which a channel is NaN or infinite.
     pub fn non_finite_count(&self) -> usize {
         self.values.iter().filter(|value| !value.is_finite()).count()
     }

@@ -1,4 +1,4 @@
-//! Relative mean squared error: mean of (a - b)^2 / (b^2 + eps) over pixels and channels [1].
+//! Relative mean squared error: mean of (a - b)^2 / (b^2 + eps) over pixels and channels, no unit.
 //!
 //! eps = (0.1 mean of the reference)^2, so that the metric does not change when both pictures are scaled. [Rousselle et
 //! al. 2011] add 0.01 for pictures whose mean is about 1, which is the same there. No pixel is left out; [`trimmed`]
@@ -24,12 +24,12 @@ pub fn errors(image: &Pixels, reference: &Pixels) -> Vec<f64> {
     pairs.map(|(&a, &b)| ((a - b) * (a - b) / (b * b + eps)).element_sum() / 3.0).collect()
 }
 
-/// The relative mean squared error.
+/// The relative mean squared error: the mean of what [`errors`] gives.
 pub fn relmse(errors: &[f64]) -> f64 {
     errors.iter().sum::<f64>() / errors.len() as f64
 }
 
-/// The mean without the 0.1 % of the pixels that have the largest errors (none of less than 1000 pixels).
+/// The mean of [`errors`] without the 0.1 % of the pixels that have the largest; fewer than 1000 pixels are all kept.
 pub fn trimmed(errors: &[f64]) -> f64 {
     let limit = percentile(errors, 1.0 - TRIMMED);
     let (mut kept, mut sum) = (0_usize, 0.0);

@@ -37,7 +37,7 @@ pub const METRICS: [(&str, &str); 20] = [
     ("z_surprise", "1"),
 ];
 
-/// How to look at the pictures.
+/// How the pictures are looked at: encoding, exposure and distance, for FLIP.
 #[derive(Clone, Copy, Debug)]
 pub struct Viewing {
     /// What the pictures were read from.
@@ -57,7 +57,7 @@ impl Default for Viewing {
 /// A metric: its value, or why there is none.
 pub type Value = Result<f64, String>;
 
-/// All metrics.
+/// The values of all metrics of one comparison, with the z-test and FLIP's map.
 #[derive(Clone, Debug)]
 pub struct Report {
     /// Value of each of [`METRICS`], in their order.
@@ -69,7 +69,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// The value of a metric; Err says why there is none.
+    /// The value of a metric, or why it has none.
     pub fn get(&self, name: &str) -> Value {
         let found = self.values.iter().find(|(known, _)| *known == name);
         found.map_or_else(|| Err(format!("no metric is called {name}")), |(_, value)| value.clone())
@@ -87,7 +87,7 @@ impl Report {
 }
 
 /// Computes all metrics of at least one run against a reference of the same size. All but the energy ratio and the z-test
-/// are those of one run; of several runs the mean is given. Pixels that are not finite leave no metric defined.
+/// are means over the runs. If a pixel is NaN or infinite no metric has a value.
 pub fn report(runs: &[Estimate], reference: &Estimate, viewing: &Viewing) -> Report {
     let mut report = Report { values: Vec::new(), z_test: None, map: None };
     let bad: usize = runs.iter().chain([reference]).map(|picture| picture.mean.non_finite_count()).sum();

@@ -1,11 +1,11 @@
-//! Symmetric mean absolute percentage error: mean of |a - b| / (|a| + |b|) over pixels and channels [1]; 0 / 0 is 0.
+//! Symmetric mean absolute percentage error: mean of |a - b| / (|a| + |b|) over pixels and channels, no unit; 0 / 0 is 0.
 //!
 //! As [Vogels et al. 2018] have it, without their constant in the denominator: scaling both pictures changes nothing. The
 //! largest value is 1, the error of a pixel that is black in one picture alone.
 
 use super::pixels::Pixels;
 
-/// The symmetric mean absolute percentage error.
+/// The symmetric mean absolute percentage error of an image, over pixels and channels.
 pub fn smape(image: &Pixels, reference: &Pixels) -> f64 {
     let error = |(a, b): (f64, f64)| if a == b { 0.0 } else { (a - b).abs() / (a.abs() + b.abs()) };
     let pairs = image.values.iter().zip(&reference.values);

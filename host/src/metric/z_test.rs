@@ -4,8 +4,8 @@
 //! where only noise differs. The variance of the image's block is that between runs (noise that neighbouring pixels share
 //! is then counted), else that of its variance layer with independent pixels, as is that of the reference. Of few runs
 //! the variance itself is uncertain: their t of Welch's degrees of freedom is turned into the z of the same probability.
-//! The whole picture is tested likewise; of less than [`ENOUGH`] runs its variance is that of its blocks, taken as
-//! independent, since so few pictures say little of it.
+//! The whole picture is tested in the same way. With fewer than [`ENOUGH`] runs its variance is taken from that of its blocks,
+//! as if they were independent, since so few pictures say little of it.
 //!
 //! It assumes about normal block means. A block in which most runs meet no light at all and few meet much is not: give it
 //! longer runs.
@@ -18,7 +18,7 @@ use super::pixels::{Estimate, Pixels};
 /// Side of a block (px); those at the right and lower border may be smaller.
 pub const BLOCK: usize = 8;
 
-/// Runs whose whole pictures tell how these vary.
+/// Number of runs from which on the variance of the whole picture is estimated from whole pictures.
 pub const ENOUGH: usize = 8;
 
 /// Relative rounding that pictures may carry: sums of thousands of frames in f32.
@@ -55,7 +55,7 @@ pub enum NoTest {
     /// The image's noise is not known.
     #[error("it takes several runs of the image, or a variance layer of it")]
     Image,
-    /// A variance is negative, infinite or no number.
+    /// A variance is negative, infinite or NaN.
     #[error("a variance layer has values that are no variances")]
     Variance,
 }

@@ -14,8 +14,8 @@ use crate::picture::Picture;
 const VARIANCE_NOTE: &str = "estimated from the samples of each pixel; too small where few of them carry the light, \
     and 0 where none has found it yet";
 
-/// Encodes a picture, with the variance of its mean and the number of samples in it where they are known;
-/// `attributes` say how it was made. Colours are linear with the primaries of Rec. 709.
+/// Encodes a picture as the bytes of an EXR file. `variance` is the variance of its mean and the number of frames in it, for
+/// the layers `variance` and `samples`; `attributes` say how it was made and stand in the header. Colours are linear with the primaries of Rec. 709.
 pub fn encode(
     picture: &Picture,
     variance: Option<(Vec<Vec3>, u32)>,

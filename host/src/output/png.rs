@@ -4,7 +4,11 @@ use anyhow::Context;
 use glam::Vec3;
 use image::{ImageFormat, RgbImage};
 
-/// Encodes display colours in [0, 1], row by row from the top.
+/// Encodes display colours from 0 to 1, row by row from the top, as the bytes of a PNG file (see `Session::display`).
+///
+/// # Errors
+///
+/// If there are not `width * height` colours.
 pub fn encode(width: u32, height: u32, colors: &[Vec3]) -> anyhow::Result<Vec<u8>> {
     let bytes = colors.iter().flat_map(|color| (*color * 255.0 + 0.5).to_array()).map(|value| value as u8);
     let picture =

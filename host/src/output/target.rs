@@ -41,7 +41,7 @@ pub enum TargetError {
 }
 
 impl TargetError {
-    /// Whether the command line names a file that is not to be had.
+    /// Whether the caller chose a file that cannot be written, rather than the system failing to write it.
     pub fn is_usage(&self) -> bool {
         matches!(self, TargetError::Exists(_) | TargetError::Dangling(_) | TargetError::NoFile(_))
     }
@@ -50,7 +50,7 @@ impl TargetError {
 /// How names of files that are not yet in their place begin.
 pub(super) const PREFIX: &str = ".caustics-";
 
-/// A file to be, claimed before any work is done for it.
+/// A file that will be written: claimed before the work for it is done, and in its place whole or not at all.
 #[derive(Debug)]
 pub struct Target {
     path: PathBuf,
@@ -59,7 +59,12 @@ pub struct Target {
 }
 
 impl Target {
-    /// Checks that `path` may be written and opens a temporary file beside it.
+    /// Checks that `path` may be written and opens a temporary file beside it. With `force` an existing file is replaced.
+    ///
+    /// # Errors
+    ///
+    /// If the file exists and `force` is not set, if it is a folder, a device or a link that leads nowhere, or if its folder
+    /// cannot be written.
     pub fn claim(path: &Path, force: bool) -> Result<Target, TargetError> {
         let path = path.to_path_buf();
         match (path.symlink_metadata(), path.metadata()) {
@@ -74,7 +79,7 @@ impl Target {
         }
     }
 
-    /// Writes the bytes and puts the file in its place.
+    /// Writes the bytes, then renames the temporary file to the path that was claimed.
     pub fn finish(mut self, bytes: &[u8]) -> Result<(), TargetError> {
         let fail = |path: &Path, source| TargetError::Write { path: path.into(), source };
         self.part.write_all(bytes).map_err(|source| fail(&self.path, source))?;
@@ -136,7 +141,7 @@ fn remove_stale(folder: &Path) {
     }
 }
 
-/// Removes a file; one that is not there is no failure.
+/// Removes a file; if it is not there that is fine.
 pub fn remove(path: &Path) -> anyhow::Result<()> {
     match std::fs::remove_file(path) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => {

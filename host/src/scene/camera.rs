@@ -44,7 +44,7 @@ impl SceneCamera {
         }
     }
 
-    /// The camera of an image of this size [px]: the vertical field of view stays, pixels are square.
+    /// The camera of an image of this size (px): the vertical field of view stays, pixels are square.
     pub fn camera(&self, width: u32, height: u32) -> Camera {
         let tan_y = (0.5 * self.fov_y).tan();
         let tan_x = tan_y * width as f32 / height as f32;

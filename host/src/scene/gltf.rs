@@ -46,7 +46,12 @@ const TRIANGLE_BYTES: u64 = 850;
 const VERTEX_BYTES: u64 = 130;
 
 impl Scene {
-    /// Loads a .gltf or .glb file. Every error names the file and what to do.
+    /// Loads a .gltf or .glb file, at time 0 of its animations; [`resolve`](super::resolve) finds the file of a scene by name.
+    ///
+    /// # Errors
+    ///
+    /// If the file cannot be read, is damaged, requires an extension that is not supported, or would not fit into memory. Every
+    /// error names the file and what to do. What is merely left out stands in [`Scene::warnings`].
     pub fn load(path: &Path) -> Result<Scene, SceneError> {
         let file = path.display().to_string();
         let bytes =

@@ -19,7 +19,7 @@ pub struct MovingMesh {
     pub corners: Vec<[Corner; 3]>,
     /// Their materials.
     pub materials: Vec<u32>,
-    /// Centre of their bounds [m]: the origin of the mesh's own space.
+    /// Centre of their bounds (m): the origin of the mesh's own space.
     pub centre: DVec3,
     /// Id of its first triangle.
     pub first: u32,
@@ -109,7 +109,7 @@ impl MovingMesh {
         })
     }
 
-    /// Its bounds in the world at a place [m]: of its corners.
+    /// Its bounds in the world at a place (m): of its corners.
     pub fn world(&self, to_world: &DAffine3) -> impl Iterator<Item = DVec3> + '_ {
         let to_world = *to_world;
         self.corners.iter().flatten().map(move |corner| to_world.transform_point3(corner.position))

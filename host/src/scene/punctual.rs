@@ -11,7 +11,7 @@ use glam::{DAffine3, DVec2, DVec3, Vec3};
 
 use super::geometry;
 
-/// Smallest outer angle of a spot [rad]: a chord of such a cone still has three digits in f32.
+/// Smallest outer angle of a spot (rad): a chord of such a cone still has three digits in f32.
 const MIN_CONE: f64 = 1e-4;
 
 /// A light without an area.

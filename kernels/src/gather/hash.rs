@@ -141,7 +141,7 @@ pub fn cell_size_of(bin: u32) -> f32 {
     f32::from_bits((bin + 2).clamp(1, 252) << 23)
 }
 
-/// Bits of the edge of a cell [m]: the power of two above twice the radius that nine points in ten stay below, by the
+/// Bits of the edge of a cell (m): the power of two above twice the radius that nine points in ten stay below, by the
 /// histogram at the head of these words.
 #[inline(always)]
 pub fn common_cell_size<W: Words>(histogram: &W) -> u32 {

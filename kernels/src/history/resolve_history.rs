@@ -25,7 +25,7 @@ pub struct Blended {
     pub mean: Vec3,
 }
 
-/// Reflectance below which light cannot be told from what a point reflects [1/sr].
+/// Reflectance below which light cannot be told from what a point reflects (1/sr).
 const MIN_REFLECTANCE: f32 = 1.0e-4;
 
 /// Radiance of the caustic at each pixel, blended with what was lent.

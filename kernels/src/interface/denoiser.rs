@@ -12,7 +12,7 @@ pub const DENOISER_LEVELS: u32 = 5;
 pub struct DenoiserGuide {
     /// Position of the point (m).
     pub position: Vec3,
-    /// Its radius [m]: the scale of distances.
+    /// Its radius (m): the scale of distances.
     pub radius: f32,
     /// The unit normal of its face, on the viewer's side.
     pub normal: Vec3,

@@ -52,9 +52,9 @@ pub struct ScatterOut {
     pub class: u32,
     /// 1 for transmission.
     pub transmitted: u32,
-    /// f of the specular class towards `towards` [1/sr].
+    /// f of the specular class towards `towards` (1/sr).
     pub specular: Vec3,
-    /// f of the non-specular class towards `towards` [1/sr].
+    /// f of the non-specular class towards `towards` (1/sr).
     pub non_specular: Vec3,
     /// Chance of the non-specular class.
     pub chance: f32,

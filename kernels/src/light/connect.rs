@@ -22,7 +22,7 @@ pub struct Connection {
     /// Radiance over pdf_solid_angle; for a punctual light its irradiance across over the chance of its choice
     /// (W m^-2).
     pub radiance_over_pdf: Vec3,
-    /// Density of this direction [1/sr]; 0 for a punctual light, which nothing else can find.
+    /// Density of this direction (1/sr); 0 for a punctual light, which nothing else can find.
     pub pdf_solid_angle: f32,
     /// The light is infinitely far away: the shadow ray has no end, and `target` says nothing.
     pub endless: bool,
@@ -95,7 +95,7 @@ pub fn connect(
     }
 }
 
-/// Density [1/sr] with which `connect` finds a point of a triangle light at this squared distance (m^2).
+/// Density (1/sr) with which `connect` finds a point of a triangle light at this squared distance (m^2).
 #[inline(always)]
 pub fn pdf_solid_angle(light: &Light, square: f32, cos: f32) -> f32 {
     light.pdf_light_choice / light.area * square / cos.abs()

@@ -114,7 +114,7 @@ impl Differential {
         }
     }
 
-    /// Area of a path [m^2]: of the parallelogram of the position vectors.
+    /// Area of a path (m^2): of the parallelogram of the position vectors.
     #[inline]
     pub fn area(&self) -> f32 {
         self.position_u.cross(self.position_v).length()

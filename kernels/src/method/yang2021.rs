@@ -115,7 +115,7 @@ pub fn shoot_yang2021(
     way.total.tally(counters);
 }
 
-/// Spread of a footprint behind a diffuse bounce [rad]: neighbours there go anywhere.
+/// Spread of a footprint behind a diffuse bounce (rad): neighbours there go anywhere.
 const DIFFUSE_SPREAD: f32 = 0.1;
 /// Share of a glossy lobe's spread that is a footprint's: the spread itself would blur twice.
 const LOBE_SHARE: f32 = 0.3;

@@ -15,7 +15,7 @@ pub fn reflectance(material: &Material, cos: f32) -> f32 {
     material.specular * (f0 + (1.0 - f0) * fresnel::schlick_weight(cos))
 }
 
-/// f [1/sr]; `facets` = D G / (4 cos cos).
+/// f (1/sr); `facets` = D G / (4 cos cos).
 #[inline]
 pub fn eval(material: &Material, facets: f32, cos_half: f32) -> f32 {
     reflectance(material, cos_half) * facets

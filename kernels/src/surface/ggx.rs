@@ -15,7 +15,7 @@ pub fn alpha(roughness: f32) -> f32 {
     roughness * roughness
 }
 
-/// Density of microfacet normals [1/sr] at a unit local normal.
+/// Density of microfacet normals (1/sr) at a unit local normal.
 #[inline]
 pub fn distribution(half: Vec3, alpha: f32) -> f32 {
     let square = alpha * alpha;
@@ -38,7 +38,7 @@ pub fn shadowing(cos_viewer: f32, cos_light: f32, alpha: f32) -> f32 {
     1.0 / (1.0 + lambda(cos_viewer, alpha) + lambda(cos_light, alpha))
 }
 
-/// D G / (4 cos cos) [1/sr], without Fresnel.
+/// D G / (4 cos cos) (1/sr), without Fresnel.
 #[inline]
 pub fn eval(to_previous: Vec3, direction: Vec3, half: Vec3, alpha: f32) -> f32 {
     let shadowing = shadowing(to_previous.z, direction.z, alpha);

@@ -4,7 +4,7 @@ use crate::interface::material::Material;
 use crate::math::{INV_PI, warp};
 use spirv_std::glam::Vec3;
 
-/// f = base colour / pi [1/sr].
+/// f = base colour / pi (1/sr).
 #[inline]
 pub fn eval(material: &Material) -> Vec3 {
     material.base_color * INV_PI

@@ -33,7 +33,7 @@ pub fn reflection_chance(material: &Material, cos: f32, eta: f32) -> f32 {
     0.02 + 0.31 * around
 }
 
-/// f [1/sr] of transmission before tint, and pdf_solid_angle of `sample`, towards a direction behind (z < 0).
+/// f (1/sr) of transmission before tint, and pdf_solid_angle of `sample`, towards a direction behind (z < 0).
 #[inline]
 pub fn eval(material: &Material, to_previous: Vec3, direction: Vec3, eta: f32) -> (f32, f32) {
     let alpha = ggx::alpha(material.roughness);

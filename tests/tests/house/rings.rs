@@ -30,9 +30,11 @@ const HOST: &[&[&str]] = &[
     &["session"],
     &["trace_rate"],
     &["experiment"],
+    &["builder"],
     &["report"],
     &["fuzzing"],
     &["cli"],
+    &["commands_page"],
     &["command"],
 ];
 

@@ -10,7 +10,7 @@ pub struct Figures {
     pub registers: Option<u64>,
     /// Registers that found no room.
     pub spilled: Option<u64>,
-    /// Memory that stands in for registers and holds arrays [bytes]: of a subgroup on AMD, of an invocation elsewhere.
+    /// Memory that stands in for registers and holds arrays (bytes): of a subgroup on AMD, of an invocation elsewhere.
     pub scratch_bytes: Option<u64>,
     /// Subgroups at once on a SIMD unit.
     pub waves: Option<u64>,

@@ -37,7 +37,7 @@ pub fn is_met(ms: f64, target_ms: f64) -> bool {
     (ms / target_ms - 1.0).abs() <= TOLERANCE
 }
 
-/// The time of a cell and the one that it is held against [ms]: the clock's, or, where the first cell of its turns is to meet
+/// The time of a cell and the one that it is held against (ms): the clock's, or, where the first cell of its turns is to meet
 /// the same time, that of the first cell. `first` is the median of each frame's ratio to it, and its own time: a machine
 /// that slows down or speeds up does so for both.
 pub fn held(own_ms: f64, first: Option<(f64, f64)>, target_ms: f64) -> (f64, f64) {

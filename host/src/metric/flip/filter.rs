@@ -63,7 +63,7 @@ pub fn along_rows(plane: &[f64], width: usize, weights: &[f64]) -> Vec<f64> {
     out
 }
 
-/// Filters each column of a plane likewise.
+/// Filters each column of a plane by a kernel, as `along_rows` filters each row.
 pub fn along_columns(plane: &[f64], width: usize, weights: &[f64]) -> Vec<f64> {
     let (radius, last) = (weights.len() / 2, plane.len() / width - 1);
     let mut out = vec![0.0; plane.len()];

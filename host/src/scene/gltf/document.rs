@@ -135,7 +135,7 @@ fn too_much(file: &str, what: impl std::fmt::Display, short: Short) -> SceneErro
     SceneError::Memory { file: file.into(), what: what.to_string(), needed, available }
 }
 
-/// Memory that a parsed document takes, at most about [bytes]: the least node of the tree that holds an object's members has
+/// Memory that a parsed document takes, at most about (bytes): the least node of the tree that holds an object's members has
 /// 632, any value 32; sections are there twice, and so is the text.
 fn parsed_bytes(json: &[u8]) -> u64 {
     let (mut objects, mut values) = (0, 0);

@@ -10,7 +10,7 @@ use serde_json::Value;
 use super::buffer;
 use crate::scene::texture::{Image, MAX_SIDE};
 
-/// Most memory that decoding an image may take [bytes]: the largest image at eight bytes a texel.
+/// Most memory that decoding an image may take (bytes): the largest image at eight bytes a texel.
 const MAX_BYTES: u64 = 8 * (MAX_SIDE as u64) * (MAX_SIDE as u64);
 
 /// Bytes of an image that a document describes. An error says what is wrong with it.

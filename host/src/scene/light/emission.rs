@@ -12,7 +12,7 @@ const MAX_PLACES: f32 = 1.0e7;
 /// Steps along a triangle's edge, at most and at least.
 const STEPS: (f32, f32) = (8.0, 1000.0);
 
-/// Mean radiance over a triangle [W m^-2 sr^-1]: what its texture and its holes leave of the material's emission, at
+/// Mean radiance over a triangle (W m^-2 sr^-1): what its texture and its holes leave of the material's emission, at
 /// places half a texel apart.
 pub fn mean(scene: &Scene, triangle: u32) -> DVec3 {
     let id = scene.surfaces[triangle as usize].material as usize;

@@ -165,7 +165,7 @@ impl Footprint {
         }
     }
 
-    /// Share of the photon's flux that a place `along` from it gets [m^-2]: 10 / (3 pi a b) (1 - 3 x^2 + 2 x^3), x the
+    /// Share of the photon's flux that a place `along` from it gets (m^-2): 10 / (3 pi a b) (1 - 3 x^2 + 2 x^3), x the
     /// distance over the ellipse's own. Its integral over the plane is 1.
     #[inline]
     pub fn weight(&self, along: Vec3) -> f32 {

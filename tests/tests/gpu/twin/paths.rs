@@ -31,7 +31,7 @@ const RATIOS: Tolerance = Tolerance::relative(
 );
 /// Parts of one.
 const SHARES: Tolerance = Tolerance { absolute: RATIOS.relative, relative: 0.0, ..RATIOS };
-/// Distance within which deposits are the same [m]: a tenth of a typical radius of a point.
+/// Distance within which deposits are the same (m): a tenth of a typical radius of a point.
 const REACH: f32 = 1.0e-3;
 /// Divergences that are printed.
 const PRINTED: usize = 12;

@@ -44,7 +44,7 @@ fn flat_normal_maps_change_no_bit() {
     assert!(tilted != plain && plain.deposits.iter().sum::<f32>() > 50.0, "the test has lost its subject");
 }
 
-/// Tilt of `tilted`'s normals [rad]: by its bytes.
+/// Tilt of `tilted`'s normals (rad): by its bytes.
 const TILT: (i32, i32) = (63, 110);
 
 /// A panel in the plane z = 0 whose normal map leans by 30 degrees towards -x.

@@ -1,0 +1,104 @@
+//! A session by what differs from the usual.
+
+use anyhow::Context;
+use caustics_kernels::gather::variant::Variant;
+use caustics_kernels::interface::features::Features;
+use caustics_kernels::method::{self, Method};
+
+use crate::experiment::cell::usual_gather;
+use crate::scene::Scene;
+use crate::session::{RunnerChoice, Session};
+use crate::settings::Settings;
+
+/// Describes a [`Session`]: what is not said is as on the command line, on the CPU.
+///
+/// ```no_run
+/// # fn main() -> anyhow::Result<()> {
+/// use caustics::{Scene, Session, Settings, method};
+///
+/// let scene = Scene::load(std::path::Path::new("scenes/mirror-room/scene.gltf"))?;
+/// let settings = Settings { width: 480, height: 270, light_paths: 1 << 18, ..Settings::default() };
+/// let mut session = Session::builder(&scene).settings(settings).method(&method::PROGRESSIVE).build()?;
+/// session.frame(0)?;
+/// let picture = session.picture()?;
+/// assert_eq!(picture.beauty().len(), 480 * 270);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Debug)]
+#[must_use = "a session opens when it is built"]
+pub struct SessionBuilder<'a> {
+    scene: &'a Scene,
+    camera: Option<String>,
+    runner: RunnerChoice,
+    settings: Settings,
+    method: &'static Method,
+    gather: Option<&'static Variant>,
+    features: Option<Features>,
+}
+
+impl Session {
+    /// Starts to describe a session that renders this scene: method `basic`, all cores of the CPU, the scene's first camera.
+    pub fn builder(scene: &Scene) -> SessionBuilder<'_> {
+        SessionBuilder {
+            scene,
+            camera: None,
+            runner: RunnerChoice::Cpu { threads: 0 },
+            settings: Settings::default(),
+            method: &method::BASIC,
+            gather: None,
+            features: None,
+        }
+    }
+}
+
+impl SessionBuilder<'_> {
+    /// Looks through the camera of this name instead of the first.
+    pub fn camera(self, name: &str) -> Self {
+        Self { camera: Some(name.into()), ..self }
+    }
+
+    /// Runs the kernels there instead of on the CPU.
+    pub fn runner(self, runner: RunnerChoice) -> Self {
+        Self { runner, ..self }
+    }
+
+    /// Renders with these settings: size, light paths, history, denoiser and more.
+    pub fn settings(self, settings: Settings) -> Self {
+        Self { settings, ..self }
+    }
+
+    /// Renders by this method instead of `basic`.
+    pub fn method(self, method: &'static Method) -> Self {
+        Self { method, ..self }
+    }
+
+    /// Brings deposits and collection points together in this way instead of the runner's usual one; the picture is the same.
+    pub fn gather(self, gather: &'static Variant) -> Self {
+        Self { gather: Some(gather), ..self }
+    }
+
+    /// Keeps this kernel code alive instead of what the scene needs. Code that the scene needs and that is left out makes
+    /// the picture wrong; `Features::LEDGER` in addition to `Scene::features` fills [`Session::energy`].
+    pub fn features(self, features: Features) -> Self {
+        Self { features: Some(features), ..self }
+    }
+
+    /// Opens the runner and allocates all buffers.
+    ///
+    /// # Errors
+    ///
+    /// If the scene has no such camera, no suitable Vulkan device is there, the gather needs ray queries that the runner
+    /// does not have, or a frame does not fit into memory.
+    pub fn build(self) -> anyhow::Result<Session> {
+        let wanted = self.camera.as_deref();
+        let mut cameras = self.scene.cameras.iter();
+        let camera =
+            cameras.find(|camera| wanted.is_none_or(|name| camera.name == name)).with_context(|| {
+                format!("scene {} has no camera {}", self.scene.name, wanted.unwrap_or_default())
+            })?;
+        let gather = self.gather.unwrap_or_else(|| usual_gather(&self.runner));
+        let features = self.features.unwrap_or_else(|| self.scene.features(self.settings.specular_roughness));
+        Session::new(&self.runner, self.scene, camera, &self.settings, self.method, gather, features)
+    }
+}

@@ -1,8 +1,7 @@
 //! What a scene needs of the kernels.
 
-use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::interface::light::{LIGHT_DIRECTIONAL, LIGHT_SPOT, Light};
+use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::material::{
     FLAG_COLOR_TEXTURE, FLAG_CUT_OUT, FLAG_EMISSIVE_TEXTURE, FLAG_NORMAL_MAP, FLAG_ROUGHNESS_TEXTURE,
     FLAG_SHEET, FLAG_THIN, Material,
@@ -35,13 +34,7 @@ impl Scene {
             }
         }
         for light in &self.lights {
-            features = features
-                | match light.kind {
-                    _ if light.triangle != NONE => Features::AREA_LIGHTS,
-                    LIGHT_SPOT => Features::SPOT_LIGHTS,
-                    LIGHT_DIRECTIONAL => Features::DIRECTIONAL_LIGHTS,
-                    _ => Features::POINT_LIGHTS,
-                };
+            features = features | Features(light.kind);
         }
         if self.surfaces.iter().any(|surface| surface.normal_a != Vec3::ZERO) {
             features = features | Features::SMOOTH_NORMALS;
@@ -72,7 +65,7 @@ impl Scene {
             let away = normal * offset::clearance(offset::magnitude(*a, *b, *c));
             [middle + away, if light.sides == 2 { middle - away } else { middle + away }]
         };
-        let at_lights = self.lights.iter().filter(|light| light.kind != LIGHT_DIRECTIONAL).flat_map(beside);
+        let at_lights = self.lights.iter().filter(|light| !light.is_parallel()).flat_map(beside);
         let at_cameras = self.cameras.iter().map(|camera| camera.position);
         at_cameras.chain(at_lights).any(&mut is_inside)
     }

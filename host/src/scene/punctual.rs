@@ -4,7 +4,8 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use caustics_kernels::interface::NONE;
-use caustics_kernels::interface::light::{LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, Light};
+use caustics_kernels::interface::features::Features;
+use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::triangle::Triangle;
 use caustics_kernels::math::frame::ShadingFrame;
 use glam::{DAffine3, DVec2, DVec3, Vec3};
@@ -46,6 +47,17 @@ pub enum LightShape {
         /// Unit direction of travel.
         direction: Vec3,
     },
+}
+
+impl LightShape {
+    /// The bit of what a scene with such a light needs.
+    pub fn feature(self) -> Features {
+        match self {
+            LightShape::Point => Features::POINT_LIGHTS,
+            LightShape::Spot { .. } => Features::SPOT_LIGHTS,
+            LightShape::Directional { .. } => Features::DIRECTIONAL_LIGHTS,
+        }
+    }
 }
 
 impl PunctualLight {
@@ -93,22 +105,27 @@ impl PunctualLight {
 
     /// Its row of the light table, not yet chosen among others, and its emitted flux of each channel (W).
     pub fn row(&self, triangles: &[Triangle]) -> (Light, DVec3) {
-        let light =
-            Light { position: self.position, triangle: NONE, emission: self.intensity, ..Light::default() };
+        let light = Light {
+            position: self.position,
+            triangle: NONE,
+            emission: self.intensity,
+            kind: self.shape.feature().0,
+            ..Light::default()
+        };
         let (light, share) = match self.shape {
-            LightShape::Point => (Light { kind: LIGHT_POINT, ..light }, 4.0 * PI),
+            LightShape::Point => (light, 4.0 * PI),
             LightShape::Spot { direction, inner, outer } => {
                 let cone = versine(outer);
                 let width = cone - versine(inner);
                 // The integral of the falloff over directions: the inner cone, and a third of the ring around it.
                 let solid_angle = 2.0 * PI * (cone - width + width / 3.0);
                 let (cone, falloff) = (cone as f32, (1.0 / width) as f32);
-                (Light { kind: LIGHT_SPOT, direction, cone, falloff, ..light }, solid_angle)
+                (Light { direction, cone, falloff, ..light }, solid_angle)
             }
             LightShape::Directional { direction } => {
                 let (position, radius) = disc_before(triangles, direction);
                 let area = PI * f64::from(radius) * f64::from(radius);
-                (Light { kind: LIGHT_DIRECTIONAL, direction, position, radius, ..light }, area)
+                (Light { direction, position, radius, ..light }, area)
             }
         };
         (light, self.intensity.as_dvec3() * share)

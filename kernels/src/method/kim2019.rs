@@ -46,6 +46,7 @@ pub const KIM2019: Method = Method {
     gathers: true,
     lends: false,
     chooses_gather: false,
+    chooses_emission: true,
     texture_filter: TextureFilter::Cone,
     keeps: &[],
     frame: |params, index| FrameParams { frame: index, ..params },
@@ -64,7 +65,7 @@ pub const KIM2019_FACING: Method = Method {
 #[cfg(not(target_arch = "spirv"))]
 fn steps(parts: Parts, params: &FrameParams, area: u32) -> Vec<Step> {
     frame::frame_steps(parts, params, Vec::new(), |batch| {
-        let mut steps = frame::shoot(batch);
+        let mut steps = frame::shoot(parts.emission, batch);
         let deposits = frame::over(Over::Deposits, params);
         steps.push(Step::dispatch(&SPLAT_KIM2019, Dispatch { level: area, ..deposits }));
         steps

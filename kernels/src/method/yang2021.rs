@@ -57,6 +57,7 @@ pub const YANG2021: Method = Method {
     gathers: true,
     lends: false,
     chooses_gather: false,
+    chooses_emission: false,
     texture_filter: TextureFilter::Cone,
     keeps: &["density", "density_tree", "density_feedback"],
     frame: |params, index| FrameParams { frame: index, ..params },
@@ -99,7 +100,7 @@ pub fn shoot_yang2021(
     #[len = params.pixel_count() * accumulator::WORDS] accumulator: AtomicWords<'_>,
     #[len = MAPS * TEXELS * FEEDBACK_WORDS] density_feedback: AtomicWords<'_>,
 ) {
-    let power = ByPower { scene, light_count: params.light_count, features };
+    let power = ByPower::new(scene, params, features);
     let emit = ByDensity { power, tree: density_tree };
     let mut spread = Spread {
         scene,

@@ -9,6 +9,8 @@ use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::triangle::Triangle;
 use caustics_kernels::math::frame::ShadingFrame;
 use glam::{DAffine3, DVec2, DVec3, Vec3};
+use gltf::json::extensions::scene::khr_lights_punctual::{self, Type};
+use gltf::json::validation::Checked;
 
 use super::geometry;
 
@@ -50,6 +52,24 @@ pub enum LightShape {
 }
 
 impl LightShape {
+    /// What a file says, along -z; else what is wrong with it.
+    pub fn of(light: &khr_lights_punctual::Light) -> Result<LightShape, String> {
+        match light.type_ {
+            Checked::Valid(Type::Point) => Ok(LightShape::Point),
+            Checked::Valid(Type::Directional) => Ok(LightShape::Directional { direction: Vec3::NEG_Z }),
+            Checked::Valid(Type::Spot) => {
+                let cone = light.spot.as_ref();
+                let inner = f64::from(cone.map_or(0.0, |cone| cone.inner_cone_angle));
+                let outer = f64::from(cone.map_or(std::f32::consts::FRAC_PI_4, |cone| cone.outer_cone_angle));
+                match cone_fault(inner, outer) {
+                    Some(fault) => Err(format!("has {fault}")),
+                    None => Ok(LightShape::Spot { direction: Vec3::NEG_Z, inner, outer }),
+                }
+            }
+            Checked::Invalid => Err("is no point, spot or directional light".into()),
+        }
+    }
+
     /// The bit of what a scene with such a light needs.
     pub fn feature(self) -> Features {
         match self {
@@ -72,9 +92,9 @@ impl PunctualLight {
         // Light that has a direction goes along -z; scale does not count.
         let aim = || (-to_world.matrix3.z_axis).try_normalize().map(|direction| direction.as_vec3());
         let shape = match self.shape {
-            LightShape::Point => LightShape::Point,
             LightShape::Spot { inner, outer, .. } => LightShape::Spot { direction: aim()?, inner, outer },
             LightShape::Directional { .. } => LightShape::Directional { direction: aim()? },
+            evenly => evenly,
         };
         // A directional light may stand anywhere: its place says nothing.
         let stands = !matches!(shape, LightShape::Directional { .. });

@@ -127,15 +127,24 @@ impl Session {
         }
         let settings = settings.clone().of(method);
         let params = settings.params(scene, camera, 0);
-        let parts = Parts { gather: variant, history: settings.history, denoiser: settings.denoiser };
+        if !method.takes_emission(settings.emission) {
+            bail!(
+                "--method {} starts its light paths in its own way, not by {}",
+                method.name,
+                settings.emission.name
+            );
+        }
+        let Settings { history, denoiser, emission, .. } = settings;
+        let parts = Parts { gather: variant, history, denoiser, emission };
         let largest = settings.largest(scene, camera);
         let scene_bytes = scene.buffers().iter().map(|(_, bytes)| bytes.len() as u64).sum();
         let on_gpu = matches!(choice, RunnerChoice::Gpu { .. });
         Need::of(method, parts, largest, scene_bytes, on_gpu).check_available(&settings)?;
         let buffers = frame_buffers(method, parts, &largest);
-        let is_kept = |name| method.keeps.contains(&name) || parts.history.keeps.contains(&name);
+        let keeps = [method.keeps, history.keeps, emission.keeps];
+        let is_kept = |name| keeps.iter().any(|names| names.contains(&name));
         let kept = buffers.iter().filter(|spec| is_kept(spec.name)).copied().collect();
-        let of_history = parts.history.settings.map_or(Features(0), |_| Features::HISTORY);
+        let of_history = history.settings.map_or(Features(0), |_| Features::HISTORY);
         let mut runner = open(choice, scene, features | of_history, &buffers)?;
         runner.write("pixel_order", cast_slice(&pixel_order(params.width, params.height)))?;
         let previous_camera = params.camera;

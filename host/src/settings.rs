@@ -2,6 +2,7 @@
 
 use caustics_kernels::declare::TextureFilter;
 use caustics_kernels::denoiser::{self, Denoiser};
+use caustics_kernels::emission::{self, Emission};
 use caustics_kernels::history::{self, History};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::{FrameParams, TEXTURE_FILTER_CONE, TEXTURE_FILTER_FINEST};
@@ -40,6 +41,8 @@ pub struct Settings {
     pub history: &'static History,
     /// What smooths the path-traced light; caustics are left as they are.
     pub denoiser: &'static Denoiser,
+    /// How light paths start.
+    pub emission: &'static Emission,
 }
 
 impl Default for Settings {
@@ -58,6 +61,7 @@ impl Default for Settings {
             background: None,
             history: &history::NONE,
             denoiser: &denoiser::NONE,
+            emission: &emission::POWER,
         }
     }
 }

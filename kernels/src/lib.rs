@@ -59,6 +59,7 @@ extern crate self as caustics_kernels;
 
 pub mod declare;
 pub mod denoiser;
+pub mod emission;
 pub mod gather;
 pub mod history;
 pub mod interface;

@@ -1,15 +1,68 @@
-//! Lights: choosing one, connecting to it, leaving it. Imports `interface`, `math` and
-//! `texture`.
+//! Lights: choosing one, connecting to it, leaving it. A type of light is a file here, with `leave` and `connect`, and a line
+//! of `interface::light::for_each_light`. Imports `interface`, `math` and `texture`.
 
 pub mod by_density;
 pub mod connect;
 pub mod density_map;
-pub mod directional;
 pub mod emit;
 pub mod power;
-pub mod spot;
 
-use crate::interface::light::Light;
+use crate::interface::features::Features;
+use crate::interface::light::{Light, for_each_light};
+use crate::interface::scene::SceneTables;
+use connect::Connection;
+use emit::EmissionSample;
+use spirv_std::glam::{Vec3, Vec4};
+
+/// Declares the files of the types, and asks the one that a light is of.
+macro_rules! types {
+    (
+        $(#[$about_area:meta])* $area:ident $area_bit:ident $area_name:literal;
+        $($(#[$about:meta])* $file:ident $bit:ident $name:literal;)*
+    ) => {
+        pub mod $area;
+        $(pub mod $file;)*
+
+        /// The types of lights.
+        pub const TYPES: Features = Features(Features::$area_bit.0 $(| Features::$bit.0)*);
+
+        /// Start of a light path at a light, by the uniform numbers of `Emit::sample`.
+        #[inline(always)]
+        pub fn leave(
+            light: &Light,
+            scene: SceneTables<'_>,
+            features: Features,
+            place: Vec4,
+            direction: Vec4,
+        ) -> EmissionSample {
+            $(
+                if features.has(Features::$bit) && light.kind == Features::$bit.0 {
+                    return $file::leave(light, scene, features, place, direction);
+                }
+            )*
+            $area::leave(light, scene, features, place, direction)
+        }
+
+        /// Connects a position to a light, by two uniform numbers; none where no light leaves towards it.
+        #[inline(always)]
+        fn connect_to(
+            light: &Light,
+            scene: SceneTables<'_>,
+            features: Features,
+            position: Vec3,
+            u: f32,
+            v: f32,
+        ) -> Connection {
+            $(
+                if features.has(Features::$bit) && light.kind == Features::$bit.0 {
+                    return $file::connect(light, scene, features, position, u, v);
+                }
+            )*
+            $area::connect(light, scene, features, position, u, v)
+        }
+    };
+}
+for_each_light!(types);
 
 /// Chooses a light by the alias table; its chance is `Light::pdf_light_choice`.
 #[inline(always)]

@@ -1,4 +1,4 @@
-//! Mathematics of light paths: random numbers, warps, frames, offsets, ray cones, sums in fixed point. Imports `interface`
+//! Mathematics of light paths: random numbers, warps, frames, offsets, ray cones, the camera, sums in fixed point. Imports `interface`
 //! and `seam` only.
 
 pub mod cone;
@@ -7,6 +7,7 @@ pub mod frame;
 pub mod octahedral;
 pub mod offset;
 pub mod pencil;
+pub mod pinhole;
 pub mod quanta;
 
 pub mod rng;

@@ -3,17 +3,48 @@
 //!
 //! A material is up to four lobes, weighted as glTF does: metal; a coat over a Lambertian base; glass. All rough
 //! reflections share their facets. Local directions have the shading normal as z and point away from the surface.
+//!
+//! A lobe is a file, a line of `for_each_lobe` and a bit of `Features`. `albedo` holds each against its closed form.
+
+/// Calls a macro with the lobes that reflect, glass aside. Reflections at facets are chosen and drawn together: a lobe of
+/// theirs has `occurs`, `chance`, `eval` and `smooth`, and bits of `Features` for where it is rough and where it is smooth. A
+/// diffuse lobe is never specular, and has `occurs`, `chance`, `eval`, `pdf`, `sample` and `albedo`; the bit of the first is
+/// that of all receivers.
+macro_rules! for_each_lobe {
+    ($then:ident) => {
+        $then! {
+            facets {
+                metal METAL MIRROR;
+                coat COAT COAT;
+            }
+            diffuse {
+                lambert;
+            }
+        }
+    };
+}
+
+/// Declares the files of those lobes.
+macro_rules! modules {
+    (
+        facets { $($facet:ident $rough:ident $smooth:ident;)* }
+        diffuse { $first:ident; $($diffuse:ident $bit:ident;)* }
+    ) => {
+        $(pub mod $facet;)*
+        pub mod $first;
+        $(pub mod $diffuse;)*
+    };
+}
+for_each_lobe!(modules);
 
 pub mod albedo;
 pub mod class;
-pub mod coat;
 pub mod fold;
 pub mod fresnel;
 pub mod ggx;
 pub mod glass;
-pub mod lambert;
+mod lobes;
 pub mod media;
-pub mod metal;
 pub mod normal_map;
 pub mod rough_glass;
 pub mod scatter;
@@ -25,6 +56,9 @@ use crate::interface::features::Features;
 use crate::interface::material::Material;
 use crate::math::mean;
 use crate::surface::class::Classes;
+#[cfg(not(target_arch = "spirv"))]
+pub use lobes::features_of;
+use lobes::{Chances, ROUGH_FACETS, SMOOTH_FACETS};
 use spirv_std::glam::{Vec3, Vec4};
 
 /// The mixture of lobes at one vertex, seen from one direction.
@@ -40,18 +74,6 @@ pub struct Bsdf {
     features: Features,
     chances: Chances,
     reflection_class: Classes,
-}
-
-/// Chance of each lobe to be chosen; they sum to 1, or to 0 where nothing scatters.
-#[derive(Clone, Copy, Debug)]
-struct Chances {
-    metal: f32,
-    coat: f32,
-    lambert: f32,
-    /// Smooth glass, or what rough glass transmits.
-    glass: f32,
-    /// What rough glass reflects.
-    gloss: f32,
 }
 
 /// The non-delta lobes of one class towards one direction.
@@ -96,70 +118,43 @@ impl Bsdf {
         features: Features,
     ) -> (Self, GlassInterface) {
         let reflection_class = class::reflection(material.roughness, specular_roughness);
-        let dielectric = 1.0 - material.metallic;
-        let cos = to_previous.z;
+        let rough_glass = features.has(Features::ROUGH_GLASS) && rough_glass::is_rough(&material, eta);
+        let chances = Chances::default();
+        let mut bsdf = Bsdf { material, to_previous, eta, rough_glass, features, chances, reflection_class };
 
         // Weigh each lobe by what it is about to scatter.
-        let mut chances = Chances { metal: 0.0, coat: 0.0, lambert: 0.0, glass: 0.0, gloss: 0.0 };
-        if features.has(Features::METAL | Features::MIRROR) && classes.has(reflection_class) {
-            chances.metal = material.metallic * mean(fresnel::schlick(material.base_color, cos));
-        }
-        let mut under_coat = 1.0;
-        if features.has(Features::COAT) {
-            let reflectance = coat::reflectance(&material, cos);
-            under_coat = 1.0 - reflectance;
-            if classes.has(reflection_class) {
-                chances.coat = dielectric * (1.0 - material.transmission) * reflectance;
-            }
-        }
-        if classes.has(Classes::NON_SPECULAR) {
-            chances.lambert =
-                dielectric * (1.0 - material.transmission) * under_coat * mean(material.base_color);
-        }
+        let mut chances = bsdf.chances_of_reflections(classes);
         let mut glass = GlassInterface { eta, reflectance: 0.0 };
-        let rough_glass = features.has(Features::ROUGH_GLASS) && rough_glass::is_rough(&material, eta);
+        let cos = to_previous.z;
         if rough_glass {
-            let share = dielectric * material.transmission;
             let reflected = rough_glass::reflection_chance(&material, cos, eta);
             if classes.has(reflection_class) {
-                chances.gloss = share * reflected;
+                chances.gloss = bsdf.glass_share() * reflected;
             }
             if classes.has(Classes::SPECULAR) {
-                chances.glass = share * (1.0 - reflected) * mean(material.base_color);
+                chances.glass = bsdf.glass_share() * (1.0 - reflected) * mean(material.base_color);
             }
         } else if features.has(Features::GLASS) && classes.has(Classes::SPECULAR) {
             glass.reflectance = glass::reflectance(&material, cos, eta);
             let passed = (1.0 - glass.reflectance) * mean(material.base_color);
-            chances.glass = dielectric * material.transmission * (glass.reflectance + passed);
+            chances.glass = bsdf.glass_share() * (glass.reflectance + passed);
         }
-        let sum = chances.metal + chances.coat + chances.lambert + chances.glass + chances.gloss;
-        let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
-        chances.metal *= scale;
-        chances.coat *= scale;
-        chances.lambert *= scale;
-        chances.glass *= scale;
-        chances.gloss *= scale;
-        (Bsdf { material, to_previous, eta, rough_glass, features, chances, reflection_class }, glass)
+        bsdf.chances = chances.normalised();
+        (bsdf, glass)
     }
 
     /// Whether any lobe scatters.
     #[inline]
     pub fn scatters(&self) -> bool {
-        self.reflections() + self.chances.lambert + self.chances.glass > 0.0
-    }
-
-    /// Chance of all reflections but Lambert's and smooth glass's.
-    #[inline]
-    fn reflections(&self) -> f32 {
-        self.chances.metal + self.chances.coat + self.chances.gloss
+        self.chances.reflections() + self.chances.diffuse() + self.chances.glass > 0.0
     }
 
     /// Chance that `sample` takes a lobe of this class.
     #[inline]
     pub fn class_chance(&self, class: Classes) -> f32 {
-        let mut chance = if class.has(self.reflection_class) { self.reflections() } else { 0.0 };
+        let mut chance = if class.has(self.reflection_class) { self.chances.reflections() } else { 0.0 };
         if class.has(Classes::NON_SPECULAR) {
-            chance += self.chances.lambert;
+            chance += self.chances.diffuse();
         }
         if class.has(Classes::SPECULAR) {
             chance += self.chances.glass;
@@ -185,35 +180,23 @@ impl Bsdf {
             }
             return Evaluated { f, pdf_solid_angle: pdf };
         }
-        let half = (self.to_previous + direction).normalize();
-        let cos_half = self.to_previous.dot(half);
-        let opaque = (1.0 - self.material.metallic) * (1.0 - self.material.transmission);
         let rough = self.material.roughness >= ggx::DELTA_ROUGHNESS && class.has(self.reflection_class);
-        if self.features.has(Features::METAL | Features::COAT | Features::ROUGH_GLASS) && rough {
+        if self.features.has(ROUGH_FACETS) && rough {
+            let half = (self.to_previous + direction).normalize();
+            let cos_half = self.to_previous.dot(half);
             let alpha = ggx::alpha(self.material.roughness);
             let facets = ggx::eval(self.to_previous, direction, half, alpha);
             let reflected = ggx::visible_pdf(self.to_previous, half, alpha);
-            if self.features.has(Features::METAL) {
-                f += metal::eval(&self.material, facets, cos_half);
-                pdf += self.chances.metal * reflected;
-            }
-            if self.features.has(Features::COAT) {
-                f += Vec3::splat(opaque * coat::eval(&self.material, facets, cos_half));
-                pdf += self.chances.coat * reflected;
-            }
+            let mut sum = self.eval_facets(facets, reflected, cos_half);
             if self.rough_glass {
                 let share = self.glass_share() * glass::reflectance(&self.material, cos_half, self.eta);
-                f += Vec3::splat(share * facets);
-                pdf += self.chances.gloss * reflected;
+                sum.f += Vec3::splat(share * facets);
+                sum.pdf_solid_angle += self.chances.gloss * reflected;
             }
+            (f, pdf) = (sum.f, sum.pdf_solid_angle);
         }
         if class.has(Classes::NON_SPECULAR) {
-            let mut base = opaque;
-            if self.features.has(Features::COAT) {
-                base *= coat::base_share(&self.material, self.to_previous.z, direction.z);
-            }
-            f += lambert::eval(&self.material) * base;
-            pdf += self.chances.lambert * lambert::pdf(direction);
+            return self.eval_diffuse(direction, Evaluated { f, pdf_solid_angle: pdf });
         }
         Evaluated { f, pdf_solid_angle: pdf }
     }
@@ -221,10 +204,16 @@ impl Bsdf {
     /// Estimate of the share of flux that all lobes of all classes scatter, apart from `sample`; `u` is uniform.
     #[inline(always)]
     pub fn albedo(&self, u: Vec4) -> Vec3 {
-        albedo::albedo(&self.material, self.to_previous, self.eta, u.x, u.y)
+        albedo::albedo(self, u.x, u.y)
     }
 
-    /// Share of glass among what the material is.
+    /// Share of what is neither metal nor glass.
+    #[inline]
+    fn opaque_share(&self) -> f32 {
+        (1.0 - self.material.metallic) * (1.0 - self.material.transmission)
+    }
+
+    /// Share of glass.
     #[inline]
     fn glass_share(&self) -> f32 {
         (1.0 - self.material.metallic) * self.material.transmission
@@ -233,28 +222,18 @@ impl Bsdf {
     /// Samples one lobe; `u` = (choice of lobe, two for its direction, one for glass).
     #[inline(always)]
     pub fn sample(&self, glass: GlassInterface, u: Vec4) -> Sampled {
-        let reflections = self.reflections();
-        let into_glass = u.x >= reflections + self.chances.lambert && self.chances.glass > 0.0;
+        let reflections = self.chances.reflections();
+        let into_glass = u.x >= reflections + self.chances.diffuse() && self.chances.glass > 0.0;
         if self.features.has(Features::GLASS) && into_glass && !self.rough_glass {
             return glass::sample(&self.material, self.to_previous, glass, self.chances.glass, u.w);
         }
 
         // A smooth reflection is a delta lobe of its own.
         let reflect = u.x < reflections;
-        if self.features.has(Features::MIRROR | Features::COAT)
-            && reflect
-            && self.material.roughness < ggx::DELTA_ROUGHNESS
-        {
-            let cos = self.to_previous.z;
-            let opaque = (1.0 - self.material.metallic) * (1.0 - self.material.transmission);
-            let (lobe, chance) = if u.x < self.chances.metal {
-                (fresnel::schlick(self.material.base_color, cos) * self.material.metallic, self.chances.metal)
-            } else {
-                (Vec3::splat(opaque * coat::reflectance(&self.material, cos)), self.chances.coat)
-            };
+        if self.features.has(SMOOTH_FACETS) && reflect && self.material.roughness < ggx::DELTA_ROUGHNESS {
             return Sampled {
-                direction: Vec3::new(-self.to_previous.x, -self.to_previous.y, cos),
-                weight: lobe / chance,
+                direction: Vec3::new(-self.to_previous.x, -self.to_previous.y, self.to_previous.z),
+                weight: self.smooth_weight(u.x),
                 pdf_solid_angle: 0.0,
                 class: self.reflection_class,
                 transmitted: false,
@@ -267,16 +246,18 @@ impl Bsdf {
         // Everything else is weighed with all non-delta lobes of its class.
         let mut class = Classes::NON_SPECULAR;
         let mut roughness = 1.0;
-        let mut direction = lambert::sample(u.y, u.z);
         let transmitted = self.rough_glass && into_glass;
+        let direction;
         if transmitted {
             class = Classes::SPECULAR;
             roughness = self.material.roughness;
             direction = rough_glass::sample(&self.material, self.to_previous, self.eta, u.y, u.z);
-        } else if self.features.has(Features::METAL | Features::COAT | Features::ROUGH_GLASS) && reflect {
+        } else if self.features.has(ROUGH_FACETS) && reflect {
             class = self.reflection_class;
             roughness = self.material.roughness;
             direction = ggx::sample(self.to_previous, ggx::alpha(roughness), u.y, u.z);
+        } else {
+            direction = self.sample_diffuse(u);
         }
         let evaluated = self.eval(direction, class);
         let mut weight = Vec3::ZERO;

@@ -7,7 +7,6 @@ use caustics::session::{self, RunnerChoice};
 use caustics::settings::Settings;
 use caustics_kernels::declare::Pass;
 use caustics_kernels::declare::{BufferSpec, Step, buffers};
-use caustics_kernels::denoiser;
 use caustics_kernels::gather::variant;
 use caustics_kernels::history::History;
 use caustics_kernels::interface::features::Features;
@@ -16,6 +15,7 @@ use caustics_kernels::method::Parts;
 use caustics_kernels::method::basic;
 use caustics_kernels::pass::collect::pixel_order;
 use caustics_kernels::pass::step::{STEP_EMIT, STEP_HIT, STEP_SAMPLE, STEP_SCATTER};
+use caustics_kernels::{denoiser, emission};
 
 use crate::gpu::Gpu;
 
@@ -131,12 +131,14 @@ fn single(pass: &'static Pass, count: usize) -> Step {
 /// The passes of single steps.
 const STEP_PASSES: [&Pass; 4] = [&STEP_SAMPLE, &STEP_HIT, &STEP_SCATTER, &STEP_EMIT];
 
-/// The buffers of every gather and filter with a history, each as large as any asks for.
+/// The buffers of every gather, denoiser and emission with a history, each as large as any asks for.
 pub fn frame_buffers(history: &'static History, params: &FrameParams) -> Vec<BufferSpec> {
     let mut steps = Vec::new();
     for gather in variant::ALL {
         for &denoiser in denoiser::ALL {
-            steps.extend(basic::steps(Parts { gather, history, denoiser }, params));
+            for &emission in emission::ALL {
+                steps.extend(basic::steps(Parts { gather, history, denoiser, emission }, params));
+            }
         }
     }
     buffers(&steps, params)

@@ -142,7 +142,7 @@ impl Cell {
 
     /// Its parts as a session takes them.
     pub fn parts(&self) -> Parts {
-        Parts { gather: self.variant(), history: self.history, denoiser: self.denoiser }
+        Parts { history: self.history, denoiser: self.denoiser, ..Parts::from(self.variant()) }
     }
 
     /// Its gather; where its method chooses none, one that every runner has.

@@ -1,17 +1,15 @@
 //! What a scene needs of the kernels.
 
-use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::interface::light::{LIGHT_DIRECTIONAL, LIGHT_SPOT, Light};
+use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::material::{
     FLAG_COLOR_TEXTURE, FLAG_CUT_OUT, FLAG_EMISSIVE_TEXTURE, FLAG_NORMAL_MAP, FLAG_ROUGHNESS_TEXTURE,
-    FLAG_SHEET, FLAG_THIN, Material,
+    Material,
 };
 use caustics_kernels::interface::packed::{from_byte, to_byte};
 use caustics_kernels::interface::triangle::Triangle;
 use caustics_kernels::math::offset;
-use caustics_kernels::surface::class::{self, Classes};
-use caustics_kernels::surface::ggx::DELTA_ROUGHNESS;
+use caustics_kernels::surface;
 use caustics_kernels::surface::media::MediaStack;
 use caustics_kernels::trace::enclosing::enclosing;
 use glam::Vec3;
@@ -35,13 +33,7 @@ impl Scene {
             }
         }
         for light in &self.lights {
-            features = features
-                | match light.kind {
-                    _ if light.triangle != NONE => Features::AREA_LIGHTS,
-                    LIGHT_SPOT => Features::SPOT_LIGHTS,
-                    LIGHT_DIRECTIONAL => Features::DIRECTIONAL_LIGHTS,
-                    _ => Features::POINT_LIGHTS,
-                };
+            features = features | Features(light.kind);
         }
         if self.surfaces.iter().any(|surface| surface.normal_a != Vec3::ZERO) {
             features = features | Features::SMOOTH_NORMALS;
@@ -72,7 +64,7 @@ impl Scene {
             let away = normal * offset::clearance(offset::magnitude(*a, *b, *c));
             [middle + away, if light.sides == 2 { middle - away } else { middle + away }]
         };
-        let at_lights = self.lights.iter().filter(|light| light.kind != LIGHT_DIRECTIONAL).flat_map(beside);
+        let at_lights = self.lights.iter().filter(|light| !light.is_parallel()).flat_map(beside);
         let at_cameras = self.cameras.iter().map(|camera| camera.position);
         at_cameras.chain(at_lights).any(&mut is_inside)
     }
@@ -97,37 +89,19 @@ impl Scene {
 }
 
 fn of_material(material: &Material, specular_roughness: f32) -> Features {
-    let dielectric = material.metallic < 1.0;
-    let metal = material.metallic > 0.0;
-    let glass = dielectric && material.transmission > 0.0;
-    let coat = dielectric && material.transmission < 1.0 && material.specular > 0.0;
-    let diffuse = dielectric && material.transmission < 1.0 && material.base_color.max_element() > 0.0;
-    let reflects = metal || coat;
-    let is_specular = class::reflection(material.roughness, specular_roughness) == Classes::SPECULAR;
-
     let bits = [
-        (metal && material.roughness >= DELTA_ROUGHNESS, Features::METAL),
-        (metal && material.roughness < DELTA_ROUGHNESS, Features::MIRROR),
-        (coat, Features::COAT),
-        (glass, Features::GLASS),
-        (glass && material.roughness >= DELTA_ROUGHNESS, Features::ROUGH_GLASS),
-        (
-            glass && material.flags & FLAG_THIN == 0 && material.absorption.max_element() > 0.0,
-            Features::ABSORPTION,
-        ),
         (material.flags & FLAGS_TEXTURES != 0, Features::TEXTURES),
         (material.flags & FLAG_NORMAL_MAP != 0, Features::NORMAL_MAPS),
         (material.flags & FLAG_CUT_OUT != 0, Features::CUT_OUTS),
-        (glass && material.flags & FLAG_SHEET != 0, Features::SHEETS),
-        (glass || (reflects && is_specular), Features::CASTERS),
-        (diffuse || ((reflects || glass) && !is_specular), Features::RECEIVERS),
     ];
-    bits.into_iter().filter(|&(set, _)| set).fold(Features(0), |all, (_, need)| all | need)
+    let lobes = surface::features_of(material, specular_roughness);
+    bits.into_iter().filter(|&(set, _)| set).fold(lobes, |all, (_, need)| all | need)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use caustics_kernels::interface::material::FLAG_THIN;
 
     #[test]
     fn materials_need_their_lobes_only() {

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use caustics_kernels::interface::NONE;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::material::FLAG_EMIT_BOTH_SIDES;
 use glam::{DVec3, Vec3};
@@ -47,9 +48,15 @@ pub fn table(scene: &Scene, emitters: &[Emitter], punctual_lights: &[PunctualLig
         let (triangle, surface) = (&triangles[id as usize], &surfaces[id as usize]);
         let material = &materials[surface.material as usize];
         let sides = 1 + u32::from(material.flags & FLAG_EMIT_BOTH_SIDES != 0);
-        let area = geometry::area(triangle);
-        let light =
-            Light { triangle: id, emission: material.emission, area: area as f32, sides, ..Light::default() };
+        let (area, kind) = (geometry::area(triangle), Features::AREA_LIGHTS.0);
+        let light = Light {
+            triangle: id,
+            emission: material.emission,
+            area: area as f32,
+            sides,
+            kind,
+            ..Light::default()
+        };
         (light, mean * PI * area * f64::from(sides))
     });
     let of_punctual = punctual_lights.iter().map(|light| light.row(triangles));

@@ -11,7 +11,7 @@ use super::animation::{Node, NodeTree, is_singular};
 use super::light::{self, Emitter};
 use super::moving::MovingMesh;
 use super::tree::top::{self, Leaf};
-use super::{LightShape, PunctualLight, Scene, SceneCamera, SceneError, geometry, tree};
+use super::{PunctualLight, Scene, SceneCamera, SceneError, geometry, tree};
 
 /// Something on a node.
 #[derive(Clone, Debug, PartialEq)]
@@ -165,11 +165,7 @@ impl Motion {
 
     /// Whether there can be light at some time.
     pub fn has_light(&self) -> bool {
-        let lights = Features::AREA_LIGHTS
-            | Features::POINT_LIGHTS
-            | Features::SPOT_LIGHTS
-            | Features::DIRECTIONAL_LIGHTS;
-        self.features().has(lights)
+        self.features().has(caustics_kernels::light::TYPES)
     }
 
     /// What it takes at any time.
@@ -179,12 +175,7 @@ impl Motion {
             features = features | Features::AREA_LIGHTS;
         }
         for light in self.lights.iter().filter(|light| light.what.intensity.max_element() > 0.0) {
-            features = features
-                | match light.what.shape {
-                    LightShape::Point => Features::POINT_LIGHTS,
-                    LightShape::Spot { .. } => Features::SPOT_LIGHTS,
-                    LightShape::Directional { .. } => Features::DIRECTIONAL_LIGHTS,
-                };
+            features = features | light.what.shape.feature();
         }
         features
     }

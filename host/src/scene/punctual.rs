@@ -4,10 +4,13 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use caustics_kernels::interface::NONE;
-use caustics_kernels::interface::light::{LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, Light};
+use caustics_kernels::interface::features::Features;
+use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::triangle::Triangle;
 use caustics_kernels::math::frame::ShadingFrame;
 use glam::{DAffine3, DVec2, DVec3, Vec3};
+use gltf::json::extensions::scene::khr_lights_punctual::{self, Type};
+use gltf::json::validation::Checked;
 
 use super::geometry;
 
@@ -48,6 +51,35 @@ pub enum LightShape {
     },
 }
 
+impl LightShape {
+    /// What a file says, along -z; else what is wrong with it.
+    pub fn of(light: &khr_lights_punctual::Light) -> Result<LightShape, String> {
+        match light.type_ {
+            Checked::Valid(Type::Point) => Ok(LightShape::Point),
+            Checked::Valid(Type::Directional) => Ok(LightShape::Directional { direction: Vec3::NEG_Z }),
+            Checked::Valid(Type::Spot) => {
+                let cone = light.spot.as_ref();
+                let inner = f64::from(cone.map_or(0.0, |cone| cone.inner_cone_angle));
+                let outer = f64::from(cone.map_or(std::f32::consts::FRAC_PI_4, |cone| cone.outer_cone_angle));
+                match cone_fault(inner, outer) {
+                    Some(fault) => Err(format!("has {fault}")),
+                    None => Ok(LightShape::Spot { direction: Vec3::NEG_Z, inner, outer }),
+                }
+            }
+            Checked::Invalid => Err("is no point, spot or directional light".into()),
+        }
+    }
+
+    /// The bit of what a scene with such a light needs.
+    pub fn feature(self) -> Features {
+        match self {
+            LightShape::Point => Features::POINT_LIGHTS,
+            LightShape::Spot { .. } => Features::SPOT_LIGHTS,
+            LightShape::Directional { .. } => Features::DIRECTIONAL_LIGHTS,
+        }
+    }
+}
+
 impl PunctualLight {
     /// A point that emits evenly.
     pub fn point(position: Vec3, intensity: Vec3) -> Self {
@@ -60,9 +92,9 @@ impl PunctualLight {
         // Light that has a direction goes along -z; scale does not count.
         let aim = || (-to_world.matrix3.z_axis).try_normalize().map(|direction| direction.as_vec3());
         let shape = match self.shape {
-            LightShape::Point => LightShape::Point,
             LightShape::Spot { inner, outer, .. } => LightShape::Spot { direction: aim()?, inner, outer },
             LightShape::Directional { .. } => LightShape::Directional { direction: aim()? },
+            evenly => evenly,
         };
         // A directional light may stand anywhere: its place says nothing.
         let stands = !matches!(shape, LightShape::Directional { .. });
@@ -93,22 +125,27 @@ impl PunctualLight {
 
     /// Its row of the light table, not yet chosen among others, and its emitted flux of each channel (W).
     pub fn row(&self, triangles: &[Triangle]) -> (Light, DVec3) {
-        let light =
-            Light { position: self.position, triangle: NONE, emission: self.intensity, ..Light::default() };
+        let light = Light {
+            position: self.position,
+            triangle: NONE,
+            emission: self.intensity,
+            kind: self.shape.feature().0,
+            ..Light::default()
+        };
         let (light, share) = match self.shape {
-            LightShape::Point => (Light { kind: LIGHT_POINT, ..light }, 4.0 * PI),
+            LightShape::Point => (light, 4.0 * PI),
             LightShape::Spot { direction, inner, outer } => {
                 let cone = versine(outer);
                 let width = cone - versine(inner);
                 // The integral of the falloff over directions: the inner cone, and a third of the ring around it.
                 let solid_angle = 2.0 * PI * (cone - width + width / 3.0);
                 let (cone, falloff) = (cone as f32, (1.0 / width) as f32);
-                (Light { kind: LIGHT_SPOT, direction, cone, falloff, ..light }, solid_angle)
+                (Light { direction, cone, falloff, ..light }, solid_angle)
             }
             LightShape::Directional { direction } => {
                 let (position, radius) = disc_before(triangles, direction);
                 let area = PI * f64::from(radius) * f64::from(radius);
-                (Light { kind: LIGHT_DIRECTIONAL, direction, position, radius, ..light }, area)
+                (Light { direction, position, radius, ..light }, area)
             }
         };
         (light, self.intensity.as_dvec3() * share)

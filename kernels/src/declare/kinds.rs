@@ -42,6 +42,29 @@ pub struct Denoiser {
     pub steps: fn(&FrameParams) -> Vec<Step>,
 }
 
+/// A way to start light paths.
+#[derive(Clone, Copy)]
+pub struct Emission {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// What it is, in one line.
+    pub about: &'static str,
+    /// What a frame pays for it.
+    pub cost: &'static str,
+    /// Where it is wrong, or gives nothing.
+    pub wrong: &'static str,
+    /// Once a frame that shoots, before its first light path.
+    pub prepare: fn(&FrameParams) -> Vec<Step>,
+    /// The pass that shoots a batch of light paths and stores their deposits.
+    pub shoot: &'static Pass,
+    /// For each batch, after its deposits met the collection points.
+    pub feedback: fn(&FrameParams) -> Vec<Step>,
+    /// What is filled with zeros in a frame without light, so that nothing is learnt from what is gone.
+    pub forget: &'static [&'static str],
+    /// Buffers in which something outlives its frame.
+    pub keeps: &'static [&'static str],
+}
+
 /// Which level of its textures a camera prefix sees; every other path sees the finest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TextureFilter {
@@ -83,5 +106,5 @@ macro_rules! named {
     };
 }
 
-named!(History Denoiser);
+named!(History Denoiser Emission);
 pub(crate) use named;

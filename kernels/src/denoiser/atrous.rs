@@ -117,7 +117,7 @@ pub fn start(
 ) -> Start {
     let light = radiance - seen;
     let carried = shading.throughput.element_sum();
-    if point.depth == 0 || !is_finite(light.element_sum()) || !is_finite(carried) {
+    if !point.exists() || !is_finite(light.element_sum()) || !is_finite(carried) {
         // All of it stays, to the bit.
         let guide = DenoiserGuide { material: NONE, ..DenoiserGuide::default() };
         return Start { guide, light: Vec3::ZERO, seen: radiance };

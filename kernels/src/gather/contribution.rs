@@ -22,15 +22,21 @@ pub const DISC_THICKNESS: f32 = 0.1;
 #[inline(always)]
 pub fn takes(point: &PointGeometry, deposit: &DepositGeometry, max_bounces: u32) -> bool {
     let along = deposit.position - point.position;
-    let normals = point.normal + deposit.normal;
-    let height = along.dot(normals);
-    let limit = DISC_THICKNESS * point.radius;
-    // Squares on both sides: |height| <= 0.1 R |n_x + n_y| without a root.
-    point.depth != 0
+    point.exists()
         && along.length_squared() <= point.radius * point.radius
-        && point.normal.dot(deposit.normal) > MIN_NORMAL_COS
-        && height * height <= limit * limit * normals.length_squared()
+        && is_same_surface(along, point.normal, deposit.normal, point.radius)
         && point.depth + deposit.scatterings <= max_bounces
+}
+
+/// Whether two places, `along` apart, are on the same side of one surface, told by discs of a radius (m): within the slab
+/// across the mean of both normals.
+#[inline(always)]
+pub fn is_same_surface(along: Vec3, normal: Vec3, other_normal: Vec3, radius: f32) -> bool {
+    let normals = normal + other_normal;
+    let height = along.dot(normals);
+    let limit = DISC_THICKNESS * radius;
+    // Squares on both sides: |height| <= 0.1 R |n_x + n_y| without a root.
+    normal.dot(other_normal) > MIN_NORMAL_COS && height * height <= limit * limit * normals.length_squared()
 }
 
 /// What a deposit gives to a point: f(viewer, light) times its flux (W/sr).

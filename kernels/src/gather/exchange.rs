@@ -239,7 +239,7 @@ impl PointGather {
     /// Whether there is a point.
     #[inline(always)]
     pub fn is_point(&self) -> bool {
-        self.point.depth != 0
+        self.point.exists()
     }
 
     /// Where its deposits are.

@@ -49,7 +49,7 @@ impl Index for PhotonsGrid {
         let mask = build.params.cell_mask;
         if stage == 0 {
             let point = build.point(index);
-            if point.depth != 0 {
+            if point.exists() {
                 build.index_0.add(radius_bin(point.radius), 1);
             }
         } else if stage == 1 {

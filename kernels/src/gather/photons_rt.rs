@@ -65,7 +65,7 @@ impl Index for PhotonsRt {
         let capacity = build.params.deposit_capacity;
         if stage == 0 {
             let point = build.point(index);
-            if point.depth != 0 {
+            if point.exists() {
                 build.index_2.add(radius_bin(point.radius), 1);
             }
         } else if stage == 1 {

@@ -63,7 +63,7 @@ impl Index for PointsBvh {
         let capacity = build.params.pixel_count();
         if stage == morton_sort::BOUNDS || stage == morton_sort::COUNT || stage == morton_sort::FILL {
             let point = build.point(index);
-            if point.depth != 0 {
+            if point.exists() {
                 let slot = morton_sort::element(stage, point.position, capacity, &mut build.index_0);
                 if stage == morton_sort::FILL {
                     build.index_1.set(slot, index);

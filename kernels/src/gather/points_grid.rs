@@ -64,7 +64,7 @@ impl Index for PointsGrid {
             reserve(index, build);
         } else {
             let point = build.point(index);
-            if point.depth != 0 {
+            if point.exists() {
                 let bin = radius_bin(point.radius);
                 let slot = slot(cell(point.position, cell_size_of(bin)), salt(bin), mask);
                 if stage == 0 {
@@ -118,7 +118,7 @@ fn visit_level<V: Visit>(tables: &mut Tables<'_>, bin: u32, near: Near, visit: &
         let mut place = 0;
         while place < tables.params.pixel_count() {
             let point = point(tables, place);
-            if point.depth != 0 && radius_bin(point.radius) == bin {
+            if point.exists() && radius_bin(point.radius) == bin {
                 visit.visit(tables, place);
             }
             place += 1;

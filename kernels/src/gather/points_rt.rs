@@ -39,7 +39,7 @@ impl Index for PointsRt {
 /// never NaN and never far away (drivers answer both badly).
 #[inline(always)]
 pub fn bound(point: &PointGeometry) -> (Vec3, Vec3) {
-    if point.depth == 0 {
+    if !point.exists() {
         return (point.position, point.position);
     }
     let half = disc_half_extent(point);

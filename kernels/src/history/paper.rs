@@ -71,7 +71,7 @@ fn overlapping(
     history: PreviousFrame<'_>,
     params: &FrameParams,
 ) -> Reprojected {
-    if point.depth == 0 {
+    if !point.exists() {
         return Reprojected::default();
     }
     let borrower = ReprojectedPoint::new(point, shading, instances);

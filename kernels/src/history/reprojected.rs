@@ -1,6 +1,6 @@
 //! A collection point of today where it was in the frame before.
 
-use crate::gather::contribution::{DISC_THICKNESS, MIN_NORMAL_COS};
+use crate::gather::contribution::is_same_surface;
 use crate::interface::history::HistoryPoint;
 use crate::interface::instance::Instance;
 use crate::interface::point::{PointGeometry, PointShading};
@@ -41,11 +41,6 @@ impl ReprojectedPoint {
     /// Whether a point of the same surface lends, `along` away from it.
     #[inline(always)]
     pub fn accepts(&self, lender: &HistoryPoint, along: Vec3) -> bool {
-        let normal = octahedral::decode(lender.normal);
-        let normals = self.normal + normal;
-        let height = along.dot(normals);
-        let limit = DISC_THICKNESS * self.radius;
-        self.normal.dot(normal) > MIN_NORMAL_COS
-            && height * height <= limit * limit * normals.length_squared()
+        is_same_surface(along, self.normal, octahedral::decode(lender.normal), self.radius)
     }
 }

@@ -68,7 +68,7 @@ pub fn blend(
 ) -> Blended {
     let mut out = Blended::default();
     out.point.position = point.position;
-    if point.depth == 0 {
+    if !point.exists() {
         return out;
     }
     let (sum, _) = Sum::read(accumulator, pixel, params.quantum);

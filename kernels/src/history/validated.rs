@@ -98,7 +98,7 @@ fn nearest(
     features: Features,
 ) -> Reprojected {
     let settings = &params.history;
-    if point.depth == 0 {
+    if !point.exists() {
         return Reprojected::default();
     }
     // A mesh that moves carries its light along, or slides below it: whichever changed less.

@@ -33,10 +33,7 @@ pub fn seen_from(
     let camera = &params.camera;
     let column = (pixel % params.width) as f32 + 0.5;
     let row = (pixel / params.width) as f32 + 0.5;
-    let along = camera.forward
-        + camera.right * (2.0 * column / params.width as f32 - 1.0)
-        + camera.up * (1.0 - 2.0 * row / params.height as f32);
-    let along = along.normalize();
+    let along = camera.direction_of(column, row, params);
     if shading.astigmatism == 0 && shading.distance > 0.0 {
         return camera.position + along * shading.distance - before.position;
     }
@@ -47,13 +44,11 @@ pub fn seen_from(
 /// Where a camera's picture shows what lies along `from_eye` (px), far outside of it if that is behind the eye.
 #[inline(always)]
 pub fn project(from_eye: Vec3, camera: &Camera, params: &FrameParams) -> Vec2 {
-    let depth = from_eye.dot(camera.forward);
-    if depth <= 0.0 {
+    let (is_before, at) = camera.on_plane(from_eye);
+    if !is_before {
         return Vec2::splat(-1.0e6);
     }
-    let x = from_eye.dot(camera.right) / (camera.right.length_squared() * depth);
-    let y = from_eye.dot(camera.up) / (camera.up.length_squared() * depth);
-    let at = Vec2::new((1.0 + x) * 0.5 * params.width as f32, (1.0 - y) * 0.5 * params.height as f32);
+    let at = params.place_of(at);
     at.clamp(Vec2::splat(-1.0e6), Vec2::splat(1.0e6))
 }
 

@@ -2,83 +2,82 @@
 
 use core::ops::BitOr;
 
+use crate::interface::light::for_each_light;
+
 /// Bits of what the scene needs. Code behind a bit that is not set is dead.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Features(pub u32);
 
-impl Features {
-    /// Some surface is metal of roughness >= 0.08.
-    pub const METAL: Features = Features(1);
-    /// Some metal is a delta mirror.
-    pub const MIRROR: Features = Features(1 << 1);
-    /// Some dielectric has a coat over its diffuse base.
-    pub const COAT: Features = Features(1 << 2);
-    /// Some surface transmits.
-    pub const GLASS: Features = Features(1 << 3);
-    /// Some volume absorbs.
-    pub const ABSORPTION: Features = Features(1 << 4);
-    /// Some triangle emits.
-    pub const AREA_LIGHTS: Features = Features(1 << 5);
-    /// There is a point light.
-    pub const POINT_LIGHTS: Features = Features(1 << 6);
-    /// Some surface casts caustics: it has a specular lobe.
-    pub const CASTERS: Features = Features(1 << 7);
-    /// Vertex normals differ from the face's somewhere.
-    pub const SMOOTH_NORMALS: Features = Features(1 << 8);
-    /// Some surface has a non-specular lobe and can show a caustic.
-    pub const RECEIVERS: Features = Features(1 << 9);
-    /// Some transmission is rough.
-    pub const ROUGH_GLASS: Features = Features(1 << 10);
-    /// There is a spot light.
-    pub const SPOT_LIGHTS: Features = Features(1 << 11);
-    /// There is a directional light.
-    pub const DIRECTIONAL_LIGHTS: Features = Features(1 << 12);
-    /// Some material is textured.
-    pub const TEXTURES: Features = Features(1 << 13);
-    /// Some material has a normal map.
-    pub const NORMAL_MAPS: Features = Features(1 << 14);
-    /// Some surface has holes: its alpha is cut off.
-    pub const CUT_OUTS: Features = Features(1 << 15);
-    /// Somebody asks where the light's energy goes.
-    pub const LEDGER: Features = Features(1 << 16);
-    /// The eye or a light stands inside of a medium.
-    pub const ENCLOSED: Features = Features(1 << 17);
-    /// Some mesh moves.
-    pub const INSTANCES: Features = Features(1 << 18);
-    /// Solids of media may overlap, or some medium is a sheet.
-    pub const NESTED: Features = Features(1 << 19);
-    /// Some medium is a sheet: its surface is open.
-    pub const SHEETS: Features = Features(1 << 20);
-    /// Points lend to those of the next frame: where mirrors and lenses image them is known.
-    pub const HISTORY: Features = Features(1 << 21);
-    /// Everything.
-    pub const ALL: Features = Features((1 << 22) - 1);
-    /// Bits and names, for printing.
-    pub const NAMES: [(Features, &'static str); 22] = [
-        (Self::METAL, "metal"),
-        (Self::MIRROR, "mirror"),
-        (Self::COAT, "coat"),
-        (Self::GLASS, "glass"),
-        (Self::ABSORPTION, "absorption"),
-        (Self::AREA_LIGHTS, "area-lights"),
-        (Self::POINT_LIGHTS, "point-lights"),
-        (Self::CASTERS, "casters"),
-        (Self::SMOOTH_NORMALS, "smooth-normals"),
-        (Self::RECEIVERS, "receivers"),
-        (Self::ROUGH_GLASS, "rough-glass"),
-        (Self::SPOT_LIGHTS, "spot-lights"),
-        (Self::DIRECTIONAL_LIGHTS, "directional-lights"),
-        (Self::TEXTURES, "textures"),
-        (Self::NORMAL_MAPS, "normal-maps"),
-        (Self::CUT_OUTS, "cut-outs"),
-        (Self::LEDGER, "ledger"),
-        (Self::ENCLOSED, "enclosed"),
-        (Self::INSTANCES, "instances"),
-        (Self::NESTED, "nested"),
-        (Self::SHEETS, "sheets"),
-        (Self::HISTORY, "history"),
-    ];
+/// Declares the bits, a line each, with their names.
+macro_rules! bits {
+    ($($(#[$about:meta])* $bit:ident $name:literal;)*) => {
+        /// Places of the bits.
+        #[allow(non_camel_case_types, clippy::upper_case_acronyms)]
+        enum Bit {
+            $($bit,)*
+            COUNT,
+        }
 
+        impl Features {
+            $(
+                $(#[$about])*
+                pub const $bit: Features = Features(1 << Bit::$bit as u32);
+            )*
+            /// Everything.
+            pub const ALL: Features = Features((1 << Bit::COUNT as u32) - 1);
+            /// Bits and names, for printing.
+            pub const NAMES: [(Features, &'static str); Bit::COUNT as usize] = [$((Self::$bit, $name)),*];
+        }
+    };
+}
+
+/// The bits of the types of lights, and all others.
+macro_rules! lights_and_others {
+    ($($(#[$about:meta])* $file:ident $light:ident $name:literal;)*) => {
+        bits! {
+            $($(#[$about])* $light $name;)*
+            /// Some surface is metal of roughness >= 0.08.
+            METAL "metal";
+            /// Some metal is a delta mirror.
+            MIRROR "mirror";
+            /// Some dielectric has a coat over its diffuse base.
+            COAT "coat";
+            /// Some surface transmits.
+            GLASS "glass";
+            /// Some volume absorbs.
+            ABSORPTION "absorption";
+            /// Some surface casts caustics: it has a specular lobe.
+            CASTERS "casters";
+            /// Vertex normals differ from the face's somewhere.
+            SMOOTH_NORMALS "smooth-normals";
+            /// Some surface has a non-specular lobe and can show a caustic.
+            RECEIVERS "receivers";
+            /// Some transmission is rough.
+            ROUGH_GLASS "rough-glass";
+            /// Some material is textured.
+            TEXTURES "textures";
+            /// Some material has a normal map.
+            NORMAL_MAPS "normal-maps";
+            /// Some surface has holes: its alpha is cut off.
+            CUT_OUTS "cut-outs";
+            /// Somebody asks where the light's energy goes.
+            LEDGER "ledger";
+            /// The eye or a light stands inside of a medium.
+            ENCLOSED "enclosed";
+            /// Some mesh moves.
+            INSTANCES "instances";
+            /// Solids of media may overlap, or some medium is a sheet.
+            NESTED "nested";
+            /// Some medium is a sheet: its surface is open.
+            SHEETS "sheets";
+            /// Points lend to those of the next frame: where mirrors and lenses image them is known.
+            HISTORY "history";
+        }
+    };
+}
+for_each_light!(lights_and_others);
+
+impl Features {
     /// Whether any bit of `other` is set.
     #[inline]
     pub fn has(self, other: Features) -> bool {

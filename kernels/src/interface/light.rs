@@ -27,7 +27,7 @@ pub struct Light {
     pub sides: u32,
     /// Unit direction that a spot points in, or that directional light travels in; zero for others.
     pub direction: Vec3,
-    /// `LIGHT_*` of a punctual light; 0 for triangles.
+    /// Its type: the bit of `Features` that says that there is one.
     pub kind: u32,
     /// 1 - cos of a spot's outer angle: its cone's solid angle over 2 pi (sr); 0 for others.
     pub cone: f32,
@@ -39,11 +39,30 @@ pub struct Light {
     pub padding: u32,
 }
 
-/// `Light::kind`: emits evenly in all directions.
-pub const LIGHT_POINT: u32 = 0;
-/// `Light::kind`: emits into a cone.
-pub const LIGHT_SPOT: u32 = 1;
-/// `Light::kind`: parallel light from infinitely far away.
-pub const LIGHT_DIRECTIONAL: u32 = 2;
+/// Calls a macro with the types of lights: their files in `light/`, their bits of `Features` with their names. A row whose
+/// kind is that of no other is an `area` light.
+macro_rules! for_each_light {
+    ($then:ident) => {
+        $then! {
+            /// Some triangle emits.
+            area AREA_LIGHTS "area-lights";
+            /// There is a point light.
+            point POINT_LIGHTS "point-lights";
+            /// There is a spot light.
+            spot SPOT_LIGHTS "spot-lights";
+            /// There is a directional light.
+            directional DIRECTIONAL_LIGHTS "directional-lights";
+        }
+    };
+}
+pub(crate) use for_each_light;
+
+impl Light {
+    /// Whether its light is parallel: paths differ by the place where they start, not by their direction.
+    #[inline(always)]
+    pub fn is_parallel(&self) -> bool {
+        self.radius > 0.0
+    }
+}
 
 const _: () = assert!(size_of::<Light>() == 80);

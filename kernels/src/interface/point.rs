@@ -17,6 +17,14 @@ pub struct PointGeometry {
     pub depth: u32,
 }
 
+impl PointGeometry {
+    /// Whether there is a point.
+    #[inline(always)]
+    pub fn exists(&self) -> bool {
+        self.depth != 0
+    }
+}
+
 /// What light at a collection point is multiplied with.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]

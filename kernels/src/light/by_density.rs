@@ -2,7 +2,6 @@
 //! those directions (of a directional light, those places) more often that the map asks for. The flux of a path is divided
 //! by the density, so that no map changes the mean.
 
-use crate::interface::light::LIGHT_DIRECTIONAL;
 use crate::light::choose;
 use crate::light::density_map::{draw, map_of, to_polar};
 use crate::light::emit::{EmissionSample, Emit};
@@ -23,7 +22,7 @@ impl Emit for ByDensity<'_> {
     fn sample(&self, place: Vec4, direction: Vec4) -> EmissionSample {
         let lights = self.power.scene.lights;
         let light = choose(lights, self.power.light_count, place.x, place.y);
-        let parallel = lights[light as usize].kind == LIGHT_DIRECTIONAL;
+        let parallel = lights[light as usize].is_parallel();
         let (u, v) = if parallel { (place.z, place.w) } else { (direction.x, direction.y) };
         let drawn = draw(self.tree, map_of(light), Vec2::new(u, v));
         let polar = to_polar(drawn.at);

@@ -4,11 +4,16 @@
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
+use crate::interface::features::Features;
 use crate::interface::light::Light;
+use crate::interface::ray::Ray;
+use crate::interface::scene::SceneTables;
+use crate::light::connect::Connection;
+use crate::light::emit::EmissionSample;
 use crate::math::PI;
 use crate::math::frame::ShadingFrame;
 use crate::math::trig::sin_cos_turns;
-use spirv_std::glam::Vec3;
+use spirv_std::glam::{Vec3, Vec4};
 
 /// Where a path starts, uniform over the disc, and the disc's area (m^2).
 #[inline(always)]
@@ -17,4 +22,41 @@ pub fn sample(light: &Light, u: f32, v: f32) -> (Vec3, f32) {
     let (sin, cos) = sin_cos_turns(v);
     let across = (frame.x * cos + frame.y * sin) * (u.sqrt() * light.radius);
     (light.position + across, PI * light.radius * light.radius)
+}
+
+/// A path along the light's direction.
+#[inline(always)]
+pub fn leave(
+    light: &Light,
+    _scene: SceneTables<'_>,
+    _features: Features,
+    place: Vec4,
+    _direction: Vec4,
+) -> EmissionSample {
+    let (origin, area) = sample(light, place.z, place.w);
+    EmissionSample {
+        ray: Ray::endless(origin, light.direction),
+        flux: light.emission * (area / light.pdf_light_choice),
+        solid_angle: 0.0,
+        area: area / light.pdf_light_choice,
+        texel: 0,
+    }
+}
+
+/// A connection against the light's direction, without end.
+#[inline(always)]
+pub fn connect(
+    light: &Light,
+    _scene: SceneTables<'_>,
+    _features: Features,
+    position: Vec3,
+    _u: f32,
+    _v: f32,
+) -> Connection {
+    Connection {
+        to_light: -light.direction,
+        radiance_over_pdf: light.emission / light.pdf_light_choice,
+        endless: true,
+        ..Connection::none(position)
+    }
 }

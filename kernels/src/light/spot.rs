@@ -5,11 +5,17 @@
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
+use crate::interface::features::Features;
 use crate::interface::light::Light;
+use crate::interface::ray::Ray;
+use crate::interface::scene::SceneTables;
+use crate::light::connect::Connection;
+use crate::light::emit::EmissionSample;
+use crate::light::point;
 use crate::math::PI;
 use crate::math::frame::ShadingFrame;
 use crate::math::trig::sin_cos_turns;
-use spirv_std::glam::Vec3;
+use spirv_std::glam::{Vec3, Vec4};
 
 /// Share of a spot's intensity at `from_axis` = 1 - cos of the angle to its axis: 1 in the inner cone, 0 out of the
 /// outer, between them the square of a line in the cosine.
@@ -33,6 +39,40 @@ pub fn sample(light: &Light, u: f32, v: f32) -> (Vec3, f32) {
     let (y, x) = sin_cos_turns(v);
     let local = Vec3::new(sin * x, sin * y, 1.0 - from_axis);
     (ShadingFrame::new(light.direction).to_world(local), falloff(light, from_axis) * (2.0 * PI * light.cone))
+}
+
+/// A path into the outer cone.
+#[inline(always)]
+pub fn leave(
+    light: &Light,
+    _scene: SceneTables<'_>,
+    _features: Features,
+    _place: Vec4,
+    direction: Vec4,
+) -> EmissionSample {
+    let (to, solid_angle) = sample(light, direction.x, direction.y);
+    EmissionSample {
+        ray: Ray::endless(light.position, to),
+        flux: light.emission * (solid_angle / light.pdf_light_choice),
+        solid_angle: 2.0 * PI * light.cone / light.pdf_light_choice,
+        area: 0.0,
+        texel: 0,
+    }
+}
+
+/// A connection as to a point light, less what the falloff takes.
+#[inline(always)]
+pub fn connect(
+    light: &Light,
+    scene: SceneTables<'_>,
+    features: Features,
+    position: Vec3,
+    u: f32,
+    v: f32,
+) -> Connection {
+    let mut connection = point::connect(light, scene, features, position, u, v);
+    connection.radiance_over_pdf *= falloff_seen(light, connection.to_light);
+    connection
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ pub const BASIC: Method = Method {
     gathers: true,
     lends: true,
     chooses_gather: true,
+    chooses_emission: true,
     texture_filter: TextureFilter::Cone,
     keeps: &[],
     frame: |params, index| FrameParams { frame: index, ..params },
@@ -25,7 +26,7 @@ pub const BASIC: Method = Method {
 pub fn steps(parts: impl Into<Parts>, params: &FrameParams) -> Vec<Step> {
     let parts = parts.into();
     let prepare = frame::prepare(parts.gather, params);
-    frame_steps(parts, params, prepare, |batch| frame::batch(parts.gather, params, batch))
+    frame_steps(parts, params, prepare, |batch| frame::batch(parts, params, batch))
 }
 
 #[cfg(test)]

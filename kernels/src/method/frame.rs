@@ -3,14 +3,13 @@
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-use crate::declare::{BufferSpec, INDEX, Step, Work, buffers};
+use crate::declare::{BufferSpec, Emission, INDEX, Step, Work, buffers};
 use crate::gather::variant::{self, Over, Side, Stage, Variant};
 use crate::interface::frame::{Dispatch, FrameParams};
 use crate::method::{Method, Parts};
 use crate::pass::collect::COLLECT;
 use crate::pass::display::DISPLAY;
-use crate::pass::shoot::SHOOT_STORE;
-use crate::{denoiser, history};
+use crate::{denoiser, emission, history};
 
 /// The steps of a frame of any method that brings deposits to collection points: `prepare` comes once before the light
 /// paths, `shoot` for each batch of them.
@@ -20,7 +19,7 @@ pub fn frame_steps(
     prepare: Vec<Step>,
     shoot: impl Fn(Batch) -> Vec<Step>,
 ) -> Vec<Step> {
-    let Parts { history, denoiser, .. } = parts;
+    let Parts { history, denoiser, emission, .. } = parts;
     let mut steps = vec![
         Step::Clear { buffer: "counters" },
         Step::Clear { buffer: "accumulator" },
@@ -35,10 +34,14 @@ pub fn frame_steps(
         steps.extend((history.before)(params));
     }
     if params.light_path_count > 0 {
+        steps.extend((emission.prepare)(params));
         steps.extend(prepare);
+    } else {
+        steps.extend(emission.forget.iter().map(|&buffer| Step::Clear { buffer }));
     }
     for batch in batches(params) {
         steps.extend(shoot(batch));
+        steps.extend((emission.feedback)(params));
     }
     steps.push(Step::of(if forgets { history::none::NONE.resolve } else { history.resolve }, params));
     steps.push(Step::of(&DISPLAY, params));
@@ -67,9 +70,9 @@ pub fn prepare(gather: &'static Variant, params: &FrameParams) -> Vec<Step> {
 }
 
 /// For each batch of light paths: shoots them, builds what is built over deposits, gathers.
-pub fn batch(gather: &'static Variant, params: &FrameParams, batch: Batch) -> Vec<Step> {
-    let mut steps = shoot(batch);
-    steps.extend(exchange(gather, params));
+pub fn batch(parts: Parts, params: &FrameParams, batch: Batch) -> Vec<Step> {
+    let mut steps = shoot(parts.emission, batch);
+    steps.extend(exchange(parts.gather, params));
     steps
 }
 
@@ -81,8 +84,8 @@ pub fn exchange(gather: &'static Variant, params: &FrameParams) -> Vec<Step> {
 }
 
 /// Shoots a batch of light paths and stores their deposits.
-pub fn shoot(batch: Batch) -> Vec<Step> {
-    vec![Step::Clear { buffer: "deposit_state" }, Step::dispatch(&SHOOT_STORE, batch.dispatch())]
+pub fn shoot(emission: &Emission, batch: Batch) -> Vec<Step> {
+    vec![Step::Clear { buffer: "deposit_state" }, Step::dispatch(emission.shoot, batch.dispatch())]
 }
 
 /// The batches of a frame's light paths.
@@ -117,7 +120,7 @@ pub fn work(label: &str) -> Option<Work> {
     WORK.get(label).copied()
 }
 
-/// The steps of frames of every method with every gather, history and filter.
+/// The steps of frames of every method with every gather, history, denoiser and emission.
 fn all_steps() -> Vec<Step> {
     let params = FrameParams {
         width: 1,
@@ -133,10 +136,10 @@ fn all_steps() -> Vec<Step> {
         for gather in variant::ALL {
             for history in history::ALL {
                 for denoiser in denoiser::ALL {
-                    steps.extend((method.steps)(
-                        Parts { gather, history, denoiser },
-                        &(method.frame)(params, 0),
-                    ));
+                    for emission in emission::ALL {
+                        let parts = Parts { gather, history, denoiser, emission };
+                        steps.extend((method.steps)(parts, &(method.frame)(params, 0)));
+                    }
                 }
             }
         }

@@ -46,6 +46,7 @@ pub const KIM2019: Method = Method {
     gathers: true,
     lends: false,
     chooses_gather: false,
+    chooses_emission: true,
     texture_filter: TextureFilter::Cone,
     keeps: &[],
     frame: |params, index| FrameParams { frame: index, ..params },
@@ -64,7 +65,7 @@ pub const KIM2019_FACING: Method = Method {
 #[cfg(not(target_arch = "spirv"))]
 fn steps(parts: Parts, params: &FrameParams, area: u32) -> Vec<Step> {
     frame::frame_steps(parts, params, Vec::new(), |batch| {
-        let mut steps = frame::shoot(batch);
+        let mut steps = frame::shoot(parts.emission, batch);
         let deposits = frame::over(Over::Deposits, params);
         steps.push(Step::dispatch(&SPLAT_KIM2019, Dispatch { level: area, ..deposits }));
         steps
@@ -179,15 +180,8 @@ fn sees_plane(point: &PointGeometry, beside: u32, points: &[PointGeometry], eye:
 /// Whether what lies in a direction from the eye is in the picture, and where (px).
 #[inline(always)]
 fn place_of(to: Vec3, params: &FrameParams) -> (bool, Vec2) {
-    let camera = &params.camera;
-    let depth = to.dot(camera.forward);
-    if depth <= 0.0 {
-        return (false, Vec2::ZERO);
-    }
-    let x = to.dot(camera.right) / (depth * camera.right.length_squared());
-    let y = to.dot(camera.up) / (depth * camera.up.length_squared());
-    let size = Vec2::new(params.width as f32, params.height as f32);
-    (x.abs().max(y.abs()) < 1.0, Vec2::new(0.5 + 0.5 * x, 0.5 - 0.5 * y) * size)
+    let (is_before, at) = params.camera.on_plane(to);
+    (is_before && at.x.abs().max(at.y.abs()) < 1.0, params.place_of(at))
 }
 
 /// Pixel of a place in the picture.

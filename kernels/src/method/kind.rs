@@ -1,9 +1,9 @@
 //! What a method is.
 
-use crate::declare::{Denoiser, History, Step, TextureFilter, named};
-use crate::denoiser;
+use crate::declare::{Denoiser, Emission, History, Step, TextureFilter, named};
 use crate::gather::variant::Variant;
 use crate::interface::frame::FrameParams;
+use crate::{denoiser, emission, history};
 
 /// A way to render: what a frame consists of.
 #[derive(Clone, Copy)]
@@ -23,6 +23,8 @@ pub struct Method {
     pub lends: bool,
     /// Whether a gather variant is chosen for it; else it brings deposits and points together in its own way.
     pub chooses_gather: bool,
+    /// Whether an emission is chosen for it; else it starts light paths in its own way, or has none.
+    pub chooses_emission: bool,
     /// Which level of its textures a camera prefix sees where nobody asks for another.
     pub texture_filter: TextureFilter,
     /// Buffers of its own in which something outlives its frame, those of histories aside.
@@ -43,6 +45,11 @@ impl Method {
     pub fn takes_denoiser(&self, denoiser: &Denoiser) -> bool {
         self.gathers || *denoiser == denoiser::NONE
     }
+
+    /// Whether its light paths can start so.
+    pub fn takes_emission(&self, emission: &Emission) -> bool {
+        self.chooses_emission || *emission == emission::POWER
+    }
 }
 
 /// The parts of a frame that can be exchanged.
@@ -54,12 +61,14 @@ pub struct Parts {
     pub history: &'static History,
     /// What smooths the path-traced part.
     pub denoiser: &'static Denoiser,
+    /// How light paths start.
+    pub emission: &'static Emission,
 }
 
 impl From<&'static Variant> for Parts {
-    /// A gather without history and filter.
+    /// A gather of light paths that start by power, without history and denoiser.
     fn from(gather: &'static Variant) -> Parts {
-        Parts { gather, history: &crate::history::none::NONE, denoiser: &crate::denoiser::none::NONE }
+        Parts { gather, history: &history::NONE, denoiser: &denoiser::NONE, emission: &emission::POWER }
     }
 }
 

@@ -21,6 +21,7 @@ pub const PROGRESSIVE: Method = Method {
     gathers: true,
     lends: false,
     chooses_gather: true,
+    chooses_emission: true,
     texture_filter: TextureFilter::Finest,
     keeps: &[],
     frame: |params, index| FrameParams {

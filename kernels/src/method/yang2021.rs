@@ -13,7 +13,7 @@ use crate::declare::{Step, TextureFilter};
 #[cfg(not(target_arch = "spirv"))]
 use crate::method::{Method, Parts};
 use crate::gather::accumulator::{self, Sum};
-use crate::gather::contribution::{DISC_THICKNESS, MIN_NORMAL_COS, contribution};
+use crate::gather::contribution::{contribution, is_same_surface};
 use crate::interface::frame::{Dispatch, FrameParams};
 use crate::interface::features::Features;
 use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
@@ -57,6 +57,7 @@ pub const YANG2021: Method = Method {
     gathers: true,
     lends: false,
     chooses_gather: false,
+    chooses_emission: false,
     texture_filter: TextureFilter::Cone,
     keeps: &["density", "density_tree", "density_feedback"],
     frame: |params, index| FrameParams { frame: index, ..params },
@@ -99,7 +100,7 @@ pub fn shoot_yang2021(
     #[len = params.pixel_count() * accumulator::WORDS] accumulator: AtomicWords<'_>,
     #[len = MAPS * TEXELS * FEEDBACK_WORDS] density_feedback: AtomicWords<'_>,
 ) {
-    let power = ByPower { scene, light_count: params.light_count, features };
+    let power = ByPower::new(scene, params, features);
     let emit = ByDensity { power, tree: density_tree };
     let mut spread = Spread {
         scene,
@@ -196,12 +197,9 @@ impl<A: Atomics, F: Atomics> Spread<'_, A, F> {
 /// Whether a primary point may take a deposit: on the same side of the same surface, and short enough a path.
 #[inline(always)]
 fn takes(point: &PointGeometry, deposit: &DepositGeometry, footprint: &Footprint, max_bounces: u32) -> bool {
-    let normals = point.normal + deposit.normal;
-    let height = (deposit.position - point.position).dot(normals);
-    let limit = DISC_THICKNESS * (point.radius + footprint.reach);
+    let along = deposit.position - point.position;
     point.depth == 1
-        && point.normal.dot(deposit.normal) > MIN_NORMAL_COS
-        && height * height <= limit * limit * normals.length_squared()
+        && is_same_surface(along, point.normal, deposit.normal, point.radius + footprint.reach)
         && point.depth + deposit.scatterings <= max_bounces
 }
 

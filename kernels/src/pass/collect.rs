@@ -11,7 +11,8 @@ use crate::interface::packed::to_signed_shares;
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
-use crate::light::connect::{Connection, connect, pdf_solid_angle};
+use crate::light::area::pdf_solid_angle;
+use crate::light::connect::{Connection, connect};
 use crate::math::cone::RayCone;
 use crate::math::is_finite;
 use crate::math::offset;
@@ -71,9 +72,7 @@ pub fn camera_ray(params: &FrameParams, pixel: u32, rng: &mut Rng) -> Ray {
     let column = (pixel % params.width) as f32 + x;
     let row = (pixel / params.width) as f32 + y;
     let camera = &params.camera;
-    let along_x = camera.right * (2.0 * column / params.width as f32 - 1.0);
-    let along_y = camera.up * (1.0 - 2.0 * row / params.height as f32);
-    Ray::endless(camera.position, (camera.forward + along_x + along_y).normalize())
+    Ray::endless(camera.position, camera.direction_of(column, row, params))
 }
 
 /// Camera paths, a pixel an invocation.

@@ -20,7 +20,7 @@ pub fn resolve(
 ) {
     let point = &point_geometry[pixel as usize];
     let mut caustic = Vec3::ZERO;
-    if point.depth != 0 {
+    if point.exists() {
         let (sum, _) = Sum::read(accumulator, pixel, params.quantum);
         caustic = radiance(point, &point_shading[pixel as usize], sum);
     }

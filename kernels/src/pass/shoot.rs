@@ -1,20 +1,19 @@
-//! `shoot.*`: traces light sub-paths. Every hit after at least one specular event deposits its flux.
+//! `shoot.*`: traces light sub-paths. Every hit after at least one specular event deposits its flux. An emission declares the
+//! pass by `shoot_pass`.
 
 pub mod ledger;
 pub mod receive;
 
-use crate::declare::pass;
-use crate::interface::counters::{Counter, DEPOSIT_STATE_COUNT};
+use crate::interface::counters::Counter;
 use crate::interface::features::Features;
-use crate::interface::frame::{Dispatch, FrameParams};
+use crate::interface::frame::FrameParams;
 use crate::interface::material::FLAGS_SCATTER_TEXTURE;
 use crate::interface::point::{DepositGeometry, DepositLight};
 use crate::interface::scene::SceneTables;
 use crate::light::emit::Emit;
-use crate::light::power::ByPower;
 use crate::math::is_finite;
 use crate::math::rng::{Rng, Stream};
-use crate::seam::{AtomicWords, Atomics, Slots};
+use crate::seam::Atomics;
 use crate::surface::class::Classes;
 use crate::surface::media::MediaStack;
 use crate::surface::scatter::{BsdfSample, ScatteringVertex};
@@ -27,29 +26,55 @@ use ledger::Ledger;
 use receive::{Receive, Store};
 use spirv_std::glam::Vec3;
 
-/// Light paths of a batch, one an invocation; deposits are stored.
-#[pass(name = "shoot.store", over = params.light_path_batch, work = Light)]
-pub fn shoot_store(
-    index: u32,
+/// The pass that shoots by an emission: `shoot_pass!("shoot.mine", |power, table: &[f32]| Mine { power, table })` declares
+/// `shoot` and `SHOOT`, which bind `table`. The expression makes the emission (`Emit`) of a start by power and of its buffers.
+#[macro_export]
+macro_rules! shoot_pass {
+    ($name:literal, |$power:ident $(, $buffer:ident: $type:ty)*| $emit:expr) => {
+        /// Light paths of a batch, one an invocation; deposits are stored.
+        #[$crate::declare::pass(name = $name, over = params.light_path_batch, work = Light)]
+        pub fn shoot(
+            index: u32,
+            params: &$crate::interface::frame::FrameParams,
+            dispatch: $crate::interface::frame::Dispatch,
+            features: $crate::interface::features::Features,
+            scene: $crate::interface::scene::SceneTables<'_>,
+            tracer: &mut impl $crate::trace::Tracer,
+            counters: &mut impl $crate::seam::Atomics,
+            #[len = params.deposit_capacity]
+            deposit_geometry: $crate::seam::Slots<'_, $crate::interface::point::DepositGeometry>,
+            #[len = params.deposit_capacity]
+            deposit_light: $crate::seam::Slots<'_, $crate::interface::point::DepositLight>,
+            #[len = $crate::interface::counters::DEPOSIT_STATE_COUNT as u32]
+            deposit_state: $crate::seam::AtomicWords<'_>,
+            $($buffer: $type,)*
+        ) {
+            let $power = $crate::light::power::ByPower::new(scene, params, features);
+            let store = $crate::pass::shoot::receive::Store {
+                geometry: deposit_geometry,
+                light: deposit_light,
+                state: deposit_state,
+                capacity: params.deposit_capacity,
+            };
+            let path = dispatch.first + index;
+            $crate::pass::shoot::stored(path, params, features, scene, &$emit, tracer, store, counters);
+        }
+    };
+}
+
+/// Traces a light path and stores its deposits.
+#[inline(always)]
+pub fn stored<E: Emit, T: Tracer, C: Atomics>(
+    path: u32,
     params: &FrameParams,
-    dispatch: Dispatch,
     features: Features,
     scene: SceneTables<'_>,
-    tracer: &mut impl Tracer,
-    counters: &mut impl Atomics,
-    #[len = params.deposit_capacity] deposit_geometry: Slots<'_, DepositGeometry>,
-    #[len = params.deposit_capacity] deposit_light: Slots<'_, DepositLight>,
-    #[len = DEPOSIT_STATE_COUNT as u32] deposit_state: AtomicWords<'_>,
+    emit: &E,
+    tracer: &mut T,
+    mut store: Store<'_>,
+    counters: &mut C,
 ) {
-    let emit = ByPower { scene, light_count: params.light_count, features };
-    let mut store = Store {
-        geometry: deposit_geometry,
-        light: deposit_light,
-        state: deposit_state,
-        capacity: params.deposit_capacity,
-    };
-    let path = dispatch.first + index;
-    let dropped = shoot(path, params, features, scene, &emit, tracer, &mut store, counters);
+    let dropped = shoot(path, params, features, scene, emit, tracer, &mut store, counters);
     if dropped != 0 {
         counters.add(Counter::DepositsDropped as u32, dropped);
     }

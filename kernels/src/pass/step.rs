@@ -61,7 +61,7 @@ pub fn step_emit(
     scene: SceneTables<'_>,
     mut emit_steps: Slots<'_, EmitStep>,
 ) {
-    let by_power = ByPower { scene, light_count: params.light_count, features };
+    let by_power = ByPower::new(scene, params, features);
     emit_steps.write(index, emit(index, params, features, scene, &by_power));
 }
 

@@ -5,27 +5,60 @@
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
-use crate::interface::material::{FLAG_THIN, Material};
+use crate::interface::material::FLAG_THIN;
 use crate::math::trig::sin_cos_turns;
-use crate::surface::{coat, fresnel, ggx, glass, rough_glass};
+use crate::surface::{Bsdf, ggx, glass, rough_glass};
 use spirv_std::glam::Vec3;
 
-/// Unbiased estimate of the share scattered of light along `to_previous` (local, z > 0). `eta` = index on the path's side
-/// over index behind; `u`, `v` uniform.
-#[inline]
-pub fn albedo(material: &Material, to_previous: Vec3, eta: f32, u: f32, v: f32) -> Vec3 {
-    let cos = to_previous.z;
-    let dielectric = 1.0 - material.metallic;
-    let opaque = dielectric * (1.0 - material.transmission);
-    let passing = dielectric * material.transmission;
+/// What is a line a lobe: sums over those that reflect, glass aside.
+macro_rules! sums {
+    (
+        facets { $($facet:ident $rough:ident $smooth:ident;)* }
+        diffuse { $first:ident; $($diffuse:ident $bit:ident;)* }
+    ) => {
+        use crate::surface::{$($facet,)* $first $(, $diffuse)*};
 
-    // The base gets and gives what the coat lets through; its share is normalised over the cosine.
-    let mut sum = material.base_color * (opaque * (1.0 - coat::reflectance(material, cos)));
+        /// Of the diffuse lobes.
+        #[inline(always)]
+        fn diffuse(bsdf: &Bsdf) -> Vec3 {
+            #[allow(unused_mut)]
+            let mut sum = $first::albedo(bsdf);
+            $(
+                if bsdf.features.has(Features::$bit) {
+                    sum += $diffuse::albedo(bsdf);
+                }
+            )*
+            sum
+        }
+
+        /// Of smooth reflections.
+        #[inline(always)]
+        fn smooth(bsdf: &Bsdf) -> Vec3 {
+            Vec3::ZERO $(+ $facet::smooth(bsdf))*
+        }
+
+        /// Of rough reflections, by what a facet carries.
+        #[inline(always)]
+        fn rough(bsdf: &Bsdf, carried: f32, cos_half: f32) -> Vec3 {
+            Vec3::ZERO $(+ $facet::eval(bsdf, carried, cos_half))*
+        }
+    };
+}
+for_each_lobe!(sums);
+
+/// Unbiased estimate of the share scattered of light from where the path came from; `u`, `v` uniform.
+#[inline]
+pub fn albedo(bsdf: &Bsdf, u: f32, v: f32) -> Vec3 {
+    let Bsdf { material, to_previous, eta, .. } = *bsdf;
+    let material = &material;
+    let cos = to_previous.z;
+    let passing = bsdf.glass_share();
+
+    let mut sum = diffuse(bsdf);
     let facets = material.roughness >= ggx::DELTA_ROUGHNESS;
     let rough_glass = rough_glass::is_rough(material, eta);
     if !facets {
-        sum += fresnel::schlick(material.base_color, cos) * material.metallic;
-        sum += Vec3::splat(opaque * coat::reflectance(material, cos));
+        sum += smooth(bsdf);
     }
     if !rough_glass {
         let reflected = glass::reflectance(material, cos, eta);
@@ -51,8 +84,7 @@ pub fn albedo(material: &Material, to_previous: Vec3, eta: f32, u: f32, v: f32) 
     let cos_mirrored = 2.0 * cos_half * z - cos;
     if cos_mirrored > 0.0 {
         let carried = seen * ggx::shadowing(cos, cos_mirrored, alpha);
-        sum += fresnel::schlick(material.base_color, cos_half) * (material.metallic * carried);
-        sum += Vec3::splat(opaque * coat::reflectance(material, cos_half) * carried);
+        sum += rough(bsdf, carried, cos_half);
         if rough_glass {
             sum += Vec3::splat(passing * reflected * carried);
         }

@@ -5,7 +5,14 @@
 //! Shirley 2000, section 2.2, with exact normalisation].
 
 use crate::interface::material::Material;
-use crate::surface::fresnel;
+use crate::surface::{Bsdf, fresnel};
+use spirv_std::glam::Vec3;
+
+/// Whether a material has it.
+#[inline]
+pub fn occurs(material: &Material) -> bool {
+    material.metallic < 1.0 && material.transmission < 1.0 && material.specular > 0.0
+}
 
 /// Share reflected at this cosine: Schlick from ((n-1)/(n+1))^2, scaled by the specular factor.
 #[inline]
@@ -15,10 +22,22 @@ pub fn reflectance(material: &Material, cos: f32) -> f32 {
     material.specular * (f0 + (1.0 - f0) * fresnel::schlick_weight(cos))
 }
 
+/// About what it is to scatter.
+#[inline(always)]
+pub fn chance(bsdf: &Bsdf) -> f32 {
+    bsdf.opaque_share() * reflectance(&bsdf.material, bsdf.to_previous.z)
+}
+
 /// f (1/sr); `facets` = D G / (4 cos cos).
-#[inline]
-pub fn eval(material: &Material, facets: f32, cos_half: f32) -> f32 {
-    reflectance(material, cos_half) * facets
+#[inline(always)]
+pub fn eval(bsdf: &Bsdf, facets: f32, cos_half: f32) -> Vec3 {
+    Vec3::splat(bsdf.opaque_share() * (reflectance(&bsdf.material, cos_half) * facets))
+}
+
+/// Share that a smooth surface reflects.
+#[inline(always)]
+pub fn smooth(bsdf: &Bsdf) -> Vec3 {
+    Vec3::splat(bsdf.opaque_share() * reflectance(&bsdf.material, bsdf.to_previous.z))
 }
 
 /// Share of the base's own scattering that passes the coat both ways, for the cosines of both directions: what enters,

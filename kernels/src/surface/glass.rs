@@ -3,10 +3,35 @@
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
+#[cfg(not(target_arch = "spirv"))]
+use crate::interface::features::Features;
+#[cfg(not(target_arch = "spirv"))]
+use crate::interface::material::FLAG_SHEET;
 use crate::interface::material::{FLAG_THIN, Material};
 use crate::surface::class::Classes;
+#[cfg(not(target_arch = "spirv"))]
+use crate::surface::ggx;
 use crate::surface::{GlassInterface, Sampled, fresnel};
 use spirv_std::glam::Vec3;
+
+/// What the dielectric that transmits needs of the kernels; nothing where there is none.
+#[cfg(not(target_arch = "spirv"))]
+pub fn features_of(material: &Material) -> Features {
+    if !material.transmits() {
+        return Features(0);
+    }
+    let mut features = Features::GLASS;
+    if material.roughness >= ggx::DELTA_ROUGHNESS {
+        features = features | Features::ROUGH_GLASS;
+    }
+    if material.flags & FLAG_THIN == 0 && material.absorption.max_element() > 0.0 {
+        features = features | Features::ABSORPTION;
+    }
+    if material.flags & FLAG_SHEET != 0 {
+        features = features | Features::SHEETS;
+    }
+    features
+}
 
 /// Share reflected. A thin wall adds up its inner reflections: 2 r / (1 + r).
 #[inline]

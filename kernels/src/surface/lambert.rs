@@ -1,23 +1,53 @@
-//! Lambert: the same radiance in every direction.
+//! Lambert under the coat: the same radiance in every direction, but for what the coat takes.
 
+use crate::interface::features::Features;
 use crate::interface::material::Material;
-use crate::math::{INV_PI, warp};
+use crate::math::{INV_PI, mean, warp};
+use crate::surface::{Bsdf, coat};
 use spirv_std::glam::Vec3;
 
-/// f = base colour / pi (1/sr).
+/// Whether a material has it.
 #[inline]
-pub fn eval(material: &Material) -> Vec3 {
-    material.base_color * INV_PI
+pub fn occurs(material: &Material) -> bool {
+    material.metallic < 1.0 && material.transmission < 1.0 && material.base_color.max_element() > 0.0
+}
+
+/// About what it is to scatter: what the coat lets in.
+#[inline(always)]
+pub fn chance(bsdf: &Bsdf) -> f32 {
+    let mut under_coat = 1.0;
+    if bsdf.features.has(Features::COAT) {
+        under_coat = 1.0 - coat::reflectance(&bsdf.material, bsdf.to_previous.z);
+    }
+    bsdf.opaque_share() * under_coat * mean(bsdf.material.base_color)
+}
+
+/// f = base colour / pi (1/sr), less what the coat takes.
+#[inline(always)]
+pub fn eval(bsdf: &Bsdf, direction: Vec3) -> Vec3 {
+    let mut base = bsdf.opaque_share();
+    if bsdf.features.has(Features::COAT) {
+        base *= coat::base_share(&bsdf.material, bsdf.to_previous.z, direction.z);
+    }
+    bsdf.material.base_color * INV_PI * base
 }
 
 /// A cosine-distributed direction.
-#[inline]
-pub fn sample(u: f32, v: f32) -> Vec3 {
+#[inline(always)]
+pub fn sample(_bsdf: &Bsdf, u: f32, v: f32) -> Vec3 {
     warp::cosine_hemisphere(u, v)
 }
 
 /// pdf_solid_angle of `sample`.
-#[inline]
-pub fn pdf(direction: Vec3) -> f32 {
+#[inline(always)]
+pub fn pdf(_bsdf: &Bsdf, direction: Vec3) -> f32 {
     warp::cosine_hemisphere_pdf(direction.z)
+}
+
+/// Share of flux that it scatters: the base gets and gives what the coat lets through; its share is normalised over the
+/// cosine.
+#[inline(always)]
+pub fn albedo(bsdf: &Bsdf) -> Vec3 {
+    let coated = coat::reflectance(&bsdf.material, bsdf.to_previous.z);
+    bsdf.material.base_color * (bsdf.opaque_share() * (1.0 - coated))
 }

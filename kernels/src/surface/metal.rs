@@ -1,11 +1,31 @@
 //! Metal: GGX reflection with Schlick's Fresnel, base colour at normal incidence.
 
 use crate::interface::material::Material;
-use crate::surface::fresnel;
+use crate::math::mean;
+use crate::surface::{Bsdf, fresnel};
 use spirv_std::glam::Vec3;
 
-/// f (1/sr) of the metal's share; `facets` = D G / (4 cos cos).
+/// Whether a material has it.
 #[inline]
-pub fn eval(material: &Material, facets: f32, cos_half: f32) -> Vec3 {
-    fresnel::schlick(material.base_color, cos_half) * (material.metallic * facets)
+pub fn occurs(material: &Material) -> bool {
+    material.metallic > 0.0
+}
+
+/// About what it is to scatter.
+#[inline(always)]
+pub fn chance(bsdf: &Bsdf) -> f32 {
+    let material = &bsdf.material;
+    material.metallic * mean(fresnel::schlick(material.base_color, bsdf.to_previous.z))
+}
+
+/// f (1/sr); `facets` = D G / (4 cos cos).
+#[inline(always)]
+pub fn eval(bsdf: &Bsdf, facets: f32, cos_half: f32) -> Vec3 {
+    fresnel::schlick(bsdf.material.base_color, cos_half) * (bsdf.material.metallic * facets)
+}
+
+/// Share that a smooth surface reflects.
+#[inline(always)]
+pub fn smooth(bsdf: &Bsdf) -> Vec3 {
+    fresnel::schlick(bsdf.material.base_color, bsdf.to_previous.z) * bsdf.material.metallic
 }

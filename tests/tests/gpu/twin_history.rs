@@ -7,7 +7,6 @@ use caustics::scene::Scene;
 use caustics::settings::Settings;
 use caustics::upload::Upload;
 use caustics_kernels::declare::Step;
-use caustics_kernels::denoiser;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::history::{History, PAPER, VALIDATED};
 use caustics_kernels::interface::frame::{Camera, FrameParams};
@@ -70,7 +69,7 @@ impl Animation {
 
     fn steps(&self, params: &FrameParams) -> Vec<Step> {
         let history = self.settings.history;
-        basic::steps(Parts { gather: &PHOTONS_GRID, history, denoiser: &denoiser::NONE }, params)
+        basic::steps(Parts { history, ..Parts::from(&PHOTONS_GRID) }, params)
     }
 }
 

@@ -14,7 +14,7 @@ const KERNELS: &[&[&str]] = &[
     &["surface", "light"],
     &["trace", "gather"],
     &["pass"],
-    &["history", "denoiser"],
+    &["history", "denoiser", "emission"],
     &["method"],
 ];
 

@@ -197,8 +197,8 @@ fn every_gather_on_the_gpu_finds_what_brute_force_finds() {
     }
 }
 
-/// A variant from outside of the kernels: `CONTRIBUTING.md` shows it, `.ci/new-gather` puts its file into the kernels.
-#[path = "../../gathers/stripes.rs"]
+/// A variant from outside of the kernels: `CONTRIBUTING.md` shows it, `.ci/new-variant` puts its file into the kernels.
+#[path = "../../toys/stripes.rs"]
 mod stripes;
 
 /// Its passes, which the list of the kernels makes for their own.

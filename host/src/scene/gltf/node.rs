@@ -1,18 +1,16 @@
 //! The node tree: what stands where, in f64.
 
-use std::f32::consts::{FRAC_PI_4, PI};
+use std::f32::consts::PI;
 
 use glam::{DAffine3, DMat4, DQuat, DVec3, Vec3};
-use gltf::json::extensions::scene::khr_lights_punctual::{Light, Type};
+use gltf::json::extensions::scene::khr_lights_punctual::Light;
 use gltf::json::scene::Node as JsonNode;
-use gltf::json::validation::Checked;
 use gltf::json::{Index, Mesh};
 
 use super::document::Document;
 use super::{animation, unsupported, vector};
 use crate::scene::animation::{Channel, Local, Node, NodeTree, is_singular};
 use crate::scene::motion::OnNode;
-use crate::scene::punctual::cone_fault;
 use crate::scene::{LightShape, PunctualLight, SceneCamera, SceneError};
 
 /// A mesh in the world.
@@ -155,20 +153,7 @@ fn light_of(document: &mut Document, index: Index<Light>, label: &str) -> Result
         return Err(wrong("its light's intensity or colour is negative, infinite or not a number".into()));
     }
 
-    let shape = match light.type_ {
-        Checked::Valid(Type::Point) => LightShape::Point,
-        Checked::Valid(Type::Directional) => LightShape::Directional { direction: Vec3::NEG_Z },
-        Checked::Valid(Type::Spot) => {
-            let cone = light.spot.as_ref();
-            let inner = f64::from(cone.map_or(0.0, |cone| cone.inner_cone_angle));
-            let outer = f64::from(cone.map_or(FRAC_PI_4, |cone| cone.outer_cone_angle));
-            if let Some(fault) = cone_fault(inner, outer) {
-                return Err(wrong(format!("its light has {fault}")));
-            }
-            LightShape::Spot { direction: Vec3::NEG_Z, inner, outer }
-        }
-        Checked::Invalid => return Err(wrong("its light is no point, spot or directional light".into())),
-    };
+    let shape = LightShape::of(&light).map_err(|what| wrong(format!("its light {what}")))?;
     if light.range.is_some() {
         document.warn(label, "a light's range is not supported; it reaches everywhere");
     }

@@ -4,7 +4,6 @@ use std::f32::consts::PI;
 
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::interface::light::{LIGHT_DIRECTIONAL, LIGHT_SPOT};
 use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAG_HANGING, FLAG_SHEET, FLAG_THIN};
 use serde_json::{Value, json};
 
@@ -268,7 +267,7 @@ fn spot_and_directional_lights_shine_along_minus_z() {
     document["nodes"][1]["scale"] = json!([2, 3, 4]);
     let scene = load(&document, &tiny_binary()).unwrap();
     let spot = scene.lights[0];
-    assert_eq!((scene.lights.len(), spot.triangle, spot.kind), (1, NONE, LIGHT_SPOT));
+    assert_eq!((scene.lights.len(), spot.triangle, spot.kind), (1, NONE, Features::SPOT_LIGHTS.0));
     assert!((spot.direction - Vec3::NEG_X).length() < 1e-6, "{}", spot.direction);
     assert_eq!((spot.position, spot.emission), (Vec3::new(-0.5, -0.5, 5.0), Vec3::splat(2.0)));
     assert!((spot.cone - (1.0 - 0.5_f32.cos())).abs() < 1e-6);
@@ -280,7 +279,7 @@ fn spot_and_directional_lights_shine_along_minus_z() {
     *sun = json!({ "type": "directional", "color": [1, 0.5, 0], "intensity": 4 });
     let scene = load(&document, &tiny_binary()).unwrap();
     let sun = scene.lights[0];
-    assert_eq!((sun.kind, sun.emission), (LIGHT_DIRECTIONAL, Vec3::new(4.0, 2.0, 0.0)));
+    assert_eq!((sun.kind, sun.emission), (Features::DIRECTIONAL_LIGHTS.0, Vec3::new(4.0, 2.0, 0.0)));
     assert!((sun.direction - Vec3::NEG_X).length() < 1e-6);
     assert!(sun.position.x > 0.5, "the disc lies before the scene: {}", sun.position);
     assert!((scene.flux.x - 4.0 * PI * sun.radius * sun.radius).abs() < 1e-4);

@@ -2,7 +2,8 @@
 //! changed. In a scene where nothing moves nothing changes, to the bit.
 //!
 //! A path keeps its numbers for eight frames, and paths take turns in drawing new ones; in that frame a path only
-//! remembers. All marks are made where things were in the frame before.
+//! remembers. All marks are made where things were in the frame before. They start by power whatever the frame's emission is:
+//! one that learns starts them elsewhere in the next frame, where their light would seem to have moved.
 
 use crate::declare::pass;
 use crate::interface::frame::FrameParams;
@@ -37,7 +38,7 @@ pub fn validate(
     >,
     #[len = cells::WORDS * VALIDATION_CELLS] validation_cells: AtomicWords<'_>,
 ) {
-    let emit = ByPower { scene, light_count: params.light_count, features };
+    let emit = ByPower::new(scene, params, features);
     let turn = params.frame.wrapping_add(path);
     let rng = Rng::new(Stream::Validation, params.seed, path, turn / VALIDATION_PERIOD);
     let compares = !turn.is_multiple_of(VALIDATION_PERIOD);

@@ -2,7 +2,8 @@
 
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::ray::Ray;
-use caustics_kernels::light::connect::{connect, pdf_solid_angle};
+use caustics_kernels::light::area::pdf_solid_angle;
+use caustics_kernels::light::connect::connect;
 use caustics_kernels::light::emit::Emit;
 use caustics_kernels::math::PI;
 use caustics_kernels::math::rng::{Rng, Stream};

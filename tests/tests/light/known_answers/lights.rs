@@ -2,7 +2,6 @@
 
 use caustics::scene::Scene;
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::interface::light::{LIGHT_DIRECTIONAL, LIGHT_SPOT};
 use caustics_kernels::light::emit::{EmissionSample, Emit};
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::trace::Tracer;
@@ -65,7 +64,7 @@ fn spot_lights_a_floor_by_its_falloff() {
     let scene = lit_floor(spot);
     assert_eq!(
         (scene.features(0.25), scene.lights[0].kind),
-        (Features::SPOT_LIGHTS | Features::RECEIVERS, LIGHT_SPOT)
+        (Features::SPOT_LIGHTS | Features::RECEIVERS, Features::SPOT_LIGHTS.0)
     );
     let world = World::new(&scene, &settings(48, 48, 1));
     let mut seen = [0; 3];
@@ -256,7 +255,7 @@ fn plane_mirror_turns_directional_light() {
     b.directional(DVec3::NEG_Y, 3.0);
     b.camera(DVec3::new(0.0, 0.0, 2.0), DVec3::new(-1.0, 0.0, 0.0), 0.3);
     let scene = b.build();
-    assert_eq!(scene.lights[0].kind, LIGHT_DIRECTIONAL);
+    assert_eq!(scene.lights[0].kind, Features::DIRECTIONAL_LIGHTS.0);
     let world = World::new(&scene, &settings(8, 8, 600_000));
     let deposits = world.shoot(&world.by_power());
     for half in [0.1, 0.3, 0.45] {
@@ -329,7 +328,7 @@ fn lights_of_every_kind_share_paths_and_connections() {
 
     let cone = 1.0 - 0.5_f64.cos();
     let ring = 0.2_f64.cos() - 0.5_f64.cos();
-    let sun = scene.lights.iter().find(|light| light.kind == LIGHT_DIRECTIONAL).unwrap();
+    let sun = scene.lights.iter().find(|light| light.kind == Features::DIRECTIONAL_LIGHTS.0).unwrap();
     let fluxes = [
         ("area", 2.0 * 4e-4 * PI),
         ("point", 0.1 * 4.0 * PI),

@@ -1,0 +1,20 @@
+//! Emission by power: every light by its share of the flux, all of its places and directions alike (`light::power`).
+
+#[cfg(not(target_arch = "spirv"))]
+use crate::declare::Emission;
+
+crate::shoot_pass!("shoot.store", |power| power);
+
+/// See the head of the file.
+#[cfg(not(target_arch = "spirv"))]
+pub const POWER: Emission = Emission {
+    name: "power",
+    about: "lights by their share of the flux, all of their places and directions alike",
+    cost: "nothing",
+    wrong: "most paths go where nobody sees a caustic",
+    prepare: |_| Vec::new(),
+    shoot: &SHOOT,
+    feedback: |_| Vec::new(),
+    forget: &[],
+    keeps: &[],
+};

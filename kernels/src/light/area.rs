@@ -1,0 +1,104 @@
+//! Area lights: triangles that emit, uniform over their area, by the cosine.
+
+#[cfg(target_arch = "spirv")]
+use spirv_std::num_traits::Float;
+
+use crate::interface::features::Features;
+use crate::interface::light::Light;
+use crate::interface::ray::Ray;
+use crate::interface::scene::SceneTables;
+use crate::interface::triangle::Triangle;
+use crate::light::connect::Connection;
+use crate::light::emit::EmissionSample;
+use crate::math::frame::ShadingFrame;
+use crate::math::{PI, offset, warp};
+use crate::texture::emission::emission_at;
+use spirv_std::glam::{Vec2, Vec3, Vec4};
+
+/// A uniform point of a triangle.
+struct Place {
+    /// Weights of the corners b and c.
+    weights: Vec2,
+    /// Position (m).
+    position: Vec3,
+    /// Unit normal of the front.
+    normal: Vec3,
+    /// Distance to keep when leaving (m).
+    clearance: f32,
+}
+
+impl Place {
+    #[inline(always)]
+    fn new(triangle: &Triangle, u: f32, v: f32) -> Place {
+        let weights = warp::uniform_triangle(u, v);
+        let (edge_b, edge_c) = (triangle.b - triangle.a, triangle.c - triangle.a);
+        Place {
+            weights,
+            position: triangle.a + edge_b * weights.x + edge_c * weights.y,
+            normal: edge_b.cross(edge_c).normalize(),
+            clearance: offset::clearance(offset::magnitude(triangle.a, triangle.b, triangle.c)),
+        }
+    }
+}
+
+/// A path from any side that emits.
+#[inline(always)]
+pub fn leave(
+    light: &Light,
+    scene: SceneTables<'_>,
+    features: Features,
+    place: Vec4,
+    direction: Vec4,
+) -> EmissionSample {
+    let Place { weights, position, mut normal, clearance } =
+        Place::new(&scene.triangles[light.triangle as usize], place.z, place.w);
+    if light.sides == 2 && direction.z < 0.5 {
+        normal = -normal;
+    }
+    let local = warp::cosine_hemisphere(direction.x, direction.y);
+    let to = ShadingFrame::new(normal).to_world(local);
+    let share = emission_at(scene, features, light.triangle, weights.x, weights.y);
+    EmissionSample {
+        ray: Ray::endless(offset::leave(position, normal, normal, clearance), to),
+        flux: light.emission * share * (PI * light.area * light.sides as f32 / light.pdf_light_choice),
+        // Triangles are pieces of lamps: all of them light the places around, so that no choice counts.
+        solid_angle: PI / local.z.max(1.0e-3),
+        area: 0.0,
+        texel: 0,
+    }
+}
+
+/// A connection to the side that is seen.
+#[inline(always)]
+pub fn connect(
+    light: &Light,
+    scene: SceneTables<'_>,
+    features: Features,
+    position: Vec3,
+    u: f32,
+    v: f32,
+) -> Connection {
+    let place = Place::new(&scene.triangles[light.triangle as usize], u, v);
+    let along = place.position - position;
+    let square = along.length_squared();
+    let to_light = along / square.sqrt();
+    let cos = -to_light.dot(place.normal);
+    if square == 0.0 || cos == 0.0 || (cos < 0.0 && light.sides != 2) {
+        return Connection::none(position);
+    }
+    let pdf_solid_angle = pdf_solid_angle(light, square, cos);
+    let share = emission_at(scene, features, light.triangle, place.weights.x, place.weights.y);
+    Connection {
+        target: offset::leave(place.position, place.normal, -to_light, place.clearance),
+        to_light,
+        radiance_over_pdf: light.emission * share / pdf_solid_angle,
+        pdf_solid_angle,
+        endless: false,
+    }
+}
+
+/// Density (1/sr) with which `connect` finds a point of a triangle light at this squared distance (m^2).
+#[inline(always)]
+pub fn pdf_solid_angle(light: &Light, square: f32, cos: f32) -> f32 {
+    light.pdf_light_choice / light.area * square / cos.abs()
+}

@@ -1,0 +1,36 @@
+//! The pinhole camera: from places in the picture (px; rows go down) to directions, and back.
+
+use crate::interface::frame::{Camera, FrameParams};
+use spirv_std::glam::{Vec2, Vec3};
+
+impl Camera {
+    /// Unit direction of what the picture of a frame shows at a place.
+    #[inline(always)]
+    pub fn direction_of(&self, column: f32, row: f32, params: &FrameParams) -> Vec3 {
+        let along_x = self.right * (2.0 * column / params.width as f32 - 1.0);
+        let along_y = self.up * (1.0 - 2.0 * row / params.height as f32);
+        (self.forward + along_x + along_y).normalize()
+    }
+
+    /// Where what lies along `from_eye` is on the plane of the picture: x to the right and y up, 1 at the borders. Not where
+    /// that is not before the eye.
+    #[inline(always)]
+    pub fn on_plane(&self, from_eye: Vec3) -> (bool, Vec2) {
+        let depth = from_eye.dot(self.forward);
+        if depth <= 0.0 {
+            return (false, Vec2::ZERO);
+        }
+        let x = from_eye.dot(self.right) / (depth * self.right.length_squared());
+        let y = from_eye.dot(self.up) / (depth * self.up.length_squared());
+        (true, Vec2::new(x, y))
+    }
+}
+
+impl FrameParams {
+    /// Place in the picture (px) of a place on its plane.
+    #[inline(always)]
+    pub fn place_of(&self, on_plane: Vec2) -> Vec2 {
+        let size = Vec2::new(self.width as f32, self.height as f32);
+        Vec2::new(0.5 + 0.5 * on_plane.x, 0.5 - 0.5 * on_plane.y) * size
+    }
+}

@@ -1,0 +1,181 @@
+//! What the mixture of lobes is a line each of: their chances, the sums over them, the choice among them, made of the list
+//! `for_each_lobe`.
+
+use crate::interface::features::Features;
+#[cfg(not(target_arch = "spirv"))]
+use crate::interface::material::Material;
+use crate::surface::class::Classes;
+use crate::surface::{Bsdf, Evaluated};
+#[cfg(not(target_arch = "spirv"))]
+use crate::surface::{class, ggx, glass};
+use spirv_std::glam::{Vec3, Vec4};
+
+/// What is a line a lobe: chances, sums and choices.
+macro_rules! lobes {
+    (
+        facets { $($facet:ident $rough:ident $smooth:ident;)* }
+        diffuse { $first:ident; $($diffuse:ident $bit:ident;)* }
+    ) => {
+        use crate::surface::{$($facet,)* $first $(, $diffuse)*};
+
+        /// Where any reflection at facets is rough.
+        pub const ROUGH_FACETS: Features = Features(Features::ROUGH_GLASS.0 $(| Features::$rough.0)*);
+        /// Where any is smooth.
+        pub const SMOOTH_FACETS: Features = Features(0 $(| Features::$smooth.0)*);
+
+        /// Chance of each lobe to be chosen; they sum to 1, or to 0 where nothing scatters.
+        #[derive(Clone, Copy, Debug, Default)]
+        pub struct Chances {
+            $(pub $facet: f32,)*
+            pub $first: f32,
+            $(pub $diffuse: f32,)*
+            /// Smooth glass, or what rough glass transmits.
+            pub glass: f32,
+            /// What rough glass reflects.
+            pub gloss: f32,
+        }
+
+        impl Chances {
+            /// Of all reflections at facets.
+            #[inline]
+            pub fn reflections(&self) -> f32 {
+                0.0 $(+ self.$facet)* + self.gloss
+            }
+
+            /// Of all diffuse lobes.
+            #[inline]
+            pub fn diffuse(&self) -> f32 {
+                self.$first $(+ self.$diffuse)*
+            }
+
+            /// In proportion to these, with a sum of 1.
+            #[inline(always)]
+            pub fn normalised(self) -> Chances {
+                let sum = 0.0 $(+ self.$facet)* + self.$first $(+ self.$diffuse)* + self.glass + self.gloss;
+                let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
+                Chances {
+                    $($facet: self.$facet * scale,)*
+                    $first: self.$first * scale,
+                    $($diffuse: self.$diffuse * scale,)*
+                    glass: self.glass * scale,
+                    gloss: self.gloss * scale,
+                }
+            }
+        }
+
+        impl Bsdf {
+            /// What each lobe of `classes` but glass is about to scatter.
+            #[inline(always)]
+            pub(super) fn chances_of_reflections(&self, classes: Classes) -> Chances {
+                let mut chances = Chances::default();
+                if classes.has(self.reflection_class) {
+                    $(
+                        if self.features.has(Features::$rough | Features::$smooth) {
+                            chances.$facet = $facet::chance(self);
+                        }
+                    )*
+                }
+                if classes.has(Classes::NON_SPECULAR) {
+                    chances.$first = $first::chance(self);
+                    $(
+                        if self.features.has(Features::$bit) {
+                            chances.$diffuse = $diffuse::chance(self);
+                        }
+                    )*
+                }
+                chances
+            }
+
+            /// Reflections at facets but that of glass; `facets` = D G / (4 cos cos), `reflected` their density (1/sr).
+            #[inline(always)]
+            pub(super) fn eval_facets(&self, facets: f32, reflected: f32, cos_half: f32) -> Evaluated {
+                let (mut f, mut pdf_solid_angle) = (Vec3::ZERO, 0.0);
+                $(
+                    if self.features.has(Features::$rough) {
+                        f += $facet::eval(self, facets, cos_half);
+                        pdf_solid_angle += self.chances.$facet * reflected;
+                    }
+                )*
+                Evaluated { f, pdf_solid_angle }
+            }
+
+            /// Diffuse lobes towards a direction, and `others`.
+            #[inline(always)]
+            pub(super) fn eval_diffuse(&self, direction: Vec3, others: Evaluated) -> Evaluated {
+                #[allow(unused_mut)]
+                let (mut f, mut pdf_solid_angle) = (
+                    others.f + $first::eval(self, direction),
+                    others.pdf_solid_angle + self.chances.$first * $first::pdf(self, direction),
+                );
+                $(
+                    if self.features.has(Features::$bit) {
+                        f += $diffuse::eval(self, direction);
+                        pdf_solid_angle += self.chances.$diffuse * $diffuse::pdf(self, direction);
+                    }
+                )*
+                Evaluated { f, pdf_solid_angle }
+            }
+
+            /// What the smooth reflection that `u` chooses carries, over its chance.
+            #[inline(always)]
+            pub(super) fn smooth_weight(&self, u: f32) -> Vec3 {
+                let (mut lobe, mut chance, mut before) = (Vec3::ZERO, 1.0, 0.0);
+                $(
+                    if self.features.has(Features::$smooth) {
+                        if u >= before {
+                            (lobe, chance) = ($facet::smooth(self), self.chances.$facet);
+                        }
+                        before += self.chances.$facet;
+                    }
+                )*
+                let _ = before;
+                lobe / chance
+            }
+
+            /// A direction of the diffuse lobe that `u` chooses.
+            #[inline(always)]
+            pub(super) fn sample_diffuse(&self, u: Vec4) -> Vec3 {
+                #[allow(unused_mut)]
+                let mut direction = $first::sample(self, u.y, u.z);
+                #[allow(unused_mut, unused_variables)]
+                let mut before = self.chances.reflections() + self.chances.$first;
+                $(
+                    if self.features.has(Features::$bit) && self.chances.$diffuse > 0.0 && u.x >= before {
+                        direction = $diffuse::sample(self, u.y, u.z);
+                    }
+                    before += self.chances.$diffuse;
+                )*
+                direction
+            }
+        }
+
+        /// What the lobes of a material need of the kernels. It casts caustics by what is specular, and receives them by all
+        /// else.
+        #[cfg(not(target_arch = "spirv"))]
+        pub fn features_of(material: &Material, specular_roughness: f32) -> Features {
+            let is_specular = class::reflection(material.roughness, specular_roughness) == Classes::SPECULAR;
+            let is_smooth = material.roughness < ggx::DELTA_ROUGHNESS;
+            let mut features = glass::features_of(material);
+            let mut reflects = features.has(Features::GLASS);
+            $(
+                if $facet::occurs(material) {
+                    reflects = true;
+                    features = features | if is_smooth { Features::$smooth } else { Features::$rough };
+                }
+            )*
+            if features.has(Features::GLASS) || (reflects && is_specular) {
+                features = features | Features::CASTERS;
+            }
+            if $first::occurs(material) || (reflects && !is_specular) {
+                features = features | Features::RECEIVERS;
+            }
+            $(
+                if $diffuse::occurs(material) {
+                    features = features | Features::$bit | Features::RECEIVERS;
+                }
+            )*
+            features
+        }
+    };
+}
+for_each_lobe!(lobes);

@@ -1,0 +1,39 @@
+//! Every light starts as many paths: a toy that shows all that an emission consists of.
+
+#[cfg(not(target_arch = "spirv"))]
+use crate::declare::Emission;
+use crate::light::emit::{EmissionSample, Emit};
+use crate::light::leave;
+use crate::light::power::ByPower;
+use spirv_std::glam::Vec4;
+
+crate::shoot_pass!("shoot.even", |power| Even(power));
+
+#[cfg(not(target_arch = "spirv"))]
+/// See the head of the file.
+pub const EVEN: Emission = Emission {
+    name: "even",
+    about: "as many paths from every light: a toy",
+    cost: "nothing",
+    wrong: "noise where lights differ",
+    prepare: |_| Vec::new(),
+    shoot: &SHOOT,
+    feedback: |_| Vec::new(),
+    forget: &[],
+    keeps: &[],
+};
+
+/// Light paths of all lights alike.
+#[derive(Clone, Copy)]
+pub struct Even<'a>(pub ByPower<'a>);
+
+impl Emit for Even<'_> {
+    #[inline(always)]
+    fn sample(&self, place: Vec4, direction: Vec4) -> EmissionSample {
+        let ByPower { scene, light_count, features } = self.0;
+        let row = ((place.x * light_count as f32) as u32).min(light_count - 1);
+        let mut light = scene.lights[row as usize];
+        light.pdf_light_choice = 1.0 / light_count as f32;
+        leave(&light, scene, features, place, direction)
+    }
+}

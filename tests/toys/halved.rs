@@ -1,0 +1,15 @@
+//! OurBasic with discs of half the radius: a toy that shows all that a method consists of.
+#![cfg(not(target_arch = "spirv"))]
+
+use crate::interface::frame::FrameParams;
+use crate::method::Method;
+use crate::method::basic::BASIC;
+
+/// See the head of the file.
+pub const HALVED: Method = Method {
+    name: "halved",
+    about: "OurBasic with discs of half the radius: a toy",
+    wrong: "twice the noise",
+    frame: |params, index| FrameParams { frame: index, radius_px: 0.5 * params.radius_px, ..params },
+    ..BASIC
+};

@@ -1,0 +1,64 @@
+//! A lamp that shines upwards, by the share (1 + cos) / 2 of its intensity: a toy that shows all that a type of light consists
+//! of.
+
+#[cfg(target_arch = "spirv")]
+use spirv_std::num_traits::Float;
+
+use crate::interface::features::Features;
+use crate::interface::light::Light;
+use crate::interface::ray::Ray;
+use crate::interface::scene::SceneTables;
+use crate::light::connect::Connection;
+use crate::light::emit::EmissionSample;
+use crate::math::{PI, warp};
+use spirv_std::glam::{Vec3, Vec4};
+
+/// Share of the intensity in a direction.
+#[inline(always)]
+fn share(to: Vec3) -> f32 {
+    0.5 + 0.5 * to.y
+}
+
+/// A path in any direction.
+#[inline(always)]
+pub fn leave(
+    light: &Light,
+    _scene: SceneTables<'_>,
+    _features: Features,
+    _place: Vec4,
+    direction: Vec4,
+) -> EmissionSample {
+    let to = warp::uniform_sphere(direction.x, direction.y);
+    let solid_angle = 4.0 * PI / light.pdf_light_choice;
+    EmissionSample {
+        ray: Ray::endless(light.position, to),
+        flux: light.emission * (share(to) * solid_angle),
+        solid_angle,
+        area: 0.0,
+        texel: 0,
+    }
+}
+
+/// A connection by the law of the inverse square.
+#[inline(always)]
+pub fn connect(
+    light: &Light,
+    _scene: SceneTables<'_>,
+    _features: Features,
+    position: Vec3,
+    _u: f32,
+    _v: f32,
+) -> Connection {
+    let along = light.position - position;
+    let square = along.length_squared();
+    if square == 0.0 {
+        return Connection::none(position);
+    }
+    let to_light = along / square.sqrt();
+    Connection {
+        target: light.position,
+        to_light,
+        radiance_over_pdf: light.emission * (share(-to_light) / (square * light.pdf_light_choice)),
+        ..Connection::none(position)
+    }
+}

@@ -3,7 +3,18 @@
 //! As [Vogels et al. 2018] have it, without their constant in the denominator: scaling both pictures changes nothing. The
 //! largest value is 1, the error of a pixel that is black in one picture alone.
 
+use super::comparison::{Better, Metric};
 use super::pixels::Pixels;
+
+/// Symmetric mean absolute percentage error.
+pub static SMAPE: Metric = Metric {
+    name: "smape",
+    about: "Symmetric mean absolute percentage error",
+    unit: "1",
+    better: Better::Lower,
+    wrong: "an error in the dark counts as much as one in the light",
+    compute: |comparison| Ok(comparison.mean(smape)),
+};
 
 /// The symmetric mean absolute percentage error.
 pub fn smape(image: &Pixels, reference: &Pixels) -> f64 {

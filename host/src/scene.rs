@@ -1,15 +1,14 @@
 //! glTF in, flat tables out. Imports interface.
 //!
-//! `gltf` reads a file, [`Scene::from_parts`] makes the tables of it: `tree` orders the triangles, `light` chooses
-//! among the emitters, `features` says which code the scene can reach.
+//! `gltf` reads a file into [`SceneParts`], which make the tables: `tree` orders the triangles, `light` chooses among the
+//! emitters, `features` says which code the scene can reach, and `pose` brings what moves to a time. All of them know
+//! [`Scene`], which knows none of them.
 
-use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::instance::Instance;
 use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::scene::{SceneTables, TextureTables};
-use caustics_kernels::interface::texture::TextureCoordinates;
 use caustics_kernels::interface::tree::{TreeNode, TriangleBlock};
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use caustics_kernels::texture::cut_out::CutOuts;
@@ -23,16 +22,15 @@ pub use self::error::SceneError;
 pub use self::find::{MADE, names, resolve};
 pub use self::gltf::files::files;
 pub(crate) use self::gltf::read_alone as read;
-use self::media::Media;
-use self::motion::Motion;
-use self::moving::MovingMesh;
+pub use self::motion::Motion;
+pub use self::parts::SceneParts;
 pub use self::punctual::{LightShape, PunctualLight};
 pub use self::texture::TextureParts;
-use self::tree::top;
 
 pub mod animation;
 mod buffers;
 mod camera;
+mod corner;
 mod error;
 mod features;
 mod find;
@@ -42,6 +40,8 @@ mod light;
 mod media;
 pub mod motion;
 pub mod moving;
+mod parts;
+mod pose;
 mod punctual;
 mod sheets;
 mod solids;
@@ -102,164 +102,18 @@ impl Scene {
         fnv1a(bytes.chain(channels))
     }
 
-    /// Makes the tables of geometry that is centred already. A scene may be dark or have no camera.
+    /// The camera of a name; the first where none is given.
     ///
-    /// Drops triangles without an area, computes curvatures, clears normals that are the face's, orders triangles by the tree, and builds the light table;
-    /// `curvature` and `light` of the given surfaces are overwritten, and the materials' priorities by a strict order.
-    pub fn from_parts(
-        name: &str,
-        triangles: Vec<Triangle>,
-        surfaces: Vec<TriangleSurface>,
-        materials: Vec<Material>,
-        material_names: Vec<String>,
-        punctual_lights: Vec<PunctualLight>,
-        cameras: Vec<SceneCamera>,
-    ) -> Result<Scene, SceneError> {
-        let parts = TextureParts::default();
-        Self::from_textured_parts(
-            name,
-            triangles,
-            surfaces,
-            materials,
-            material_names,
-            punctual_lights,
-            cameras,
-            parts,
-        )
-    }
-
-    /// The same with textures; sets the materials' flags by them.
-    #[expect(clippy::too_many_arguments, reason = "a scene has as many parts")]
-    pub fn from_textured_parts(
-        name: &str,
-        triangles: Vec<Triangle>,
-        surfaces: Vec<TriangleSurface>,
-        materials: Vec<Material>,
-        material_names: Vec<String>,
-        punctual_lights: Vec<PunctualLight>,
-        cameras: Vec<SceneCamera>,
-        parts: TextureParts,
-    ) -> Result<Scene, SceneError> {
-        let origin = DVec3::ZERO;
-        Self::assemble(
-            name,
-            triangles,
-            surfaces,
-            materials,
-            material_names,
-            punctual_lights,
-            cameras,
-            parts,
-            origin,
-            None,
-        )
-    }
-
-    /// The same with what moves: triangles, surfaces and coordinates are those that stand still.
-    #[expect(clippy::too_many_arguments, reason = "a scene has as many parts")]
-    fn assemble(
-        name: &str,
-        mut triangles: Vec<Triangle>,
-        mut surfaces: Vec<TriangleSurface>,
-        mut materials: Vec<Material>,
-        material_names: Vec<String>,
-        punctual_lights: Vec<PunctualLight>,
-        cameras: Vec<SceneCamera>,
-        mut parts: TextureParts,
-        origin: DVec3,
-        mut motion: Option<Motion>,
-    ) -> Result<Scene, SceneError> {
-        geometry::check(name, &triangles, &surfaces, &materials, &material_names)?;
-        light::check(name, &punctual_lights)?;
-        let meshes = motion.as_ref().map_or(&[][..], |motion| &motion.meshes);
-        if !parts.textures.is_empty() {
-            parts.coordinates.extend(meshes.iter().flat_map(MovingMesh::coordinates));
-        }
-        let moving: usize = meshes.iter().map(|mesh| mesh.corners.len()).sum();
-        texture::check(name, &parts, triangles.len() + moving, &material_names)?;
-        texture::set_flags(&mut materials, &parts);
-        let media = Media::of(&materials, &triangles, &surfaces, motion.as_ref());
-        media.rank(&mut materials);
-        let has_coordinates = !parts.coordinates.is_empty();
-        parts.coordinates.truncate(triangles.len());
-        let dropped_triangles =
-            geometry::drop_degenerate(&mut triangles, &mut surfaces, &mut parts.coordinates);
-        if triangles.len() + moving == 0 {
-            return Err(SceneError::NoGeometry { file: name.into(), dropped: dropped_triangles });
-        }
-        if meshes.len() > top::MAX_MESHES {
-            let what = format!("{} meshes move, but at most {} may", meshes.len(), top::MAX_MESHES);
-            return Err(SceneError::Tables { file: name.into(), what });
-        }
-
-        // An instance carries the id of its first triangle in 24 bits.
-        if moving > 0 && triangles.len() + moving > 1 << 24 {
-            let what = "a scene with meshes that move has more than 2^24 triangles".into();
-            return Err(SceneError::Tables { file: name.into(), what });
-        }
-
-        // The tree over what stands still; below a top level where meshes move.
-        let leaves = meshes.len() + usize::from(!triangles.is_empty());
-        let (top, levels) =
-            if moving > 0 { (top::node_count(leaves), top::levels_below(leaves)) } else { (0, tree::LEVELS) };
-        let tree = match triangles.is_empty() {
-            true => tree::Tree::default(),
-            false => tree::build_within(&triangles, levels),
-        };
-        let triangles: Vec<_> = tree.order.iter().map(|&id| triangles[id as usize]).collect();
-        let mut surfaces: Vec<_> = tree.order.iter().map(|&id| surfaces[id as usize]).collect();
-        for (triangle, surface) in triangles.iter().zip(&mut surfaces) {
-            surface.curvature = geometry::curvature(triangle, surface);
-            geometry::flatten(triangle, surface);
-            surface.light = NONE;
-        }
-
-        if !parts.coordinates.is_empty() {
-            parts.coordinates = tree.order.iter().map(|&id| parts.coordinates[id as usize]).collect();
-        }
-        let textures = texture::build(name, parts, &triangles)?;
-
-        let mut scene = Scene {
-            name: name.into(),
-            triangles,
-            surfaces,
-            materials,
-            material_names,
-            textures,
-            instances: vec![Instance::default()],
-            nodes: vec![TreeNode::default(); top],
-            cameras,
-            origin,
-            has_nested_media: media.are_nested(),
-            dropped_triangles,
-            ..Scene::default()
-        };
-        tree::append(&mut scene, tree.nodes, tree.blocks);
-        let Some(motion) = &mut motion else {
-            let emitters = light::emitters(&scene);
-            light::apply(&mut scene, &emitters, &punctual_lights);
-            scene.mark_hanging_sheets();
-            scene.warnings = media.warnings(&scene);
-            return Ok(scene);
-        };
-
-        (motion.top, motion.still) = (top, scene.triangles.len());
-        motion.still_bounds = scene.triangles.iter().map(tree::bounds).reduce(|all, next| all.union(&next));
-        for (id, mesh) in motion.meshes.iter_mut().enumerate() {
-            mesh.append(&mut scene, id as u32 + 1, levels);
-            if has_coordinates {
-                scene.textures.coordinates.resize(scene.triangles.len(), TextureCoordinates::default());
-            }
-        }
-        motion.prepare();
-        motion.pose(&mut scene, 0.0)?;
-        // Emission is sampled where the texture coordinates are known: after the first pose.
-        motion.emitters = light::emitters(&scene);
-        motion.prepare();
-        motion.pose(&mut scene, 0.0)?;
-        scene.mark_hanging_sheets();
-        scene.warnings = media.warnings(&scene);
-        Ok(Scene { motion: Some(std::mem::take(motion)), ..scene })
+    /// # Errors
+    ///
+    /// If there is no such camera; the error lists those there are.
+    pub fn camera(&self, name: Option<&str>) -> Result<&SceneCamera, SceneError> {
+        let found = self.cameras.iter().find(|camera| name.is_none_or(|name| camera.name == name));
+        found.ok_or_else(|| SceneError::UnknownCamera {
+            scene: self.name.clone(),
+            camera: name.unwrap_or_default().into(),
+            known: self.cameras.iter().map(|camera| camera.name.as_str()).collect::<Vec<_>>().join(", "),
+        })
     }
 
     /// Whether anything in the scene moves.
@@ -270,15 +124,6 @@ impl Scene {
     /// Time of the last key of its animations (s); 0 where nothing moves.
     pub fn duration(&self) -> f64 {
         self.motion.as_ref().map_or(0.0, |motion| motion.rig.duration())
-    }
-
-    /// Brings cameras, lights and meshes to where they stand at a time (s). The pose before becomes the previous one.
-    /// A time that cannot be shown is an error and changes nothing.
-    pub fn pose(&mut self, time: f64) -> Result<(), SceneError> {
-        let Some(mut motion) = self.motion.take() else { return Ok(()) };
-        let posed = motion.pose(self, time);
-        self.motion = Some(motion);
-        posed
     }
 
     /// Its software tracer; `CUT_OUTS` and `INSTANCES` decide whether it looks for holes and for what moves.

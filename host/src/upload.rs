@@ -20,7 +20,7 @@ impl Upload {
     pub fn new(scene: &Scene) -> Upload {
         let Some(motion) = &scene.motion else { return Upload::default() };
         Upload {
-            light_ids: motion.still_light_ids(scene),
+            light_ids: motion.still_light_ids(&scene.surfaces),
             lights: scene.lights.clone(),
             placements: motion.placements.clone(),
         }

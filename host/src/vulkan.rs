@@ -1,9 +1,10 @@
 //! The only unsafe host code: Vulkan through ash. May import `caustics_kernels::interface`, nothing else of ours.
 //!
-//! A [`context::Context`] is a device opened for compute; everything else keeps it alive. [`memory`] allocates
-//! each [`buffer`], [`module`] reads what the entry points bind, [`passes`] has them compiled, once a process ([`pipeline`]),
-//! and binds buffers to them by name ([`bound`]), [`structure`] builds acceleration structures, and [`frame`] records steps into one command buffer, runs and times it. [`executable`] compiles
-//! an entry point to see what it becomes, and runs nothing.
+//! A [`context::Context`] is a device opened for compute; everything else keeps it alive. Each [`buffer`] takes its bytes
+//! of [`memory`], [`reflection`] reads what the entry points of a [`module`] bind, [`passes`] has them compiled, once a process
+//! ([`pipeline`]), and binds buffers to them by name ([`bound`]), [`structure`] builds acceleration structures, and [`frame`]
+//! records steps into one command buffer, runs and times it. [`executable`] compiles an entry point to see what it
+//! becomes, and runs nothing.
 
 pub mod bound;
 pub mod buffer;
@@ -22,9 +23,11 @@ pub mod passes;
 pub mod pipeline;
 pub mod primitives;
 pub mod recorder;
+pub mod reflection;
 pub mod structure;
 #[cfg(test)]
 pub(crate) mod test_module;
+mod transfer;
 
 pub use device::{DeviceInfo, DeviceKind, best, devices};
 pub use error::VulkanError;

@@ -1,6 +1,6 @@
 //! A scene with every lobe: a ball of each material over a floor, under a triangle and a point light.
 
-use caustics::scene::{LightShape, PunctualLight, Scene, SceneCamera};
+use caustics::scene::{LightShape, PunctualLight, Scene, SceneCamera, SceneParts};
 use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAG_THIN, Material};
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::Vec3;
@@ -84,8 +84,17 @@ pub fn scene() -> Scene {
     let sun = PunctualLight { intensity, shape: LightShape::Directional { direction }, ..point };
     let eye = Vec3::new(0.0, 1.5, 4.0);
     let camera = SceneCamera::look_at("eye", eye, Vec3::new(0.0, 0.5, 0.0), Vec3::Y, 1.2);
-    Scene::from_parts("lobes", triangles, surfaces, materials, names, vec![point, spot, sun], vec![camera])
-        .expect("the scene is sound")
+    let parts = SceneParts {
+        name: "lobes".into(),
+        triangles,
+        surfaces,
+        materials,
+        material_names: names,
+        lights: vec![point, spot, sun],
+        cameras: vec![camera],
+        ..SceneParts::default()
+    };
+    parts.build().expect("the scene is sound")
 }
 
 /// Directions to the corners of a unit ball's triangles, counter-clockwise from outside.

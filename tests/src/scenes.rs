@@ -1,9 +1,9 @@
-//! Builders of small scenes: panels, blocks, spheres and rings of a few materials, through [`Scene::from_parts`].
+//! Builders of small scenes: panels, blocks, spheres and rings of a few materials, through [`SceneParts`].
 
 use std::f64::consts::{PI, TAU};
 
 use caustics::scene::texture::{CornerCoordinates, Image, ImageTexture, Role};
-use caustics::scene::{LightShape, PunctualLight, Scene, SceneCamera, TextureParts};
+use caustics::scene::{LightShape, PunctualLight, Scene, SceneCamera, SceneParts, TextureParts};
 use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAG_THIN, Material};
 use caustics_kernels::interface::texture::{MaterialTextures, WRAP_REPEAT};
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
@@ -285,10 +285,20 @@ impl Builder {
 
     /// The scene.
     pub fn build(self) -> Scene {
-        let names = (0..self.materials.len()).map(|id| format!("material {id}")).collect();
+        let material_names = (0..self.materials.len()).map(|id| format!("material {id}")).collect();
         let Builder { triangles, surfaces, materials, lights, cameras, textures } = self;
-        Scene::from_textured_parts("test", triangles, surfaces, materials, names, lights, cameras, textures)
-            .expect("a test's scene is valid")
+        let parts = SceneParts {
+            name: "test".into(),
+            triangles,
+            surfaces,
+            materials,
+            material_names,
+            lights,
+            cameras,
+            textures,
+            ..SceneParts::default()
+        };
+        parts.build().expect("a test's scene is valid")
     }
 }
 

@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
+use caustics::metric::comparison::Metric;
 use caustics::metric::flip::PIXELS_PER_DEGREE;
 use caustics::metric::pixels::Region;
-use caustics::metric::report::METRICS;
+use caustics::metric::report::{METRICS, metric};
 use clap::Args;
 
 /// Options of `compare`.
@@ -46,16 +47,16 @@ pub struct Compare {
 /// A metric and the value that it must not exceed.
 #[derive(Clone, Debug)]
 pub struct Limit {
-    /// One of the names of [`METRICS`].
-    pub metric: &'static str,
+    /// One of [`METRICS`].
+    pub metric: &'static Metric,
     /// In the metric's unit.
     pub value: f64,
 }
 
 fn limit(text: &str) -> Result<Limit, String> {
     let (name, value) = text.split_once('=').ok_or("it must be METRIC=VALUE")?;
-    let Some((metric, _)) = METRICS.iter().find(|(metric, _)| *metric == name) else {
-        let known: Vec<_> = METRICS.iter().map(|(metric, _)| *metric).collect();
+    let Some(metric) = metric(name) else {
+        let known: Vec<_> = METRICS.iter().map(|metric| metric.name).collect();
         return Err(format!("no metric is called {name:?}; known are {}", known.join(", ")));
     };
     match value.parse::<f64>() {

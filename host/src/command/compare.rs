@@ -1,12 +1,12 @@
 //! `caustics compare`.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::ExitCode;
 
 use caustics::image::{Channels, Encoding};
+use caustics::metric::comparison::{Metric, Value, Viewing};
 use caustics::metric::pixels::{Estimate, Region};
-use caustics::metric::report::{METRICS, Report, Value, Viewing, report};
+use caustics::metric::report::MetricReport;
 use caustics::output::png;
 use caustics::output::target::Target;
 use serde_json::json;
@@ -35,7 +35,7 @@ pub fn run(options: &Compare) -> anyhow::Result<ExitCode> {
         tell!("warning: {}: {count} pixels are infinite or no numbers", path.display());
     }
     let of_reference = estimates.pop().ok_or_else(|| Usage("no files".into()))?;
-    let report = report(&estimates, &of_reference, &viewing);
+    let report = MetricReport::of(&estimates, &of_reference, &viewing);
 
     match (map, &report.map) {
         (Some(target), Some(map)) => {
@@ -50,16 +50,12 @@ pub fn run(options: &Compare) -> anyhow::Result<ExitCode> {
     }
     if options.json {
         let region = json!({ "x": region.x, "y": region.y, "width": region.width, "height": region.height });
-        let values: BTreeMap<_, _> =
-            report.values.iter().map(|(name, value)| (*name, value.as_ref().ok())).collect();
-        let missing: BTreeMap<_, _> =
-            report.values.iter().filter_map(|(name, value)| Some((*name, value.as_ref().err()?))).collect();
         let (of_reference, of_images) = non_finite.split_last().unwrap_or((&0, &[]));
         let out = json!({
             "images": images, "reference": reference, "layer": options.layer, "region": region,
-            "runs": images.len(), "metrics": values, "unavailable": missing,
+            "runs": images.len(), "metrics": report.by_name(), "unavailable": report.unavailable(),
             "non_finite_px": { "images": of_images, "reference": of_reference },
-            "z_blocks": report.z_test.map(|test| test.blocks),
+            "z_blocks": report.z_blocks,
             "pixels_per_degree": options.pixels_per_degree, "failed": failed,
         });
         say(serde_json::to_string_pretty(&out)?)?;
@@ -140,12 +136,10 @@ impl<'a> Frame<'a> {
 }
 
 /// What is above its limit or has no value, in words.
-fn failed(options: &Compare, report: &Report) -> Vec<String> {
-    let check = |limit: &Limit| match report.get(limit.metric) {
-        // The only one with a sign that means nothing to a limit.
-        Ok(value) if limit.metric == "z_picture" => above(limit.metric, value.abs(), limit.value),
-        Ok(value) => above(limit.metric, value, limit.value),
-        Err(why) => Some(format!("{} has no value: {why}", limit.metric)),
+fn failed(options: &Compare, report: &MetricReport) -> Vec<String> {
+    let check = |limit: &Limit| match report.get(limit.metric.name) {
+        Ok(value) => above(limit.metric.name, limit.metric.limited(value), limit.value),
+        Err(why) => Some(format!("{} has no value: {why}", limit.metric.name)),
     };
     options.fail_above.iter().filter_map(check).collect()
 }
@@ -155,13 +149,12 @@ fn above(metric: &str, value: f64, limit: f64) -> Option<String> {
 }
 
 /// The metrics for a person.
-fn table(report: &Report) -> String {
-    let units: BTreeMap<_, _> = METRICS.into_iter().collect();
-    let line = |(name, value): &(&'static str, Value)| match value {
+fn table(report: &MetricReport) -> String {
+    let line = |(Metric { name, unit, .. }, value): &(&'static Metric, Value)| match value {
         Ok(value) if (1e-4..1e7).contains(&value.abs()) || *value == 0.0 => {
-            format!("{name:22} {value:>14.6}  {}\n", units[name])
+            format!("{name:22} {value:>14.6}  {unit}\n")
         }
-        Ok(value) => format!("{name:22} {value:>14.6e}  {}\n", units[name]),
+        Ok(value) => format!("{name:22} {value:>14.6e}  {unit}\n"),
         Err(why) => format!("{name:22} {:>14}  {why}\n", "-"),
     };
     report.values.iter().map(line).collect()

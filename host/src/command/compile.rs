@@ -12,7 +12,7 @@ use anyhow::Context;
 use caustics::hash::fnv1a;
 use caustics::kernels::{self, Modules};
 use caustics::scene::{self, Scene};
-use caustics::vulkan::module::Reflection;
+use caustics::vulkan::reflection::Reflection;
 use caustics::vulkan::{self, DeviceInfo};
 use caustics_kernels::interface::features::Features;
 use rayon::prelude::*;

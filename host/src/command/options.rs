@@ -161,11 +161,7 @@ fn is_one_file(a: &Path, b: &Path) -> bool {
 
 /// The camera of this name, or the first.
 pub fn camera<'a>(scene: &'a Scene, name: Option<&str>) -> Result<&'a SceneCamera, Usage> {
-    let found = scene.cameras.iter().find(|camera| name.is_none_or(|name| camera.name == name));
-    found.ok_or_else(|| {
-        let known: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
-        Usage(format!("--camera {}: the scene has {}", name.unwrap_or_default(), known.join(", ")))
-    })
+    scene.camera(name).map_err(|error| Usage(format!("--camera: {error}")))
 }
 
 /// A time that a person gave (s).

@@ -6,7 +6,7 @@
 //! [`AXES`].
 
 use caustics_kernels::gather::variant;
-use caustics_kernels::{denoiser, history, method};
+use caustics_kernels::{denoiser, emission, history, method};
 
 use super::cell::{Cell, FeatureChoice, Paths, runner_name};
 
@@ -145,6 +145,20 @@ pub static GATHER: Axis = Axis {
         }
         (_, None) => Err(String::new()),
     },
+};
+
+/// How light paths start.
+pub static EMISSION: Axis = Axis {
+    key: "emission",
+    head: "emission",
+    about: "How light paths start",
+    values: Values::Names(|| emission::ALL.iter().map(|of| (of.name, of.about)).collect()),
+    usual: "power",
+    none: "power",
+    shown: Shown::Color,
+    useless: |cell| (!cell.method.chooses_emission).then_some("starts light paths in its own way, or has none"),
+    get: |cell| cell.emission.name.into(),
+    set: |cell, name| found(emission::find(name), &mut cell.emission),
 };
 
 /// What the frame before lends.

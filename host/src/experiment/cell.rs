@@ -9,6 +9,7 @@ use crate::scene::Scene;
 use crate::session::RunnerChoice;
 use crate::settings::Settings;
 use caustics_kernels::denoiser::{self, Denoiser};
+use caustics_kernels::emission::{self, Emission};
 use caustics_kernels::history::{self, History};
 use caustics_kernels::method::Method;
 use caustics_kernels::method::Parts;
@@ -22,6 +23,8 @@ pub struct Cell {
     pub method: &'static Method,
     /// How deposits and points meet; none where the method chooses no gather.
     pub gather: Option<&'static Variant>,
+    /// How light paths start.
+    pub emission: &'static Emission,
     /// What the frame before lends.
     pub history: &'static History,
     /// What smooths the path-traced part.
@@ -104,6 +107,7 @@ impl Cell {
             name: String::new(),
             method,
             gather: Some(usual_gather(&runner)),
+            emission: &emission::POWER,
             history: &history::NONE,
             denoiser: &denoiser::NONE,
             paths: Paths::PerPixel(1.0),
@@ -142,7 +146,8 @@ impl Cell {
 
     /// Its parts as a session takes them.
     pub fn parts(&self) -> Parts {
-        Parts { history: self.history, denoiser: self.denoiser, ..Parts::from(self.variant()) }
+        let Cell { emission, history, denoiser, .. } = *self;
+        Parts { gather: self.variant(), emission, history, denoiser }
     }
 
     /// Its gather; where its method chooses none, one that every runner has.
@@ -156,6 +161,7 @@ impl Cell {
             light_paths: self.paths.count(common.width, common.height),
             radius_px: self.radius_px,
             max_bounces: self.max_bounces,
+            emission: self.emission,
             history: self.history,
             denoiser: self.denoiser,
             ..common.clone()

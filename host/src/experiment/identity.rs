@@ -34,6 +34,7 @@ pub fn view(scene: &Scene, camera: &str, settings: &Settings) -> String {
         exposure: _,
         history: _,
         denoiser: _,
+        emission: _,
     } = settings;
     let viewpoint = scene.cameras.iter().find(|known| known.name == camera);
     format!(

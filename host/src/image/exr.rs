@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use exr::prelude::*;
 
-use super::{Channels, Encoding, check_samples};
+use super::channels::{Channels, Encoding};
+use super::limit::check_samples;
 use crate::output::attributes;
 
 /// The first bytes of a file.

@@ -4,7 +4,8 @@ use std::io::Cursor;
 
 use image::{ImageFormat, ImageReader};
 
-use super::{Channels, Encoding, check_samples};
+use super::channels::{Channels, Encoding};
+use super::limit::check_samples;
 
 /// The first bytes of a file.
 pub const MAGIC: &[u8] = b"\x89PNG\r\n\x1a\n";

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 use ::exr::prelude::{self as file, *};
 use glam::Vec3;
 
-use super::{Channels, ImageError, MAX_SAMPLES, check_samples_within, png};
+use super::limit::{MAX_SAMPLES, check_samples_within};
+use super::{Channels, ImageError, png};
 use crate::picture::Picture;
 
 fn write(folder: &tempfile::TempDir, name: &str, bytes: &[u8]) -> PathBuf {

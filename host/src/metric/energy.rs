@@ -2,7 +2,42 @@
 
 use glam::DVec3;
 
+use super::comparison::{Better, Comparison, Metric, NoValue};
 use super::pixels::{Estimate, Pixels, mean_of};
+
+/// Sum of the image over the sum of the reference.
+pub static ENERGY_RATIO: Metric = Metric {
+    name: "energy_ratio",
+    about: "Sum of the image over the sum of the reference",
+    unit: "1",
+    better: Better::NearOne,
+    wrong: "what is too bright here and too dark there cancels",
+    compute: |comparison| Ok(of(comparison).ratio),
+};
+
+/// Distance of the energy ratio from 1.
+pub static ENERGY_ERROR: Metric = Metric {
+    name: "energy_error",
+    about: "Distance of the energy ratio from 1",
+    unit: "1",
+    better: Better::Lower,
+    wrong: "what is too bright here and too dark there cancels",
+    compute: |comparison| Ok((of(comparison).ratio - 1.0).abs()),
+};
+
+/// Standard error of the energy ratio.
+pub static ENERGY_STANDARD_ERROR: Metric = Metric {
+    name: "energy_standard_error",
+    about: "Standard error of the energy ratio",
+    unit: "1",
+    better: Better::Lower,
+    wrong: "pixels of a variance layer are taken as independent",
+    compute: |comparison| of(comparison).standard_error.ok_or(NoValue::NoNoise),
+};
+
+fn of(comparison: &Comparison<'_>) -> Energy {
+    *comparison.shared(|Comparison { runs, reference, .. }| energy(runs, reference))
+}
 
 /// A ratio and how far noise may have moved it.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,11 +3,45 @@
 //! Our implementation of P. Andersson, J. Nilsson, P. Shirley, T. Akenine-Möller, "Visualizing Errors in Rendered High
 //! Dynamic Range Images", Eurographics 2021, with the tone curve, exposures and constants of NVIDIA's version 1.7.
 
+use std::rc::Rc;
+
 use glam::DVec3;
 
+use super::comparison::{Better, Comparison, Metric, NoValue, Value};
 use super::error_map::ErrorMap;
 use super::flip::{color, flip};
 use super::pixels::Pixels;
+use crate::image::Encoding;
+
+/// What a person sees of the difference at the exposure that shows it most.
+pub static FLIP_HDR: Metric = Metric {
+    name: "flip_hdr",
+    about: "What a person sees of the difference at the exposure that shows it most",
+    unit: "1",
+    better: Better::Lower,
+    wrong: "a firefly is no worse than a pixel that is white",
+    compute: value,
+};
+
+/// The mean map over runs.
+pub struct HdrMap(pub Option<ErrorMap>);
+
+/// The map of this metric, computed once per comparison.
+pub fn map(comparison: &Comparison<'_>) -> Rc<HdrMap> {
+    comparison.shared(|Comparison { runs, reference, viewing, .. }| {
+        // A reference without exposures has none for any run.
+        let maps =
+            runs.iter().map_while(|run| flip_hdr(&run.mean, &reference.mean, viewing.pixels_per_degree));
+        HdrMap(ErrorMap::mean_of(maps))
+    })
+}
+
+fn value(comparison: &Comparison<'_>) -> Value {
+    match comparison.viewing.encoding {
+        Encoding::Srgb => Err(NoValue::DisplayColours),
+        Encoding::Linear => map(comparison).0.as_ref().map(ErrorMap::mean).ok_or(NoValue::BlackReference),
+    }
+}
 
 /// Exposures, evenly spaced (stops).
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,11 +1,37 @@
 //! FLIP as seen on a display: of display colours as they are, of radiance through the display's curve.
 
+use std::rc::Rc;
+
 use glam::DVec3;
 
+use super::comparison::{Better, Comparison, Metric, NoValue, Viewing};
 use super::error_map::ErrorMap;
 use super::flip::flip;
-use super::pixels::Pixels;
+use super::pixels::{Estimate, Pixels};
 use crate::image::Encoding;
+
+/// What a person sees of the difference on a display, at one exposure.
+pub static FLIP_LDR: Metric = Metric {
+    name: "flip_ldr",
+    about: "What a person sees of the difference on a display, at one exposure",
+    unit: "1",
+    better: Better::Lower,
+    wrong: "what the exposure makes white or black is not seen",
+    compute: |comparison| map(comparison).0.as_ref().map(ErrorMap::mean).ok_or(NoValue::NoImage),
+};
+
+/// The mean map over runs.
+pub struct LdrMap(pub Option<ErrorMap>);
+
+/// The map of this metric, computed once per comparison.
+pub fn map(comparison: &Comparison<'_>) -> Rc<LdrMap> {
+    comparison.shared(|Comparison { runs, reference, viewing, .. }| {
+        let Viewing { encoding, exposure, pixels_per_degree } = *viewing;
+        let map =
+            |run: &Estimate| flip_ldr(&run.mean, &reference.mean, encoding, exposure, pixels_per_degree);
+        LdrMap(ErrorMap::mean_of(runs.iter().map(map)))
+    })
+}
 
 /// FLIP of what a display shows. `encoding` says what the pictures were read from: EXR is exposed by `exposure` stops and
 /// tone-mapped as for the PNG of `render`; PNG is shown as it is.

@@ -1,8 +1,19 @@
 //! Mean squared error: mean of (a - b)^2 over pixels and channels (squared unit of the layer).
 
+use super::comparison::{Better, Metric};
 use super::pixels::Pixels;
 
-/// The mean squared error of an image, over pixels and channels.
+/// Mean squared error.
+pub static MSE: Metric = Metric {
+    name: "mse",
+    about: "Mean squared error",
+    unit: "unit^2",
+    better: Better::Lower,
+    wrong: "bright pixels decide it, and it grows with the exposure",
+    compute: |comparison| Ok(comparison.mean(mse)),
+};
+
+/// The mean squared error.
 pub fn mse(image: &Pixels, reference: &Pixels) -> f64 {
     let squares = image.values.iter().zip(&reference.values).map(|(a, b)| (*a - *b).length_squared());
     squares.sum::<f64>() / (3 * image.values.len()) as f64

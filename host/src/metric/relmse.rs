@@ -6,8 +6,63 @@
 
 use glam::DVec3;
 
+use super::comparison::{Better, Comparison, Metric, NoValue, Value};
 use super::percentile::percentile;
-use super::pixels::Pixels;
+use super::pixels::{Estimate, Pixels};
+
+/// Relative mean squared error.
+pub static RELMSE: Metric = Metric {
+    name: "relmse",
+    about: "Relative mean squared error",
+    unit: "1",
+    better: Better::Lower,
+    wrong: "one firefly can be more than all other pixels together",
+    compute: |comparison| means(comparison, |means| means.mean),
+};
+
+/// Relative mean squared error without the worst 0.1 % of the pixels.
+pub static RELMSE_TRIMMED: Metric = Metric {
+    name: "relmse_trimmed",
+    about: "Relative mean squared error without the worst 0.1 % of the pixels",
+    unit: "1",
+    better: Better::Lower,
+    wrong: "fireflies are left out",
+    compute: |comparison| means(comparison, |means| means.trimmed),
+};
+
+/// Relative squared error that 0.1 % of the pixels exceed.
+pub static RELMSE_P999: Metric = Metric {
+    name: "relmse_p999",
+    about: "Relative squared error that 0.1 % of the pixels exceed",
+    unit: "1",
+    better: Better::Lower,
+    wrong: "it says nothing of the other pixels",
+    compute: |comparison| means(comparison, |means| means.p999),
+};
+
+/// Means over runs.
+struct Means {
+    mean: f64,
+    trimmed: f64,
+    p999: f64,
+}
+
+/// One of the means; they share the errors of the pixels.
+fn means(comparison: &Comparison<'_>, pick: fn(&Means) -> f64) -> Value {
+    if least_square(&comparison.reference.mean) <= 0.0 {
+        return Err(NoValue::BlackReference);
+    }
+    let means = comparison.shared(|Comparison { runs, reference, .. }| {
+        let of_run = |run: &Estimate| {
+            let errors = errors(&run.mean, &reference.mean);
+            DVec3::new(relmse(&errors), trimmed(&errors), percentile(&errors, 1.0 - TRIMMED))
+        };
+        let sum: DVec3 = runs.iter().map(of_run).sum();
+        let [mean, trimmed, p999] = (sum / runs.len() as f64).to_array();
+        Means { mean, trimmed, p999 }
+    });
+    Ok(pick(&means))
+}
 
 /// Part of the pixels that [`trimmed`] leaves out.
 pub const TRIMMED: f64 = 0.001;

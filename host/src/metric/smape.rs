@@ -3,9 +3,20 @@
 //! As [Vogels et al. 2018] have it, without their constant in the denominator: scaling both pictures changes nothing. The
 //! largest value is 1, the error of a pixel that is black in one picture alone.
 
+use super::comparison::{Better, Metric};
 use super::pixels::Pixels;
 
-/// The symmetric mean absolute percentage error of an image, over pixels and channels.
+/// Symmetric mean absolute percentage error.
+pub static SMAPE: Metric = Metric {
+    name: "smape",
+    about: "Symmetric mean absolute percentage error",
+    unit: "1",
+    better: Better::Lower,
+    wrong: "an error in the dark counts as much as one in the light",
+    compute: |comparison| Ok(comparison.mean(smape)),
+};
+
+/// The symmetric mean absolute percentage error.
 pub fn smape(image: &Pixels, reference: &Pixels) -> f64 {
     let error = |(a, b): (f64, f64)| if a == b { 0.0 } else { (a - b).abs() / (a.abs() + b.abs()) };
     let pairs = image.values.iter().zip(&reference.values);

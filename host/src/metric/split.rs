@@ -6,7 +6,97 @@
 
 use glam::DVec3;
 
+use super::comparison::{Better, Comparison, Metric, NoValue, Value};
 use super::pixels::{Estimate, Pixels, mean_of};
+use super::relmse;
+
+/// Squared bias in the relative mean squared error.
+pub static RELMSE_BIAS2: Metric = Metric {
+    name: "relmse_bias2",
+    about: "Squared bias in the relative mean squared error",
+    unit: "1",
+    better: Better::Lower,
+    wrong: "it may be negative: then the bias is lost in noise; without a variance of the reference it holds that too",
+    compute: |comparison| Ok(relative(comparison)?.bias2),
+};
+
+/// Variance of one run in the relative mean squared error.
+pub static RELMSE_VARIANCE: Metric = Metric {
+    name: "relmse_variance",
+    about: "Variance of one run in the relative mean squared error",
+    unit: "1",
+    better: Better::Lower,
+    wrong: "of few runs it is itself uncertain",
+    compute: |comparison| Ok(relative(comparison)?.variance),
+};
+
+/// Variance of the reference in the relative mean squared error.
+pub static RELMSE_REFERENCE: Metric = Metric {
+    name: "relmse_reference",
+    about: "Variance of the reference in the relative mean squared error",
+    unit: "1",
+    better: Better::Lower,
+    wrong: "it says how good the reference is, not the image",
+    compute: |comparison| of_reference(comparison, relative(comparison)?),
+};
+
+/// Squared bias in the mean squared error.
+pub static MSE_BIAS2: Metric = Metric {
+    name: "mse_bias2",
+    about: "Squared bias in the mean squared error",
+    unit: "unit^2",
+    better: Better::Lower,
+    wrong: "it may be negative: then the bias is lost in noise; without a variance of the reference it holds that too",
+    compute: |comparison| Ok(absolute(comparison)?.bias2),
+};
+
+/// Variance of one run in the mean squared error.
+pub static MSE_VARIANCE: Metric = Metric {
+    name: "mse_variance",
+    about: "Variance of one run in the mean squared error",
+    unit: "unit^2",
+    better: Better::Lower,
+    wrong: "of few runs it is itself uncertain",
+    compute: |comparison| Ok(absolute(comparison)?.variance),
+};
+
+/// Variance of the reference in the mean squared error.
+pub static MSE_REFERENCE: Metric = Metric {
+    name: "mse_reference",
+    about: "Variance of the reference in the mean squared error",
+    unit: "unit^2",
+    better: Better::Lower,
+    wrong: "it says how good the reference is, not the image",
+    compute: |comparison| of_reference(comparison, absolute(comparison)?),
+};
+
+/// The split of relative errors, computed once per comparison.
+struct Relative(Option<Split>);
+
+/// The split of absolute errors, computed once per comparison.
+struct Absolute(Option<Split>);
+
+fn relative(comparison: &Comparison<'_>) -> Result<Split, NoValue> {
+    let eps = relmse::least_square(&comparison.reference.mean);
+    let split = comparison.shared(|Comparison { runs, reference, .. }| {
+        Relative(split(runs, reference, |b| DVec3::ONE / (b * b + eps)))
+    });
+    let split = split.0.ok_or(NoValue::NoImageNoise)?;
+    if eps > 0.0 { Ok(split) } else { Err(NoValue::BlackReference) }
+}
+
+fn absolute(comparison: &Comparison<'_>) -> Result<Split, NoValue> {
+    let split = comparison
+        .shared(|Comparison { runs, reference, .. }| Absolute(split(runs, reference, |_| DVec3::ONE)));
+    split.0.ok_or(NoValue::NoImageNoise)
+}
+
+fn of_reference(comparison: &Comparison<'_>, split: Split) -> Value {
+    match comparison.reference.variance {
+        Some(_) => Ok(split.reference_variance),
+        None => Err(NoValue::NoSplitReference),
+    }
+}
 
 /// The parts of a squared error; means over pixels and channels.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,15 +2,16 @@
 
 use glam::DVec3;
 
+use super::comparison::{NoValue, Viewing};
 use super::energy::energy;
 use super::mse::mse;
 use super::percentile::{percentile, quantile};
 use super::pixels::{Estimate, Pixels};
 use super::relmse;
-use super::report::{METRICS, Viewing, report};
+use super::report::{METRICS, MetricReport};
 use super::smape::smape;
 use super::split::split;
-use super::z_test::{NoTest, z_test};
+use super::z_test::z_test;
 use crate::image::Encoding;
 
 fn pixels(width: usize, height: usize, at: impl FnMut(usize) -> DVec3) -> Pixels {
@@ -270,12 +271,12 @@ fn z_needs_noise_that_is_known() {
     let known = Noise(6).draw(&constant(1.0), 0.1);
     let unknown = Estimate { variance: None, ..known.clone() };
     let one = |run: &Estimate, reference: &Estimate| z_test(std::slice::from_ref(run), reference);
-    assert_eq!(one(&known, &unknown), Err(NoTest::Reference));
-    assert_eq!(one(&unknown, &known), Err(NoTest::Image));
+    assert_eq!(one(&known, &unknown), Err(NoValue::NoReferenceNoise));
+    assert_eq!(one(&unknown, &known), Err(NoValue::NoImageNoise));
     assert!(z_test(&[unknown.clone(), unknown], &known).is_ok());
     let mut wrong = known.clone();
     wrong.variance.as_mut().unwrap().values[3].y = -1.0;
-    assert_eq!(one(&known, &wrong), Err(NoTest::Variance));
+    assert_eq!(one(&known, &wrong), Err(NoValue::BadVariance));
 
     // Without noise nothing is tested, unless there is a difference.
     let silent = |value: f64| Estimate { mean: constant(value), variance: Some(constant(0.0)) };
@@ -291,9 +292,9 @@ fn reports_hold_every_metric_once_and_in_order() {
     let expected = pixels(20, 18, |i| DVec3::splat(1.0 + (i % 5) as f64));
     let (reference, image) = (noise.draw(&expected, 0.05), noise.draw(&expected, 0.1));
     let runs = [image.clone(), noise.draw(&expected, 0.1)];
-    let full = report(&runs, &reference, &Viewing::default());
-    let names: Vec<_> = full.values.iter().map(|(name, _)| *name).collect();
-    assert_eq!(names, METRICS.map(|(name, _)| name));
+    let full = MetricReport::of(&runs, &reference, &Viewing::default());
+    let names: Vec<_> = full.values.iter().map(|(metric, _)| metric.name).collect();
+    assert_eq!(names, METRICS.map(|metric| metric.name));
     assert!(full.values.iter().all(|(_, value)| value.is_ok()), "{:?}", full.values);
     let get = |name: &str| full.get(name).unwrap();
     for metric in ["mse", "relmse"] {
@@ -304,7 +305,7 @@ fn reports_hold_every_metric_once_and_in_order() {
 
     // What cannot be said has a reason.
     let blind = Estimate { variance: None, ..reference.clone() };
-    let lonely = report(&[Estimate { variance: None, ..image }], &blind, &Viewing::default());
+    let lonely = MetricReport::of(&[Estimate { variance: None, ..image }], &blind, &Viewing::default());
     for name in [
         "relmse_bias2",
         "relmse_variance",
@@ -313,13 +314,19 @@ fn reports_hold_every_metric_once_and_in_order() {
         "z_picture",
         "energy_standard_error",
     ] {
-        assert!(lonely.get(name).unwrap_err().contains("variance"), "{name}");
+        assert!(lonely.get(name).unwrap_err().to_string().contains("variance"), "{name}");
     }
     assert!(lonely.get("relmse").is_ok());
     let display = Viewing { encoding: Encoding::Srgb, ..Viewing::default() };
-    assert!(report(&runs, &reference, &display).get("flip_hdr").unwrap_err().contains("EXR"));
+    assert!(
+        MetricReport::of(&runs, &reference, &display)
+            .get("flip_hdr")
+            .unwrap_err()
+            .to_string()
+            .contains("EXR")
+    );
     let black = Estimate { mean: expected.map(|_| DVec3::ZERO), variance: None };
-    let black = report(&runs, &black, &Viewing::default());
+    let black = MetricReport::of(&runs, &black, &Viewing::default());
     for name in ["flip_hdr", "relmse", "relmse_p999", "relmse_bias2", "energy_ratio"] {
         assert!(black.get(name).is_err(), "{name}");
     }
@@ -334,10 +341,10 @@ fn pixels_that_are_not_finite_leave_nothing_defined() {
         bad.mean.values[4].z = value;
         bad.mean.values[9].x = value;
         for (image, reference) in [(&bad, &good), (&good, &bad)] {
-            let report = report(std::slice::from_ref(image), reference, &Viewing::default());
+            let report = MetricReport::of(std::slice::from_ref(image), reference, &Viewing::default());
             assert_eq!(report.values.len(), METRICS.len());
-            for (name, value) in &report.values {
-                assert!(value.as_ref().unwrap_err().starts_with("2 pixels"), "{name}");
+            for (metric, value) in &report.values {
+                assert_eq!(*value, Err(NoValue::NonFinite(2)), "{}", metric.name);
             }
         }
     }

@@ -13,6 +13,7 @@
 use glam::DVec3;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 
+use super::comparison::{Better, Comparison, Metric, NoValue, Value};
 use super::pixels::{Estimate, Pixels};
 
 /// Side of a block (px); those at the right and lower border may be smaller.
@@ -23,6 +24,62 @@ pub const ENOUGH: usize = 8;
 
 /// Relative rounding that pictures may carry: sums of thousands of frames in f32.
 const ROUNDING: f64 = 1e-6;
+
+/// Mean square over blocks of the difference, in units of its noise; 1 where only noise differs.
+pub static Z_MEAN_SQUARE: Metric = Metric {
+    name: "z_mean_square",
+    about: "Mean square over blocks of the difference, in units of its noise; 1 where only noise differs",
+    unit: "1",
+    better: Better::NearOne,
+    wrong: "blocks that most runs leave dark are not normal; give them longer runs",
+    compute: |comparison| value(comparison, |test| test.mean_square),
+};
+
+/// Largest difference of a block, in units of its noise.
+pub static Z_LARGEST: Metric = Metric {
+    name: "z_largest",
+    about: "Largest difference of a block, in units of its noise",
+    unit: "1",
+    better: Better::Lower,
+    wrong: "it grows with the number of blocks",
+    compute: |comparison| value(comparison, |test| test.largest),
+};
+
+/// Difference of the whole picture, in units of its noise.
+pub static Z_PICTURE: Metric = Metric {
+    name: "z_picture",
+    about: "Difference of the whole picture, in units of its noise",
+    unit: "1",
+    better: Better::NearZero,
+    wrong: "what is too bright here and too dark there cancels",
+    compute: |comparison| value(comparison, |test| test.picture),
+};
+
+/// -log10 of the probability that noise alone differs as much.
+pub static Z_SURPRISE: Metric = Metric {
+    name: "z_surprise",
+    about: "-log10 of the probability that noise alone differs as much",
+    unit: "1",
+    better: Better::Lower,
+    wrong: "the less noise there is, the smaller the bias that surprises",
+    compute: |comparison| value(comparison, ZTest::surprise),
+};
+
+/// The test, computed once per comparison.
+struct Test(Result<ZTest, NoValue>);
+
+fn test(comparison: &Comparison<'_>) -> Result<ZTest, NoValue> {
+    comparison.shared(|Comparison { runs, reference, .. }| Test(z_test(runs, reference))).0.clone()
+}
+
+fn value(comparison: &Comparison<'_>, pick: fn(&ZTest) -> f64) -> Value {
+    test(comparison).map(|test| pick(&test))
+}
+
+/// Blocks that are compared; none where there is no test.
+pub fn blocks(comparison: &Comparison<'_>) -> Option<usize> {
+    test(comparison).ok().map(|test| test.blocks)
+}
 
 /// What the test finds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,30 +103,16 @@ impl ZTest {
     }
 }
 
-/// Why there is no test.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum NoTest {
-    /// The reference's noise is not known.
-    #[error("the reference has no variance layer")]
-    Reference,
-    /// The image's noise is not known.
-    #[error("it takes several runs of the image, or a variance layer of it")]
-    Image,
-    /// A variance is negative, infinite or NaN.
-    #[error("a variance layer has values that are no variances")]
-    Variance,
-}
-
 /// Tests runs of an image, or one with a variance, against a reference with a variance.
-pub fn z_test(runs: &[Estimate], reference: &Estimate) -> Result<ZTest, NoTest> {
-    let variance_of_reference = reference.variance.as_ref().ok_or(NoTest::Reference)?;
+pub fn z_test(runs: &[Estimate], reference: &Estimate) -> Result<ZTest, NoValue> {
+    let variance_of_reference = reference.variance.as_ref().ok_or(NoValue::NoReferenceNoise)?;
     let variance_of_image = match runs {
-        [run] => Some(run.variance.as_ref().ok_or(NoTest::Image)?),
+        [run] => Some(run.variance.as_ref().ok_or(NoValue::NoImageNoise)?),
         _ => None,
     };
     for variance in variance_of_image.iter().copied().chain([variance_of_reference]) {
         if !variance.values.iter().all(|value| value.is_finite() && value.min_element() >= 0.0) {
-            return Err(NoTest::Variance);
+            return Err(NoValue::BadVariance);
         }
     }
     let (width, height) = (reference.mean.width, reference.mean.height);

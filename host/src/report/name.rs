@@ -2,7 +2,7 @@
 
 use super::load::Measured;
 use super::number::short;
-use crate::experiment::axis::{AXES, Axis, PATHS_PER_PIXEL, Shown, Values};
+use crate::experiment::axis::{AXES, Axis, METHOD, PATHS_PER_PIXEL, Shown, Values};
 use crate::experiment::result::CellConfig;
 
 /// Number of colours in `report.css`.
@@ -40,7 +40,9 @@ impl Series {
     pub fn of(cell: &CellConfig) -> Series {
         let of = |wanted: fn(&Shown) -> bool| {
             let axes = AXES.into_iter().filter(move |axis| wanted(&axis.shown));
-            let texts = axes.map(|axis| cell.text(axis)).filter(|name| says(name));
+            // A method is said, and of the rest what adds something to it.
+            let said = axes.filter(|axis| **axis == METHOD || cell.text(axis) != axis.none);
+            let texts = said.map(|axis| cell.text(axis)).filter(|name| says(name));
             texts.collect::<Vec<_>>().join(" + ")
         };
         Series {
@@ -151,7 +153,7 @@ impl Names {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::axis::{DENOISER, FEATURES, GATHER, HISTORY, METHOD, RUNNER};
+    use crate::experiment::axis::{DENOISER, FEATURES, GATHER, HISTORY, RUNNER};
     use crate::experiment::result::{CellError, CellResult};
     use std::collections::BTreeSet;
 

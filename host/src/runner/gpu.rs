@@ -12,11 +12,11 @@ use caustics_kernels::interface::instance::Transform;
 use super::{Runner, StepTime};
 use crate::scene::motion::Placement;
 use crate::vulkan::bound::{BoundPipeline, Resources};
-use crate::vulkan::buffer::Buffer;
+use crate::vulkan::buffer::{Buffer, Purpose};
 use crate::vulkan::context::Context;
 use crate::vulkan::error::VulkanError;
 use crate::vulkan::frame::Frame;
-use crate::vulkan::memory::{Memory, Purpose};
+use crate::vulkan::memory::Memory;
 use crate::vulkan::passes::{DeviceOptions, Kernels, Passes};
 use crate::vulkan::primitives::Primitives;
 use crate::vulkan::recorder::Recorder;
@@ -154,7 +154,8 @@ impl GpuRunner {
 
     fn upload(&mut self, name: &str, offset: usize, bytes: &[u8]) -> Result<(), VulkanError> {
         let GpuRunner { frame, resources, .. } = self;
-        resources.buffers.get_mut(name).ok_or_else(|| unknown(name))?.write(frame, offset as u64, bytes)
+        let buffer = resources.buffers.get_mut(name).ok_or_else(|| unknown(name))?;
+        frame.upload(buffer, offset as u64, bytes)
     }
 }
 
@@ -188,7 +189,7 @@ impl Runner for GpuRunner {
     fn read(&mut self, buffer: &str) -> anyhow::Result<Vec<u8>> {
         let GpuRunner { frame, resources, .. } = self;
         let buffer = resources.buffers.get_mut(buffer).ok_or_else(|| unknown(buffer))?;
-        Ok(buffer.read(frame)?)
+        Ok(frame.download(buffer)?)
     }
 
     fn run(&mut self, params: &FrameParams, steps: &[Step]) -> anyhow::Result<Vec<StepTime>> {
@@ -271,10 +272,10 @@ fn allocate(
     tables: &[(&'static str, &[u8])],
 ) -> Result<HashMap<&'static str, Buffer>, VulkanError> {
     let tables = tables.iter().map(|&(name, bytes)| BufferSpec { name, bytes: bytes.len() });
-    let params = memory.buffer(PARAMS, size_of::<FrameParams>() as u64, Purpose::Uniform)?;
+    let params = Buffer::new(memory, PARAMS, size_of::<FrameParams>() as u64, Purpose::Uniform)?;
     let mut named = HashMap::from([(PARAMS, params)]);
     for BufferSpec { name, bytes } in buffers.iter().copied().chain(tables) {
-        let buffer = memory.buffer(name, bytes as u64, Purpose::Data)?;
+        let buffer = Buffer::new(memory, name, bytes as u64, Purpose::Data)?;
         if named.insert(name, buffer).is_some() {
             return Err(VulkanError::DuplicateBuffer { buffer: name.into() });
         }

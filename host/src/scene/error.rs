@@ -190,6 +190,16 @@ pub enum SceneError {
         /// The file.
         file: String,
     },
+    /// No camera of this name.
+    #[error("scene {scene} has no camera {camera}; it has {known}")]
+    UnknownCamera {
+        /// The scene.
+        scene: String,
+        /// What was asked for.
+        camera: String,
+        /// Cameras that there are.
+        known: String,
+    },
     /// Nobody to see it.
     #[error("{file}: no perspective camera; add a camera node to the scene")]
     NoCamera {

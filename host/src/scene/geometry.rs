@@ -1,11 +1,10 @@
-//! Checks of triangles and materials, degenerate triangles, curvature.
+//! Checks of triangles and materials, areas, normals, curvature.
 
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::{DVec3, Vec3};
 
 use super::SceneError;
-use super::texture::CornerCoordinates;
 
 /// Largest coordinate (m) whose squares and cross products stay finite in the kernels' f32.
 pub const MAX_COORDINATE: f64 = 1e9;
@@ -59,20 +58,6 @@ fn check_material(file: &str, name: &str, material: &Material) -> Result<(), Sce
         return Ok(());
     };
     Err(SceneError::Material { file: file.into(), material: name.into(), what: what.into() })
-}
-
-/// Removes triangles thinner than f32 can tell from a line, relative to their longest edge; returns how many.
-pub fn drop_degenerate(
-    triangles: &mut Vec<Triangle>,
-    surfaces: &mut Vec<TriangleSurface>,
-    coordinates: &mut Vec<CornerCoordinates>,
-) -> usize {
-    let keep: Vec<bool> = triangles.iter().map(has_area).collect();
-    let before = triangles.len();
-    retain(triangles, &keep);
-    retain(surfaces, &keep);
-    retain(coordinates, &keep);
-    before - triangles.len()
 }
 
 /// Keeps the rows whose flag is set; the table may be empty.

@@ -1,4 +1,4 @@
-//! Reads glTF 2.0 (.gltf, .glb) into [`Scene::from_parts`]. Imports the crate gltf's document types.
+//! Reads glTF 2.0 (.gltf, .glb) into [`SceneParts`]. Imports the crate gltf's document types.
 //!
 //! The document is walked by checked look-ups only: whatever a file holds, it gives a scene or an error. Photometric
 //! values are taken as radiometric ones, number for number.
@@ -7,16 +7,12 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::Path;
 
-use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
-use glam::{DVec3, Vec3};
-
 use self::document::Document;
-use self::mesh::{Corner, Extent};
+use self::geometry::Geometry;
+use self::mesh::Extent;
 use self::node::MeshInstance;
 use super::motion::Motion;
-use super::moving::MovingMesh;
-use super::texture::{CornerCoordinates, TextureParts};
-use super::{Scene, SceneError, geometry};
+use super::{Scene, SceneError, SceneParts};
 use crate::file::read_file;
 
 mod accessor;
@@ -24,10 +20,11 @@ mod animation;
 mod buffer;
 mod document;
 pub mod files;
+mod geometry;
 mod huge;
 mod image;
 mod material;
-pub mod mesh;
+mod mesh;
 mod node;
 mod shape;
 #[cfg(test)]
@@ -82,112 +79,50 @@ fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
         return Err(SceneError::NoCamera { file: file.into() });
     }
 
+    // Take memory before anything large is decoded; textures say what a mesh has to carry.
     let triangle_count = take_triangles(&mut document, &placed.meshes)?;
-    let texture::Read { parts, mappings } = texture::read(&mut document)?;
+    let texture::Read { mut parts, mappings } = texture::read(&mut document)?;
+    let mut geometry = Geometry::read(&mut document, &placed, &mappings, triangle_count)?;
 
-    // Bring every mesh that stands still into the world in f64.
-    let mut corners: Vec<[Corner; 3]> = Vec::new();
-    if !placed.meshes.iter().any(|mesh| mesh.moves) {
-        corners.reserve_exact(triangle_count);
+    // Bring everything into a world around its origin.
+    let origin = geometry.centre(&placed.places);
+    let (triangles, surfaces) = geometry.rows(origin);
+    if !parts.textures.is_empty() {
+        parts.coordinates = geometry.coordinates();
     }
-    let mut materials_of: Vec<usize> = Vec::new();
-    let mut moving = Vec::new();
-    let mut dropped = 0;
-    for instance in &placed.meshes {
-        let (mut own, mut own_materials) = (Vec::new(), Vec::new());
-        for mesh::Part { material, triangles } in mesh::read(&mut document, instance, &mappings)? {
-            if instance.moves {
-                own_materials.resize(own_materials.len() + triangles.len(), material as u32);
-                own.extend(triangles);
-            } else {
-                materials_of.resize(materials_of.len() + triangles.len(), material);
-                corners.extend(triangles);
-            }
-        }
-        let (mesh, lost) = MovingMesh::new(instance.joint, own, own_materials);
-        dropped += lost;
-        if !mesh.corners.is_empty() {
-            moving.push(mesh);
-        }
-    }
-
-    // Recentre, so that f32 is finest where the scene is.
-    let still = corners.iter().flatten().map(|corner| corner.position);
-    let all = still.chain(moving.iter().flat_map(|mesh| mesh.world(&placed.places[mesh.joint])));
-    let all: Vec<DVec3> = all.collect();
-    let details = huge::details(all.as_chunks().0.iter().copied());
-    let (lower, upper) =
-        all.iter().fold((DVec3::MAX, DVec3::MIN), |(lower, upper), &p| (lower.min(p), upper.max(p)));
-    let origin = match details.first() {
-        Some(smallest) => smallest.centre,
-        None if all.is_empty() => DVec3::ZERO,
-        None => 0.5 * (lower + upper),
-    };
-    huge::split(&details, &mut corners, &mut materials_of);
-    let local = |position: DVec3| (position - origin).as_vec3();
-
-    let (triangles, surfaces) = corners
-        .iter()
-        .zip(&materials_of)
-        .map(|([a, b, c], &material)| {
-            let triangle = Triangle { a: local(a.position), b: local(b.position), c: local(c.position) };
-            let face = geometry::face_normal(&triangle);
-            let normal = |corner: &Corner| corner.normal.unwrap_or(face);
-            let surface = TriangleSurface {
-                normal_a: normal(a),
-                normal_b: normal(b),
-                normal_c: normal(c),
-                material: material as u32,
-                ..TriangleSurface::default()
-            };
-            (triangle, surface)
-        })
-        .unzip();
-    let coordinates = if parts.textures.is_empty() {
-        Vec::new()
-    } else {
-        let row = |corners: &[Corner; 3]| {
-            let [a, b, c] = corners.map(|corner| corner.tangent);
-            let tangents = a.zip(b).zip(c).map(|((a, b), c)| [a, b, c]);
-            CornerCoordinates { uv: corners.map(|corner| corner.uv), tangents }
-        };
-        corners.iter().map(row).collect()
-    };
-    let parts = TextureParts { coordinates, ..parts };
-    let places = |joint: usize| &placed.places[joint];
-    let mut lights = Vec::new();
-    for mounted in &placed.lights {
-        match mounted.what.placed(places(mounted.joint), origin) {
-            Some(light) => lights.push(light),
-            None if mounted.moves => {}
-            None => {
-                let node = placed.rig.joints[mounted.joint].label.clone();
-                let what = "its light has no direction (a scale of zero)".into();
-                return Err(SceneError::Node { file: file.into(), node, what });
-            }
-        }
-    }
-    let cameras =
-        placed.cameras.iter().map(|mounted| mounted.what.placed(places(mounted.joint), origin)).collect();
-
-    let (materials, names) = material::read_all(&mut document);
+    let (lights, cameras) = (placed.lights_around(file, origin)?, placed.cameras_around(origin));
+    let (materials, material_names) = material::read_all(&mut document);
     let moves = placed.rig.joints.iter().any(|joint| joint.moves);
     let motion = moves.then_some(Motion {
         file: file.into(),
         rig: placed.rig,
         cameras: placed.cameras,
         lights: placed.lights,
-        meshes: moving,
+        meshes: geometry.moving,
         ..Motion::default()
     });
-    let mut scene =
-        Scene::assemble(file, triangles, surfaces, materials, names, lights, cameras, parts, origin, motion)?;
-    scene.dropped_triangles += dropped;
+
+    let textures = parts;
+    let name = file.into();
+    let parts = SceneParts {
+        name,
+        triangles,
+        surfaces,
+        materials,
+        material_names,
+        lights,
+        cameras,
+        textures,
+        origin,
+        motion,
+    };
+    let mut scene = parts.build()?;
+    scene.dropped_triangles += geometry.dropped;
     if scene.lights.is_empty() && !scene.motion.as_ref().is_some_and(Motion::has_light) {
         return Err(SceneError::NoLight { file: file.into() });
     }
     let warnings = document.warnings.lines(file).into_iter().chain(scene.warnings).collect();
-    Ok(Scene { origin, background: document.background, warnings, ..scene })
+    Ok(Scene { background: document.background, warnings, ..scene })
 }
 
 /// Takes memory for all triangles, by the accessors of every mesh and the nodes that place it. How many there are.
@@ -209,9 +144,4 @@ fn take_triangles(document: &mut Document, meshes: &[MeshInstance]) -> Result<us
     let bytes = triangles * TRIANGLE_BYTES + vertices.saturating_mul(VERTEX_BYTES);
     document.take(bytes, format_args!("its {triangles} triangles"))?;
     Ok(triangles as usize)
-}
-
-/// A vector of the file.
-fn vector(values: [f32; 3]) -> DVec3 {
-    Vec3::from(values).as_dvec3()
 }

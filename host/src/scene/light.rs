@@ -6,9 +6,10 @@ use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::material::FLAG_EMIT_BOTH_SIDES;
+use caustics_kernels::interface::scene::SceneTables;
 use glam::{DVec3, Vec3};
 
-use super::{PunctualLight, Scene, SceneError, geometry};
+use super::{PunctualLight, SceneError, geometry};
 
 mod emission;
 
@@ -33,7 +34,7 @@ pub struct Emitter {
 }
 
 /// Every triangle that emits. This samples textures; where triangles move, only their areas change.
-pub fn emitters(scene: &Scene) -> Vec<Emitter> {
+pub fn emitters(scene: SceneTables<'_>) -> Vec<Emitter> {
     (0..scene.triangles.len() as u32)
         .map(|triangle| Emitter { triangle, mean: emission::mean(scene, triangle) })
         .filter(|emitter| emitter.mean.element_sum() > 0.0)
@@ -42,8 +43,12 @@ pub fn emitters(scene: &Scene) -> Vec<Emitter> {
 
 /// Emitters of positive power in the order of triangles, then punctual lights, with their alias table; and the emitted
 /// flux of each channel (W).
-pub fn table(scene: &Scene, emitters: &[Emitter], punctual_lights: &[PunctualLight]) -> (Vec<Light>, Vec3) {
-    let Scene { triangles, surfaces, materials, .. } = scene;
+pub fn table(
+    scene: SceneTables<'_>,
+    emitters: &[Emitter],
+    punctual_lights: &[PunctualLight],
+) -> (Vec<Light>, Vec3) {
+    let SceneTables { triangles, surfaces, materials, .. } = scene;
     let of_triangles = emitters.iter().map(|&Emitter { triangle: id, mean }| {
         let (triangle, surface) = (&triangles[id as usize], &surfaces[id as usize]);
         let material = &materials[surface.material as usize];
@@ -69,18 +74,6 @@ pub fn table(scene: &Scene, emitters: &[Emitter], punctual_lights: &[PunctualLig
         all.into_iter().filter(|&(_, flux)| power(flux) >= 1e-30 * total).unzip();
     choose_by_power(&mut lights, &fluxes.iter().map(|&flux| power(flux)).collect::<Vec<_>>());
     (lights, fluxes.into_iter().sum::<DVec3>().as_vec3())
-}
-
-/// Writes the table into the scene, and into its triangles where they stand in it.
-pub fn apply(scene: &mut Scene, emitters: &[Emitter], punctual_lights: &[PunctualLight]) {
-    let (lights, flux) = table(scene, emitters, punctual_lights);
-    for emitter in emitters {
-        scene.surfaces[emitter.triangle as usize].light = NONE;
-    }
-    for (id, light) in lights.iter().enumerate().filter(|(_, light)| light.triangle != NONE) {
-        scene.surfaces[light.triangle as usize].light = id as u32;
-    }
-    (scene.lights, scene.flux) = (lights, flux);
 }
 
 /// Fills the alias table [Vose 1991]: a row chosen evenly keeps its light below the threshold, else takes its alias.
@@ -110,6 +103,7 @@ fn choose_by_power(lights: &mut [Light], powers: &[f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Scene;
 
     #[test]
     fn alias_table_chooses_in_proportion_to_power() {
@@ -136,9 +130,9 @@ mod tests {
     fn dark_lights_are_left_out() {
         let point = |intensity| PunctualLight::point(Vec3::ZERO, intensity);
         let empty = Scene::default();
-        let (lights, flux) = table(&empty, &[], &[point(Vec3::ZERO), point(Vec3::ONE)]);
+        let (lights, flux) = table(empty.tables(), &[], &[point(Vec3::ZERO), point(Vec3::ONE)]);
         assert_eq!(lights.len(), 1);
         assert!((flux.x - 12.566_371).abs() < 1e-5);
-        assert!(table(&empty, &[], &[point(Vec3::ZERO)]).0.is_empty());
+        assert!(table(empty.tables(), &[], &[point(Vec3::ZERO)]).0.is_empty());
     }
 }

@@ -11,7 +11,6 @@ use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
 use self::plan::{Plan, WIDTH, least_levels};
-use super::Scene;
 
 mod plan;
 #[cfg(test)]
@@ -165,14 +164,16 @@ impl Builder<'_> {
     }
 }
 
-/// Appends a tree to a scene's: children refer to where they are then.
-pub fn append(scene: &mut Scene, mut nodes: Vec<TreeNode>, blocks: Vec<TriangleBlock>) {
-    let (node, block) = (scene.nodes.len() as u32, scene.blocks.len() as u32);
-    for lane in nodes.iter_mut().flat_map(|node| &mut node.children) {
-        *lane += if *lane & LEAF != 0 { block } else { node };
+impl Tree {
+    /// Appends nodes and blocks to those of other trees: children refer to where they are then.
+    pub fn append_to(mut self, nodes: &mut Vec<TreeNode>, blocks: &mut Vec<TriangleBlock>) {
+        let (node, block) = (nodes.len() as u32, blocks.len() as u32);
+        for lane in self.nodes.iter_mut().flat_map(|node| &mut node.children) {
+            *lane += if *lane & LEAF != 0 { block } else { node };
+        }
+        nodes.append(&mut self.nodes);
+        blocks.append(&mut self.blocks);
     }
-    scene.nodes.extend(nodes);
-    scene.blocks.extend(blocks);
 }
 
 /// A node of four empty lanes.

@@ -7,8 +7,8 @@ use ash::vk;
 
 use super::buffer::Buffer;
 use super::error::VulkanError;
-use super::module::{Binding, BindingKind};
 use super::pipeline::{Pipeline, descriptor_type};
+use super::reflection::{Binding, BindingKind};
 use super::structure::Hierarchy;
 
 /// What entry points can bind, by name.

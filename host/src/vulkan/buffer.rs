@@ -1,19 +1,37 @@
-//! Buffers, mapped where the host sees the device's memory, else staged.
+//! Buffers: device-local, except where the host must see them.
 
 use std::sync::Arc;
 
 use ash::vk;
-use gpu_allocator::AllocationError;
-use gpu_allocator::vulkan::Allocation;
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
+use gpu_allocator::{AllocationError, MemoryLocation};
 
 use super::error::VulkanError;
-use super::frame::Frame;
-use super::memory::{Memory, Purpose};
+use super::memory::Memory;
 
-/// Largest piece that goes through a staging buffer at once (bytes).
-const STAGING_BYTES: u64 = 64 << 20;
+/// No buffer is smaller, so that an empty table can be bound (bytes).
+const MIN_BYTES: u64 = 256;
 
-/// A buffer with its memory. No method may be called while the device works on it; [`Frame::execute`] waits.
+/// What a buffer is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// A named buffer of kernels.
+    Data,
+    /// The settings of a frame.
+    Uniform,
+    /// Storage of an acceleration structure.
+    Structure,
+    /// Scratch of an acceleration structure's build.
+    Scratch,
+    /// Instances of a top-level structure, written by the host.
+    Instances,
+    /// Staging towards the device.
+    Upload,
+    /// Staging towards the host.
+    Download,
+}
+
+/// A buffer with its memory. Not to be touched while the device works on it.
 pub struct Buffer {
     pub(super) raw: vk::Buffer,
     pub(super) name: String,
@@ -24,6 +42,53 @@ pub struct Buffer {
 }
 
 impl Buffer {
+    /// A buffer of undefined content.
+    ///
+    /// # Errors
+    ///
+    /// If kernels could not bind the whole of it, or the memory is used up.
+    pub fn new(
+        memory: &Arc<Memory>,
+        name: &str,
+        bytes: u64,
+        purpose: Purpose,
+    ) -> Result<Buffer, VulkanError> {
+        let context = &memory.context;
+        let limit = context.info().max_storage_buffer_bytes;
+        if purpose == Purpose::Data && bytes > limit {
+            return Err(VulkanError::BufferTooLarge { buffer: name.into(), bytes, limit });
+        }
+        let size = bytes.next_multiple_of(4).max(MIN_BYTES);
+        let info = vk::BufferCreateInfo::default().size(size).usage(usage(purpose, context.is_hardware()));
+        // SAFETY: the device is alive and the size is not zero.
+        let raw =
+            unsafe { context.raw.create_buffer(&info, None) }.map_err(VulkanError::call("vkCreateBuffer"))?;
+        // From here on, dropping the buffer frees what there is of it.
+        let memory = Arc::clone(memory);
+        let mut buffer = Buffer { raw, name: name.into(), bytes, size, allocation: None, memory };
+        // SAFETY: the buffer is of this device.
+        let mut requirements = unsafe { context.raw.get_buffer_memory_requirements(raw) };
+        requirements.alignment = requirements.alignment.max(MIN_BYTES);
+        let allocation = buffer
+            .memory
+            .lock(|allocator| {
+                allocator.allocate(&AllocationCreateDesc {
+                    name,
+                    requirements,
+                    location: location(purpose),
+                    linear: true,
+                    allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+                })
+            })
+            .map_err(|source| VulkanError::OutOfMemory { buffer: name.into(), bytes, source })?;
+        let allocation = buffer.allocation.insert(allocation);
+        // SAFETY: the buffer has no memory yet, and the allocation outlives it.
+        unsafe { context.raw.bind_buffer_memory(raw, allocation.memory(), allocation.offset()) }
+            .map_err(VulkanError::call("vkBindBufferMemory"))?;
+        context.labels.name(raw, name);
+        Ok(buffer)
+    }
+
     /// Name of the buffer.
     pub fn name(&self) -> &str {
         &self.name
@@ -46,63 +111,8 @@ impl Buffer {
         unsafe { self.memory.context.raw.get_buffer_device_address(&info) }
     }
 
-    /// Overwrites the buffer from an offset on (bytes).
-    pub fn write(&mut self, frame: &mut Frame, offset: u64, bytes: &[u8]) -> Result<(), VulkanError> {
-        if offset.saturating_add(bytes.len() as u64) > self.bytes {
-            let (buffer, bytes) = (self.name.clone(), offset.saturating_add(bytes.len() as u64));
-            return Err(VulkanError::Overflow { buffer, bytes, capacity: self.bytes });
-        }
-        match self.mapped(vk::MemoryPropertyFlags::HOST_COHERENT) {
-            Some(memory) => {
-                memory[offset as usize..][..bytes.len()].copy_from_slice(bytes);
-                Ok(())
-            }
-            None => self.write_staged(frame, offset, bytes),
-        }
-    }
-
-    /// The whole buffer.
-    pub fn read(&mut self, frame: &mut Frame) -> Result<Vec<u8>, VulkanError> {
-        let length = self.bytes as usize;
-        let readable = vk::MemoryPropertyFlags::HOST_COHERENT | vk::MemoryPropertyFlags::HOST_CACHED;
-        match self.mapped(readable) {
-            Some(memory) => Ok(memory[..length].to_vec()),
-            None => self.read_staged(frame),
-        }
-    }
-
-    fn write_staged(&self, frame: &mut Frame, start: u64, bytes: &[u8]) -> Result<(), VulkanError> {
-        let mut staging = self.staging(Purpose::Upload)?;
-        for (index, piece) in bytes.chunks(STAGING_BYTES as usize).enumerate() {
-            staging.mapped_or_fail()?[..piece.len()].copy_from_slice(piece);
-            let (offset, length) = (start + index as u64 * STAGING_BYTES, piece.len() as u64);
-            frame.execute(&[format!("write.{}", self.name)], |recorder, _| {
-                recorder.copy((&staging, 0), (self, offset), length);
-            })?;
-        }
-        Ok(())
-    }
-
-    fn read_staged(&self, frame: &mut Frame) -> Result<Vec<u8>, VulkanError> {
-        let mut staging = self.staging(Purpose::Download)?;
-        let mut bytes = Vec::with_capacity(self.bytes as usize);
-        while (bytes.len() as u64) < self.bytes {
-            let offset = bytes.len() as u64;
-            let length = (self.bytes - offset).min(STAGING_BYTES);
-            frame.execute(&[format!("read.{}", self.name)], |recorder, _| {
-                recorder.copy((self, offset), (&staging, 0), length);
-            })?;
-            bytes.extend_from_slice(&staging.mapped_or_fail()?[..length as usize]);
-        }
-        Ok(bytes)
-    }
-
-    fn staging(&self, purpose: Purpose) -> Result<Buffer, VulkanError> {
-        self.memory.buffer(&format!("staging.{}", self.name), self.bytes.min(STAGING_BYTES), purpose)
-    }
-
     /// The buffer's memory if the host sees it and it has these properties.
-    fn mapped(&mut self, properties: vk::MemoryPropertyFlags) -> Option<&mut [u8]> {
+    pub(super) fn mapped(&mut self, properties: vk::MemoryPropertyFlags) -> Option<&mut [u8]> {
         let allocation = self.allocation.as_mut()?;
         if !allocation.memory_properties().contains(properties) {
             return None;
@@ -133,24 +143,30 @@ impl Drop for Buffer {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::super::context::Context;
-    use super::super::test_module;
-    use super::*;
+fn usage(purpose: Purpose, hardware: bool) -> vk::BufferUsageFlags {
+    use vk::BufferUsageFlags as Usage;
+    match purpose {
+        Purpose::Data => {
+            let plain = Usage::STORAGE_BUFFER | Usage::TRANSFER_SRC | Usage::TRANSFER_DST;
+            let input =
+                Usage::SHADER_DEVICE_ADDRESS | Usage::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR;
+            if hardware { plain | input } else { plain }
+        }
+        Purpose::Uniform => Usage::UNIFORM_BUFFER | Usage::TRANSFER_DST,
+        Purpose::Structure => Usage::ACCELERATION_STRUCTURE_STORAGE_KHR | Usage::SHADER_DEVICE_ADDRESS,
+        Purpose::Scratch => Usage::STORAGE_BUFFER | Usage::SHADER_DEVICE_ADDRESS,
+        Purpose::Instances => {
+            Usage::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR | Usage::SHADER_DEVICE_ADDRESS
+        }
+        Purpose::Upload => Usage::TRANSFER_SRC,
+        Purpose::Download => Usage::TRANSFER_DST,
+    }
+}
 
-    #[test]
-    fn staging_carries_every_piece() {
-        let context = match Context::new(None, false, false) {
-            Ok(context) => Arc::new(context),
-            Err(error) => return test_module::skip(&error),
-        };
-        let memory = Memory::new(Arc::clone(&context)).unwrap();
-        let mut frame = Frame::new(&context).unwrap();
-        let bytes: Vec<u8> = (0..STAGING_BYTES + 1001).map(|i| (i % 251) as u8).collect();
-        let mut buffer = memory.buffer("large", bytes.len() as u64, Purpose::Data).unwrap();
-        buffer.write_staged(&mut frame, 0, &bytes).unwrap();
-        assert!(buffer.read(&mut frame).unwrap() == bytes);
-        assert!(buffer.read_staged(&mut frame).unwrap() == bytes);
+fn location(purpose: Purpose) -> MemoryLocation {
+    match purpose {
+        Purpose::Data | Purpose::Uniform | Purpose::Structure | Purpose::Scratch => MemoryLocation::GpuOnly,
+        Purpose::Instances | Purpose::Upload => MemoryLocation::CpuToGpu,
+        Purpose::Download => MemoryLocation::GpuToCpu,
     }
 }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::context::Context;
 use super::error::VulkanError;
-use super::passes::Module;
+use super::module::Module;
 use super::pipeline::Pipeline;
 
 /// A program that a pipeline consists of.

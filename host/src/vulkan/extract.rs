@@ -78,7 +78,7 @@ fn ids(instruction: &Instruction) -> impl Iterator<Item = u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::vulkan::module::Reflection;
+    use crate::vulkan::reflection::Reflection;
 
     fn load(words: &[u32]) -> Module {
         rspirv::dr::load_words(words).expect("SPIR-V")

@@ -9,8 +9,8 @@ use caustics_kernels::interface::frame::Dispatch;
 
 use super::context::Context;
 use super::error::VulkanError;
-use super::module::{BindingKind, EntryPoint};
-use super::passes::Module;
+use super::module::Module;
+use super::reflection::{BindingKind, EntryPoint};
 
 pub use caustics_kernels::interface::frame::INVOCATIONS_PER_ROW;
 

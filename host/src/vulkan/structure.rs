@@ -8,10 +8,10 @@ use std::sync::Arc;
 use ash::vk;
 use caustics_kernels::interface::instance::Transform;
 
-use super::buffer::Buffer;
+use super::buffer::{Buffer, Purpose};
 use super::context::Context;
 use super::error::VulkanError;
-use super::memory::{Memory, Purpose};
+use super::memory::Memory;
 use super::primitives::Primitives;
 
 /// Primitives of a buffer, those of one bottom level.
@@ -95,12 +95,12 @@ impl Hierarchy {
         }
         let most = parts.len() as u32;
         let bytes = u64::from(most) * INSTANCE_BYTES as u64;
-        let instances = memory.buffer(&format!("{name}.instances"), bytes, Purpose::Instances)?;
+        let instances = Buffer::new(memory, &format!("{name}.instances"), bytes, Purpose::Instances)?;
         let (top, top_scratch) =
             Structure::new(memory, name, Level::Top, primitives, instance_geometry(&instances), most)?;
         // All builds share the scratch; its address is rounded up when used.
         let bytes = scratch_bytes.max(top_scratch) + context.candidate.scratch_alignment;
-        let scratch = memory.buffer(&format!("{name}.scratch"), bytes, Purpose::Scratch)?;
+        let scratch = Buffer::new(memory, &format!("{name}.scratch"), bytes, Purpose::Scratch)?;
         let mut hierarchy =
             Hierarchy { name, primitives, bottoms, top, instances, placed: 0, scratch, context };
         hierarchy.place(&[Placed { part: 0, to_world: Transform::IDENTITY, custom_index: 0 }])?;
@@ -233,7 +233,7 @@ impl Structure {
                 &mut sizes,
             );
         }
-        let storage = memory.buffer(name, sizes.acceleration_structure_size, Purpose::Structure)?;
+        let storage = Buffer::new(memory, name, sizes.acceleration_structure_size, Purpose::Structure)?;
         let info = vk::AccelerationStructureCreateInfoKHR::default()
             .buffer(storage.raw)
             .size(sizes.acceleration_structure_size)

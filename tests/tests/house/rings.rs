@@ -170,6 +170,164 @@ fn breaches(doors: &Doors, rings: &[&[&str]]) -> Vec<String> {
     doors.iter().filter_map(breach).collect()
 }
 
+/// A file of a crate as the path of its module.
+type Module = Vec<String>;
+
+/// The host's program, whose modules may know each other in a circle.
+const MAY_CIRCLE: &[&str] = &["command", "cli", "experiment"];
+
+/// Which modules of a crate each of its modules takes something from.
+struct Imports {
+    known: BTreeMap<Module, BTreeSet<Module>>,
+    /// Where a name is that a module hands on: by the module and the name.
+    handed_on: BTreeMap<(Module, String), Module>,
+}
+
+impl Imports {
+    /// The imports of these modules, from their sources.
+    fn of(sources: &BTreeMap<Module, String>, own_name: &str) -> Imports {
+        let mut imports = Imports { known: BTreeMap::new(), handed_on: BTreeMap::new() };
+        let mut named = Vec::new();
+        for (module, text) in sources {
+            let mut paths = Vec::new();
+            collect(text.parse().expect("a source parses"), module, own_name, &mut paths);
+            named.extend(paths.into_iter().map(|path| (module.clone(), path)));
+        }
+        for (module, Named { path, is_handed_on }) in &named {
+            if let (true, Some(name)) = (is_handed_on, path.last()) {
+                imports.handed_on.insert((module.clone(), name.clone()), path.clone());
+            }
+        }
+        for (module, Named { path, is_handed_on }) in &named {
+            let there = imports.there(path, sources, 8);
+            if !is_handed_on && there != *module && sources.contains_key(&there) {
+                imports.known.entry(module.clone()).or_default().insert(there);
+            }
+        }
+        imports
+    }
+
+    /// The module in which a path ends, through those that hand it on.
+    fn there(&self, path: &[String], sources: &BTreeMap<Module, String>, steps: usize) -> Module {
+        let mut module = Vec::new();
+        for name in path {
+            let inner = [&module[..], std::slice::from_ref(name)].concat();
+            if sources.contains_key(&inner) {
+                module = inner;
+                continue;
+            }
+            return match self.handed_on.get(&(module.clone(), name.clone())) {
+                Some(path) if steps > 0 => self.there(path, sources, steps - 1),
+                _ => module,
+            };
+        }
+        module
+    }
+
+    /// A circle of modules, if there is one.
+    fn circle(&self) -> Option<Vec<Module>> {
+        // Take away what knows none of the rest, until nothing is left or everything knows something.
+        let mut rest: BTreeSet<&Module> = self.known.keys().collect();
+        let next = |module: &Module, rest: &BTreeSet<&Module>| {
+            self.known.get(module)?.iter().find(|known| rest.contains(known)).cloned()
+        };
+        while let Some(&module) = rest.iter().find(|module| next(module, &rest).is_none()) {
+            rest.remove(module);
+        }
+        let mut walk = vec![(*rest.first()?).clone()];
+        loop {
+            let module = next(walk.last()?, &rest)?;
+            if let Some(start) = walk.iter().position(|known| *known == module) {
+                return Some(walk.split_off(start));
+            }
+            walk.push(module);
+        }
+    }
+}
+
+/// A path from the crate's root that a module names.
+struct Named {
+    path: Vec<String>,
+    /// Whether it does so to hand it on: `pub use`.
+    is_handed_on: bool,
+}
+
+/// Adds the paths that tokens of a module name. One that starts with a name starts at a module below, if there is one.
+fn collect(tokens: TokenStream, module: &[String], own_name: &str, found: &mut Vec<Named>) {
+    let tokens: Vec<TokenTree> = tokens.into_iter().collect();
+    let (mut at, mut is_handed_on) = (0, false);
+    while at < tokens.len() {
+        if is_test(&tokens[at..]) {
+            while at < tokens.len() && !ends_item(&tokens[at]) {
+                at += 1;
+            }
+        }
+        let is_behind = at > 0 && is_colon(&tokens[at - 1]);
+        match tokens.get(at) {
+            // Those of a `use` were read with the path before them.
+            Some(TokenTree::Group(group)) if !is_behind => collect(group.stream(), module, own_name, found),
+            Some(TokenTree::Ident(ident)) if *ident == "use" => {
+                let before: Vec<_> =
+                    tokens[at.saturating_sub(2)..at].iter().map(ToString::to_string).collect();
+                is_handed_on = before.contains(&"pub".to_string());
+            }
+            Some(TokenTree::Ident(ident)) if !is_behind => {
+                let name = ident.to_string();
+                let (base, start) = match name.as_str() {
+                    "crate" => (&[][..], at + 1),
+                    _ if name == own_name => (&[][..], at + 1),
+                    "self" => (module, at + 1),
+                    _ => (module, at),
+                };
+                if tokens.get(at + 1).is_some_and(is_colon) && tokens.get(at + 2).is_some_and(is_colon) {
+                    paths_behind(&tokens[start..], base, is_handed_on, found);
+                }
+            }
+            Some(TokenTree::Punct(punct)) if punct.as_char() == ';' => is_handed_on = false,
+            _ => {}
+        }
+        at += 1;
+    }
+}
+
+fn is_colon(token: &TokenTree) -> bool {
+    matches!(token, TokenTree::Punct(punct) if punct.as_char() == ':')
+}
+
+/// Adds the paths that a module's own continues with: names behind `::`, groups of them, and `super`.
+fn paths_behind(tokens: &[TokenTree], base: &[String], is_handed_on: bool, found: &mut Vec<Named>) {
+    let mut path = base.to_vec();
+    for (at, token) in tokens.iter().enumerate() {
+        let is_behind = at == 0 || is_colon(&tokens[at - 1]);
+        match token {
+            _ if is_colon(token) => {}
+            TokenTree::Ident(ident) if *ident == "super" => _ = path.pop(),
+            TokenTree::Ident(ident) if *ident == "self" => {}
+            TokenTree::Ident(ident) if is_behind => path.push(ident.to_string()),
+            TokenTree::Group(group) if is_behind && group.delimiter() == Delimiter::Brace => {
+                let inner: Vec<TokenTree> = group.stream().into_iter().collect();
+                let is_comma = |token: &TokenTree| token.to_string() == ",";
+                for part in inner.split(is_comma).filter(|part| !part.is_empty()) {
+                    paths_behind(part, &path, is_handed_on, found);
+                }
+                return;
+            }
+            _ => break,
+        }
+    }
+    found.push(Named { path, is_handed_on });
+}
+
+/// Sources of a crate by module, tests aside.
+fn sources(src: &Path) -> BTreeMap<Module, String> {
+    let source = |file: PathBuf| {
+        let path = file.strip_prefix(src).expect("below").with_extension("");
+        let module = path.components().map(|part| part.as_os_str().to_string_lossy().into_owned());
+        (module.collect(), std::fs::read_to_string(&file).expect("a source"))
+    };
+    files(src).into_iter().map(source).collect()
+}
+
 fn assert_rings(src: &str, own_name: &str, rings: &[&[&str]]) {
     let doors = doors(&Path::new(env!("CARGO_MANIFEST_DIR")).join(src), own_name);
     assert!(doors.len() > 20, "only {} doors are found", doors.len());
@@ -185,6 +343,51 @@ fn the_kernels_keep_their_rings() {
 #[test]
 fn the_host_keeps_its_rings() {
     assert_rings("../host/src", "caustics", HOST);
+}
+
+/// Neither do a module and those below it. What it declares and hands on (`pub use`) it does not import.
+#[test]
+fn no_modules_of_the_host_import_each_other_in_a_circle() {
+    let mut sources = sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../host/src"));
+    sources.retain(|module, _| !["lib", "main"].contains(&module[0].as_str()));
+    sources.retain(|module, _| !MAY_CIRCLE.contains(&module[0].as_str()));
+    let imports = Imports::of(&sources, "caustics");
+    let count: usize = imports.known.values().map(BTreeSet::len).sum();
+    assert!(count > 200, "only {count} imports are found");
+    let circle =
+        imports.circle().map(|circle| circle.iter().map(|module| module.join("::")).collect::<Vec<_>>());
+    assert_eq!(circle, None);
+}
+
+/// A circle is found whatever way its paths are written; a path to a parent's re-export leads on to where it is defined.
+#[test]
+fn detects_a_circle_of_modules() {
+    let circle = |texts: &[(&str, &str)]| {
+        let module = |path: &str| path.split("::").map(String::from).collect::<Module>();
+        let sources = texts.iter().map(|(path, text)| (module(path), (*text).to_string())).collect();
+        Imports::of(&sources, "caustics").circle().map(|circle| circle.len())
+    };
+    let to_b = [
+        "use super::b::B;",
+        "use crate::a::{b::B, NONE};",
+        "fn f() { super::b::f(); }",
+        "use caustics::a::b;",
+        "use super::{B as Other};",
+    ];
+    for text in to_b {
+        let parent = "mod b; mod c; mod d; pub use self::b::B;";
+        let files =
+            [("a", parent), ("a::b", "use super::c::C;"), ("a::c", "use super::d::D;"), ("a::d", text)];
+        assert_eq!(circle(&files), Some(3), "{text}");
+        let files = [("a", parent), ("a::b", ""), ("a::c", "use super::d::D;"), ("a::d", text)];
+        assert_eq!(circle(&files), None, "{text}");
+    }
+    for parent in ["mod b; struct A(b::B);", "mod b; use self::b::B;", "mod b; fn f() { b::f(); }"] {
+        assert_eq!(circle(&[("a", parent), ("a::b", "use super::A;")]), Some(2), "{parent}");
+    }
+    let test = "#[cfg(test)] mod tests { use crate::a::c::C; }";
+    let files = [("a", "mod b; mod c;"), ("a::b", test), ("a::c", "use crate::a::b::B;")];
+    assert_eq!(circle(&files), None);
 }
 
 /// A path in a ring further out, however it is written, is found; a test's is not.

@@ -7,7 +7,7 @@
 
 use caustics::counters::Counters;
 use caustics::picture::Picture;
-use caustics::scene::{LightShape, PunctualLight, Scene, SceneError};
+use caustics::scene::{LightShape, PunctualLight, Scene, SceneError, SceneParts};
 use caustics::settings::Settings;
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::material::Material;
@@ -72,7 +72,7 @@ fn radius_below_an_ulp_is_kept_above_it_and_the_light_stays() {
     }
 }
 
-/// A scene through `from_parts`, its floor's tables changed by `spoil`.
+/// A scene of parts, its floor's tables changed by `spoil`.
 fn spoiled(
     spoil: impl Fn(&mut Vec<Triangle>, &mut Vec<TriangleSurface>, &mut Vec<PunctualLight>),
 ) -> Result<Scene, SceneError> {
@@ -89,7 +89,17 @@ fn spoiled(
     spoil(&mut triangles, &mut surfaces, &mut lights);
     let camera = caustics::scene::SceneCamera::look_at("eye", 2.0 * Vec3::Y, Vec3::ZERO, Vec3::Z, 0.8);
     let materials = vec![lambert(0.5)];
-    Scene::from_parts("spoiled", triangles, surfaces, materials, vec!["m".into()], lights, vec![camera])
+    let parts = SceneParts {
+        name: "spoiled".into(),
+        triangles,
+        surfaces,
+        materials,
+        material_names: vec!["m".into()],
+        lights,
+        cameras: vec![camera],
+        ..SceneParts::default()
+    };
+    parts.build()
 }
 
 /// Triangles without an area are left out and counted; the picture is the same to the bit. What is not finite is

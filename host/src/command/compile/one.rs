@@ -7,7 +7,7 @@ use std::time::Instant;
 use caustics::kernels::Modules;
 use caustics::vulkan::context::Context;
 use caustics::vulkan::executable::{Executable, compile};
-use caustics::vulkan::passes::Module;
+use caustics::vulkan::module::Module;
 use caustics_kernels::interface::features::Features;
 use serde::{Deserialize, Serialize};
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec4;
+use glam::{DVec4, Vec3};
 use gltf::json::Index;
 use serde_json::Value;
 
@@ -111,7 +111,7 @@ fn channel(document: &mut Document, sampler: &Value, path: Path, owner: &str) ->
         }
         _ => {
             let values = accessor::vectors(document, output, owner)?;
-            values.into_iter().map(|value| super::vector(value).extend(0.0)).collect()
+            values.into_iter().map(|value| Vec3::from(value).as_dvec3().extend(0.0)).collect()
         }
     };
 

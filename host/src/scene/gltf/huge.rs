@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use super::mesh::Corner;
+use crate::scene::corner::Corner;
 use crate::scene::geometry::MAX_COORDINATE;
 
 /// Triangles are huge that are so many times as long as all smaller ones together are wide: then a ray leaves them at

@@ -38,7 +38,7 @@ fn priority(material: Option<&Value>) -> Result<i32, String> {
     integer.ok_or_else(|| format!("extras.priority is {priority} and should be an integer; taken as 0"))
 }
 
-/// Resolves a material's factors. Values out of range stay as they are: `Scene::from_parts` refuses them.
+/// Resolves a material's factors. Values out of range stay as they are: `SceneParts::build` refuses them.
 fn resolve(material: &json::Material, mut warn: impl FnMut(&str)) -> Material {
     let pbr = &material.pbr_metallic_roughness;
     let extensions = material.extensions.clone().unwrap_or_default();

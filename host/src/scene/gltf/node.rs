@@ -8,7 +8,7 @@ use gltf::json::scene::Node as JsonNode;
 use gltf::json::{Index, Mesh};
 
 use super::document::Document;
-use super::{animation, unsupported, vector};
+use super::{animation, unsupported};
 use crate::scene::animation::{Channel, Local, Node, NodeTree, is_singular};
 use crate::scene::motion::OnNode;
 use crate::scene::{LightShape, PunctualLight, SceneCamera, SceneError};
@@ -40,6 +40,31 @@ pub struct Placed {
     pub cameras: Vec<OnNode<SceneCamera>>,
     /// Punctual lights.
     pub lights: Vec<OnNode<PunctualLight>>,
+}
+
+impl Placed {
+    /// Punctual lights in a world around an origin (m); what moves may have no direction yet.
+    pub fn lights_around(&self, file: &str, origin: DVec3) -> Result<Vec<PunctualLight>, SceneError> {
+        let mut lights = Vec::new();
+        for light in &self.lights {
+            match light.what.placed(&self.places[light.joint], origin) {
+                Some(light) => lights.push(light),
+                None if light.moves => {}
+                None => {
+                    let node = self.rig.joints[light.joint].label.clone();
+                    let what = "its light has no direction (a scale of zero)".into();
+                    return Err(SceneError::Node { file: file.into(), node, what });
+                }
+            }
+        }
+        Ok(lights)
+    }
+
+    /// Cameras in a world around an origin (m).
+    pub fn cameras_around(&self, origin: DVec3) -> Vec<SceneCamera> {
+        let placed = |camera: &OnNode<SceneCamera>| camera.what.placed(&self.places[camera.joint], origin);
+        self.cameras.iter().map(placed).collect()
+    }
 }
 
 /// Walks the default scene's nodes, parents first.
@@ -110,9 +135,9 @@ fn roots(document: &Document) -> Result<Vec<Index<JsonNode>>, SceneError> {
 /// A node's own transform and what moves it.
 fn local(node: &JsonNode, channels: Vec<Channel>) -> Local {
     Local {
-        translation: node.translation.map_or(DVec3::ZERO, vector),
+        translation: node.translation.map_or(DVec3::ZERO, |vector| Vec3::from(vector).as_dvec3()),
         rotation: DQuat::from_array(node.rotation.unwrap_or_default().0.map(f64::from)),
-        scale: node.scale.map_or(DVec3::ONE, vector),
+        scale: node.scale.map_or(DVec3::ONE, |vector| Vec3::from(vector).as_dvec3()),
         matrix: node.matrix.map(|m| DAffine3::from_mat4(DMat4::from_cols_array(&m.map(f64::from)))),
         channels,
     }

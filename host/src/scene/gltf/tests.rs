@@ -7,7 +7,10 @@ use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAG_HANGING, FLAG_SHEET, FLAG_THIN};
 use serde_json::{Value, json};
 
+use glam::{DVec3, Vec3};
+
 use super::*;
+use crate::scene::geometry::face_normal;
 
 mod limits;
 mod textures;
@@ -168,7 +171,7 @@ fn transforms_compose_and_mirrors_keep_the_front() {
         { "mesh": 0, "scale": [-1, 1, 1], "rotation": [0, 1, 0, 1] },
     ]);
     let scene = load(&document, &tiny_binary()).unwrap();
-    let face = geometry::face_normal(&scene.triangles[0]);
+    let face = face_normal(&scene.triangles[0]);
     assert!((face - Vec3::X).length() < 1e-6, "{face}");
     // The file's normals went the same way: they are the face's own, which is written as zero.
     assert_eq!(scene.surfaces[0].normal_a, Vec3::ZERO);
@@ -194,7 +197,7 @@ fn strips_and_fans_keep_their_winding() {
         let binary: Vec<u8> = floats.chain(order.iter().flat_map(|x| x.to_le_bytes())).collect();
         let scene = load(&document, &binary).unwrap();
         assert_eq!(scene.triangles.len(), 2);
-        assert!(scene.triangles.iter().all(|triangle| geometry::face_normal(triangle) == Vec3::Z));
+        assert!(scene.triangles.iter().all(|triangle| face_normal(triangle) == Vec3::Z));
         assert!((scene.flux.x - PI).abs() < 1e-5);
     }
 }

@@ -2,10 +2,9 @@
 
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::{FLAG_CUT_OUT, FLAG_EMISSIVE_TEXTURE};
+use caustics_kernels::interface::scene::SceneTables;
 use caustics_kernels::texture::emission::emission_at;
 use glam::DVec3;
-
-use crate::scene::Scene;
 
 /// Places on all triangles together, at most. Beyond, a triangle's chance of being chosen is less exact, not its light.
 const MAX_PLACES: f32 = 1.0e7;
@@ -14,16 +13,16 @@ const STEPS: (f32, f32) = (8.0, 1000.0);
 
 /// Mean radiance over a triangle (W m^-2 sr^-1): what its texture and its holes leave of the material's emission, at
 /// places half a texel apart.
-pub fn mean(scene: &Scene, triangle: u32) -> DVec3 {
+pub fn mean(scene: SceneTables<'_>, triangle: u32) -> DVec3 {
     let id = scene.surfaces[triangle as usize].material as usize;
     let material = &scene.materials[id];
     let emission = material.emission.as_dvec3();
     if emission == DVec3::ZERO || material.flags & (FLAG_EMISSIVE_TEXTURE | FLAG_CUT_OUT) == 0 {
         return emission;
     }
-    let (tables, row) = (scene.tables(), scene.textures.materials[id]);
+    let row = scene.textures.material_textures[id];
     let mut texels = 1.0_f32;
-    if let Some(coordinates) = scene.textures.coordinates.get(triangle as usize) {
+    if let Some(coordinates) = scene.textures.texture_coordinates.get(triangle as usize) {
         let (b, c) = (coordinates.uv_b - coordinates.uv_a, coordinates.uv_c - coordinates.uv_a);
         let longest = b.length().max(c.length()).max((c - b).length());
         for texture in [row.emissive, row.base_color] {
@@ -45,7 +44,7 @@ pub fn mean(scene: &Scene, triangle: u32) -> DVec3 {
                 }
                 let at = |step: u32| (step as f32 + third / 3.0) / steps as f32;
                 let (u, v) = (at(column), at(row));
-                sum += emission_at(tables, Features::ALL, triangle, u, v).as_dvec3();
+                sum += emission_at(scene, Features::ALL, triangle, u, v).as_dvec3();
             }
         }
     }

@@ -4,7 +4,7 @@ use caustics_kernels::interface::texture::TextureCoordinates;
 use caustics_kernels::interface::triangle::Triangle;
 use glam::{Vec3, Vec4Swizzles};
 
-use super::CornerCoordinates;
+use super::parts::CornerCoordinates;
 use crate::scene::geometry;
 
 /// The row of a triangle. Without tangents of the file they run along growing u, the same at all corners; without an

@@ -1,9 +1,6 @@
 //! The levels of a texture: each half as wide and high as the one before, averaged over the area that a texel covers.
 
-use super::{Image, Role};
-
-/// Largest side of an image (texels).
-pub const MAX_SIDE: u32 = 16_384;
+use super::parts::{Image, Role};
 
 /// Levels down to a single texel.
 pub fn count(width: u32, height: u32) -> u32 {

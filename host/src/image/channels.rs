@@ -1,0 +1,59 @@
+//! A picture as named channels.
+
+use std::collections::BTreeMap;
+
+/// What the numbers of a picture mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Encoding {
+    /// Proportional to light: EXR.
+    #[default]
+    Linear,
+    /// Display colours in [0, 1] with the transfer function of sRGB: PNG.
+    Srgb,
+}
+
+/// A picture as a set of named channels, row by row from the top.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Channels {
+    /// Width (px).
+    pub width: usize,
+    /// Height (px).
+    pub height: usize,
+    /// `width * height` values of each channel; `R`, `caustics.G`, `samples.count` and the like.
+    pub channels: BTreeMap<String, Vec<f32>>,
+    /// Texts and numbers of the file's header.
+    pub attributes: BTreeMap<String, String>,
+    /// What the numbers mean.
+    pub encoding: Encoding,
+}
+
+impl Channels {
+    /// The red, green and blue channel of a layer: `R` or `NAME.R` and so on; a layer of one channel `NAME` is grey.
+    /// The name of the beauty layer is empty.
+    pub fn layer(&self, name: &str) -> Option<[&[f32]; 3]> {
+        let prefix = if name.is_empty() { String::new() } else { format!("{name}.") };
+        let lanes = ["R", "G", "B"].map(|lane| self.channels.get(&format!("{prefix}{lane}")));
+        if let [Some(r), Some(g), Some(b)] = lanes {
+            return Some([r, g, b]);
+        }
+        self.channels.get(if name.is_empty() { "Y" } else { name }).map(|grey| [grey.as_slice(); 3])
+    }
+
+    /// Names that [`Channels::layer`] knows here; the beauty layer is called `beauty`.
+    pub fn layer_names(&self) -> Vec<String> {
+        let mut names: Vec<String> = Vec::new();
+        for channel in self.channels.keys() {
+            let name = match channel.rsplit_once('.') {
+                Some((layer, "R" | "G" | "B")) if self.layer(layer).is_some() => layer,
+                None if ["R", "G", "B", "Y"].contains(&channel.as_str()) && self.layer("").is_some() => {
+                    "beauty"
+                }
+                _ => channel,
+            };
+            if !names.iter().any(|known| known == name) {
+                names.push(name.into());
+            }
+        }
+        names
+    }
+}

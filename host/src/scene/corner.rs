@@ -1,0 +1,52 @@
+//! A triangle's corner in f64, as it is brought into the world.
+
+use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec4};
+
+/// A triangle's corner in the world.
+#[derive(Clone, Copy, Debug)]
+pub struct Corner {
+    /// Position (m), not yet recentred.
+    pub position: DVec3,
+    /// Unit normal; none where the face's is meant.
+    pub normal: Option<Vec3>,
+    /// Coordinates on the material's textures; zero without any.
+    pub uv: Vec2,
+    /// Unit tangent and the bitangent's sign, where the file has them and a normal map needs them.
+    pub tangent: Option<Vec4>,
+}
+
+impl Corner {
+    /// The corner half way to another, the same from either end.
+    pub fn middle(&self, other: &Corner) -> Corner {
+        let unit = |a: Vec3, b: Vec3| (a + b).try_normalize();
+        Corner {
+            position: 0.5 * (self.position + other.position),
+            normal: self.normal.zip(other.normal).and_then(|(a, b)| unit(a, b)),
+            uv: 0.5 * (self.uv + other.uv),
+            tangent: self
+                .tangent
+                .zip(other.tangent)
+                .and_then(|(a, b)| Some(unit(a.truncate(), b.truncate())?.extend(a.w))),
+        }
+    }
+}
+
+/// A tangent in the world; none if it has no direction. A mirrored mesh turns the bitangent's sign.
+pub fn placed(to_world: &DAffine3, [x, y, z, sign]: [f32; 4]) -> Option<Vec4> {
+    let along = (to_world.matrix3 * DVec3::new(x.into(), y.into(), z.into())).try_normalize()?.as_vec3();
+    let is_mirrored = to_world.matrix3.determinant() < 0.0;
+    let sign = if (sign < 0.0) != is_mirrored { -1.0 } else { 1.0 };
+    Some(along.extend(sign))
+}
+
+/// A normal in the world; none if the file's has no length.
+pub fn turned(turn: &DMat3, normal: [f32; 3]) -> Result<Option<Vec3>, &'static str> {
+    let normal = Vec3::from(normal).as_dvec3();
+    if !normal.is_finite() {
+        return Err("is not finite");
+    }
+    Ok(normal
+        .try_normalize()
+        .and_then(|normal| (*turn * normal).try_normalize())
+        .map(|normal| normal.as_vec3()))
+}

@@ -156,7 +156,9 @@ pub static EMISSION: Axis = Axis {
     usual: "power",
     none: "power",
     shown: Shown::Color,
-    useless: |cell| (!cell.method.chooses_emission).then_some("starts light paths in its own way, or has none"),
+    useless: |cell| {
+        (!cell.method.chooses_emission).then_some("starts light paths in its own way, or has none")
+    },
     get: |cell| cell.emission.name.into(),
     set: |cell, name| found(emission::find(name), &mut cell.emission),
 };

@@ -118,7 +118,7 @@ mod tests {
         ];
         let counts = counts.into_iter().chain((frame == 3).then_some(("points", 800.0)));
         let values = times.into_iter().chain(counts.map(|(name, count)| (name.to_string(), count))).collect();
-        Row { frame, cell: cell.into(), values, ..Row::default() }
+        Row { frame, cell: cell.into(), values }
     }
 
     #[test]

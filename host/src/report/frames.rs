@@ -17,12 +17,15 @@ const LINES: usize = 10;
 /// Lengths of dashes and gaps, so that lines differ without their colour.
 const DASHES: [&str; 4] = ["none", "9 4", "3 3", "12 3 3 3"];
 
+/// A value of a frame.
+type Of = Box<dyn Fn(&FrameResult) -> Option<f64>>;
+
 /// What is drawn over frames.
 struct Drawn {
     slug: String,
     title: String,
     axis: String,
-    of: Box<dyn Fn(&FrameResult) -> Option<f64>>,
+    of: Of,
 }
 
 /// The time, and every measure of error.

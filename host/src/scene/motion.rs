@@ -10,7 +10,7 @@ use obvhs::aabb::Aabb;
 use super::animation::NodeTree;
 use super::light::Emitter;
 use super::moving::MovingMesh;
-use super::{LightShape, PunctualLight, SceneCamera};
+use super::{PunctualLight, SceneCamera};
 
 /// Something on a node.
 #[derive(Clone, Debug, PartialEq)]

@@ -161,7 +161,7 @@ fn is_one_file(a: &Path, b: &Path) -> bool {
 
 /// The camera of this name, or the first.
 pub fn camera<'a>(scene: &'a Scene, name: Option<&str>) -> Result<&'a SceneCamera, Usage> {
-    scene.camera(name).map_err(|error| Usage(format!("--camera: {error}")))
+    scene.camera(name).map_err(|error| Usage(format!("--camera {}: {error}", name.unwrap_or_default())))
 }
 
 /// A time that a person gave (s).

@@ -52,7 +52,7 @@ enum Value {
 }
 
 /// Keys of axes in older files, and what they are called now.
-const RENAMED: [(&str, &str); 2] = [("filter", "denoiser"), ("needs", "features")];
+pub const RENAMED: [(&str, &str); 2] = [("filter", "denoiser"), ("needs", "features")];
 
 impl CellConfig {
     /// A scene and a camera; no axis has a value yet.

@@ -133,6 +133,7 @@ impl Names {
             let text = match axis.values {
                 Values::Numbers(_) if cell.number(axis) > 0.0 => short(cell.number(axis)),
                 Values::Numbers(_) => continue,
+                Values::Names(_) if cell.text(axis) == axis.none => continue,
                 Values::Names(_) => cell.text(axis),
             };
             // Light paths are what most cells of a chart differ in.

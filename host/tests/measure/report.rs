@@ -182,7 +182,7 @@ fn what_was_not_measured_is_left_out_and_missing_path_tracing_is_said() {
     timed.error = None;
     fixture::save(&desk.path("timed"), &mut timed);
     let (_, page) = desk.page(&["timed"]);
-    assert!(select(&page, "[data-chart], .strip, .wipe, #needs").is_empty());
+    assert!(select(&page, "[data-chart], .strip, .wipe, #features").is_empty());
     assert_eq!(select(&page, ".bar").len(), 2, "a bar for each width of window");
     assert!(!text_of(&page, "#scene-mirror-room th").contains("FLIP"));
 
@@ -190,7 +190,7 @@ fn what_was_not_measured_is_left_out_and_missing_path_tracing_is_said() {
     seen.time = None;
     fixture::save(&desk.path("seen"), &mut seen);
     let (_, page) = desk.page(&["seen", "--force"]);
-    assert!(select(&page, ".chart, #needs").is_empty());
+    assert!(select(&page, ".chart, #features").is_empty());
     assert_eq!(select(&page, ".tile").len(), 2, "reference and picture");
     assert_eq!(select(&page, ".wipe-box option").len(), 1);
 
@@ -207,13 +207,13 @@ fn parts_hold_the_data_they_are_about() {
     let desk = Desk::new();
     let cells = fixture::write(&desk.path("results"));
     let (_, page) = desk.page(&["results"]);
-    let features = rows(&desk.path("report_files/needs.csv"));
+    let features = rows(&desk.path("report_files/features.csv"));
     assert_eq!(features.len(), 4, "two pairs of two scenes");
     for row in &features {
         let [scene, all]: [f64; 2] = [&row["scene_ms"], &row["all_ms"]].map(|value| value.parse().unwrap());
         assert!((row["saved_percent"].parse::<f64>().unwrap() - 100.0 * (1.0 - scene / all)).abs() < 1e-9);
     }
-    let said = text_of(&page, "#needs .note");
+    let said = text_of(&page, "#features .note");
     assert!(said.contains("mirror-room does without metal"), "{said}");
     let ratios = rows(&desk.path("report_files/mirror-room-ratios.csv"));
     assert!(ratios.iter().any(|row| row["cell"].starts_with("kim2019") && row["time_ratio"] == "1"));

@@ -225,6 +225,7 @@ mod tests {
             ("[1]", "[1]\nsize = [[0, 36]]", "line 9", "size"),
             ("[1]", "[1]\nsize = [[64]]", "line 9", "size"),
             ("[1]", "[1]\ngather = [\"sieve\"]", "line 9", "photons-grid"),
+            ("[1]", "[1]\nneeds = [\"all\"]", "line 9", "needs is called features now"),
         ] {
             assert!(GOOD.contains(from));
             let error = Config::parse(&GOOD.replacen(from, to, 1)).unwrap_err();

@@ -8,6 +8,7 @@ use serde::{Deserialize, Deserializer};
 use super::value::{NonEmpty, Side};
 use crate::experiment::axis::{AXES, Axis, METHOD, PATHS_PER_PIXEL, PATHS_SPELLINGS, spelled};
 use crate::experiment::matrix::Matrix;
+use crate::experiment::result::RENAMED;
 
 /// A table of lists.
 #[derive(Clone, Debug, Default)]
@@ -94,7 +95,10 @@ impl<'de> Deserialize<'de> for Key {
         known.find(|known| *known == text).map(Key).ok_or_else(|| {
             let known = ["scene", "camera", "size"].into_iter().chain(axis_keys());
             let known: Vec<_> = known.collect();
-            D::Error::custom(format!("unknown key {text}; known are {}", known.join(", ")))
+            D::Error::custom(match RENAMED.iter().find(|(old, _)| *old == text) {
+                Some((old, new)) => format!("{old} is called {new} now"),
+                None => format!("unknown key {text}; known are {}", known.join(", ")),
+            })
         })
     }
 }
@@ -136,6 +140,8 @@ impl<'de> Visitor<'de> for List<'_> {
         while list.next_element_seed(List { table: &mut *self.table, key: self.key })?.is_some() {
             is_empty = false;
         }
-        if is_empty { Err(A::Error::custom("the list is empty")) } else { Ok(()) }
+        // Where the machine decides, no value leaves it to the machine.
+        let may_be_empty = Axis::find(self.key).is_some_and(|axis| axis.usual.is_empty());
+        if is_empty && !may_be_empty { Err(A::Error::custom("the list is empty")) } else { Ok(()) }
     }
 }

@@ -38,10 +38,11 @@ pub struct Cli {
 }
 
 /// Options that were called otherwise, and what they are called now.
-const RENAMED: [(&str, &str); 4] = [
+const RENAMED: [(&str, &str); 5] = [
     ("--filter", "--denoiser"),
     ("--needs", "--features"),
     ("--error", "--measure error"),
+    ("--time", "--measure time"),
     ("--time-s", "--moment"),
 ];
 

@@ -4,7 +4,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use caustics_kernels::{denoiser, gather::variant, history, method};
+use caustics_kernels::{denoiser, emission, gather::variant, history, method};
 use clap::{Arg, Command, CommandFactory};
 
 /// What stands before the commands.
@@ -40,6 +40,7 @@ fn kinds() -> Vec<(&'static str, Vec<Row>)> {
     vec![
         ("Methods", rows!(method::ALL)),
         ("Gathers", rows!(variant::ALL)),
+        ("Emissions", rows!(emission::ALL)),
         ("Histories", rows!(history::ALL)),
         ("Denoisers", rows!(denoiser::ALL)),
     ]

@@ -83,7 +83,8 @@ fn licences_sources_and_duplicates_are_known() {
         if !LICENCES.contains(&licence) || (licence == "MPL-2.0") != MOZILLA.contains(&name) {
             faults.push(format!("{name} {version}: licence {licence}"));
         }
-        let is_ours = package["source"].is_null() && name.starts_with("caustics");
+        let is_ours =
+            package["source"].is_null() && (name.starts_with("caustics") || name == "cargo-kernels");
         if !is_ours && package["source"] != REGISTRY {
             faults.push(format!("{name} {version}: from {}", package["source"]));
         }

@@ -261,6 +261,8 @@ fn collect(tokens: TokenStream, module: &[String], own_name: &str, found: &mut V
             while at < tokens.len() && !ends_item(&tokens[at]) {
                 at += 1;
             }
+            at += 1;
+            continue;
         }
         let is_behind = at > 0 && is_colon(&tokens[at - 1]);
         match tokens.get(at) {

@@ -188,7 +188,7 @@ fn what_was_not_seen_before_equals_no_history() {
         }
         let (fresh, blended) = (none.pose(&scene, &turned), other.pose(&scene, &turned));
         let samples: Vec<_> =
-            other.session.read::<caustics_kernels::interface::history::Reprojected>("lent").unwrap();
+            other.session.read::<caustics_kernels::interface::history::Reprojected>("reprojected").unwrap();
         let mut unseen = 0;
         for (pixel, reprojected) in samples.iter().enumerate() {
             if reprojected.samples == 0.0 {

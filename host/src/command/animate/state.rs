@@ -83,7 +83,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.state");
         assert_eq!(State::load(&path).unwrap(), None);
-        let buffers = vec![("lent".to_string(), vec![1, 10, 3]), ("mean".to_string(), vec![0; 5])];
+        let buffers = vec![("reprojected".to_string(), vec![1, 10, 3]), ("mean".to_string(), vec![0; 5])];
         let state = State { identity: Identity::from([("fps".into(), "24".into())]), frame: 7, buffers };
         state.save(&path).unwrap();
         assert_eq!(State::load(&path).unwrap(), Some(state));
@@ -98,7 +98,8 @@ mod tests {
         }
         // The checksum is right, the sizes are not.
         for size in [0, 9, usize::MAX] {
-            let head = Head { identity: Identity::new(), frame: 0, buffers: vec![("lent".into(), size)] };
+            let head =
+                Head { identity: Identity::new(), frame: 0, buffers: vec![("reprojected".into(), size)] };
             let file = sealed::seal(KIND, &head, |bytes| bytes.extend([0; 8])).unwrap();
             assert!(matches!(State::parse(&file), Err(Unusable::Damaged(_))), "{size}");
         }

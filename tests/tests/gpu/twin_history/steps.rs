@@ -129,7 +129,7 @@ fn diverges(a: &[Deposit], b: &[Deposit]) -> bool {
 
 /// What the frame before lends.
 fn reprojected(twin: &mut Twin) -> Vec<Difference> {
-    let (cpu, gpu) = twin.rows::<Reprojected>("lent");
+    let (cpu, gpu) = twin.rows::<Reprojected>("reprojected");
     let (points, _) = twin.rows::<PointGeometry>("point_geometry");
     let lending = cpu.iter().filter(|reprojected| reprojected.samples > 0.0).count();
     assert!(lending > cpu.len() / 2, "only {lending} points borrow");

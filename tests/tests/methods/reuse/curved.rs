@@ -77,7 +77,7 @@ fn given(scene: &Scene, history: &'static History, frames: Range<u32>, light_pat
     let inside: Vec<usize> = (0..points.len()).filter(|&pixel| points[pixel].depth > 1).collect();
     let mut samples = vec![0.0; points.len()];
     if history.settings.is_some() {
-        let reprojected: Vec<Reprojected> = session.session.read("lent").unwrap();
+        let reprojected: Vec<Reprojected> = session.session.read("reprojected").unwrap();
         samples = reprojected.iter().map(|reprojected| f64::from(reprojected.samples)).collect();
     }
     let count = inside.len() as f64;

@@ -24,7 +24,7 @@ macro_rules! sums {
             #[allow(unused_mut)]
             let mut sum = $first::albedo(bsdf);
             $(
-                if bsdf.features.has(Features::$bit) {
+                if bsdf.features.has(crate::interface::features::Features::$bit) {
                     sum += $diffuse::albedo(bsdf);
                 }
             )*

@@ -137,7 +137,7 @@ macro_rules! lobes {
             pub(super) fn sample_diffuse(&self, u: Vec4) -> Vec3 {
                 #[allow(unused_mut)]
                 let mut direction = $first::sample(self, u.y, u.z);
-                #[allow(unused_mut, unused_variables)]
+                #[allow(unused_mut)]
                 let mut before = self.chances.reflections() + self.chances.$first;
                 $(
                     if self.features.has(Features::$bit) && self.chances.$diffuse > 0.0 && u.x >= before {
@@ -145,6 +145,7 @@ macro_rules! lobes {
                     }
                     before += self.chances.$diffuse;
                 )*
+                let _ = before;
                 direction
             }
         }

@@ -104,8 +104,18 @@ impl Axis {
 }
 
 /// All axes, in the order of tables.
-pub static AXES: [&Axis; 9] =
-    [&METHOD, &GATHER, &HISTORY, &DENOISER, &RUNNER, &FEATURES, &PATHS_PER_PIXEL, &RADIUS_PX, &MAX_BOUNCES];
+pub static AXES: [&Axis; 10] = [
+    &METHOD,
+    &GATHER,
+    &EMISSION,
+    &HISTORY,
+    &DENOISER,
+    &RUNNER,
+    &FEATURES,
+    &PATHS_PER_PIXEL,
+    &RADIUS_PX,
+    &MAX_BOUNCES,
+];
 
 /// How a frame is rendered.
 pub static METHOD: Axis = Axis {

@@ -1,6 +1,5 @@
 //! A session by what differs from the usual.
 
-use anyhow::Context;
 use caustics_kernels::gather::variant::Variant;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::method::{self, Method};
@@ -91,12 +90,7 @@ impl SessionBuilder<'_> {
     /// If the scene has no such camera, no suitable Vulkan device is there, the gather needs ray queries that the runner
     /// does not have, or a frame does not fit into memory.
     pub fn build(self) -> anyhow::Result<Session> {
-        let wanted = self.camera.as_deref();
-        let mut cameras = self.scene.cameras.iter();
-        let camera =
-            cameras.find(|camera| wanted.is_none_or(|name| camera.name == name)).with_context(|| {
-                format!("scene {} has no camera {}", self.scene.name, wanted.unwrap_or_default())
-            })?;
+        let camera = self.scene.camera(self.camera.as_deref())?;
         let gather = self.gather.unwrap_or_else(|| usual_gather(&self.runner));
         let features = self.features.unwrap_or_else(|| self.scene.features(self.settings.specular_roughness));
         Session::new(&self.runner, self.scene, camera, &self.settings, self.method, gather, features)

@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use caustics::experiment::axis::{AXES, Axis, PATHS_PER_PIXEL, PATHS_SPELLINGS, Values, spelled};
+use caustics::experiment::axis::{self, AXES, Axis, PATHS_PER_PIXEL, Values, spelled};
 use caustics::experiment::cell::Cell;
 use caustics::experiment::sweep::matrix_table::MatrixTable;
 use caustics_kernels::method::basic::BASIC;
@@ -63,18 +63,13 @@ impl Axes for ManyWays {
 /// The values that were given, by key.
 #[derive(Clone, Debug)]
 pub struct AxisOptions<C> {
-    given: Vec<(&'static str, Vec<String>)>,
+    given: Vec<(&'static str, &'static Axis, Vec<String>)>,
     command: PhantomData<C>,
 }
 
-/// Keys of options and what they are; of light paths there are several.
+/// Keys of the command's options, and what they are.
 fn keys<C: Axes>() -> impl Iterator<Item = (&'static str, &'static str, &'static Axis)> {
-    let spellings = |axis: &'static Axis| {
-        let others = PATHS_SPELLINGS.into_iter().filter(move |_| *axis == PATHS_PER_PIXEL);
-        let others = others.map(move |(key, about, _)| (key, about, axis));
-        std::iter::once((axis.key, axis.about, axis)).chain(others)
-    };
-    AXES.into_iter().flat_map(spellings).filter(|(key, ..)| C::has(key))
+    axis::keys().filter(|(key, ..)| C::has(key))
 }
 
 impl<C: Axes> clap::Args for AxisOptions<C> {
@@ -106,19 +101,18 @@ fn option<C: Axes>(key: &'static str, about: &str, axis: &'static Axis) -> Arg {
             None => Err(format!("there is no key {key}")),
         }),
     };
-    let others = keys::<C>().map(|(key, ..)| key).filter(|other| *other != key);
-    let of_paths =
-        |key: &&str| *key == PATHS_PER_PIXEL.key || PATHS_SPELLINGS.iter().any(|(other, ..)| other == key);
     let arg =
         Arg::new(key).long(key.replace('_', "-")).help(help).value_parser(parser).action(ArgAction::Append);
     let arg = if C::LISTS { arg.value_delimiter(',') } else { arg.action(ArgAction::Set) };
-    if of_paths(&key) { arg.conflicts_with_all(others.filter(of_paths).collect::<Vec<_>>()) } else { arg }
+    // Of several keys of an axis one is given.
+    let others = keys::<C>().filter(|(other, _, of)| *of == axis && *other != key);
+    arg.conflicts_with_all(others.map(|(other, ..)| other).collect::<Vec<_>>())
 }
 
 impl<C: Axes> clap::FromArgMatches for AxisOptions<C> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let value = |key| Some(matches.get_many::<String>(key)?.cloned().collect());
-        let given = keys::<C>().filter_map(|(key, ..)| Some((key, value(key)?))).collect();
+        let given = keys::<C>().filter_map(|(key, _, axis)| Some((key, axis, value(key)?))).collect();
         Ok(AxisOptions { given, command: PhantomData })
     }
 
@@ -131,7 +125,7 @@ impl<C: Axes> clap::FromArgMatches for AxisOptions<C> {
 impl<C: Axes> AxisOptions<C> {
     /// Whether an axis was given a value.
     pub fn has(&self, axis: &Axis) -> bool {
-        self.given.iter().any(|(key, _)| spelled(key, "1").is_some_and(|(of, _)| of == axis))
+        self.given.iter().any(|(_, of, _)| *of == axis)
     }
 
     /// The one way to render, its runner still by its name. What its method has no use for is refused, numbers aside.
@@ -140,7 +134,7 @@ impl<C: Axes> AxisOptions<C> {
         for axis in AXES {
             axis.set(&mut cell, axis.usual).map_err(Usage)?;
         }
-        for (key, values) in &self.given {
+        for (key, _, values) in &self.given {
             let Some((axis, value)) = values.last().and_then(|value| spelled(key, value)) else { continue };
             axis.set(&mut cell, &value).map_err(Usage)?;
         }
@@ -159,7 +153,7 @@ impl<C: Axes> AxisOptions<C> {
     /// All ways to render, as the `[[matrix]]` of a sweep.
     pub fn table(&self) -> Result<MatrixTable, Usage> {
         let mut table = MatrixTable::default();
-        for (key, values) in &self.given {
+        for (key, _, values) in &self.given {
             for value in values {
                 table.add(key, value).map_err(Usage)?;
             }

@@ -10,7 +10,7 @@ use caustics::experiment::sweep::value::{Count, Filter, Positive, Side};
 use caustics::experiment::table::table;
 use toml::Spanned;
 
-use super::options::{color, settings, texture_filter};
+use super::options::{check_size, color, texture_filter};
 use super::say::say;
 use super::sweep::{expand, forget, measure, tasks, write_tables};
 use crate::cli::{Bench, PixelFilter, Quantity, TextureFilter, Usage};
@@ -20,9 +20,6 @@ pub fn run(options: &Bench) -> anyhow::Result<ExitCode> {
     let config = config(options)?;
     let expanded = expand(&config, &options.machine)?;
     let tasks = tasks(&config, &expanded)?;
-    for task in &tasks {
-        settings(&options.view, &task.cell, 1)?;
-    }
     let folder = options.output.as_deref();
     if let Some(folder) = folder {
         create(folder)?;
@@ -59,9 +56,7 @@ fn config(options: &Bench) -> anyhow::Result<Config> {
     if options.reference_frames == 0 {
         return Err(Usage("--reference-frames 0: give at least 1".into()).into());
     }
-    if view.width == 0 || view.height == 0 {
-        return Err(Usage("--width and --height: give at least 1 px".into()).into());
-    }
+    check_size(view.width, view.height)?;
     let mut matrix = options.axes.table()?;
     matrix.scene = vec![options.scene.clone()];
     matrix.camera = view.camera.clone();

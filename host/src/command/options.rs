@@ -19,13 +19,7 @@ const MAX_AREA: u32 = 1 << 26;
 /// Checks the options that no type can. Of several frames rays go anywhere in a pixel where nobody says where.
 pub fn settings(options: &View, cell: &Cell, frames: u32) -> Result<Settings, Usage> {
     let (width, height) = (options.width, options.height);
-    let within = |side| (1..=MAX_SIDE).contains(&side);
-    if !within(width) || !within(height) || width * height > MAX_AREA {
-        return Err(Usage(format!(
-            "--width {width} --height {height}: each side must be 1 to {MAX_SIDE} px, and the area at most \
-             {MAX_AREA} px"
-        )));
-    }
+    check_size(width, height)?;
     if frames == 0 {
         return Err(Usage("--frames 0: there is nothing to do; give at least 1".into()));
     }
@@ -54,6 +48,18 @@ pub fn settings(options: &View, cell: &Cell, frames: u32) -> Result<Settings, Us
         background,
         ..Settings::default()
     }))
+}
+
+/// Refuses a picture without pixels, or too large a one.
+pub fn check_size(width: u32, height: u32) -> Result<(), Usage> {
+    let within = |side| (1..=MAX_SIDE).contains(&side);
+    if !within(width) || !within(height) || width * height > MAX_AREA {
+        return Err(Usage(format!(
+            "--width {width} --height {height}: each side must be 1 to {MAX_SIDE} px, and the area at most \
+             {MAX_AREA} px"
+        )));
+    }
+    Ok(())
 }
 
 /// Refuses more rays a frame than the kernels count in 32 bits.

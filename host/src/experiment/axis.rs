@@ -307,15 +307,26 @@ pub const PATHS_SPELLINGS: [(&str, &str, [&str; 2]); 2] = [
     ),
 ];
 
+/// The keys by which axes are given values, each with what it is: one an axis, of light paths several.
+pub fn keys() -> impl Iterator<Item = (&'static str, &'static str, &'static Axis)> {
+    let of_axis = |axis: &'static Axis| {
+        let others = PATHS_SPELLINGS.into_iter().filter(move |_| *axis == PATHS_PER_PIXEL);
+        std::iter::once((axis.key, axis.about, axis))
+            .chain(others.map(move |(key, about, _)| (key, about, axis)))
+    };
+    AXES.into_iter().flat_map(of_axis)
+}
+
 /// The axis of a key, and the value of a text under that key.
 pub fn spelled(key: &str, text: &str) -> Option<(&'static Axis, String)> {
-    let of_paths = || {
-        let (_, _, [before, after]) = PATHS_SPELLINGS.into_iter().find(|(known, ..)| *known == key)?;
-        Some((&PATHS_PER_PIXEL, format!("{before}{text}{after}")))
+    let (_, _, axis) = keys().find(|(known, ..)| *known == key)?;
+    let others = PATHS_SPELLINGS.into_iter().find(|(known, ..)| *known == key);
+    let [before, after] = match others {
+        Some((_, _, letters)) => letters,
+        None if *axis == PATHS_PER_PIXEL => ["p", ""],
+        None => ["", ""],
     };
-    let paths = key == PATHS_PER_PIXEL.key;
-    let plain = |axis| (axis, if paths { format!("p{text}") } else { text.to_string() });
-    Axis::find(key).map(plain).or_else(of_paths)
+    Some((axis, format!("{before}{text}{after}")))
 }
 
 /// The light paths of a text: `p0.5` a pixel, `n1024` a frame, `t33ms` as many as take so long, or none at all.

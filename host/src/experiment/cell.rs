@@ -176,12 +176,6 @@ impl Cell {
         }
     }
 
-    /// The cell among these that differs from it in its history only, and has none.
-    pub fn baseline<'a>(&self, cells: &'a [Cell]) -> Option<&'a Cell> {
-        let key = Cell { history: &history::NONE, ..self.clone() }.key();
-        cells.iter().find(|cell| cell.key() == key)
-    }
-
     /// Method, history, and whatever else has a colour and is not as usual: `basic-paper`, `basic-paper-atrous`.
     fn short_name(&self) -> String {
         let colored = AXES.into_iter().filter(|axis| matches!(axis.shown, Shown::Color));
@@ -254,15 +248,6 @@ mod tests {
     use super::*;
     use caustics_kernels::method::basic::BASIC;
     use caustics_kernels::method::path::PATH;
-
-    #[test]
-    fn a_cell_finds_the_one_without_history() {
-        let mut cells: Vec<Cell> =
-            history::ALL.iter().map(|history| Cell { history, ..Cell::of(&BASIC) }).collect();
-        name_all(&mut cells);
-        assert!(cells.iter().all(|cell| cell.baseline(&cells).unwrap().name == "basic-none"));
-        assert!(cells[1].baseline(&cells[1..]).is_none());
-    }
 
     #[test]
     fn what_a_method_does_not_look_at_makes_no_other_cell() {

@@ -36,7 +36,7 @@ pub fn view(scene: &Scene, camera: &str, settings: &Settings) -> String {
         denoiser: _,
         emission: _,
     } = settings;
-    let viewpoint = scene.cameras.iter().find(|known| known.name == camera);
+    let viewpoint = scene.camera(Some(camera)).ok();
     format!(
         "scene {} {} origin {:?} camera {viewpoint:?} {width}x{height} paths {light_paths} bounces {max_bounces} radius \
          {radius_px} specular {specular_roughness} filter {pixel_filter} textures {texture_filter:?} background {:?} kernels {}\n",

@@ -14,7 +14,7 @@ use super::cell::Cell;
 use super::error::{MEASURES, MeasuredPicture, Seen};
 use super::identity;
 use super::plan::Plan;
-use super::reference::{References, camera};
+use super::reference::References;
 use super::row::Row;
 use crate::picture::Picture;
 use crate::scene::Scene;
@@ -74,7 +74,7 @@ pub fn measure(
     for _ in 0..plan.warm_up {
         scene.pose(plan.time_of(plan.frames.start))?;
         for session in runs.iter_mut().flat_map(|run| &mut run.sessions) {
-            session.pose(&scene, camera(&scene, &plan.camera)?)?;
+            session.pose(&scene, scene.camera(Some(&plan.camera))?)?;
             session.frame(plan.frames.start)?;
         }
     }
@@ -99,7 +99,7 @@ pub fn measure(
         }
         if let Some(references) = references {
             for session in runs.iter_mut().flat_map(|run| run.sessions.iter_mut().skip(1)) {
-                session.pose(&scene, camera(&scene, &plan.camera)?)?;
+                session.pose(&scene, scene.camera(Some(&plan.camera))?)?;
                 session.frame(frame)?;
             }
             if plan.compares(frame) {
@@ -121,7 +121,7 @@ pub fn measure(
 }
 
 fn open(plan: &Plan, scene: &Scene, cell: &Cell) -> anyhow::Result<Run> {
-    let camera = camera(scene, &plan.camera)?;
+    let camera = scene.camera(Some(&plan.camera))?;
     let features = cell.features(scene, plan.settings.specular_roughness);
     let session = |seed| {
         let settings = Settings { seed: plan.settings.seed + seed, ..cell.settings(&plan.settings) };
@@ -135,14 +135,12 @@ fn open(plan: &Plan, scene: &Scene, cell: &Cell) -> anyhow::Result<Run> {
 fn render(plan: &Plan, scene: &Scene, run: &mut Run, row: &mut Row, animate_ms: f64) -> anyhow::Result<()> {
     let Some(session) = run.sessions.first_mut() else { return Ok(()) };
     let start = Instant::now();
-    session.pose(scene, camera(scene, &plan.camera)?)?;
+    session.pose(scene, scene.camera(Some(&plan.camera))?)?;
     let pose_ms = ms(start);
     let start = Instant::now();
     let times = session.frame(row.frame)?;
     let frame_ms = ms(start);
     if plan.time {
-        row.set("animate_ms", Some(animate_ms));
-        row.set("pose_ms", Some(pose_ms));
         row.set("total_ms", Some(animate_ms + pose_ms + frame_ms));
         for step in times {
             *row.values.entry(format!("pass.{}_ms", step.pass)).or_default() += 1e3 * step.time.as_secs_f64();
@@ -156,15 +154,13 @@ fn render(plan: &Plan, scene: &Scene, run: &mut Run, row: &mut Row, animate_ms: 
         ("shadow_rays", Counter::ShadowRays),
         ("light_rays", Counter::LightRays),
         ("light_paths", Counter::LightPaths),
-        ("deposits", Counter::Deposits),
-        ("gathered", Counter::Gathered),
     ] {
         row.set(name, Some(counters.get(counter) as f64));
     }
     // Read once: it takes time between the turns.
     if plan.time && row.frame + 1 == plan.frames.end && run.cell.method.gathers {
         let points: Vec<PointGeometry> = session.read("point_geometry")?;
-        row.set("points", Some(points.iter().filter(|point| point.radius > 0.0).count() as f64));
+        row.set("points", Some(points.iter().filter(|point| point.exists()).count() as f64));
     }
     Ok(())
 }

@@ -20,7 +20,7 @@ pub struct Memory {
 
 /// The buffers that a session of the cell allocates, opened at the scene's pose.
 pub fn memory(plan: &Plan, cell: &Cell, scene: &Scene) -> Option<Memory> {
-    let camera = scene.cameras.iter().find(|camera| camera.name == plan.camera)?;
+    let camera = scene.camera(Some(&plan.camera)).ok()?;
     let params = cell.settings(&plan.settings).largest(scene, camera);
     let buffers = frame_buffers(cell.method, cell.parts(), &params);
     let buffers_bytes: BTreeMap<_, _> = buffers.iter().map(|buffer| (buffer.name, buffer.bytes)).collect();

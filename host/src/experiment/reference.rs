@@ -146,7 +146,7 @@ impl<'a> References<'a> {
     ) -> anyhow::Result<Option<Vec<u8>>> {
         let Cell { runner, .. } = self.cell;
         let features = scene.features(self.settings.specular_roughness);
-        let camera = camera(scene, &self.plan.camera)?;
+        let camera = scene.camera(Some(&self.plan.camera))?;
         let mut session = Session::new(
             runner,
             scene,
@@ -192,10 +192,4 @@ impl<'a> References<'a> {
         let (path, caustics) = (layer("path")?, layer("caustics")?);
         Ok(Picture { width: size.0, height: size.1, path, caustics, ..Picture::default() })
     }
-}
-
-/// The camera of a name in a posed scene.
-pub fn camera<'a>(scene: &'a Scene, name: &str) -> anyhow::Result<&'a crate::scene::SceneCamera> {
-    let found = scene.cameras.iter().find(|camera| camera.name == name);
-    found.with_context(|| format!("the scene has no camera {name}"))
 }

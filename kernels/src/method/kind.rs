@@ -36,16 +36,6 @@ pub struct Method {
 }
 
 impl Method {
-    /// Whether its frames can have a history.
-    pub fn takes_history(&self, history: &History) -> bool {
-        self.lends || history.settings.is_none()
-    }
-
-    /// Whether its frames can have a filter.
-    pub fn takes_denoiser(&self, denoiser: &Denoiser) -> bool {
-        self.gathers || *denoiser == denoiser::NONE
-    }
-
     /// Whether its light paths can start so.
     pub fn takes_emission(&self, emission: &Emission) -> bool {
         self.chooses_emission || *emission == emission::POWER

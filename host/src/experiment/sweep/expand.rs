@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
-use anyhow::Context;
 use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
 use glam::Vec3;
 
@@ -95,11 +94,7 @@ impl Part {
         cells: Vec<Cell>,
     ) -> anyhow::Result<Part> {
         let scene = Scene::load(&scene::resolve(argument)?)?;
-        let name = matrix.camera.as_deref();
-        let camera = scene.cameras.iter().find(|camera| name.is_none_or(|name| camera.name == name));
-        let camera =
-            camera.with_context(|| format!("scene {argument} has no camera {}", name.unwrap_or("")))?;
-        let camera = camera.name.clone();
+        let camera = scene.camera(matrix.camera.as_deref())?.name.clone();
         let mut part = Part { camera, timed_size, view: String::new(), scene, cells };
         // What differs between cells is said by each of them.
         let plan = part.plan(config);

@@ -6,7 +6,7 @@ use serde::de::{DeserializeSeed, Error, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::value::{NonEmpty, Side};
-use crate::experiment::axis::{AXES, Axis, METHOD, PATHS_PER_PIXEL, PATHS_SPELLINGS, spelled};
+use crate::experiment::axis::{self, Axis, METHOD, PATHS_PER_PIXEL, spelled};
 use crate::experiment::matrix::Matrix;
 use crate::experiment::result::RENAMED;
 
@@ -45,9 +45,9 @@ impl MatrixTable {
     }
 }
 
-/// The keys of axes.
-fn axis_keys() -> impl Iterator<Item = &'static str> {
-    AXES.into_iter().map(|axis: &Axis| axis.key).chain(PATHS_SPELLINGS.iter().map(|(key, ..)| *key))
+/// All keys of the table.
+fn known_keys() -> impl Iterator<Item = &'static str> {
+    ["scene", "camera", "size"].into_iter().chain(axis::keys().map(|(key, ..)| key))
 }
 
 impl<'de> Deserialize<'de> for MatrixTable {
@@ -91,10 +91,8 @@ struct Key(&'static str);
 impl<'de> Deserialize<'de> for Key {
     fn deserialize<D: Deserializer<'de>>(key: D) -> Result<Self, D::Error> {
         let text = String::deserialize(key)?;
-        let mut known = ["scene", "camera", "size"].into_iter().chain(axis_keys());
-        known.find(|known| *known == text).map(Key).ok_or_else(|| {
-            let known = ["scene", "camera", "size"].into_iter().chain(axis_keys());
-            let known: Vec<_> = known.collect();
+        known_keys().find(|known| *known == text).map(Key).ok_or_else(|| {
+            let known: Vec<_> = known_keys().collect();
             D::Error::custom(match RENAMED.iter().find(|(old, _)| *old == text) {
                 Some((old, new)) => format!("{old} is called {new} now"),
                 None => format!("unknown key {text}; known are {}", known.join(", ")),

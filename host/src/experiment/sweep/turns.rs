@@ -11,7 +11,6 @@ use crate::experiment::identity::posed;
 use crate::experiment::measure::measure;
 use crate::experiment::memory::memory;
 use crate::experiment::plan::Plan;
-use crate::experiment::reference::camera;
 use crate::experiment::result::{CellTime, FrameResult};
 use crate::experiment::row::Row;
 use crate::experiment::store::provenance;
@@ -199,7 +198,7 @@ fn write(sweep: &Sweep, timed: Timed, note: Option<String>) -> anyhow::Result<()
 /// Closest hits a second of the tracer alone, on the runner of a cell.
 fn tracer_rate(plan: &Plan, scene: &Scene, cell: &Cell) -> anyhow::Result<f64> {
     let features = cell.features(scene, plan.settings.specular_roughness);
-    closest_hits_per_second(&cell.runner, scene, camera(scene, &plan.camera)?, features)
+    closest_hits_per_second(&cell.runner, scene, scene.camera(Some(&plan.camera))?, features)
 }
 
 /// A time that was not met.

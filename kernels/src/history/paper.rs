@@ -7,16 +7,16 @@ use spirv_std::num_traits::Float;
 use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::{History, Step};
+use crate::history::reprojected::ReprojectedPoint;
 #[cfg(not(target_arch = "spirv"))]
 use crate::history::resolve_history::RESOLVE_HISTORY;
+use crate::history::window::{Look, PreviousFrame, WIDE_HALF_WIDTH, for_each_around, project, seen_from};
 use crate::interface::frame::FrameParams;
 #[cfg(not(target_arch = "spirv"))]
 use crate::interface::history::HistorySettings;
 use crate::interface::history::{HistoryPoint, Reprojected};
 use crate::interface::instance::Instance;
 use crate::interface::point::{PointGeometry, PointShading};
-use crate::history::reprojected::ReprojectedPoint;
-use crate::history::window::{Look, PreviousFrame, WIDE_HALF_WIDTH, for_each_around, project, seen_from};
 use crate::seam::Slots;
 use spirv_std::glam::Vec3;
 

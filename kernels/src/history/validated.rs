@@ -5,18 +5,18 @@
 use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::{History, Step};
+use crate::history::cells::{self, Change, LightFrame};
+use crate::history::reprojected::ReprojectedPoint;
 #[cfg(not(target_arch = "spirv"))]
 use crate::history::resolve_history::RESOLVE_HISTORY;
+use crate::history::window::{Look, PreviousFrame, WIDE_HALF_WIDTH, for_each_around, project, seen_from};
+use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::history::{HistoryPoint, HistorySettings, Reprojected};
 use crate::interface::instance::Instance;
 use crate::interface::material::Material;
-use crate::interface::features::Features;
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::math::octahedral;
-use crate::history::cells::{self, LightFrame, Change};
-use crate::history::reprojected::ReprojectedPoint;
-use crate::history::window::{Look, PreviousFrame, WIDE_HALF_WIDTH, for_each_around, project, seen_from};
 use crate::seam::Slots;
 use crate::surface::class::{self, Classes};
 use crate::surface::textured::material_of;
@@ -143,7 +143,11 @@ fn nearest(
     if samples <= 0.0 {
         return Reprojected::default();
     }
-    Reprojected { mean: history.mean[visit.pixel as usize], samples, offset: lender.position - borrower.position }
+    Reprojected {
+        mean: history.mean[visit.pixel as usize],
+        samples,
+        offset: lender.position - borrower.position,
+    }
 }
 
 /// Frames' worth that lent light counts at most, by how it changed.

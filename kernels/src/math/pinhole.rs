@@ -24,6 +24,16 @@ impl Camera {
         let y = from_eye.dot(self.up) / (depth * self.up.length_squared());
         (true, Vec2::new(x, y))
     }
+
+    /// How the place in the picture of a frame changes with what lies along `from_eye`, before the eye, where that is
+    /// `on_plane`: gradients of column and row (px/m).
+    #[inline(always)]
+    pub fn gradients(&self, from_eye: Vec3, on_plane: Vec2, params: &FrameParams) -> (Vec3, Vec3) {
+        let per_metre = 0.5 / from_eye.dot(self.forward);
+        let of_x = self.right / self.right.length_squared() - self.forward * on_plane.x;
+        let of_y = self.up / self.up.length_squared() - self.forward * on_plane.y;
+        (of_x * (params.width as f32 * per_metre), of_y * (-(params.height as f32) * per_metre))
+    }
 }
 
 impl FrameParams {

@@ -2,9 +2,9 @@
 #![cfg(not(target_arch = "spirv"))]
 
 use crate::declare::{Step, TextureFilter};
-use crate::method::{Method, Parts};
 use crate::interface::frame::FrameParams;
 use crate::method::frame::{self, frame_steps};
+use crate::method::{Method, Parts};
 
 /// See the head of the file.
 pub const BASIC: Method = Method {

@@ -9,19 +9,19 @@
 use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::{Step, TextureFilter};
-#[cfg(not(target_arch = "spirv"))]
-use crate::method::{Method, Parts};
 use crate::gather::accumulator::{self, Sum};
 use crate::gather::contribution::contribution;
 #[cfg(not(target_arch = "spirv"))]
 use crate::gather::variant::Over;
+use crate::interface::features::Features;
 use crate::interface::frame::{Camera, Dispatch, FrameParams};
 use crate::interface::material::Material;
-use crate::interface::features::Features;
 use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
+use crate::math::PI;
 #[cfg(not(target_arch = "spirv"))]
 use crate::method::frame;
-use crate::math::PI;
+#[cfg(not(target_arch = "spirv"))]
+use crate::method::{Method, Parts};
 use crate::seam::{AtomicWords, Atomics};
 use crate::surface::textured::material_of;
 use spirv_std::glam::{Vec2, Vec3};

@@ -4,13 +4,13 @@
 use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::{Step, TextureFilter};
-#[cfg(not(target_arch = "spirv"))]
-use crate::method::{Method};
-use crate::interface::frame::FrameParams;
 use crate::interface::features::Features;
+use crate::interface::frame::FrameParams;
 use crate::interface::scene::SceneTables;
 use crate::math::cone::RayCone;
 use crate::math::rng::{Rng, Stream};
+#[cfg(not(target_arch = "spirv"))]
+use crate::method::Method;
 use crate::pass::collect::{camera_ray, follow};
 #[cfg(not(target_arch = "spirv"))]
 use crate::pass::display::DISPLAY;

@@ -10,12 +10,10 @@ use spirv_std::num_traits::Float;
 use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::{Step, TextureFilter};
-#[cfg(not(target_arch = "spirv"))]
-use crate::method::{Method, Parts};
 use crate::gather::accumulator::{self, Sum};
 use crate::gather::contribution::{contribution, is_same_surface};
-use crate::interface::frame::{Dispatch, FrameParams};
 use crate::interface::features::Features;
+use crate::interface::frame::{Dispatch, FrameParams};
 use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
 use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
@@ -31,6 +29,8 @@ use crate::math::differential::{Differential, Normals};
 use crate::math::quanta::Quanta;
 #[cfg(not(target_arch = "spirv"))]
 use crate::method::frame::frame_steps;
+#[cfg(not(target_arch = "spirv"))]
+use crate::method::{Method, Parts};
 use crate::pass::shoot::receive::Receive;
 use crate::pass::shoot::shoot;
 use crate::seam::{AtomicWords, Atomics};

@@ -6,19 +6,19 @@
 //! one that learns starts them elsewhere in the next frame, where their light would seem to have moved.
 
 use crate::declare::pass;
+use crate::history::cells::{self, LightFrame, MAX_STEP, When, direct_radius, mark};
+use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::history::{
     VALIDATION_CELLS, VALIDATION_DEPOSITS, VALIDATION_PERIOD, ValidationDeposit, validation_paths,
 };
 use crate::interface::instance::Instance;
-use crate::interface::features::Features;
 use crate::interface::point::{DepositGeometry, DepositLight};
 use crate::interface::scene::SceneTables;
 use crate::light::power::ByPower;
 use crate::math::rng::{Rng, Stream};
 use crate::pass::shoot;
 use crate::pass::shoot::receive::Receive;
-use crate::history::cells::{self, LightFrame, MAX_STEP, When, direct_radius, mark};
 use crate::seam::{AtomicWords, Slots, Uncounted};
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
@@ -51,7 +51,8 @@ pub fn validate(
         cells: validation_cells,
     };
     let features = Features(features.0 & !Features::LEDGER.0);
-    let count = shoot::follow(path, rng, params, features, scene, &emit, tracer, &mut receive, &mut Uncounted);
+    let count =
+        shoot::follow(path, rng, params, features, scene, &emit, tracer, &mut receive, &mut Uncounted);
     receive.close(count);
 }
 

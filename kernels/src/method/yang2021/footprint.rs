@@ -99,18 +99,12 @@ impl Footprint {
     pub fn new(position: Vec3, normal: Vec3, differential: &Differential, params: &FrameParams) -> Self {
         let camera = &params.camera;
         let along = position - camera.position;
-        let depth = along.dot(camera.forward);
-        if depth <= 0.0 || along.dot(normal) >= 0.0 {
+        let (is_before_eye, on_plane) = camera.on_plane(along);
+        if !is_before_eye || along.dot(normal) >= 0.0 {
             return Footprint::default();
         }
 
-        // Pixels a metre, across the columns and the rows.
-        let (width, height) = (params.width as f32, params.height as f32);
-        let right = camera.right / camera.right.length_squared();
-        let up = camera.up / camera.up.length_squared();
-        let (x, y) = (along.dot(right) / depth, along.dot(up) / depth);
-        let by_column = (right - camera.forward * x) * (0.5 * width / depth);
-        let by_row = (camera.forward * y - up) * (0.5 * height / depth);
+        let (by_column, by_row) = camera.gradients(along, on_plane, params);
         let frame = ShadingFrame::new(normal);
         let (column_x, column_y) = (by_column.dot(frame.x), by_column.dot(frame.y));
         let (row_x, row_y) = (by_row.dot(frame.x), by_row.dot(frame.y));
@@ -130,9 +124,8 @@ impl Footprint {
         let rough = differential.rough_width * differential.rough_width;
         let whole = own.plus(Symmetric { xx: rough, xy: 0.0, yy: rough });
         let size = |part: Symmetric| part.form(column_x, column_y).max(part.form(row_x, row_y));
-        let clamped = |part: Symmetric| {
-            part.times((MAX_HALF_SIZE * MAX_HALF_SIZE / size(part).max(1.0e-30)).min(1.0))
-        };
+        let clamped =
+            |part: Symmetric| part.times((MAX_HALF_SIZE * MAX_HALF_SIZE / size(part).max(1.0e-30)).min(1.0));
 
         // A pixel's part: the inverse of (pixels a metre).
         let half = PIXEL_HALF_AXIS / pixels;
@@ -142,20 +135,23 @@ impl Footprint {
         let alone = clamped(own).plus(pixel).determinant().max(0.0).sqrt();
 
         // A tenth more than the first order says: perspective bends an ellipse.
-        let (column, row) = ((x + 1.0) * 0.5 * width, (1.0 - y) * 0.5 * height);
+        let (width, height) = (params.width as f32, params.height as f32);
+        let place = params.place_of(on_plane);
         let across = axes.form(column_x, column_y).sqrt() * 1.1 + 0.5;
         let down = axes.form(row_x, row_y).sqrt() * 1.1 + 0.5;
         let determinant = axes.determinant();
-        let seen =
-            column + across > 0.0 && column - across < width && row + down > 0.0 && row - down < height;
+        let seen = place.x + across > 0.0
+            && place.x - across < width
+            && place.y + down > 0.0
+            && place.y - down < height;
         if !seen || determinant <= 0.0 {
             return Footprint::default();
         }
         Footprint {
-            first_column: (column - across).max(0.0) as u32,
-            last_column: ((column + across) as u32).min(params.width - 1),
-            first_row: (row - down).max(0.0) as u32,
-            last_row: ((row + down) as u32).min(params.height - 1),
+            first_column: (place.x - across).max(0.0) as u32,
+            last_column: ((place.x + across) as u32).min(params.width - 1),
+            first_row: (place.y - down).max(0.0) as u32,
+            last_row: ((place.y + down) as u32).min(params.height - 1),
             area_px: PI * alone * pixels.abs(),
             reach: (axes.xx + axes.yy).sqrt(),
             tangent_x: frame.x,

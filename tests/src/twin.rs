@@ -8,14 +8,13 @@ use caustics::settings::Settings;
 use caustics_kernels::declare::Pass;
 use caustics_kernels::declare::{BufferSpec, Step, buffers};
 use caustics_kernels::gather::variant;
-use caustics_kernels::history::History;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::{Dispatch, FrameParams};
 use caustics_kernels::method::Parts;
 use caustics_kernels::method::basic;
 use caustics_kernels::pass::collect::pixel_order;
 use caustics_kernels::pass::step::{STEP_EMIT, STEP_HIT, STEP_SAMPLE, STEP_SCATTER};
-use caustics_kernels::{denoiser, emission};
+use caustics_kernels::{denoiser, emission, history};
 
 use crate::gpu::Gpu;
 
@@ -42,12 +41,11 @@ pub struct Twin {
 }
 
 impl Twin {
-    /// Opens both for a view of a scene, with the buffers of every gather, of the settings' history and of the single
-    /// steps.
+    /// Opens both for a view of a scene, with the buffers of every variant and of the single steps.
     pub fn open(gpu: &Gpu, hardware: bool, scene: &Scene, settings: &Settings) -> Twin {
         let features = scene.features(settings.specular_roughness);
         let params = settings.params(scene, &scene.cameras[0], 0);
-        let frame = frame_buffers(settings.history, &params);
+        let frame = frame_buffers(&params);
         let steps = STEP_PASSES.map(|pass| Step::of(pass, &FrameParams::default()));
         let of_steps = buffers(&steps, &FrameParams { light_path_batch: STEPS as u32, ..params });
         let all: Vec<_> = frame.iter().chain(&of_steps).copied().collect();
@@ -131,15 +129,14 @@ fn single(pass: &'static Pass, count: usize) -> Step {
 /// The passes of single steps.
 const STEP_PASSES: [&Pass; 4] = [&STEP_SAMPLE, &STEP_HIT, &STEP_SCATTER, &STEP_EMIT];
 
-/// The buffers of every gather, denoiser and emission with a history, each as large as any asks for.
-pub fn frame_buffers(history: &'static History, params: &FrameParams) -> Vec<BufferSpec> {
-    let mut steps = Vec::new();
-    for gather in variant::ALL {
-        for &denoiser in denoiser::ALL {
-            for &emission in emission::ALL {
-                steps.extend(basic::steps(Parts { gather, history, denoiser, emission }, params));
-            }
-        }
-    }
+/// The buffers of every gather, history, denoiser and emission, each as large as any asks for.
+pub fn frame_buffers(params: &FrameParams) -> Vec<BufferSpec> {
+    let usual = Parts::from(&variant::PHOTONS_GRID);
+    let gathers = variant::ALL.iter().map(|gather| Parts { gather, ..usual });
+    let histories = history::ALL.iter().map(|&history| Parts { history, ..usual });
+    let denoisers = denoiser::ALL.iter().map(|&denoiser| Parts { denoiser, ..usual });
+    let emissions = emission::ALL.iter().map(|&emission| Parts { emission, ..usual });
+    let all = gathers.chain(histories).chain(denoisers).chain(emissions);
+    let steps: Vec<Step> = all.flat_map(|parts| basic::steps(parts, params)).collect();
     buffers(&steps, params)
 }

@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
+use caustics::metric::METRICS;
 use caustics::metric::comparison::Metric;
 use caustics::metric::flip::PIXELS_PER_DEGREE;
 use caustics::metric::pixels::Region;
-use caustics::metric::report::{METRICS, metric};
+use caustics::metric::report::metric;
 use clap::Args;
 
 /// Options of `compare`.

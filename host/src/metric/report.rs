@@ -5,36 +5,12 @@ use std::collections::BTreeMap;
 use super::comparison::{Comparison, Metric, NoValue, Value, Viewing};
 use super::error_map::ErrorMap;
 use super::pixels::Estimate;
-use super::{energy, flip_hdr, flip_ldr, mse, relmse, smape, split, z_test};
+use super::{METRICS, flip_hdr, flip_ldr, z_test};
 use crate::image::Encoding;
-
-/// All metrics, in the order of a report.
-pub static METRICS: [&Metric; 20] = [
-    &flip_ldr::FLIP_LDR,
-    &flip_hdr::FLIP_HDR,
-    &relmse::RELMSE,
-    &relmse::RELMSE_TRIMMED,
-    &relmse::RELMSE_P999,
-    &split::RELMSE_BIAS2,
-    &split::RELMSE_VARIANCE,
-    &split::RELMSE_REFERENCE,
-    &mse::MSE,
-    &split::MSE_BIAS2,
-    &split::MSE_VARIANCE,
-    &split::MSE_REFERENCE,
-    &smape::SMAPE,
-    &energy::ENERGY_RATIO,
-    &energy::ENERGY_ERROR,
-    &energy::ENERGY_STANDARD_ERROR,
-    &z_test::Z_MEAN_SQUARE,
-    &z_test::Z_LARGEST,
-    &z_test::Z_PICTURE,
-    &z_test::Z_SURPRISE,
-];
 
 /// The metric of a name.
 pub fn metric(name: &str) -> Option<&'static Metric> {
-    METRICS.into_iter().find(|metric| metric.name == name)
+    METRICS.iter().find(|metric| metric.name == name).copied()
 }
 
 /// All metrics of one comparison.
@@ -55,7 +31,7 @@ impl MetricReport {
         let comparison = match Comparison::new(runs, reference, *viewing) {
             Ok(comparison) => comparison,
             Err(why) => {
-                let values = METRICS.map(|metric| (metric, Err(why.clone()))).into();
+                let values = METRICS.iter().map(|&metric| (metric, Err(why.clone()))).collect();
                 return MetricReport { values, z_blocks: None, map: None };
             }
         };
@@ -69,7 +45,7 @@ impl MetricReport {
             Encoding::Linear => flip_hdr::map(&comparison).0.clone(),
             Encoding::Srgb => flip_ldr::map(&comparison).0.clone(),
         };
-        let values = METRICS.map(value).into();
+        let values = METRICS.iter().copied().map(value).collect();
         MetricReport { values, z_blocks: z_test::blocks(&comparison), map }
     }
 

@@ -8,7 +8,7 @@ use caustics::settings::Settings;
 use caustics::upload::Upload;
 use caustics_kernels::declare::Step;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
-use caustics_kernels::history::{History, PAPER, VALIDATED};
+use caustics_kernels::history::{self, History, VALIDATED};
 use caustics_kernels::interface::frame::{Camera, FrameParams};
 use caustics_kernels::method::Parts;
 use caustics_kernels::method::basic;
@@ -16,7 +16,6 @@ use caustics_tests::gpu::{Gpu, watched_gpu};
 use caustics_tests::table::Table;
 use caustics_tests::twin::{Twin, load};
 
-const HISTORIES: [&History; 2] = [&PAPER, &VALIDATED];
 /// Frames a second.
 const RATE: f64 = 30.0;
 
@@ -51,7 +50,8 @@ impl Animation {
     /// Starts again, with nothing to remember.
     fn restart(&mut self, history: &'static History) {
         self.settings.history = history;
-        let forget: Vec<Step> = VALIDATED.forget.iter().map(|&buffer| Step::Clear { buffer }).collect();
+        let forget = history::ALL.iter().flat_map(|history| history.forget);
+        let forget: Vec<Step> = forget.map(|&buffer| Step::Clear { buffer }).collect();
         self.twin.run(&FrameParams::default(), &forget);
     }
 
@@ -92,7 +92,7 @@ fn runners_agree(gpu: &Gpu, tracers: &[bool], scene: &str, light_paths: u32) {
         let tracer = if hardware { "hardware" } else { "software" };
         // On software Vulkan, opening takes longer than all frames.
         let mut animation = Animation::open(gpu, hardware, scene, light_paths);
-        for history in HISTORIES {
+        for &history in history::ALL.iter().filter(|history| history.settings.is_some()) {
             let name = history.name;
             let title = format!("{scene}, {name}, CPU against {} ({tracer} tracer)", gpu.info.name);
             animation.restart(history);

@@ -6,7 +6,7 @@ use caustics_kernels::method::{self, Method};
 
 use crate::experiment::cell::usual_gather;
 use crate::scene::Scene;
-use crate::session::{RunnerChoice, Session};
+use crate::session::{RunnerChoice, Session, SessionError};
 use crate::settings::Settings;
 
 /// Describes a [`Session`]: what is not said is as on the command line, on the CPU.
@@ -89,7 +89,7 @@ impl SessionBuilder<'_> {
     ///
     /// If the scene has no such camera, no suitable Vulkan device is there, the gather needs ray queries that the runner
     /// does not have, or a frame does not fit into memory.
-    pub fn build(self) -> anyhow::Result<Session> {
+    pub fn build(self) -> Result<Session, SessionError> {
         let camera = self.scene.camera(self.camera.as_deref())?;
         let gather = self.gather.unwrap_or_else(|| usual_gather(&self.runner));
         let features = self.features.unwrap_or_else(|| self.scene.features(self.settings.specular_roughness));

@@ -1,4 +1,4 @@
-//! Checkpoints: an accumulation on disk, from which a run goes on to the same bits.
+//! Checkpoints: an accumulation on disk, from which a run resumes to the same bits.
 //!
 //! A sealed file: what the run is, shape and seconds spent, then the sums as little-endian f64.
 
@@ -12,7 +12,7 @@ use thiserror::Error;
 
 use crate::accumulation::{Accumulation, Shape};
 use crate::file::read_file;
-use crate::output::target::Target;
+use crate::output::target::{Target, TargetError};
 use crate::sealed::{self, Unusable};
 
 /// What a run is: all that decides its bits, by name.
@@ -39,6 +39,12 @@ pub enum CheckpointError {
         /// What the system says.
         source: std::io::Error,
     },
+    /// It cannot be written.
+    #[error("{0}")]
+    Write(#[from] TargetError),
+    /// Its head cannot be written as JSON.
+    #[error("{0}")]
+    Head(#[from] serde_json::Error),
     /// It is damaged, or another version's.
     #[error("--resume: {} {why}", path.display())]
     Unusable {
@@ -76,12 +82,16 @@ pub fn path_of(output: &Path) -> PathBuf {
 }
 
 /// Writes a checkpoint; an older one is replaced at once, or stays whole.
+///
+/// # Errors
+///
+/// If its folder cannot be written.
 pub fn save(
     path: &Path,
     identity: &Identity,
     accumulation: &Accumulation,
     spent: Duration,
-) -> anyhow::Result<()> {
+) -> Result<(), CheckpointError> {
     let head = Head { identity: identity.clone(), shape: accumulation.shape, seconds: spent.as_secs_f64() };
     let bytes = sealed::seal(KIND, &head, |bytes| {
         for part in accumulation.parts() {

@@ -1,12 +1,13 @@
 //! Experiments: scenes rendered in several ways, and what each costs and how far off it is.
 //!
-//! `axis` is what can vary, `cell` a way to render, `matrix` all combinations; `plan` says what is measured, `measure`
+//! `cell` is a way to render, `axis` what can vary of it, `cell_axes` what the axes say of a cell, `matrix` all combinations; `plan` says what is measured, `measure`
 //! renders the frames of all cells in turn, `reference` keeps the truth of each frame, `error` has the measures that hold
 //! pictures against it; `row` is a frame of a cell, `timing`, `cost` and `result` what is left of all of them, `store` and
 //! `table` keep and show it. `sweep` does all of it, from a file or from the options of `bench`.
 
 pub mod axis;
 pub mod cell;
+pub mod cell_axes;
 pub mod cost;
 pub mod error;
 pub mod gain;

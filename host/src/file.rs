@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::memory;
 
-/// Files from this size on are held against the memory that is there (bytes).
+/// Files from this size on are compared with the memory that is there (bytes).
 const LARGE: u64 = 1 << 24;
 
 /// The bytes of a regular file. Refuses pipes and devices, which may never end, and files that memory does not hold: every
@@ -15,7 +15,7 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>> {
     read_head(path, u64::MAX)
 }
 
-/// The same, of at most this many bytes from its beginning.
+/// Reads at most this many bytes of a file, from its beginning.
 pub fn read_head(path: &Path, most: u64) -> Result<Vec<u8>> {
     // Opening a pipe would wait for who writes it.
     if !std::fs::metadata(path)?.is_file() {

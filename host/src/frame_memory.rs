@@ -72,7 +72,11 @@ impl Need {
         Err(FrameTooLarge { need: self, available, width, height, light_paths, flag })
     }
 
-    /// The same against what is there; where the system does not say, all is let through.
+    /// Refuses what takes more memory than there is; where the system does not say, all is let through.
+    ///
+    /// # Errors
+    ///
+    /// If it is too much; the error names the flag that lowers it most.
     pub fn check_available(self, settings: &Settings) -> Result<(), FrameTooLarge> {
         memory::available().map_or(Ok(()), |available| self.check(available, settings))
     }

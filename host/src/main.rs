@@ -59,7 +59,7 @@ fn exit_code(error: &anyhow::Error) -> u8 {
         || error.is::<CheckpointError>();
     if usage {
         2
-    } else if error.downcast_ref().is_some_and(VulkanError::is_no_device) {
+    } else if error.chain().filter_map(|cause| cause.downcast_ref()).any(VulkanError::is_no_device) {
         4
     } else {
         1

@@ -8,7 +8,7 @@ pub fn available() -> Option<u64> {
     available_in(Path::new("/"))
 }
 
-/// The same of a file system with these root folders.
+/// Memory that a process can still take (bytes), as a file system with these root folders tells it.
 fn available_in(root: &Path) -> Option<u64> {
     let read = |path: &Path| std::fs::read_to_string(root.join(path)).ok();
     let proc = |name: &str| read(&Path::new("proc").join(name));

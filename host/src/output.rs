@@ -1,7 +1,10 @@
 //! Pictures to files: EXR with every layer, PNG for people. No file is ever half-written.
 
 pub mod attributes;
+mod error;
 pub mod exr;
 pub mod lock;
 pub mod png;
 pub mod target;
+
+pub use self::error::EncodeError;

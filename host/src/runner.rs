@@ -7,8 +7,11 @@ use caustics_kernels::interface::frame::FrameParams;
 use crate::scene::motion::Placement;
 use caustics_kernels::declare::Step;
 
-pub mod cpu;
+pub(crate) mod cpu;
+mod error;
 pub mod gpu;
+
+pub use self::error::RunError;
 
 /// Time that one step took.
 #[derive(Clone, Debug)]
@@ -20,19 +23,23 @@ pub struct StepTime {
 }
 
 /// Executes steps over named buffers. Scene tables are buffers like the others.
+///
+/// # Errors
+///
+/// Everything fails on names or sizes that the runner does not have, and where the device does.
 pub trait Runner {
     /// Device and driver, for people and for provenance.
     fn device(&self) -> String;
     /// Overwrites the head of a buffer.
-    fn write(&mut self, buffer: &str, bytes: &[u8]) -> anyhow::Result<()> {
+    fn write(&mut self, buffer: &str, bytes: &[u8]) -> Result<(), RunError> {
         self.write_at(buffer, 0, bytes)
     }
     /// Overwrites a buffer from an offset on (bytes).
-    fn write_at(&mut self, buffer: &str, offset: usize, bytes: &[u8]) -> anyhow::Result<()>;
+    fn write_at(&mut self, buffer: &str, offset: usize, bytes: &[u8]) -> Result<(), RunError>;
     /// Brings meshes that move to where they stand, for structures that are not buffers.
-    fn place(&mut self, placements: &[Placement]) -> anyhow::Result<()>;
+    fn place(&mut self, placements: &[Placement]) -> Result<(), RunError>;
     /// A whole buffer.
-    fn read(&mut self, buffer: &str) -> anyhow::Result<Vec<u8>>;
+    fn read(&mut self, buffer: &str) -> Result<Vec<u8>, RunError>;
     /// Executes the steps of a frame with these settings in order and returns the time of each.
-    fn run(&mut self, params: &FrameParams, steps: &[Step]) -> anyhow::Result<Vec<StepTime>>;
+    fn run(&mut self, params: &FrameParams, steps: &[Step]) -> Result<Vec<StepTime>, RunError>;
 }

@@ -1,4 +1,4 @@
-//! Files that a run goes on from: a line that names their kind, a line of JSON (which program wrote them, and a head), a
+//! Files that a run resumes from: a line that names their kind, a line of JSON (which program wrote them, and a head), a
 //! payload, and a checksum over all of it.
 //!
 //! The checksum is CRC-32 (IEEE): it finds any one or two flipped bits of a file up to 512 MB, any damage within 32

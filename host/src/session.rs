@@ -1,6 +1,5 @@
 //! A session: one scene, one view, one method on one runner. Frames are asked for by index, pictures are read back.
 
-use anyhow::{Context, bail};
 use bytemuck::cast_slice;
 use caustics_kernels::gather::accumulator;
 use caustics_kernels::gather::variant::Variant;
@@ -14,14 +13,14 @@ use glam::Vec3;
 
 use crate::counters::Counters;
 use crate::energy::Energy;
-use crate::frame_memory::Need;
-use crate::kernels;
+use crate::frame_memory::{FrameTooLarge, Need};
+use crate::kernels::{self, Stale};
 use crate::picture::Picture;
 use crate::runner::cpu::CpuRunner;
 use crate::runner::gpu::GpuRunner;
-use crate::runner::{Runner, StepTime};
+use crate::runner::{RunError, Runner, StepTime};
 use crate::scene::motion::Motion;
-use crate::scene::{Scene, SceneCamera};
+use crate::scene::{Scene, SceneCamera, SceneError};
 use crate::settings::Settings;
 use crate::upload::Upload;
 use crate::vulkan::passes::DeviceOptions;
@@ -49,6 +48,51 @@ pub enum RunnerChoice {
     },
 }
 
+/// Why a session cannot be opened, or go on.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    /// The runner fails.
+    #[error("{0}")]
+    Run(#[from] RunError),
+    /// The compiled kernels are older than their sources.
+    #[error("{0}")]
+    Stale(#[from] Stale),
+    /// A frame takes more memory than there is.
+    #[error("{0}")]
+    TooLarge(#[from] FrameTooLarge),
+    /// A gather that the runner cannot do.
+    #[error("--gather {gather} needs ray queries (--runner gpu --tracer hardware)")]
+    RayQueries {
+        /// The gather.
+        gather: &'static str,
+    },
+    /// An emission that the method has no use for.
+    #[error("--method {method} starts its light paths in its own way, not by {emission}")]
+    Emission {
+        /// The method.
+        method: &'static str,
+        /// The emission.
+        emission: &'static str,
+    },
+    /// The scene has no such camera.
+    #[error("{0}")]
+    Scene(#[from] SceneError),
+    /// A state that is none of this session.
+    #[error("a state has no whole buffer {buffer}")]
+    State {
+        /// The buffer that it lacks.
+        buffer: &'static str,
+    },
+    /// A buffer cannot be read.
+    #[error("reading buffer {buffer}")]
+    Read {
+        /// The buffer.
+        buffer: String,
+        /// Why.
+        source: RunError,
+    },
+}
+
 /// Opens a runner that holds a scene's tables and the given buffers, for passes to be run one by one.
 ///
 /// # Errors
@@ -59,7 +103,7 @@ pub fn open(
     scene: &Scene,
     features: Features,
     buffers: &[BufferSpec],
-) -> anyhow::Result<Box<dyn Runner>> {
+) -> Result<Box<dyn Runner>, SessionError> {
     let mut tables = scene.buffers();
     // Lights go out and on again: the table has room for all.
     let most = scene.motion.as_ref().map_or(0, Motion::most_lights).max(scene.lights.len());
@@ -82,7 +126,8 @@ pub fn open(
             let motion = scene.motion.as_ref();
             let triangles = motion.map_or(scene.triangles.len(), |motion| motion.still) as u32;
             let placements = motion.map_or(&[][..], |motion| &motion.placements);
-            Ok(Box::new(GpuRunner::new(&options, features, buffers, &tables, triangles, placements)?))
+            let opened = GpuRunner::new(&options, features, buffers, &tables, triangles, placements);
+            Ok(Box::new(opened.map_err(RunError::from)?))
         }
     }
 }
@@ -118,21 +163,17 @@ impl Session {
         method: &'static Method,
         variant: &'static Variant,
         features: Features,
-    ) -> anyhow::Result<Session> {
+    ) -> Result<Session, SessionError> {
         if method.chooses_gather
             && variant.hardware
             && !matches!(choice, RunnerChoice::Gpu { hardware: true, .. })
         {
-            bail!("--gather {} needs ray queries (--runner gpu --tracer hardware)", variant.name);
+            return Err(SessionError::RayQueries { gather: variant.name });
         }
         let settings = settings.clone().of(method);
         let params = settings.params(scene, camera, 0);
         if !method.takes_emission(settings.emission) {
-            bail!(
-                "--method {} starts its light paths in its own way, not by {}",
-                method.name,
-                settings.emission.name
-            );
+            return Err(SessionError::Emission { method: method.name, emission: settings.emission.name });
         }
         let Settings { history, denoiser, emission, .. } = settings;
         let parts = Parts { gather: variant, history, denoiser, emission };
@@ -154,14 +195,14 @@ impl Session {
 
     /// Moves the session to another time: takes a scene that [`Scene::pose`] has moved, and a camera of it, and uploads what
     /// changed. Call it before each frame of an animation, since a history needs to know how things moved.
-    pub fn pose(&mut self, scene: &Scene, camera: &SceneCamera) -> anyhow::Result<()> {
+    pub fn pose(&mut self, scene: &Scene, camera: &SceneCamera) -> Result<(), SessionError> {
         self.previous_camera = self.params.camera;
         self.params = self.settings.params(scene, camera, 0);
-        self.upload.run(&mut *self.runner, scene)
+        Ok(self.upload.run(&mut *self.runner, scene)?)
     }
 
     /// The buffers in which light outlives its frame, by name, for [`Session::restore`]; empty without a history.
-    pub fn state(&mut self) -> anyhow::Result<Vec<(&'static str, Vec<u8>)>> {
+    pub fn state(&mut self) -> Result<Vec<(&'static str, Vec<u8>)>, SessionError> {
         let mut state = Vec::with_capacity(self.kept.len());
         for spec in self.kept.clone() {
             let mut bytes = self.read(spec.name)?;
@@ -177,11 +218,10 @@ impl Session {
     /// # Errors
     ///
     /// If a buffer is missing or has another size.
-    pub fn restore(&mut self, state: &[(String, Vec<u8>)]) -> anyhow::Result<()> {
+    pub fn restore(&mut self, state: &[(String, Vec<u8>)]) -> Result<(), SessionError> {
         for spec in &self.kept {
             let found = state.iter().find(|(name, bytes)| name == spec.name && bytes.len() == spec.bytes);
-            let (name, bytes) =
-                found.with_context(|| format!("a state has no whole buffer {}", spec.name))?;
+            let (name, bytes) = found.ok_or(SessionError::State { buffer: spec.name })?;
             self.runner.write(name, bytes)?;
         }
         Ok(())
@@ -199,7 +239,7 @@ impl Session {
     }
 
     /// Renders frame `index` and returns the time of each of its steps. What it made is read by [`Session::picture`].
-    pub fn frame(&mut self, index: u32) -> anyhow::Result<Vec<StepTime>> {
+    pub fn frame(&mut self, index: u32) -> Result<Vec<StepTime>, SessionError> {
         let params = self.params(index);
         let times = self.runner.run(&params, &(self.method.steps)(self.parts, &params))?;
         self.previous_camera = self.params.camera;
@@ -207,7 +247,7 @@ impl Session {
     }
 
     /// Reads back the layers of the last frame.
-    pub fn picture(&mut self) -> anyhow::Result<Picture> {
+    pub fn picture(&mut self) -> Result<Picture, SessionError> {
         let (width, height) = (self.params.width as usize, self.params.height as usize);
         let path = self.read("path_radiance")?;
         if !self.method.gathers {
@@ -232,25 +272,26 @@ impl Session {
     /// # Errors
     ///
     /// If no pass of the session's frames binds a buffer of this name.
-    pub fn read<T: bytemuck::Pod>(&mut self, buffer: &str) -> anyhow::Result<Vec<T>> {
-        let bytes = self.runner.read(buffer).with_context(|| format!("reading buffer {buffer}"))?;
+    pub fn read<T: bytemuck::Pod>(&mut self, buffer: &str) -> Result<Vec<T>, SessionError> {
+        let read = self.runner.read(buffer);
+        let bytes = read.map_err(|source| SessionError::Read { buffer: buffer.into(), source })?;
         Ok(bytemuck::pod_collect_to_vec(&bytes))
     }
 
     /// What the kernels counted in the last frame: rays, deposits, and faults such as clamped sums.
-    pub fn counters(&mut self) -> anyhow::Result<Counters> {
+    pub fn counters(&mut self) -> Result<Counters, SessionError> {
         let words: Vec<u32> = self.read("counters")?;
         Ok(Counters::from_words(&words))
     }
 
     /// Where the flux of the last frame's light paths went; all zero unless the session's features have `Features::LEDGER`.
-    pub fn energy(&mut self) -> anyhow::Result<Energy> {
+    pub fn energy(&mut self) -> Result<Energy, SessionError> {
         let words: Vec<u32> = self.read("counters")?;
         Ok(Energy::from_words(&words, self.params.quantum))
     }
 
     /// Tone-maps a picture (a mean of frames, say) with the exposure of the settings: display colours from 0 to 1, row by row.
-    pub fn display(&mut self, picture: &Picture) -> anyhow::Result<Vec<Vec3>> {
+    pub fn display(&mut self, picture: &Picture) -> Result<Vec<Vec3>, SessionError> {
         self.runner.write("path_radiance", cast_slice(&picture.path))?;
         let black = vec![Vec3::ZERO; picture.path.len()];
         let caustics = if picture.caustics.is_empty() { &black } else { &picture.caustics };

@@ -11,18 +11,22 @@ use caustics_kernels::pass::collect::{COLLECT, pixel_order};
 use caustics_kernels::pass::step::STEP_HIT;
 
 use crate::scene::{Scene, SceneCamera};
-use crate::session::{RunnerChoice, open};
+use crate::session::{RunnerChoice, SessionError, open};
 use crate::settings::Settings;
 use caustics_kernels::declare::{Step, buffers};
 
 /// Closest hits per second of a runner's tracer alone, on incoherent rays: from the camera paths' vertices of a small
 /// picture into random directions. The best of several rounds.
+///
+/// # Errors
+///
+/// If the runner cannot be opened, or fails.
 pub fn closest_hits_per_second(
     choice: &RunnerChoice,
     scene: &Scene,
     camera: &SceneCamera,
     features: Features,
-) -> anyhow::Result<f64> {
+) -> Result<f64, SessionError> {
     const SIDE: u32 = 512;
     let settings = Settings { width: SIDE, height: SIDE, ..Settings::default() };
     let params = FrameParams { light_path_batch: SIDE * SIDE, ..settings.params(scene, camera, 0) };

@@ -3,7 +3,7 @@
 use bytemuck::{NoUninit, cast_slice};
 use caustics_kernels::interface::light::Light;
 
-use crate::runner::Runner;
+use crate::runner::{RunError, Runner};
 use crate::scene::Scene;
 use crate::scene::motion::Placement;
 
@@ -27,7 +27,11 @@ impl Upload {
     }
 
     /// Writes what the pose at hand changed.
-    pub fn run(&mut self, runner: &mut dyn Runner, scene: &Scene) -> anyhow::Result<()> {
+    ///
+    /// # Errors
+    ///
+    /// If the runner fails.
+    pub fn run(&mut self, runner: &mut dyn Runner, scene: &Scene) -> Result<(), RunError> {
         let Some(motion) = &scene.motion else { return Ok(()) };
         let now = Upload::new(scene);
         if now.lights != self.lights {
@@ -76,7 +80,7 @@ fn rows<T: NoUninit>(
     table: &str,
     all: &[T],
     range: std::ops::Range<usize>,
-) -> anyhow::Result<()> {
+) -> Result<(), RunError> {
     let offset = range.start * size_of::<T>();
     runner.write_at(table, offset, cast_slice(&all[range]))
 }

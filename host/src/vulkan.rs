@@ -6,25 +6,25 @@
 //! records steps into one command buffer, runs and times it. [`executable`] compiles an entry point to see what it
 //! becomes, and runs nothing.
 
-pub mod bound;
-pub mod buffer;
+pub(crate) mod bound;
+pub(crate) mod buffer;
 mod cache;
 pub mod context;
-pub mod debug;
+pub(crate) mod debug;
 pub mod device;
 pub mod error;
 pub mod executable;
 mod extract;
-pub mod frame;
+pub(crate) mod frame;
 mod instance;
-pub mod memory;
+pub(crate) mod memory;
 pub mod module;
 pub mod passes;
-pub mod pipeline;
-pub mod primitives;
-pub mod recorder;
+pub(crate) mod pipeline;
+pub(crate) mod primitives;
+pub(crate) mod recorder;
 pub mod reflection;
-pub mod structure;
+pub(crate) mod structure;
 #[cfg(test)]
 pub(crate) mod test_module;
 mod transfer;

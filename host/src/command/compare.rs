@@ -32,7 +32,7 @@ pub fn run(options: &Compare) -> anyhow::Result<ExitCode> {
         Viewing { encoding, exposure: options.exposure, pixels_per_degree: options.pixels_per_degree };
     let non_finite: Vec<usize> = estimates.iter().map(|picture| picture.mean.non_finite_count()).collect();
     for (path, count) in options.files.iter().zip(&non_finite).filter(|(_, count)| **count > 0) {
-        tell!("warning: {}: {count} pixels are infinite or no numbers", path.display());
+        tell!("warning: {}: {count} pixels are NaN or infinite", path.display());
     }
     let of_reference = estimates.pop().ok_or_else(|| Usage("no files".into()))?;
     let report = MetricReport::of(&estimates, &of_reference, &viewing);

@@ -3,7 +3,7 @@
 
 mod figures;
 mod one;
-mod table;
+mod report;
 
 use std::path::Path;
 use std::process::{Command, ExitCode, ExitStatus};
@@ -16,47 +16,15 @@ use caustics::vulkan::reflection::Reflection;
 use caustics::vulkan::{self, DeviceInfo};
 use caustics_kernels::interface::features::Features;
 use rayon::prelude::*;
-use serde::Serialize;
 
 use super::say::say;
 use crate::cli::{self, Usage};
 use figures::Figures;
 use one::Compiled;
+use report::{Job, Report, Row};
 
 /// Roughness up to which reflections are specular, as `render` has it by default.
 const SPECULAR_ROUGHNESS: f32 = 0.25;
-
-/// An entry point to compile.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-struct Job {
-    module: &'static str,
-    entry: String,
-    /// Whose needs these are.
-    features: String,
-    feature_bits: u32,
-}
-
-/// What became of it.
-#[derive(Clone, Debug, Serialize)]
-struct Row {
-    #[serde(flatten)]
-    job: Job,
-    #[serde(flatten)]
-    figures: Figures,
-    #[serde(flatten)]
-    compiled: Option<Compiled>,
-    /// Why there is nothing.
-    error: Option<String>,
-}
-
-/// All that is printed.
-#[derive(Clone, Debug, Serialize)]
-struct Report {
-    device: DeviceInfo,
-    /// Names of the modules and their hashes, as in `kernels.lock`.
-    modules: Vec<(&'static str, String)>,
-    entry_points: Vec<Row>,
-}
 
 /// Compiles and prints; exit code 1 if anything failed.
 pub fn run(options: &cli::Device) -> anyhow::Result<ExitCode> {
@@ -76,7 +44,7 @@ pub fn run(options: &cli::Device) -> anyhow::Result<ExitCode> {
     if options.json {
         say(serde_json::to_string_pretty(&report)?)?;
     } else {
-        say(table::text(&report).trim_end())?;
+        say(report::text(&report).trim_end())?;
     }
     Ok(ExitCode::from(u8::from(failed > 0)))
 }
@@ -216,11 +184,11 @@ mod tests {
         assert_eq!(errors[2], "no such thing");
         assert!(errors[3].contains("no result"), "{errors:?}");
         let report = Report {
-            device: table::test_device(),
+            device: report::test_device(),
             modules: vec![("base.spv", "0123".into())],
             entry_points: rows,
         };
-        let text = table::text(&report);
+        let text = report::text(&report);
         assert!(text.contains("base.spv dies, features all: the driver's compiler crashed"), "{text}");
         assert!(text.contains("3 of 5 entry points failed"), "{text}");
     }

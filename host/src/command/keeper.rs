@@ -1,5 +1,7 @@
 //! What a run keeps on disk to go on from: where that fails, the run is worth less, but goes on.
 
+use std::fmt::Display;
+
 /// Says when something cannot be kept, once for as long as it lasts.
 pub struct Keeper {
     what: &'static str,
@@ -13,7 +15,7 @@ impl Keeper {
     }
 
     /// Takes note of how it went.
-    pub fn keep(&mut self, result: anyhow::Result<()>) {
+    pub fn keep(&mut self, result: Result<(), impl Display>) {
         if let (Err(error), true) = (&result, self.is_kept) {
             tell!("warning: {} is not written, and the run goes on without: {error:#}", self.what);
         }

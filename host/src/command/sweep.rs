@@ -10,11 +10,11 @@ use caustics::experiment::store::{self, Results};
 use caustics::experiment::sweep::config::Config;
 use caustics::experiment::sweep::expand::Expanded;
 use caustics::experiment::sweep::merge::{Joined, merge};
-use caustics::experiment::sweep::run::{Sweep, Task};
 use caustics::experiment::sweep::shard::Shard;
+use caustics::experiment::sweep::task::{Sweep, Task};
 use caustics::experiment::table::{cells_csv, frames_csv, passes_csv};
 use caustics::file::read_text;
-use caustics::output::target::{Target, remove};
+use caustics::output::target::{Target, TargetError, remove};
 
 use super::interrupt;
 use super::options::check_rays;
@@ -123,7 +123,7 @@ pub fn measure(config: &Config, tasks: &[Task], results: &Results, of: &str) -> 
 }
 
 /// Removes the results of tasks.
-pub fn forget(folder: &Path, tasks: &[Task]) -> anyhow::Result<()> {
+pub fn forget(folder: &Path, tasks: &[Task]) -> Result<(), TargetError> {
     tasks.iter().try_for_each(|task| remove(&store::file(folder, &task.identity)))
 }
 

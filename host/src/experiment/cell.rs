@@ -1,23 +1,20 @@
 //! Cells: the ways to render that an experiment holds against each other.
 
+use caustics_kernels::denoiser::Denoiser;
+use caustics_kernels::emission::Emission;
 use caustics_kernels::gather::variant::{self, Variant};
+use caustics_kernels::history::History;
 use caustics_kernels::interface::features::Features;
+use caustics_kernels::method::{Method, Parts};
 
-use super::axis::{AXES, HISTORY, METHOD, PATHS_PER_PIXEL, Shown};
-use super::result::CellConfig;
 use crate::scene::Scene;
 use crate::session::RunnerChoice;
 use crate::settings::Settings;
-use caustics_kernels::denoiser::{self, Denoiser};
-use caustics_kernels::emission::{self, Emission};
-use caustics_kernels::history::{self, History};
-use caustics_kernels::method::Method;
-use caustics_kernels::method::Parts;
 
 /// A way to render: all that can vary in an experiment.
 #[derive(Clone, Debug)]
 pub struct Cell {
-    /// Its name in tables, as [`name_all`] gives it.
+    /// Its name in tables, as `name_all` gives it.
     pub name: String,
     /// What a frame consists of.
     pub method: &'static Method,
@@ -100,45 +97,6 @@ impl Paths {
 }
 
 impl Cell {
-    /// A method by itself: no history, no filter, one light path a pixel, on all cores of the CPU.
-    pub fn of(method: &'static Method) -> Cell {
-        let runner = RunnerChoice::Cpu { threads: 0 };
-        let cell = Cell {
-            name: String::new(),
-            method,
-            gather: Some(usual_gather(&runner)),
-            emission: &emission::POWER,
-            history: &history::NONE,
-            denoiser: &denoiser::NONE,
-            paths: Paths::PerPixel(1.0),
-            radius_px: 1.0,
-            max_bounces: Settings::default().max_bounces,
-            runner,
-            asked_runner: "cpu",
-            features: FeatureChoice::Scene,
-        };
-        let cell = cell.effective();
-        Cell { name: cell.short_name(), ..cell }
-    }
-
-    /// The same frames with all that its method does not look at set aside: cells of one effect are one cell.
-    pub fn effective(mut self) -> Cell {
-        for axis in AXES {
-            if (axis.useless)(&self).is_some() {
-                // A value that an axis has itself is one that it takes.
-                let _ = axis.set(&mut self, axis.none);
-            }
-        }
-        self
-    }
-
-    /// Text of all that it is but its name.
-    pub fn key(&self) -> String {
-        let values = AXES.iter().map(|axis| format!("{} {}", axis.key, axis.get(self)));
-        // Of runners the device too.
-        format!("{} on {:?}", values.collect::<Vec<_>>().join(" "), self.runner)
-    }
-
     /// Name of its gather; empty where the method chooses none.
     pub fn gather_name(&self) -> &'static str {
         self.gather.map_or("", |gather| gather.name)
@@ -175,53 +133,6 @@ impl Cell {
             FeatureChoice::All => Features::ALL,
         }
     }
-
-    /// Method, history, and whatever else has a colour and is not as usual: `basic-paper`, `basic-paper-atrous`.
-    fn short_name(&self) -> String {
-        let colored = AXES.into_iter().filter(|axis| matches!(axis.shown, Shown::Color));
-        let said = colored.filter(|axis| [&METHOD, &HISTORY].contains(axis) || axis.get(self) != axis.usual);
-        said.map(|axis| axis.get(self)).collect::<Vec<_>>().join("-")
-    }
-
-    /// What a result says of it; paths a pixel are those of a frame of this size.
-    pub fn config(&self, scene: &Scene, camera: &str, settings: &Settings) -> CellConfig {
-        let Settings { width, height, texture_filter, .. } = *settings;
-        let paths = match self.paths {
-            Paths::PerPixel(paths) => paths,
-            _ => f64::from(self.paths.count(width, height)) / (f64::from(width) * f64::from(height)),
-        };
-        let mut config = CellConfig::of(&scene.name, camera);
-        for axis in AXES {
-            config.set(axis, &axis.get(self));
-        }
-        config.set(&PATHS_PER_PIXEL, &paths.to_string());
-        config.texture_filter = texture_filter.unwrap_or(self.method.texture_filter).name().into();
-        config
-    }
-}
-
-/// Names the cells of a run: what has a colour, then whatever else differs between cells of the run.
-pub fn name_all(cells: &mut [Cell]) {
-    let mut names: Vec<String> = cells.iter().map(Cell::short_name).collect();
-    for axis in AXES.into_iter().filter(|axis| !matches!(axis.shown, Shown::Color)) {
-        let letters = if let Shown::Words(letters, _) = axis.shown { letters } else { "" };
-        let text = |cell: &Cell| match (axis.useless)(cell) {
-            Some(_) => String::new(),
-            None => format!("{letters}{}", axis.get(cell)),
-        };
-        let texts: Vec<String> = cells.iter().map(text).collect();
-        let mut given: Vec<&String> = texts.iter().filter(|text| !text.is_empty()).collect();
-        given.sort();
-        given.dedup();
-        if given.len() > 1 {
-            for (name, text) in names.iter_mut().zip(&texts).filter(|(_, text)| !text.is_empty()) {
-                *name += &format!("-{text}");
-            }
-        }
-    }
-    for (cell, name) in cells.iter_mut().zip(names) {
-        cell.name = name;
-    }
 }
 
 /// `cpu`, `gpu-hardware` or `gpu-software`.
@@ -241,41 +152,4 @@ pub fn has_ray_queries(runner: &RunnerChoice) -> bool {
 /// The gather of a runner where nobody asks for another.
 pub fn usual_gather(runner: &RunnerChoice) -> &'static Variant {
     if has_ray_queries(runner) { &variant::POINTS_RT } else { &variant::PHOTONS_GRID }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use caustics_kernels::method::basic::BASIC;
-    use caustics_kernels::method::path::PATH;
-
-    #[test]
-    fn what_a_method_does_not_look_at_makes_no_other_cell() {
-        let fancy = |method| Cell {
-            history: history::ALL[1],
-            denoiser: denoiser::ALL[1],
-            gather: variant::find("brute"),
-            paths: Paths::Count(7),
-            radius_px: 3.0,
-            ..Cell::of(method)
-        };
-        assert_eq!(fancy(&PATH).effective().key(), Cell::of(&PATH).key());
-        assert_eq!(fancy(&BASIC).effective().key(), fancy(&BASIC).key());
-        assert_ne!(fancy(&BASIC).key(), Cell::of(&BASIC).key());
-    }
-
-    #[test]
-    fn names_say_what_differs() {
-        let mut cells = [
-            Cell::of(&BASIC),
-            Cell { paths: Paths::PerPixel(0.5), gather: variant::find("brute"), ..Cell::of(&BASIC) },
-            Cell { denoiser: &denoiser::ATROUS, ..Cell::of(&BASIC) },
-            Cell::of(&PATH),
-        ];
-        name_all(&mut cells);
-        let names = cells.each_ref().map(|cell| cell.name.as_str());
-        let expected = ["basic-none-photons-grid-p1", "basic-none-brute-p0.5"];
-        assert_eq!(names[..2], expected);
-        assert_eq!(names[2..], ["basic-none-atrous-photons-grid-p1", "path-none"]);
-    }
 }

@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::axis::{AXES, Axis, RUNNER};
-use super::cell::{Cell, has_ray_queries, name_all, runner_name, usual_gather};
+use super::cell::{Cell, has_ray_queries, runner_name, usual_gather};
+use super::cell_axes::name_all;
 use crate::session::RunnerChoice;
 
 /// Values of the axes; an axis without any has its usual one.

@@ -170,7 +170,7 @@ impl<'a> References<'a> {
             ("device".into(), session.device()),
         ]);
         let variance = sums.variance().map(|variance| (variance, sums.frames()));
-        exr::encode(&sums.mean(), variance, &attributes).map(Some)
+        Ok(Some(exr::encode(&sums.mean(), variance, &attributes)?))
     }
 
     /// Both layers of a file, if it is whole and of this identity.

@@ -2,11 +2,12 @@
 
 pub mod config;
 pub mod equal_time;
-pub mod errors;
+mod errors;
 pub mod expand;
 pub mod matrix_table;
 pub mod merge;
-pub mod run;
+mod run;
 pub mod shard;
-pub mod turns;
+pub mod task;
+mod turns;
 pub mod value;

@@ -6,7 +6,8 @@ use std::io::Cursor;
 
 use ::exr::meta::MetaData;
 use ::exr::meta::attribute::{AttributeValue, Text};
-use anyhow::Context;
+
+use super::EncodeError;
 
 /// Where the attributes begin: behind magic number and version (bytes).
 const START: usize = 8;
@@ -32,8 +33,12 @@ pub fn unknown_checksum() -> (Text, AttributeValue) {
 }
 
 /// Writes the checksum into its place.
-pub fn seal(mut bytes: Vec<u8>) -> anyhow::Result<Vec<u8>> {
-    let place = checksum_at(&bytes).context("an EXR header has no place for a checksum")?;
+///
+/// # Errors
+///
+/// If the header has no such place.
+pub fn seal(mut bytes: Vec<u8>) -> Result<Vec<u8>, EncodeError> {
+    let place = checksum_at(&bytes).ok_or(EncodeError::Header("no place for a checksum"))?;
     let checksum = format!("{:08x}", crc32fast::hash(&bytes));
     bytes[place..place + UNKNOWN.len()].copy_from_slice(checksum.as_bytes());
     Ok(bytes)
@@ -66,11 +71,16 @@ fn checksum_at(bytes: &[u8]) -> Option<usize> {
 }
 
 /// Sorts the attributes of a file of one part; nothing else moves.
-pub fn sort(mut bytes: Vec<u8>) -> anyhow::Result<Vec<u8>> {
+///
+/// # Errors
+///
+/// If they have no end.
+pub fn sort(mut bytes: Vec<u8>) -> Result<Vec<u8>, EncodeError> {
     let mut attributes = Vec::new();
     let mut at = START;
     while bytes.get(at).is_some_and(|&byte| byte != 0) {
-        let end = end(&bytes, at).filter(|&end| end < bytes.len()).context("an EXR header has no end")?;
+        let end = end(&bytes, at).filter(|&end| end < bytes.len());
+        let end = end.ok_or(EncodeError::Header("no end"))?;
         attributes.push(bytes[at..end].to_vec());
         at = end;
     }
@@ -89,7 +99,11 @@ fn end(bytes: &[u8], at: usize) -> Option<usize> {
 }
 
 /// The texts in the header of a file.
-pub fn read(bytes: &[u8]) -> anyhow::Result<BTreeMap<String, String>> {
+///
+/// # Errors
+///
+/// If it has no header that can be read.
+pub fn read(bytes: &[u8]) -> ::exr::error::Result<BTreeMap<String, String>> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)?;
     let headers = meta.headers.iter();
     let all = headers.flat_map(|head| head.own_attributes.other.iter().chain(&head.shared_attributes.other));

@@ -3,10 +3,10 @@
 
 use std::collections::BTreeMap;
 
-use anyhow::Context;
 use exr::prelude::*;
 use glam::Vec3;
 
+use super::EncodeError;
 use super::attributes::{CHECKSUM, seal, sort, text, unknown_checksum};
 use crate::picture::Picture;
 
@@ -15,12 +15,17 @@ const VARIANCE_NOTE: &str = "estimated from the samples of each pixel; too small
     and 0 where none has found it yet";
 
 /// Encodes a picture as the bytes of an EXR file. `variance` is the variance of its mean and the number of frames in it, for
-/// the layers `variance` and `samples`; `attributes` say how it was made and stand in the header. Colours are linear with the primaries of Rec. 709.
+/// the layers `variance` and `samples`; `attributes` say how it was made and stand in the header. Colours are linear with the
+/// primaries of Rec. 709.
+///
+/// # Errors
+///
+/// If a layer has another size than the picture.
 pub fn encode(
     picture: &Picture,
     variance: Option<(Vec<Vec3>, u32)>,
     attributes: &BTreeMap<String, String>,
-) -> anyhow::Result<Vec<u8>> {
+) -> std::result::Result<Vec<u8>, EncodeError> {
     let mut channels = SmallVec::<[AnyChannel<FlatSamples>; 4]>::new();
     let mut number = |name: &str, values: Vec<f32>| {
         if !values.is_empty() {
@@ -62,7 +67,7 @@ pub fn encode(
         white: Vec2(0.3127, 0.3290),
     });
     let mut bytes = std::io::Cursor::new(Vec::new());
-    image.write().to_buffered(&mut bytes).context("encoding EXR")?;
+    image.write().to_buffered(&mut bytes)?;
     // The crate keeps them in the order of a hash map.
     seal(sort(bytes.into_inner())?)
 }

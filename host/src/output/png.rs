@@ -1,19 +1,20 @@
 //! PNG of display colours, eight bits a channel.
 
-use anyhow::Context;
 use glam::Vec3;
 use image::{ImageFormat, RgbImage};
+
+use super::EncodeError;
 
 /// Encodes display colours from 0 to 1, row by row from the top, as the bytes of a PNG file (see `Session::display`).
 ///
 /// # Errors
 ///
 /// If there are not `width * height` colours.
-pub fn encode(width: u32, height: u32, colors: &[Vec3]) -> anyhow::Result<Vec<u8>> {
+pub fn encode(width: u32, height: u32, colors: &[Vec3]) -> Result<Vec<u8>, EncodeError> {
     let bytes = colors.iter().flat_map(|color| (*color * 255.0 + 0.5).to_array()).map(|value| value as u8);
-    let picture =
-        RgbImage::from_raw(width, height, bytes.collect()).context("the picture has another size")?;
+    let wrong_size = || EncodeError::Size { width, height, colors: colors.len() };
+    let picture = RgbImage::from_raw(width, height, bytes.collect()).ok_or_else(wrong_size)?;
     let mut out = std::io::Cursor::new(Vec::new());
-    picture.write_to(&mut out, ImageFormat::Png).context("encoding PNG")?;
+    picture.write_to(&mut out, ImageFormat::Png)?;
     Ok(out.into_inner())
 }

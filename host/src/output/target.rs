@@ -6,7 +6,6 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-use anyhow::Context;
 use tempfile::NamedTempFile;
 use thiserror::Error;
 
@@ -29,6 +28,14 @@ pub enum TargetError {
         output: PathBuf,
         /// What the other run holds.
         lock: PathBuf,
+    },
+    /// It cannot be removed.
+    #[error("cannot remove {}: {source}", path.display())]
+    Remove {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
     },
     /// Its folder cannot be written.
     #[error("cannot write {}: {source}; choose another -o, or create the folder", path.display())]
@@ -142,10 +149,14 @@ fn remove_stale(folder: &Path) {
 }
 
 /// Removes a file; if it is not there that is fine.
-pub fn remove(path: &Path) -> anyhow::Result<()> {
+///
+/// # Errors
+///
+/// If the system refuses it.
+pub fn remove(path: &Path) -> Result<(), TargetError> {
     match std::fs::remove_file(path) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            Err(error).with_context(|| format!("cannot remove {}", path.display()))
+        Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
+            Err(TargetError::Remove { path: path.into(), source })
         }
         _ => Ok(()),
     }

@@ -2,12 +2,11 @@
 
 use std::time::Instant;
 
-use anyhow::{Context, bail};
 use caustics_kernels::declare::{Buffers, Call};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
 
-use super::{Runner, StepTime};
+use super::{RunError, Runner, StepTime};
 use crate::scene::motion::Placement;
 use caustics_kernels::declare::{BufferSpec, Step};
 
@@ -25,9 +24,8 @@ impl CpuRunner {
         features: Features,
         specs: &[BufferSpec],
         tables: &[(&'static str, &[u8])],
-    ) -> anyhow::Result<CpuRunner> {
-        let pool =
-            rayon::ThreadPoolBuilder::new().num_threads(threads).build().context("cannot start threads")?;
+    ) -> Result<CpuRunner, RunError> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
         let mut buffers = Buffers::default();
         for spec in specs {
             buffers.add(spec.name, spec.bytes);
@@ -45,32 +43,33 @@ impl Runner for CpuRunner {
         format!("CPU, {} threads", self.pool.current_num_threads())
     }
 
-    fn write_at(&mut self, buffer: &str, offset: usize, bytes: &[u8]) -> anyhow::Result<()> {
+    fn write_at(&mut self, buffer: &str, offset: usize, bytes: &[u8]) -> Result<(), RunError> {
         Ok(self.buffers.write(buffer, offset, bytes)?)
     }
 
-    fn place(&mut self, _: &[Placement]) -> anyhow::Result<()> {
+    fn place(&mut self, _: &[Placement]) -> Result<(), RunError> {
         // The tree is a buffer.
         Ok(())
     }
 
-    fn read(&mut self, buffer: &str) -> anyhow::Result<Vec<u8>> {
+    fn read(&mut self, buffer: &str) -> Result<Vec<u8>, RunError> {
         Ok(self.buffers.read::<u8>(buffer)?.to_vec())
     }
 
-    fn run(&mut self, params: &FrameParams, steps: &[Step]) -> anyhow::Result<Vec<StepTime>> {
+    fn run(&mut self, params: &FrameParams, steps: &[Step]) -> Result<Vec<StepTime>, RunError> {
         let mut times = Vec::with_capacity(steps.len());
         for step in steps {
             let start = Instant::now();
             match *step {
                 Step::Dispatch { pass, dispatch, .. } => {
-                    let run = pass.cpu.with_context(|| format!("{} needs ray queries", pass.name))?;
+                    let no_run = || RunError::RayQueries { step: pass.name.into() };
+                    let run = pass.cpu.ok_or_else(no_run)?;
                     let call = Call { buffers: &self.buffers, params, dispatch, features: self.features };
                     let done = self.pool.install(|| run(&call));
-                    done.with_context(|| format!("pass {}", step.label()))?;
+                    done.map_err(|source| RunError::Pass { pass: step.label(), source })?;
                 }
                 Step::Clear { buffer } => self.buffers.clear(buffer)?,
-                Step::Structure { .. } => bail!("the CPU runner has no ray queries"),
+                Step::Structure { .. } => return Err(RunError::RayQueries { step: step.label() }),
             }
             times.push(StepTime { pass: step.label(), time: start.elapsed() });
         }

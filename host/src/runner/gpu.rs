@@ -9,7 +9,7 @@ use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::instance::Transform;
 
-use super::{Runner, StepTime};
+use super::{RunError, Runner, StepTime};
 use crate::scene::motion::Placement;
 use crate::vulkan::bound::{BoundPipeline, Resources};
 use crate::vulkan::buffer::{Buffer, Purpose};
@@ -128,7 +128,7 @@ impl GpuRunner {
     }
 
     /// Runs steps in one submission, of which only the first may have to know how many deposits there are.
-    fn submit(&mut self, params: &FrameParams, steps: &[Step]) -> anyhow::Result<Vec<StepTime>> {
+    fn submit(&mut self, params: &FrameParams, steps: &[Step]) -> Result<Vec<StepTime>, RunError> {
         let deposits = match steps.first() {
             Some(Step::Structure { side: Side::Photons, count }) => {
                 let state: Vec<u32> = bytemuck::pod_collect_to_vec(&self.read("deposit_state")?);
@@ -165,11 +165,11 @@ impl Runner for GpuRunner {
         format!("{} ({}, Vulkan {})", info.name, info.driver, info.api_version)
     }
 
-    fn write_at(&mut self, buffer: &str, offset: usize, bytes: &[u8]) -> anyhow::Result<()> {
+    fn write_at(&mut self, buffer: &str, offset: usize, bytes: &[u8]) -> Result<(), RunError> {
         Ok(self.upload(buffer, offset, bytes)?)
     }
 
-    fn place(&mut self, placements: &[Placement]) -> anyhow::Result<()> {
+    fn place(&mut self, placements: &[Placement]) -> Result<(), RunError> {
         let Some(scene) = self.resources.structures.get_mut(SCENE_STRUCTURE) else { return Ok(()) };
         if *placements == *self.placements {
             return Ok(());
@@ -186,13 +186,13 @@ impl Runner for GpuRunner {
         Ok(())
     }
 
-    fn read(&mut self, buffer: &str) -> anyhow::Result<Vec<u8>> {
+    fn read(&mut self, buffer: &str) -> Result<Vec<u8>, RunError> {
         let GpuRunner { frame, resources, .. } = self;
         let buffer = resources.buffers.get_mut(buffer).ok_or_else(|| unknown(buffer))?;
         Ok(frame.download(buffer)?)
     }
 
-    fn run(&mut self, params: &FrameParams, steps: &[Step]) -> anyhow::Result<Vec<StepTime>> {
+    fn run(&mut self, params: &FrameParams, steps: &[Step]) -> Result<Vec<StepTime>, RunError> {
         let names = steps.iter().filter_map(|step| match step {
             Step::Dispatch { pass, .. } => Some(pass.name),
             Step::Clear { .. } | Step::Structure { .. } => None,

@@ -104,7 +104,7 @@ fn is_smooth(triangle: &Triangle, surface: &TriangleSurface) -> bool {
     normals.into_iter().any(|normal| (normal - face).length() > 1e-6)
 }
 
-/// Mean over the edges of the normal's change along the edge [1/m].
+/// Mean over the edges of the normal's change along the edge (1/m).
 pub fn curvature(triangle: &Triangle, surface: &TriangleSurface) -> f32 {
     if !is_smooth(triangle, surface) {
         return 0.0;

@@ -40,7 +40,8 @@ pub fn build(triangles: &[Triangle]) -> Tree {
     build_within(triangles, LEVELS)
 }
 
-/// The same, with at most so many levels of nodes where that many hold the triangles.
+/// Builds the tree over at least one finite triangle, with at most so many levels of nodes where that many hold the
+/// triangles. The same triangles give the same bits.
 pub fn build_within(triangles: &[Triangle], levels: u32) -> Tree {
     let boxes: Vec<Aabb> = triangles.iter().map(bounds).collect();
     let groups = group(&boxes);

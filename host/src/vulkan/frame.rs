@@ -1,4 +1,4 @@
-//! One command buffer, recorded anew for every frame, run to its end and timed step by step.
+//! One command buffer, recorded again for every frame, run to its end and timed step by step.
 
 use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
@@ -9,7 +9,7 @@ use super::context::Context;
 use super::error::VulkanError;
 use super::recorder::Recorder;
 
-/// Waiting for the device is asked again after this long [ns]: a frame may take minutes.
+/// Waiting for the device is asked again after this long (ns): a frame may take minutes.
 const WAIT_NS: u64 = 10_000_000_000;
 
 /// The command buffer, its fence and its clock.

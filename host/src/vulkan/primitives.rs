@@ -7,7 +7,7 @@ use ash::vk;
 pub enum Primitives {
     /// Opaque triangles, three vertices of 12 bytes each; built once, traced fast.
     Triangles,
-    /// The same, but each hit is a query's to confirm: they may have holes.
+    /// Triangles that may have holes: each hit is a query's to confirm.
     TrianglesWithHoles,
     /// Boxes of 24 bytes, each reported to a query once; rebuilt every frame, built fast.
     Boxes,

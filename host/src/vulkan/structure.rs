@@ -160,7 +160,7 @@ impl Hierarchy {
         self.record_level(commands, &self.top, Level::Top, geometry, self.placed);
     }
 
-    /// Records what brings instances to where they were placed, with the bottom levels anew whose triangles changed.
+    /// Records what brings instances to where they were placed, and rebuilds the bottom levels whose triangles changed.
     pub(super) fn record_again(&self, commands: vk::CommandBuffer, changed: &[usize], barrier: impl Fn()) {
         for &part in changed {
             self.record_bottom(commands, part, self.bottoms[part].capacity);

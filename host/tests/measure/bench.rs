@@ -168,7 +168,7 @@ fn each_cell_has_the_first_turn_in_turn() {
     let scene = Scene::load(&resolve("mirror-room").unwrap()).unwrap();
     let mut cells: Vec<Cell> =
         history::ALL.iter().map(|history| Cell { history, ..Cell::of(&BASIC) }).collect();
-    caustics::experiment::cell::name_all(&mut cells);
+    caustics::experiment::cell_axes::name_all(&mut cells);
     let plan = Plan {
         settings: Settings { width: 40, height: 24, ..Settings::default() },
         camera: scene.cameras[0].name.clone(),

@@ -43,14 +43,14 @@ impl Run {
                 remove(&self.plan.pattern.frame(frame, "png"))?;
             }
         }
-        remove(&self.plan.pattern.whole("state"))
+        Ok(remove(&self.plan.pattern.whole("state"))?)
     }
 
     /// Brings scene and session to a frame.
     fn pose(&mut self, frame: u32) -> anyhow::Result<()> {
         self.scene.pose(self.plan.time_of(frame))?;
         let camera = camera(&self.scene, Some(&self.camera))?;
-        self.session.pose(&self.scene, camera)
+        Ok(self.session.pose(&self.scene, camera)?)
     }
 
     /// The frames to render for those that are missing, in order. With a history all from the last known state on, which is

@@ -4,20 +4,24 @@ use std::time::Instant;
 
 use anyhow::Context;
 
-use super::run::{Sweep, Task, joined};
+use super::task::{Sweep, Task, joined};
 use crate::experiment::cell::Cell;
 use crate::experiment::error::{FLIP, MEASURES, RELMSE, mean};
 use crate::experiment::measure::measure;
-use crate::experiment::plan::Plan;
 use crate::experiment::reference::{Kept, References};
 use crate::experiment::result::{CellError, FrameResult};
 use crate::experiment::row::Row;
 use crate::experiment::store::provenance;
 use crate::hash::fnv1a;
 
-/// Measures the errors of a cell and keeps them. False where it was stopped.
-pub fn measure_error(sweep: &Sweep, task: &Task, cell: &Cell, plan: &Plan) -> anyhow::Result<bool> {
-    let Some(error) = &sweep.config.error else { return Ok(true) };
+/// Measures the errors of a cell, if any are asked for, and keeps them. False where it was stopped.
+///
+/// # Errors
+///
+/// A frame that fails, a file that cannot be written.
+pub fn measure_error(sweep: &Sweep, task: &Task, cell: &Cell) -> anyhow::Result<bool> {
+    let plan = task.part.error_plan(sweep.config, cell);
+    let (Some(error), Some(plan)) = (&sweep.config.error, &plan) else { return Ok(true) };
     let scene = &task.part.scene;
     let start = Instant::now();
     let references = References::new(plan, cell, scene, error.reference_frames.0, &sweep.cache);

@@ -3,7 +3,8 @@
 use anyhow::Context;
 
 use super::equal_time::{Found, TOLERANCE, held, is_met, search};
-use super::run::{Sweep, Task, joined};
+use super::errors::measure_error;
+use super::task::{Sweep, Task, joined};
 use crate::experiment::axis::PATHS_PER_PIXEL;
 use crate::experiment::cell::{Cell, Paths};
 use crate::experiment::cost::costs;
@@ -44,7 +45,7 @@ pub fn measure_group(sweep: &Sweep, group: &[&Task]) -> anyhow::Result<bool> {
     // Times that are known wait for their errors only.
     for task in timed {
         let Some(ready) = find_paths(sweep, task)? else { return Ok(false) };
-        if !sweep.measure_error(task, &ready.cell)? {
+        if !measure_error(sweep, task, &ready.cell)? {
             return Ok(false);
         }
     }
@@ -77,7 +78,7 @@ pub fn measure_group(sweep: &Sweep, group: &[&Task]) -> anyhow::Result<bool> {
         }
         for task in tasks {
             let Some(ready) = find_paths(sweep, task)? else { return Ok(false) };
-            if !sweep.measure_error(task, &ready.cell)? {
+            if !measure_error(sweep, task, &ready.cell)? {
                 return Ok(false);
             }
         }
@@ -198,7 +199,7 @@ fn write(sweep: &Sweep, timed: Timed, note: Option<String>) -> anyhow::Result<()
 /// Closest hits a second of the tracer alone, on the runner of a cell.
 fn tracer_rate(plan: &Plan, scene: &Scene, cell: &Cell) -> anyhow::Result<f64> {
     let features = cell.features(scene, plan.settings.specular_roughness);
-    closest_hits_per_second(&cell.runner, scene, scene.camera(Some(&plan.camera))?, features)
+    Ok(closest_hits_per_second(&cell.runner, scene, scene.camera(Some(&plan.camera))?, features)?)
 }
 
 /// A time that was not met.

@@ -44,7 +44,7 @@ fn dispatch(name: &'static str, count: usize) -> Step {
     Step::dispatch(Box::leak(Box::new(pass)), dispatch)
 }
 
-fn run(runner: &mut GpuRunner, steps: &[Step]) -> anyhow::Result<Vec<StepTime>> {
+fn run(runner: &mut GpuRunner, steps: &[Step]) -> Result<Vec<StepTime>, RunError> {
     runner.run(&FrameParams::default(), steps)
 }
 
@@ -106,7 +106,7 @@ fn what_is_written_is_read() {
 #[test]
 fn errors_name_the_buffer_and_the_pass() {
     let Some(mut runner) = runner(false, &[], 0) else { return };
-    let message = |result: anyhow::Result<Vec<StepTime>>| result.unwrap_err().to_string();
+    let message = |result: Result<Vec<StepTime>, RunError>| result.unwrap_err().to_string();
     assert!(message(run(&mut runner, &[dispatch("shoot", 1)])).contains("`shoot`; there are: fill, twice"));
     assert!(message(run(&mut runner, &[Step::Clear { buffer: "texels" }])).contains("`texels`"));
     assert!(message(run(&mut runner, &[build(1)])).contains("build.points"));

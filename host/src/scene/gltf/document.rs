@@ -159,7 +159,7 @@ fn parse(json: &[u8]) -> Result<Value, serde_json::Error> {
     })
 }
 
-/// The same document with numbers that f64 holds, those beyond being very large ones, and with empty lists and objects where
+/// A document with numbers that f64 holds, those beyond being very large ones, and with empty lists and objects where
 /// they stand in as many others as are read.
 fn tamed(json: &[u8]) -> Vec<u8> {
     let mut depth = 0_usize;

@@ -1,4 +1,4 @@
-//! The top level of the tree where meshes move: what stands still is one leaf, every moving mesh another. Built anew
+//! The top level of the tree where meshes move: what stands still is one leaf, every moving mesh another. Rebuilt
 //! for every pose, of least depth.
 
 use caustics_kernels::interface::tree::TreeNode;

@@ -1,8 +1,44 @@
-//! A report as text. It holds no times: the same modules and driver give the same bytes.
+//! What became of every entry point, and its text. That holds no times: the same modules and driver give the same bytes.
 
 use std::fmt::Write;
 
-use super::{Report, Row};
+use caustics::vulkan::DeviceInfo;
+use serde::Serialize;
+
+use super::figures::Figures;
+use super::one::Compiled;
+
+/// An entry point to compile.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Job {
+    pub module: &'static str,
+    pub entry: String,
+    /// Whose needs these are.
+    pub features: String,
+    pub feature_bits: u32,
+}
+
+/// What became of it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    #[serde(flatten)]
+    pub job: Job,
+    #[serde(flatten)]
+    pub figures: Figures,
+    #[serde(flatten)]
+    pub compiled: Option<Compiled>,
+    /// Why there is nothing.
+    pub error: Option<String>,
+}
+
+/// All that is printed.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    pub device: DeviceInfo,
+    /// Names of the modules and their hashes, as in `kernels.lock`.
+    pub modules: Vec<(&'static str, String)>,
+    pub entry_points: Vec<Row>,
+}
 
 /// Columns, failures and a last line.
 pub fn text(report: &Report) -> String {
@@ -60,8 +96,8 @@ fn line(row: &Row, entry_width: usize) -> String {
 
 /// A device for tests.
 #[cfg(test)]
-pub fn test_device() -> caustics::vulkan::DeviceInfo {
-    caustics::vulkan::DeviceInfo {
+pub fn test_device() -> DeviceInfo {
+    DeviceInfo {
         index: 0,
         name: "GPU".into(),
         driver: "driver 1".into(),
@@ -79,8 +115,6 @@ pub fn test_device() -> caustics::vulkan::DeviceInfo {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::command::compile::figures::Figures;
-    use crate::command::compile::{Compiled, Job};
 
     #[test]
     fn a_table_has_a_line_for_each_entry_point_and_no_time() {

@@ -1,0 +1,137 @@
+//! What the axes say of a cell: what of it matters, what it is known by, its names, its row in results.
+
+use caustics_kernels::method::Method;
+use caustics_kernels::{denoiser, emission, history};
+
+use super::axis::{AXES, HISTORY, METHOD, PATHS_PER_PIXEL, Shown};
+use super::cell::{Cell, FeatureChoice, Paths, usual_gather};
+use super::result::CellConfig;
+use crate::scene::Scene;
+use crate::session::RunnerChoice;
+use crate::settings::Settings;
+
+impl Cell {
+    /// A method by itself: no history, no filter, one light path a pixel, on all cores of the CPU.
+    pub fn of(method: &'static Method) -> Cell {
+        let runner = RunnerChoice::Cpu { threads: 0 };
+        let cell = Cell {
+            name: String::new(),
+            method,
+            gather: Some(usual_gather(&runner)),
+            emission: &emission::POWER,
+            history: &history::NONE,
+            denoiser: &denoiser::NONE,
+            paths: Paths::PerPixel(1.0),
+            radius_px: 1.0,
+            max_bounces: Settings::default().max_bounces,
+            runner,
+            asked_runner: "cpu",
+            features: FeatureChoice::Scene,
+        };
+        let cell = cell.effective();
+        Cell { name: cell.short_name(), ..cell }
+    }
+
+    /// The same frames with all that its method does not look at set aside: cells of one effect are one cell.
+    pub fn effective(mut self) -> Cell {
+        for axis in AXES {
+            if (axis.useless)(&self).is_some() {
+                // A value that an axis has itself is one that it takes.
+                let _ = axis.set(&mut self, axis.none);
+            }
+        }
+        self
+    }
+
+    /// Text of all that it is but its name.
+    pub fn key(&self) -> String {
+        let values = AXES.iter().map(|axis| format!("{} {}", axis.key, axis.get(self)));
+        // Of runners the device too.
+        format!("{} on {:?}", values.collect::<Vec<_>>().join(" "), self.runner)
+    }
+
+    /// Method, history, and whatever else has a colour and is not as usual: `basic-paper`, `basic-paper-atrous`.
+    fn short_name(&self) -> String {
+        let colored = AXES.into_iter().filter(|axis| matches!(axis.shown, Shown::Color));
+        let said = colored.filter(|axis| [&METHOD, &HISTORY].contains(axis) || axis.get(self) != axis.usual);
+        said.map(|axis| axis.get(self)).collect::<Vec<_>>().join("-")
+    }
+
+    /// What a result says of it; paths a pixel are those of a frame of this size.
+    pub fn config(&self, scene: &Scene, camera: &str, settings: &Settings) -> CellConfig {
+        let Settings { width, height, texture_filter, .. } = *settings;
+        let paths = match self.paths {
+            Paths::PerPixel(paths) => paths,
+            _ => f64::from(self.paths.count(width, height)) / (f64::from(width) * f64::from(height)),
+        };
+        let mut config = CellConfig::of(&scene.name, camera);
+        for axis in AXES {
+            config.set(axis, &axis.get(self));
+        }
+        config.set(&PATHS_PER_PIXEL, &paths.to_string());
+        config.texture_filter = texture_filter.unwrap_or(self.method.texture_filter).name().into();
+        config
+    }
+}
+
+/// Names the cells of a run: what has a colour, then whatever else differs between cells of the run.
+pub fn name_all(cells: &mut [Cell]) {
+    let mut names: Vec<String> = cells.iter().map(Cell::short_name).collect();
+    for axis in AXES.into_iter().filter(|axis| !matches!(axis.shown, Shown::Color)) {
+        let letters = if let Shown::Words(letters, _) = axis.shown { letters } else { "" };
+        let text = |cell: &Cell| match (axis.useless)(cell) {
+            Some(_) => String::new(),
+            None => format!("{letters}{}", axis.get(cell)),
+        };
+        let texts: Vec<String> = cells.iter().map(text).collect();
+        let mut given: Vec<&String> = texts.iter().filter(|text| !text.is_empty()).collect();
+        given.sort();
+        given.dedup();
+        if given.len() > 1 {
+            for (name, text) in names.iter_mut().zip(&texts).filter(|(_, text)| !text.is_empty()) {
+                *name += &format!("-{text}");
+            }
+        }
+    }
+    for (cell, name) in cells.iter_mut().zip(names) {
+        cell.name = name;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use caustics_kernels::gather::variant;
+    use caustics_kernels::method::basic::BASIC;
+    use caustics_kernels::method::path::PATH;
+
+    #[test]
+    fn what_a_method_does_not_look_at_makes_no_other_cell() {
+        let fancy = |method| Cell {
+            history: history::ALL[1],
+            denoiser: denoiser::ALL[1],
+            gather: variant::find("brute"),
+            paths: Paths::Count(7),
+            radius_px: 3.0,
+            ..Cell::of(method)
+        };
+        assert_eq!(fancy(&PATH).effective().key(), Cell::of(&PATH).key());
+        assert_eq!(fancy(&BASIC).effective().key(), fancy(&BASIC).key());
+        assert_ne!(fancy(&BASIC).key(), Cell::of(&BASIC).key());
+    }
+
+    #[test]
+    fn names_say_what_differs() {
+        let mut cells = [
+            Cell::of(&BASIC),
+            Cell { paths: Paths::PerPixel(0.5), gather: variant::find("brute"), ..Cell::of(&BASIC) },
+            Cell { denoiser: &denoiser::ATROUS, ..Cell::of(&BASIC) },
+            Cell::of(&PATH),
+        ];
+        name_all(&mut cells);
+        let names = cells.each_ref().map(|cell| cell.name.as_str());
+        let expected = ["basic-none-photons-grid-p1", "basic-none-brute-p0.5"];
+        assert_eq!(names[..2], expected);
+        assert_eq!(names[2..], ["basic-none-atrous-photons-grid-p1", "path-none"]);
+    }
+}

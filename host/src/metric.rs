@@ -1,7 +1,7 @@
 //! Distances between pictures, all in f64. May import `image` only.
 //!
 //! A picture here is what one layer of a file holds, cut to a region. A metric is data ([`comparison::Metric`]) beside its
-//! formula, and [`report::MetricReport`] computes all of [`report::METRICS`].
+//! formula, and [`report::MetricReport`] computes all of [`METRICS`].
 //!
 //! To add one, write a file with its formula and a `pub static` of what it is called, what it measures, where its value
 //! misleads and how it is computed from a [`comparison::Comparison`], and name both in the list below. It is then in the

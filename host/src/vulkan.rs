@@ -1,8 +1,8 @@
 //! The only unsafe host code: Vulkan through ash. May import `caustics_kernels::interface`, nothing else of ours.
 //!
-//! A [`context::Context`] is a device opened for compute; everything else keeps it alive. Each [`buffer`] takes its bytes
-//! of [`memory`], [`reflection`] reads what the entry points of a [`module`] bind, [`passes`] has them compiled, once a process
-//! ([`pipeline`]), and binds buffers to them by name ([`bound`]), [`structure`] builds acceleration structures, and [`frame`]
+//! A [`context::Context`] is a device opened for compute; everything else keeps it alive. Each `buffer` takes its bytes
+//! of `memory`, [`reflection`] reads what the entry points of a [`module`] bind, [`passes`] has them compiled, once a process
+//! (`pipeline`), and binds buffers to them by name (`bound`), `structure` builds acceleration structures, and `frame`
 //! records steps into one command buffer, runs and times it. [`executable`] compiles an entry point to see what it
 //! becomes, and runs nothing.
 

@@ -15,6 +15,8 @@ pub struct Energy {
     pub cut: f64,
     /// Lost (negative: gained) where shading normals are not the faces'.
     pub shading_normals: f64,
+    /// Scattered at a first surface by lobes whose light the camera finds.
+    pub left_to_camera: f64,
     /// (emitted - all others) / emitted; 0 where nothing was emitted.
     pub residual: f64,
 }
@@ -35,6 +37,7 @@ impl Energy {
             escaped: sum(Entry::Escaped),
             cut: sum(Entry::Cut),
             shading_normals: sum(Entry::ShadingNormals),
+            left_to_camera: sum(Entry::LeftToCamera),
             residual: 0.0,
         }
         .balanced()
@@ -48,6 +51,7 @@ impl Energy {
             escaped: self.escaped + other.escaped,
             cut: self.cut + other.cut,
             shading_normals: self.shading_normals + other.shading_normals,
+            left_to_camera: self.left_to_camera + other.left_to_camera,
             residual: 0.0,
         }
         .balanced()
@@ -61,12 +65,14 @@ impl Energy {
             escaped: self.escaped * scale,
             cut: self.cut * scale,
             shading_normals: self.shading_normals * scale,
+            left_to_camera: self.left_to_camera * scale,
             residual: self.residual,
         }
     }
 
     fn balanced(self) -> Energy {
-        let rest = self.emitted - self.absorbed - self.escaped - self.cut - self.shading_normals;
+        let spent = self.absorbed + self.escaped + self.cut + self.shading_normals + self.left_to_camera;
+        let rest = self.emitted - spent;
         let residual = if self.emitted > 0.0 { rest / self.emitted } else { 0.0 };
         Energy { residual, ..self }
     }

@@ -18,6 +18,7 @@ use glam::{DVec3, Vec3};
 use crate::hash::fnv1a;
 
 pub use self::camera::SceneCamera;
+pub use self::casters::Cuts;
 pub use self::error::SceneError;
 pub use self::find::{MADE, names, resolve};
 pub use self::gltf::files::files;
@@ -30,6 +31,7 @@ pub use self::texture::TextureParts;
 mod animation;
 mod buffers;
 mod camera;
+mod casters;
 mod corner;
 mod error;
 mod features;
@@ -91,6 +93,8 @@ pub struct Scene {
     pub warnings: Vec<String>,
     /// Triangles without an area, left out.
     pub dropped_triangles: usize,
+    /// Where light paths are aimed, as far as somebody asked; whoever changes triangles or materials clears it.
+    pub casters: Cuts,
 }
 
 impl Scene {

@@ -1,11 +1,14 @@
 //! The settings of a run, and those of a frame that they make of a scene.
 
-use caustics_kernels::declare::TextureFilter;
+use caustics_kernels::declare::{Caustics, TextureFilter};
 use caustics_kernels::denoiser::{self, Denoiser};
 use caustics_kernels::emission::{self, Emission};
 use caustics_kernels::history::{self, History};
+use caustics_kernels::interface::caster::Casters;
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::interface::frame::{FrameParams, TEXTURE_FILTER_CONE, TEXTURE_FILTER_FINEST};
+use caustics_kernels::interface::frame::{
+    CAUSTICS_ANY, CAUSTICS_FIRST, FrameParams, TEXTURE_FILTER_CONE, TEXTURE_FILTER_FINEST,
+};
 use caustics_kernels::method::Method;
 use glam::Vec3;
 
@@ -43,6 +46,8 @@ pub struct Settings {
     pub denoiser: &'static Denoiser,
     /// How light paths start.
     pub emission: &'static Emission,
+    /// Which light is the light paths'.
+    pub caustics: Caustics,
 }
 
 impl Default for Settings {
@@ -62,6 +67,7 @@ impl Default for Settings {
             history: &history::NONE,
             denoiser: &denoiser::NONE,
             emission: &emission::POWER,
+            caustics: Caustics::First,
         }
     }
 }
@@ -109,6 +115,7 @@ impl Settings {
             Some(TextureFilter::Finest) => TEXTURE_FILTER_FINEST,
             Some(TextureFilter::Cone) | None => TEXTURE_FILTER_CONE,
         };
+        let casters = if shoots { scene.casters(self.specular_roughness) } else { Casters::default() };
         FrameParams {
             camera: camera.camera(self.width, self.height),
             previous_camera: camera.camera(self.width, self.height),
@@ -130,6 +137,11 @@ impl Settings {
             exposure: self.exposure.exp2(),
             background: self.background.unwrap_or(scene.background),
             history: self.history.settings.unwrap_or_default(),
+            caustics: match self.caustics {
+                Caustics::First => CAUSTICS_FIRST,
+                Caustics::Any => CAUSTICS_ANY,
+            },
+            casters,
         }
     }
 }

@@ -7,5 +7,6 @@ pub use crate::declare::Emission;
 crate::declare::variants! {
     Emission {
         power: POWER;
+        aimed: AIMED;
     }
 }

@@ -25,7 +25,8 @@
 //! 3. **Lend**, if there is a history ([`history`]): finds the point of the frame before that is this one's
 //!    ([`history::window`], [`history::reprojected`]), and how much of its light still holds ([`history::cells`]).
 //! 4. **Shoot** ([`pass::shoot`]): light paths leave the lights by power ([`light::power`], behind the seam [`light::emit`]).
-//!    Each hit on a *receiver* after at least one specular event (on a *caster*) is a *deposit*: a place, a direction, a flux.
+//!    Those whose first surface is a *caster* (specular) go on; each later hit on a *receiver* is a *deposit*: a place, a
+//!    direction, a flux.
 //! 5. **Gather** ([`mod@gather`]): a point takes the deposits that lie on its disc ([`gather::contribution`]). Points are indexed and
 //!    each deposit looks for them, or the other way round; every variant sums the same integers ([`gather::accumulator`]).
 //! 6. **Resolve** ([`pass::resolve`], or [`history::resolve_history`]): summed flux through the area of the disc, times what the
@@ -37,9 +38,12 @@
 //!
 //! # Who computes which light
 //!
-//! One function decides which lobes are specular ([`surface::class`]). Light whose path from the light to the first
-//! non-specular vertex seen from the camera holds at least one specular event belongs to the light paths, all else to the
-//! camera paths: no path is counted twice, none is missing. The sum is full light transport up to `max_bounces`.
+//! One function decides which lobes are specular ([`surface::class`]). Light that meets a specular lobe first, and then, by
+//! whatever way, a collection point, belongs to the light paths; all else to the camera paths, which behind their point follow
+//! every lobe, and find lights by those that are not specular ([`pass::collect::Beyond`]). So one thing decides a path, the lobe
+//! next to the light: no path is counted twice, none is missing, and the sum is full light transport up to `max_bounces`. The
+//! published method gives the light paths what meets a specular lobe first *or later* (`CAUSTICS_ANY`), which is exact too, and
+//! noisier: light of a matte wall is found from the camera with ease.
 //!
 //! # What stands where
 //!

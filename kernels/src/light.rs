@@ -1,6 +1,7 @@
-//! Lights: choosing one, connecting to it, leaving it. A type of light is a file here, with `leave` and `connect`, and a line
-//! of `interface::light::for_each_light`. Imports `interface`, `math` and `texture`.
+//! Lights: choosing one, connecting to it, leaving it. A type of light is a file here, with `leave`, `place_on`, `towards` and
+//! `connect`, and a line of `interface::light::for_each_light`. Imports `interface`, `math` and `texture`.
 
+pub mod aimed;
 pub mod by_density;
 pub mod connect;
 pub mod density_map;
@@ -11,7 +12,7 @@ use crate::interface::features::Features;
 use crate::interface::light::{Light, for_each_light};
 use crate::interface::scene::SceneTables;
 use connect::Connection;
-use emit::EmissionSample;
+use emit::{EmissionSample, Towards};
 use spirv_std::glam::{Vec3, Vec4};
 
 /// Declares the files of the types, and asks the one that a light is of.
@@ -41,6 +42,34 @@ macro_rules! types {
                 }
             )*
             $area::leave(light, scene, features, place, direction)
+        }
+
+        /// Where on a light a path starts, by the uniform numbers of `Emit::sample` (m).
+        #[inline(always)]
+        fn place_on(light: &Light, scene: SceneTables<'_>, features: Features, place: Vec4) -> Vec3 {
+            $(
+                if features.has(Features::$bit) && light.kind == Features::$bit.0 {
+                    return $file::place_on(light, scene, place);
+                }
+            )*
+            $area::place_on(light, scene, place)
+        }
+
+        /// Start of a light path at that place in a direction: what `leave` makes of it.
+        #[inline(always)]
+        fn towards(
+            light: &Light,
+            scene: SceneTables<'_>,
+            features: Features,
+            place: Vec4,
+            direction: Vec3,
+        ) -> Towards {
+            $(
+                if features.has(Features::$bit) && light.kind == Features::$bit.0 {
+                    return $file::towards(light, scene, features, place, direction);
+                }
+            )*
+            $area::towards(light, scene, features, place, direction)
         }
 
         /// Connects a position to a light, by two uniform numbers; none where no light leaves towards it.

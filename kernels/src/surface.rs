@@ -201,10 +201,10 @@ impl Bsdf {
         Evaluated { f, pdf_solid_angle: pdf }
     }
 
-    /// Estimate of the share of flux that all lobes of all classes scatter, apart from `sample`; `u` is uniform.
+    /// Estimate of the share of flux that all lobes of `classes` scatter, apart from `sample`; `u` is uniform.
     #[inline(always)]
-    pub fn albedo(&self, u: Vec4) -> Vec3 {
-        albedo::albedo(self, u.x, u.y)
+    pub fn albedo(&self, classes: Classes, u: Vec4) -> Vec3 {
+        albedo::albedo(self, classes, u.x, u.y)
     }
 
     /// Share of what is neither metal nor glass.

@@ -170,9 +170,8 @@ impl<'a> World<'a> {
     }
 
     /// Emission by power.
-    pub fn by_power(&self) -> ByPower<'a> {
-        let light_count = self.scene.lights.len() as u32;
-        ByPower { scene: self.tables(), light_count, features: self.features }
+    pub fn by_power(&self) -> ByPower<'_> {
+        ByPower::new(self.tables(), &self.params, self.features)
     }
 
     /// All light paths of the frame, on two threads.

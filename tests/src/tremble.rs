@@ -4,12 +4,15 @@
 use std::convert::Infallible;
 
 use caustics::scene::Scene;
+use caustics_kernels::emission::{AIMED, Emission, POWER};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::history::VALIDATION_PERIOD;
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
 use caustics_kernels::interface::ray::{Hit, Ray};
 use caustics_kernels::interface::scene::SceneTables;
+use caustics_kernels::light::aimed::Aimed;
+use caustics_kernels::light::emit::{EmissionSample, Emit};
 use caustics_kernels::light::power::ByPower;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::pass::collect::{Collected, camera_path};
@@ -18,7 +21,7 @@ use caustics_kernels::pass::shoot::receive::Receive;
 use caustics_kernels::seam::Atomics;
 use caustics_kernels::trace::Tracer;
 use caustics_kernels::trace::bvh::BvhTracer;
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 use crate::matching::Deposit;
 
@@ -88,6 +91,32 @@ impl Receive for Keep {
     }
 }
 
+/// How the light paths of an emission start, apart from the buffers of a runner.
+enum Starts<'a> {
+    Power(ByPower<'a>),
+    Aimed(Aimed<'a>),
+}
+
+impl<'a> Starts<'a> {
+    /// None of an emission that is not listed here, a new one, say.
+    fn of(emission: &Emission, power: ByPower<'a>) -> Option<Starts<'a>> {
+        match emission.name {
+            name if name == POWER.name => Some(Starts::Power(power)),
+            name if name == AIMED.name => Some(Starts::Aimed(Aimed { power })),
+            _ => None,
+        }
+    }
+}
+
+impl Emit for Starts<'_> {
+    fn sample(&self, place: Vec4, direction: Vec4) -> EmissionSample {
+        match self {
+            Starts::Power(power) => power.sample(place, direction),
+            Starts::Aimed(aimed) => aimed.sample(place, direction),
+        }
+    }
+}
+
 /// The paths of one frame.
 #[derive(Clone, Copy)]
 pub struct Paths<'a> {
@@ -97,6 +126,8 @@ pub struct Paths<'a> {
     pub params: &'a FrameParams,
     /// What the scene needs.
     pub features: Features,
+    /// How light paths start; validation paths start by power.
+    pub emission: &'static Emission,
 }
 
 impl<'a> Paths<'a> {
@@ -121,23 +152,28 @@ impl<'a> Paths<'a> {
 
     /// The deposits of a light path; attempt 0 does not tremble.
     fn light(&self, path: u32, attempt: u32) -> (Vec<Deposit>, Vec<Answer>) {
-        self.follow(path, Rng::new(Stream::Light, self.params.seed, path, self.params.frame), attempt)
+        let rng = Rng::new(Stream::Light, self.params.seed, path, self.params.frame);
+        self.follow(path, rng, self.emission, attempt)
     }
 
     /// The deposits of a validation path.
     fn validation(&self, path: u32, attempt: u32) -> (Vec<Deposit>, Vec<Answer>) {
         let round = (self.params.frame + path) / VALIDATION_PERIOD;
-        self.follow(path, Rng::new(Stream::Validation, self.params.seed, path, round), attempt)
+        self.follow(path, Rng::new(Stream::Validation, self.params.seed, path, round), &POWER, attempt)
     }
 
-    fn follow(&self, path: u32, rng: Rng, attempt: u32) -> (Vec<Deposit>, Vec<Answer>) {
+    fn follow(&self, path: u32, rng: Rng, emission: &Emission, attempt: u32) -> (Vec<Deposit>, Vec<Answer>) {
         let (mut tracer, mut keep) = (self.tracer(attempt), Keep(vec![]));
         let (params, features, scene) = (self.params, self.features, self.tables());
-        let light_count = params.light_count;
-        let emit = ByPower { scene, light_count, features };
+        let emit = Starts::of(emission, ByPower::new(scene, params, features)).expect("a known emission");
         let ignore = &mut Ignore(None);
         follow(path, rng, params, features, scene, &emit, &mut tracer, &mut keep, ignore);
         (keep.0, tracer.answers)
+    }
+
+    /// Whether its light paths can be traced here; else they are only compared.
+    pub fn starts_are_known(&self) -> bool {
+        Starts::of(self.emission, ByPower::new(self.tables(), self.params, self.features)).is_some()
     }
 
     /// The deposits of every light path, with their path.
@@ -221,7 +257,7 @@ mod tests {
         let scene = lobes::scene();
         let settings = Settings { width: 64, height: 36, light_paths: 1024, ..Settings::default() };
         let params = settings.params(&scene, &scene.cameras[0], 0);
-        let paths = Paths { scene: &scene, params: &params, features: Features::ALL };
+        let paths = Paths { scene: &scene, params: &params, features: Features::ALL, emission: &POWER };
         assert_eq!(paths.camera(1000, 0), paths.camera(1000, 0));
         assert!(!paths.deposits().is_empty());
         // A comparer that never differs finds no explanation; one that asks for the same bits soon does.

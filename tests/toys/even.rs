@@ -30,7 +30,8 @@ pub struct Even<'a>(pub ByPower<'a>);
 impl Emit for Even<'_> {
     #[inline(always)]
     fn sample(&self, place: Vec4, direction: Vec4) -> EmissionSample {
-        let ByPower { scene, light_count, features } = self.0;
+        let ByPower { scene, params, features } = self.0;
+        let light_count = params.light_count;
         let row = ((place.x * light_count as f32) as u32).min(light_count - 1);
         let mut light = scene.lights[row as usize];
         light.pdf_light_choice = 1.0 / light_count as f32;

@@ -9,7 +9,7 @@ use crate::interface::light::Light;
 use crate::interface::ray::Ray;
 use crate::interface::scene::SceneTables;
 use crate::light::connect::Connection;
-use crate::light::emit::EmissionSample;
+use crate::light::emit::{EmissionSample, Towards};
 use crate::math::{PI, warp};
 use spirv_std::glam::{Vec3, Vec4};
 
@@ -23,20 +23,38 @@ fn share(to: Vec3) -> f32 {
 #[inline(always)]
 pub fn leave(
     light: &Light,
+    scene: SceneTables<'_>,
+    features: Features,
+    place: Vec4,
+    direction: Vec4,
+) -> EmissionSample {
+    towards(light, scene, features, place, warp::uniform_sphere(direction.x, direction.y)).sample
+}
+
+/// Where a path starts.
+#[inline(always)]
+pub fn place_on(light: &Light, _scene: SceneTables<'_>, _place: Vec4) -> Vec3 {
+    light.position
+}
+
+/// A path in a direction.
+#[inline(always)]
+pub fn towards(
+    light: &Light,
     _scene: SceneTables<'_>,
     _features: Features,
     _place: Vec4,
-    direction: Vec4,
-) -> EmissionSample {
-    let to = warp::uniform_sphere(direction.x, direction.y);
+    direction: Vec3,
+) -> Towards {
     let solid_angle = 4.0 * PI / light.pdf_light_choice;
-    EmissionSample {
-        ray: Ray::endless(light.position, to),
-        flux: light.emission * (share(to) * solid_angle),
+    let sample = EmissionSample {
+        ray: Ray::endless(light.position, direction),
+        flux: light.emission * (share(direction) * solid_angle),
         solid_angle,
         area: 0.0,
         texel: 0,
-    }
+    };
+    Towards { sample, pdf_solid_angle: 1.0 / (4.0 * PI) }
 }
 
 /// A connection by the law of the inverse square.

@@ -5,6 +5,7 @@
 //! add an axis: a field of [`Cell`], what it sets in a session ([`Cell::settings`] or [`Cell::parts`]), and a row of
 //! [`AXES`].
 
+use caustics_kernels::declare::Caustics;
 use caustics_kernels::gather::variant;
 use caustics_kernels::{denoiser, emission, history, method};
 
@@ -104,9 +105,10 @@ impl Axis {
 }
 
 /// All axes, in the order of tables.
-pub static AXES: [&Axis; 10] = [
+pub static AXES: [&Axis; 11] = [
     &METHOD,
     &GATHER,
+    &CAUSTICS,
     &EMISSION,
     &HISTORY,
     &DENOISER,
@@ -155,6 +157,20 @@ pub static GATHER: Axis = Axis {
         }
         (_, None) => Err(String::new()),
     },
+};
+
+/// Which light is the light paths'.
+pub static CAUSTICS: Axis = Axis {
+    key: "caustics",
+    head: "caustics",
+    about: "Which light is a caustic, found by light paths",
+    values: Values::Names(|| Caustics::ALL.map(|of| (of.name(), of.about())).to_vec()),
+    usual: "first",
+    none: "first",
+    shown: Shown::Color,
+    useless: |cell| (!cell.method.gathers).then_some("shoots no light paths"),
+    get: |cell| cell.caustics.name().into(),
+    set: |cell, name| found(Caustics::ALL.into_iter().find(|of| of.name() == name), &mut cell.caustics),
 };
 
 /// How light paths start.

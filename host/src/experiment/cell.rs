@@ -1,5 +1,6 @@
 //! Cells: the ways to render that an experiment holds against each other.
 
+use caustics_kernels::declare::Caustics;
 use caustics_kernels::denoiser::Denoiser;
 use caustics_kernels::emission::Emission;
 use caustics_kernels::gather::variant::{self, Variant};
@@ -22,6 +23,8 @@ pub struct Cell {
     pub gather: Option<&'static Variant>,
     /// How light paths start.
     pub emission: &'static Emission,
+    /// Which light is the light paths'.
+    pub caustics: Caustics,
     /// What the frame before lends.
     pub history: &'static History,
     /// What smooths the path-traced part.
@@ -120,6 +123,7 @@ impl Cell {
             radius_px: self.radius_px,
             max_bounces: self.max_bounces,
             emission: self.emission,
+            caustics: self.caustics,
             history: self.history,
             denoiser: self.denoiser,
             ..common.clone()

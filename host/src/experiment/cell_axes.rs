@@ -19,6 +19,7 @@ impl Cell {
             method,
             gather: Some(usual_gather(&runner)),
             emission: &emission::POWER,
+            caustics: Settings::default().caustics,
             history: &history::NONE,
             denoiser: &denoiser::NONE,
             paths: Paths::PerPixel(1.0),

@@ -35,10 +35,11 @@ pub fn view(scene: &Scene, camera: &str, settings: &Settings) -> String {
         history: _,
         denoiser: _,
         emission: _,
+        caustics,
     } = settings;
     let viewpoint = scene.camera(Some(camera)).ok();
     format!(
-        "scene {} {} origin {:?} camera {viewpoint:?} {width}x{height} paths {light_paths} bounces {max_bounces} radius \
+        "scene {} {} origin {:?} camera {viewpoint:?} {width}x{height} paths {light_paths} {caustics:?} bounces {max_bounces} radius \
          {radius_px} specular {specular_roughness} filter {pixel_filter} textures {texture_filter:?} background {:?} kernels {}\n",
         scene.name,
         scene.fingerprint(),

@@ -28,9 +28,7 @@ impl Scene {
         }
         let mut features = Features(0);
         for (id, _) in used.into_iter().enumerate().filter(|&(_, used)| used) {
-            for material in self.extremes(id) {
-                features = features | of_material(&material, specular_roughness);
-            }
+            features = features | self.features_of(id, specular_roughness);
         }
         for light in &self.lights {
             features = features | Features(light.kind);
@@ -47,6 +45,12 @@ impl Scene {
             features = features | Features::ENCLOSED;
         }
         features
+    }
+
+    /// What the lobes and textures of a material need, whatever its textures make of it.
+    pub(super) fn features_of(&self, material: usize, specular_roughness: f32) -> Features {
+        let extremes = self.extremes(material);
+        extremes.iter().fold(Features(0), |all, material| all | of_material(material, specular_roughness))
     }
 
     /// Whether a camera or a light stands inside of a medium.

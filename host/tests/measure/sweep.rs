@@ -239,7 +239,7 @@ fn shards_are_disjoint_and_merge_to_the_whole() {
 #[test]
 fn errors_fall_with_the_paths_and_histories_are_measured_at_their_last_frame() {
     let desk = Desk::new(&matrix(&format!(
-        "method = [\"basic\"]\nhistory = [{}]\npaths_per_pixel = [0.125, 4]",
+        "method = [\"basic\"]\ncaustics = [\"any\"]\nhistory = [{}]\npaths_per_pixel = [0.125, 4]",
         history::ALL.iter().map(|history| format!("{:?}", history.name)).collect::<Vec<_>>().join(", ")
     )));
     desk.sweep(&["e.toml", "-o", "out"]);

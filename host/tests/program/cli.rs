@@ -173,6 +173,7 @@ fn a_render_reports_times_counters_needs_and_device() {
     // 2000 paths balance to about 1 / sqrt(2000).
     let energy = |key: &str| report["energy"][key].as_f64().unwrap();
     let spent = energy("absorbed") + energy("escaped") + energy("cut") + energy("shading_normals");
+    let spent = spent + energy("left_to_camera");
     assert!(energy("emitted") > 0.0 && energy("absorbed") > 0.0 && energy("cut") > 0.0);
     assert!((spent / energy("emitted") - 1.0).abs() < 0.1 && energy("residual").abs() < 0.1);
     for counter in ["camera_rays", "shadow_rays", "light_rays", "deposits"] {

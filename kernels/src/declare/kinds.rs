@@ -65,6 +65,37 @@ pub struct Emission {
     pub keeps: &'static [&'static str],
 }
 
+/// Which light is a caustic, and so the light paths'; all other is found from the camera.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Caustics {
+    /// What meets a specular lobe first. Light of diffuse surfaces that meets one later is found by connections to those
+    /// surfaces, with far less noise, unless what is lit first is small and bright.
+    First,
+    /// What meets a specular lobe anywhere, as published [Moreau and Doggett 2022].
+    Any,
+}
+
+impl Caustics {
+    /// Both.
+    pub const ALL: [Caustics; 2] = [Caustics::First, Caustics::Any];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Caustics::First => "first",
+            Caustics::Any => "any",
+        }
+    }
+
+    /// What it is, in one line.
+    pub fn about(self) -> &'static str {
+        match self {
+            Caustics::First => "light whose first surface is specular; the camera finds the rest",
+            Caustics::Any => "light that met anything specular before its collection point, as published",
+        }
+    }
+}
+
 /// Which level of its textures a camera prefix sees; every other path sees the finest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TextureFilter {

@@ -1,5 +1,6 @@
 //! What every pass gets: the settings of the frame, and where a dispatch stands in its pass.
 
+use crate::interface::caster::Casters;
 use crate::interface::counters::DepositState;
 use crate::interface::history::HistorySettings;
 use bytemuck::{Pod, Zeroable};
@@ -63,6 +64,10 @@ pub struct FrameParams {
     pub background: Vec3,
     /// Settings of the history.
     pub history: HistorySettings,
+    /// `CAUSTICS_*`.
+    pub caustics: u32,
+    /// Spheres around what casts caustics.
+    pub casters: Casters,
 }
 
 /// Where a dispatch stands in its pass: the push constants of every pass.
@@ -80,7 +85,7 @@ pub struct Dispatch {
 }
 
 const _: () = assert!(size_of::<Camera>() == 48);
-const _: () = assert!(size_of::<FrameParams>() == 188);
+const _: () = assert!(size_of::<FrameParams>() == 452);
 
 impl Dispatch {
     /// Invocations there are.
@@ -117,6 +122,11 @@ impl FrameParams {
 
 /// Invocations of an entry point along x; further rows of them lie along y.
 pub const INVOCATIONS_PER_ROW: u32 = 1 << 21;
+
+/// `FrameParams::caustics`: light paths whose first surface is specular.
+pub const CAUSTICS_FIRST: u32 = 0;
+/// `FrameParams::caustics`: light paths of which any surface is specular.
+pub const CAUSTICS_ANY: u32 = 1;
 
 /// `FrameParams::filters`: rays through pixel centres.
 pub const PIXEL_FILTER_CENTRE: u32 = 0;

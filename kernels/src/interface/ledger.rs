@@ -14,10 +14,12 @@ pub enum Entry {
     Cut,
     /// Lost (or gained, if negative) where the shading normal is not the face's.
     ShadingNormals,
+    /// Scattered by a lobe at the first surface whose light is no caustic, so that no light path follows it.
+    LeftToCamera,
 }
 
 /// Entries there are.
-pub const ENTRY_COUNT: u32 = 5;
+pub const ENTRY_COUNT: u32 = 6;
 /// Copies of every entry, so that paths side by side add to different words.
 pub const LEDGER_BANKS: u32 = 64;
 /// First word of the ledger in the counter buffer.

@@ -9,7 +9,7 @@ use crate::interface::ray::Ray;
 use crate::interface::scene::SceneTables;
 use crate::interface::triangle::Triangle;
 use crate::light::connect::Connection;
-use crate::light::emit::EmissionSample;
+use crate::light::emit::{EmissionSample, Towards};
 use crate::math::frame::ShadingFrame;
 use crate::math::{PI, offset, warp};
 use crate::texture::emission::emission_at;
@@ -50,22 +50,58 @@ pub fn leave(
     place: Vec4,
     direction: Vec4,
 ) -> EmissionSample {
-    let Place { weights, position, mut normal, clearance } =
-        Place::new(&scene.triangles[light.triangle as usize], place.z, place.w);
+    let mut place = Place::new(&scene.triangles[light.triangle as usize], place.z, place.w);
     if light.sides == 2 && direction.z < 0.5 {
-        normal = -normal;
+        place.normal = -place.normal;
     }
     let local = warp::cosine_hemisphere(direction.x, direction.y);
-    let to = ShadingFrame::new(normal).to_world(local);
+    start(light, scene, features, &place, ShadingFrame::new(place.normal).to_world(local), local.z)
+}
+
+/// A path from the side of a place that its normal is on, in a direction whose cosine with that is `cos`.
+#[inline(always)]
+fn start(
+    light: &Light,
+    scene: SceneTables<'_>,
+    features: Features,
+    place: &Place,
+    direction: Vec3,
+    cos: f32,
+) -> EmissionSample {
+    let Place { weights, position, normal, clearance } = *place;
     let share = emission_at(scene, features, light.triangle, weights.x, weights.y);
     EmissionSample {
-        ray: Ray::endless(offset::leave(position, normal, normal, clearance), to),
+        ray: Ray::endless(offset::leave(position, normal, normal, clearance), direction),
         flux: light.emission * share * (PI * light.area * light.sides as f32 / light.pdf_light_choice),
         // Triangles are pieces of lamps: all of them light the places around, so that no choice counts.
-        solid_angle: PI / local.z.max(1.0e-3),
+        solid_angle: PI / cos.max(1.0e-3),
         area: 0.0,
         texel: 0,
     }
+}
+
+/// Where a path starts.
+#[inline(always)]
+pub fn place_on(light: &Light, scene: SceneTables<'_>, place: Vec4) -> Vec3 {
+    Place::new(&scene.triangles[light.triangle as usize], place.z, place.w).position
+}
+
+/// A path in a direction, from the side that it leaves.
+#[inline(always)]
+pub fn towards(
+    light: &Light,
+    scene: SceneTables<'_>,
+    features: Features,
+    place: Vec4,
+    direction: Vec3,
+) -> Towards {
+    let mut place = Place::new(&scene.triangles[light.triangle as usize], place.z, place.w);
+    let mut cos = direction.dot(place.normal);
+    if light.sides == 2 && cos < 0.0 {
+        (place.normal, cos) = (-place.normal, -cos);
+    }
+    let sample = start(light, scene, features, &place, direction, cos);
+    Towards { sample, pdf_solid_angle: warp::cosine_hemisphere_pdf(cos) / light.sides as f32 }
 }
 
 /// A connection to the side that is seen.

@@ -21,7 +21,7 @@ impl Emit for ByDensity<'_> {
     #[inline(always)]
     fn sample(&self, place: Vec4, direction: Vec4) -> EmissionSample {
         let lights = self.power.scene.lights;
-        let light = choose(lights, self.power.light_count, place.x, place.y);
+        let light = choose(lights, self.power.params.light_count, place.x, place.y);
         let parallel = lights[light as usize].is_parallel();
         let (u, v) = if parallel { (place.z, place.w) } else { (direction.x, direction.y) };
         let drawn = draw(self.tree, map_of(light), Vec2::new(u, v));

@@ -9,7 +9,7 @@ use crate::interface::light::Light;
 use crate::interface::ray::Ray;
 use crate::interface::scene::SceneTables;
 use crate::light::connect::Connection;
-use crate::light::emit::EmissionSample;
+use crate::light::emit::{EmissionSample, Towards};
 use crate::math::PI;
 use crate::math::frame::ShadingFrame;
 use crate::math::trig::sin_cos_turns;
@@ -41,6 +41,24 @@ pub fn leave(
         area: area / light.pdf_light_choice,
         texel: 0,
     }
+}
+
+/// Where a path starts, if it were not across.
+#[inline(always)]
+pub fn place_on(light: &Light, _scene: SceneTables<'_>, _place: Vec4) -> Vec3 {
+    light.position
+}
+
+/// Parallel light has one direction.
+#[inline(always)]
+pub fn towards(
+    light: &Light,
+    scene: SceneTables<'_>,
+    features: Features,
+    place: Vec4,
+    _direction: Vec3,
+) -> Towards {
+    Towards { sample: leave(light, scene, features, place, place), pdf_solid_angle: 0.0 }
 }
 
 /// A connection against the light's direction, without end.

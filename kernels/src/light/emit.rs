@@ -18,8 +18,33 @@ pub struct EmissionSample {
     pub texel: u32,
 }
 
+impl EmissionSample {
+    /// The start as a mixture draws it: with this share of `density`, the density that it was made for, and beside that with
+    /// the density `aimed`. Where nothing leaves the light it carries nothing.
+    #[inline(always)]
+    pub fn over(self, density: f32, share: f32, aimed: f32) -> EmissionSample {
+        let ratio = if density > 0.0 { density / (share * density + aimed) } else { 0.0 };
+        EmissionSample {
+            flux: self.flux * ratio,
+            solid_angle: self.solid_angle * ratio,
+            area: self.area * ratio,
+            ..self
+        }
+    }
+}
+
+/// The start of a light path in a direction that somebody chose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Towards {
+    /// The start that `leave` would make of that direction.
+    pub sample: EmissionSample,
+    /// Density with which `leave` takes the direction (1/sr); 0 where nothing leaves.
+    pub pdf_solid_angle: f32,
+}
+
 /// Starts light paths.
 pub trait Emit {
-    /// Start from two times four uniform numbers: (light, light, place, place), (direction, direction, side, -).
+    /// Start from two times four uniform numbers: (light, light, place, place), (direction, direction, side,
+    /// choice of a caster).
     fn sample(&self, place: Vec4, direction: Vec4) -> EmissionSample;
 }

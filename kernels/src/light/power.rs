@@ -12,8 +12,8 @@ use spirv_std::glam::Vec4;
 pub struct ByPower<'a> {
     /// The scene with its light table.
     pub scene: SceneTables<'a>,
-    /// Length of the light table.
-    pub light_count: u32,
+    /// The settings of the frame.
+    pub params: &'a FrameParams,
     /// What the scene needs.
     pub features: Features,
 }
@@ -21,15 +21,16 @@ pub struct ByPower<'a> {
 impl<'a> ByPower<'a> {
     /// The lights of a frame.
     #[inline(always)]
-    pub fn new(scene: SceneTables<'a>, params: &FrameParams, features: Features) -> Self {
-        ByPower { scene, light_count: params.light_count, features }
+    pub fn new(scene: SceneTables<'a>, params: &'a FrameParams, features: Features) -> Self {
+        ByPower { scene, params, features }
     }
 }
 
 impl Emit for ByPower<'_> {
     #[inline(always)]
     fn sample(&self, place: Vec4, direction: Vec4) -> EmissionSample {
-        let light = self.scene.lights[choose(self.scene.lights, self.light_count, place.x, place.y) as usize];
-        leave(&light, self.scene, self.features, place, direction)
+        let ByPower { scene, params, .. } = *self;
+        let light = scene.lights[choose(scene.lights, params.light_count, place.x, place.y) as usize];
+        leave(&light, scene, self.features, place, direction)
     }
 }

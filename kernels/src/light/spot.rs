@@ -10,7 +10,7 @@ use crate::interface::light::Light;
 use crate::interface::ray::Ray;
 use crate::interface::scene::SceneTables;
 use crate::light::connect::Connection;
-use crate::light::emit::EmissionSample;
+use crate::light::emit::{EmissionSample, Towards};
 use crate::light::point;
 use crate::math::PI;
 use crate::math::frame::ShadingFrame;
@@ -51,13 +51,40 @@ pub fn leave(
     direction: Vec4,
 ) -> EmissionSample {
     let (to, solid_angle) = sample(light, direction.x, direction.y);
+    start(light, to, solid_angle)
+}
+
+/// A path in a direction, where the light's intensity over the density is this share of the whole (sr).
+#[inline(always)]
+fn start(light: &Light, direction: Vec3, solid_angle: f32) -> EmissionSample {
     EmissionSample {
-        ray: Ray::endless(light.position, to),
+        ray: Ray::endless(light.position, direction),
         flux: light.emission * (solid_angle / light.pdf_light_choice),
         solid_angle: 2.0 * PI * light.cone / light.pdf_light_choice,
         area: 0.0,
         texel: 0,
     }
+}
+
+/// Where a path starts.
+#[inline(always)]
+pub fn place_on(light: &Light, _scene: SceneTables<'_>, _place: Vec4) -> Vec3 {
+    light.position
+}
+
+/// A path in a direction.
+#[inline(always)]
+pub fn towards(
+    light: &Light,
+    _scene: SceneTables<'_>,
+    _features: Features,
+    _place: Vec4,
+    direction: Vec3,
+) -> Towards {
+    let solid_angle = 2.0 * PI * light.cone;
+    let share = falloff_seen(light, -direction);
+    let sample = start(light, direction, share * solid_angle);
+    Towards { sample, pdf_solid_angle: if share > 0.0 { 1.0 / solid_angle } else { 0.0 } }
 }
 
 /// A connection as to a point light, less what the falloff takes.

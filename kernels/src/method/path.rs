@@ -11,11 +11,10 @@ use crate::math::cone::RayCone;
 use crate::math::rng::{Rng, Stream};
 #[cfg(not(target_arch = "spirv"))]
 use crate::method::Method;
-use crate::pass::collect::{camera_ray, follow};
+use crate::pass::collect::{Beyond, camera_ray, follow};
 #[cfg(not(target_arch = "spirv"))]
 use crate::pass::display::DISPLAY;
 use crate::seam::{Atomics, Slots};
-use crate::surface::class::Classes;
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
 
@@ -67,5 +66,5 @@ pub fn sample<T: Tracer, C: Atomics>(
     let mut rng = Rng::new(Stream::Reference, params.seed, pixel, params.frame);
     let ray = camera_ray(params, pixel, &mut rng);
     let cone = RayCone::at_eye(params.pixel_spread);
-    follow(ray, cone, rng, Classes::ALL, params, features, scene, tracer, counters).radiance
+    follow(ray, cone, rng, Beyond::ALL, params, features, scene, tracer, counters).radiance
 }

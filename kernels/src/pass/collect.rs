@@ -5,7 +5,7 @@ use crate::declare::pass;
 use crate::interface::NONE;
 use crate::interface::counters::Counter;
 use crate::interface::features::Features;
-use crate::interface::frame::{FrameParams, PIXEL_FILTER_BOX, TEXTURE_FILTER_FINEST};
+use crate::interface::frame::{CAUSTICS_ANY, FrameParams, PIXEL_FILTER_BOX, TEXTURE_FILTER_FINEST};
 use crate::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAGS_SCATTER_TEXTURE, Material};
 use crate::interface::packed::to_signed_shares;
 use crate::interface::point::{PointGeometry, PointShading};
@@ -46,6 +46,30 @@ pub fn pixel_order(width: u32, height: u32) -> Vec<u32> {
     let mut order: Vec<u32> = (0..width * height).collect();
     order.sort_by_cached_key(|&pixel| spread(pixel % width) | spread(pixel / width) << 1);
     order
+}
+
+/// What a camera path does behind its collection point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Beyond {
+    /// Lobes that it follows.
+    pub follows: Classes,
+    /// Lobes by which it finds lights: those of the others are the light paths'.
+    pub finds: Classes,
+}
+
+impl Beyond {
+    /// All light is the camera's: path tracing.
+    pub const ALL: Beyond = Beyond { follows: Classes::ALL, finds: Classes::ALL };
+
+    /// What the light paths of a frame leave to it.
+    #[inline(always)]
+    pub fn of(params: &FrameParams) -> Beyond {
+        let mut follows = Classes::ALL;
+        if params.caustics == CAUSTICS_ANY {
+            follows = Classes::NON_SPECULAR;
+        }
+        Beyond { follows, finds: Classes::NON_SPECULAR }
+    }
 }
 
 /// What a camera path brings home.
@@ -111,16 +135,16 @@ pub fn camera_path<T: Tracer, C: Atomics>(
     let mut rng = Rng::new(Stream::Camera, params.seed, pixel, params.frame);
     let ray = camera_ray(params, pixel, &mut rng);
     let cone = RayCone::at_eye(params.pixel_spread);
-    follow(ray, cone, rng, Classes::NON_SPECULAR, params, features, scene, tracer, counters)
+    follow(ray, cone, rng, Beyond::of(params), params, features, scene, tracer, counters)
 }
 
-/// Follows a camera path from its first ray; behind its collection point by lobes of the classes `beyond`.
+/// Follows a camera path from its first ray.
 #[inline(always)]
 pub fn follow<T: Tracer, C: Atomics>(
     mut ray: Ray,
     mut cone: RayCone,
     mut rng: Rng,
-    beyond: Classes,
+    beyond: Beyond,
     params: &FrameParams,
     features: Features,
     scene: SceneTables<'_>,
@@ -137,7 +161,7 @@ pub fn follow<T: Tracer, C: Atomics>(
         media = enclosing(ray.origin, features, scene, tracer);
     }
     let (mut prefix, mut distance) = (true, 0.0);
-    let mut pdf_scattered = 0.0;
+    let (mut pdf_scattered, mut finds_emission) = (0.0, true);
     let (mut rays, mut shadow_rays, mut overflows, mut unexpected) = (0, 0, 0, 0);
 
     // Vertex `depth` is scattered at; the last one may only emit.
@@ -176,7 +200,8 @@ pub fn follow<T: Tracer, C: Atomics>(
         }
 
         // Emission, shared with the direct connections of the vertex before.
-        if features.has(Features::AREA_LIGHTS) && here.light != NONE && emits(&here, &material) {
+        let is_lamp = features.has(Features::AREA_LIGHTS) && here.light != NONE && emits(&here, &material);
+        if is_lamp && finds_emission {
             let light = scene.lights[here.light as usize];
             let mut weight = 1.0;
             if pdf_scattered > 0.0 {
@@ -194,20 +219,23 @@ pub fn follow<T: Tracer, C: Atomics>(
         }
 
         // Direct light on every non-delta lobe, each class for itself.
-        let classes = if prefix { Classes::ALL } else { beyond };
+        let (mut follows, mut finds) = (Classes::ALL, Classes::ALL);
+        if !prefix {
+            (follows, finds) = (beyond.follows, beyond.finds);
+        }
         let scattering = ScatteringVertex::new(
             here,
             material,
             scene.materials,
             media,
-            classes,
+            follows,
             params.specular_roughness,
             features,
         );
         let u = rng.next4();
         if scattering.bsdf.scatters() {
             let connection = connect(scene, params.light_count, features, here.position, u);
-            let direct = direct_light(&scattering, &connection, classes, features);
+            let direct = direct_light(&scattering, &connection, finds, features);
             if direct.max_element() > 0.0 {
                 shadow_rays += 1;
                 let shadow = shadow_ray(&here, &connection);
@@ -274,6 +302,7 @@ pub fn follow<T: Tracer, C: Atomics>(
         }
         media = scattered.media;
         pdf_scattered = scattered.sampled.pdf_solid_angle;
+        finds_emission = prefix || beyond.finds.has(scattered.sampled.class);
         ray = scattered.ray;
         depth += 1;
     }

@@ -1,12 +1,12 @@
-//! `shoot.*`: traces light sub-paths. Every hit after at least one specular event deposits its flux. An emission declares the
-//! pass by `shoot_pass`.
+//! `shoot.*`: traces light sub-paths. Every hit after at least one specular event deposits its flux; that event is the first,
+//! or with `CAUSTICS_ANY` any. An emission declares the pass by `shoot_pass`.
 
 pub mod ledger;
 pub mod receive;
 
 use crate::interface::counters::Counter;
 use crate::interface::features::Features;
-use crate::interface::frame::FrameParams;
+use crate::interface::frame::{CAUSTICS_ANY, FrameParams};
 use crate::interface::material::FLAGS_SCATTER_TEXTURE;
 use crate::interface::point::{DepositGeometry, DepositLight};
 use crate::interface::scene::SceneTables;
@@ -145,12 +145,16 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
             flux *= reached.left;
             ledger.pass(before, flux);
         }
+        let mut followed = Classes::ALL;
+        if hit_count == 1 && params.caustics != CAUSTICS_ANY {
+            followed = Classes::SPECULAR;
+        }
         let scattering = ScatteringVertex::new(
             here,
             material,
             scene.materials,
             media,
-            Classes::ALL,
+            followed,
             params.specular_roughness,
             features,
         );
@@ -178,7 +182,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
             );
         }
         if !scattering.bsdf.scatters() {
-            ledger.arrive(&scattering, flux);
+            ledger.arrive(&scattering, followed, flux);
             break;
         }
         if hit_count == params.max_bounces {
@@ -187,7 +191,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
             break;
         }
 
-        ledger.arrive(&scattering, flux);
+        ledger.arrive(&scattering, followed, flux);
         let u = rng.next4();
         let scattered = scattering.sample(u);
         let arriving = flux;

@@ -7,6 +7,7 @@ use spirv_std::num_traits::Float;
 
 use crate::interface::material::FLAG_THIN;
 use crate::math::trig::sin_cos_turns;
+use crate::surface::class::Classes;
 use crate::surface::{Bsdf, ggx, glass, rough_glass};
 use spirv_std::glam::Vec3;
 
@@ -46,21 +47,22 @@ macro_rules! sums {
 }
 for_each_lobe!(sums);
 
-/// Unbiased estimate of the share scattered of light from where the path came from; `u`, `v` uniform.
+/// Unbiased estimate of the share that lobes of `classes` scatter of light from where the path came from; `u`, `v` uniform.
 #[inline]
-pub fn albedo(bsdf: &Bsdf, u: f32, v: f32) -> Vec3 {
+pub fn albedo(bsdf: &Bsdf, classes: Classes, u: f32, v: f32) -> Vec3 {
     let Bsdf { material, to_previous, eta, .. } = *bsdf;
     let material = &material;
     let cos = to_previous.z;
     let passing = bsdf.glass_share();
 
-    let mut sum = diffuse(bsdf);
+    let mut sum = if classes.has(Classes::NON_SPECULAR) { diffuse(bsdf) } else { Vec3::ZERO };
+    let (passes, reflects) = (classes.has(Classes::SPECULAR), classes.has(bsdf.reflection_class));
     let facets = material.roughness >= ggx::DELTA_ROUGHNESS;
     let rough_glass = rough_glass::is_rough(material, eta);
-    if !facets {
+    if !facets && passes {
         sum += smooth(bsdf);
     }
-    if !rough_glass {
+    if !rough_glass && passes {
         let reflected = glass::reflectance(material, cos, eta);
         sum += (Vec3::splat(reflected) + material.base_color * (1.0 - reflected)) * passing;
     }
@@ -82,14 +84,14 @@ pub fn albedo(bsdf: &Bsdf, u: f32, v: f32) -> Vec3 {
     let seen = cos_half / (cos * z);
     let reflected = glass::reflectance(material, cos_half, eta);
     let cos_mirrored = 2.0 * cos_half * z - cos;
-    if cos_mirrored > 0.0 {
+    if cos_mirrored > 0.0 && reflects {
         let carried = seen * ggx::shadowing(cos, cos_mirrored, alpha);
         sum += rough(bsdf, carried, cos_half);
         if rough_glass {
             sum += Vec3::splat(passing * reflected * carried);
         }
     }
-    if rough_glass {
+    if rough_glass && passes {
         // Cosine behind the plane: Snell's law at the facet, or the mirrored direction of a thin wall.
         let square = 1.0 - eta * eta * (1.0 - cos_half * cos_half);
         let mut cos_behind = eta * cos - (eta * cos_half - square.max(0.0).sqrt()) * z;

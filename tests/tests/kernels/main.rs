@@ -1,5 +1,6 @@
 //! Single parts of the kernels, each against what it must compute: lobes, textures, media, tracers, gathers.
 
+mod aimed;
 mod gathers;
 mod lobes;
 mod media;

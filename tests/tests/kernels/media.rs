@@ -16,9 +16,9 @@ use caustics_kernels::math::cone::RayCone;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::path::PATH;
+use caustics_kernels::pass::collect::Beyond;
 use caustics_kernels::pass::shoot::receive::Receive;
 use caustics_kernels::pass::{collect, shoot};
-use caustics_kernels::surface::class::Classes;
 use caustics_kernels::surface::media::MediaStack;
 use caustics_kernels::trace::enclosing::enclosing;
 use caustics_tests::direct::{Tally, World};
@@ -233,12 +233,11 @@ fn a_path_and_its_reverse_have_the_same_throughput() {
         let same = (0..64).find_map(|attempt| {
             let rng = Rng::new(Stream::Reference, 6, attempt, index);
             let cone = RayCone::at_eye(0.001);
-            let all = Classes::NON_SPECULAR;
             let path = collect::follow(
                 back,
                 cone,
                 rng,
-                all,
+                Beyond::of(&world.params),
                 &world.params,
                 world.features,
                 world.tables(),

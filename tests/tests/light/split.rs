@@ -8,7 +8,8 @@ use caustics::scene::Scene;
 use caustics::scene::texture::Role;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
-use caustics_kernels::declare::TextureFilter;
+use caustics_kernels::declare::{Caustics, TextureFilter};
+use caustics_kernels::emission::{AIMED, Emission, POWER};
 use caustics_kernels::gather::variant::{PHOTONS_GRID, POINTS_RT};
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_kernels::interface::material::Material;
@@ -40,6 +41,11 @@ fn settings(seed: u32, specular_roughness: f32) -> Settings {
         ..Settings::default()
     }
 }
+
+/// Which light is the light paths', and how those start.
+type Way = (Caustics, &'static Emission);
+
+const WAYS: [Way; 2] = [(Caustics::First, &AIMED), (Caustics::Any, &POWER)];
 
 /// How much is rendered.
 struct Budget {
@@ -74,9 +80,11 @@ const SMALL_LAMP: Budget =
 
 impl Budget {
     /// The split at this threshold.
-    fn split(&self, scene: &Scene, threshold: f32, seed: u32) -> Blocks {
+    fn split(&self, scene: &Scene, (caustics, emission): Way, threshold: f32, seed: u32) -> Blocks {
         let render = |radius_px, method, seed| {
-            let settings = Settings { light_paths: self.light_paths, radius_px, ..settings(seed, threshold) };
+            let light_paths = self.light_paths;
+            let settings =
+                Settings { light_paths, radius_px, caustics, emission, ..settings(seed, threshold) };
             Blocks::render(&CPU, scene, &settings, method, &PHOTONS_GRID, self.frames)
         };
         match self.limit {
@@ -99,7 +107,7 @@ fn extrapolated(whole: &Blocks, half: &Blocks) -> Blocks {
     Blocks { frames: frames.collect(), caustic_share: half.caustic_share }
 }
 
-/// Compares every threshold with one reference.
+/// Compares every threshold and either share of light paths with one reference.
 fn agrees(what: &str, scene: &Scene, budget: &Budget) {
     agrees_at(&[0.25, 0.1, 0.4], what, scene, budget);
 }
@@ -110,11 +118,12 @@ fn agrees_at(thresholds: &[f32], what: &str, scene: &Scene, budget: &Budget) {
     let truth = Blocks::render(&CPU, scene, &reference, &PATH, &PHOTONS_GRID, budget.samples);
     let mut shares = Vec::new();
     let mut faults = Vec::new();
-    for (&threshold, seed) in thresholds.iter().zip(2..) {
-        let split = budget.split(scene, threshold, seed);
+    let splits = WAYS.into_iter().flat_map(|way| thresholds.iter().map(move |&threshold| (way, threshold)));
+    for ((way, threshold), seed) in splits.zip(2..) {
+        let split = budget.split(scene, way, threshold, seed);
         let scores = split.scores(&truth);
         println!(
-            "{what}, threshold {threshold}: ratio {:.4} +- {:.4}, z {:.2}, mean square z of {} blocks {:.2}, \
+            "{what}, {way:?}, threshold {threshold}: ratio {:.4} +- {:.4}, z {:.2}, mean square z of {} blocks {:.2}, \
              largest {:.2}; caustic share {:.3}",
             scores.ratio,
             scores.ratio_error,
@@ -159,6 +168,36 @@ fn mixed_room_of_area_lights() -> Scene {
     b.panel(mirror, DVec3::new(0.0, 0.0, -0.95), 0.6 * DVec3::X, 0.6 * DVec3::Y);
     b.panel(plate, DVec3::new(-0.95, 0.0, 0.0), 0.5 * DVec3::NEG_Z, 0.5 * DVec3::Y);
     b.build()
+}
+
+/// Lights without a size, which no path from the camera meets: what light paths give up is found by connections.
+#[test]
+fn lights_of_every_type_are_split_alike() {
+    let rooms = [
+        ("point light", mixed_room().build()),
+        ("spot and directional light", open_air().build()),
+        ("lamp", mixed_room_of_area_lights()),
+    ];
+    for (what, scene) in rooms {
+        let render = |way: Way, seed| {
+            let (caustics, emission) = way;
+            let light_paths = 8000;
+            let settings =
+                Settings { light_paths, caustics, emission, max_bounces: 4, ..settings(seed, 0.25) };
+            Blocks::render(&CPU, &scene, &settings, &BASIC, &PHOTONS_GRID, 120)
+        };
+        let published = render((Caustics::Any, &POWER), 1);
+        for (way, seed) in [(Caustics::First, &POWER), (Caustics::First, &AIMED)].into_iter().zip(2..) {
+            let split = render(way, seed);
+            let scores = split.scores(&published);
+            println!("{what}, {way:?}: {scores:?}, caustic share {:.3}", split.caustic_share);
+            assert_eq!(scores.fault(), None, "{what}, {way:?}");
+            assert!(
+                scores.ratio_error < 0.02 && split.caustic_share > 0.003,
+                "the test has lost its subject"
+            );
+        }
+    }
 }
 
 /// Renders 16 frames at a time until the mean's standard error is below `error` of it.

@@ -1,5 +1,5 @@
-//! The energy ledger of one light path: emitted = absorbed + escaped + cut + lost at shading normals, in the mean over
-//! paths. What is absorbed is estimated by an albedo of its own, not by what the sampled continuation left over.
+//! The energy ledger of one light path: emitted = absorbed + escaped + cut + lost at shading normals + left to the camera, in
+//! the mean over paths. What is absorbed is estimated by an albedo of its own, not by what the sampled continuation left over.
 
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
@@ -7,6 +7,7 @@ use crate::interface::ledger::{Entry, slot};
 use crate::math::quanta::Quanta;
 use crate::math::rng::{Rng, Stream};
 use crate::seam::Atomics;
+use crate::surface::class::Classes;
 use crate::surface::scatter::{BsdfSample, ScatteringVertex};
 use spirv_std::glam::Vec3;
 
@@ -20,6 +21,7 @@ pub struct Ledger {
     escaped: f32,
     cut: f32,
     shading_normals: f32,
+    left_to_camera: f32,
 }
 
 impl Ledger {
@@ -34,6 +36,7 @@ impl Ledger {
             escaped: 0.0,
             cut: 0.0,
             shading_normals: 0.0,
+            left_to_camera: 0.0,
         }
     }
 
@@ -61,12 +64,14 @@ impl Ledger {
         self.absorbed += (before - after).element_sum();
     }
 
-    /// Flux that arrives at a surface.
+    /// Flux that arrives at a surface, of which the path follows lobes of `followed`.
     #[inline(always)]
-    pub fn arrive(&mut self, scattering: &ScatteringVertex, flux: Vec3) {
+    pub fn arrive(&mut self, scattering: &ScatteringVertex, followed: Classes, flux: Vec3) {
         if self.asked {
-            let albedo = scattering.bsdf.albedo(self.rng.next4());
+            let u = self.rng.next4();
+            let albedo = scattering.bsdf.albedo(Classes::ALL, u);
             self.absorbed += (flux * (Vec3::ONE - albedo)).element_sum();
+            self.left_to_camera += (flux * (albedo - scattering.bsdf.albedo(followed, u))).element_sum();
         }
     }
 
@@ -91,6 +96,7 @@ impl Ledger {
             add(Entry::Escaped, self.escaped);
             add(Entry::Cut, self.cut);
             add(Entry::ShadingNormals, self.shading_normals);
+            add(Entry::LeftToCamera, self.left_to_camera);
         }
     }
 }

@@ -3,6 +3,7 @@
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
+use caustics_kernels::declare::Caustics;
 use caustics_kernels::gather::accumulator::WORDS;
 use caustics_kernels::gather::variant::{self, Variant};
 use caustics_kernels::interface::frame::FrameParams;
@@ -99,7 +100,8 @@ fn gathers_on_the_gpu_equal_each_other() {
     let Some(gpu) = gpu() else { return };
     for &hardware in gpu.tracers() {
         let scene = load("mirror-room");
-        let fewer = Settings { width: 80, height: 45, light_paths: 16_384, ..settings() };
+        let (light_paths, caustics) = (16_384, Caustics::Any);
+        let fewer = Settings { width: 80, height: 45, light_paths, caustics, ..settings() };
         let mut twin = Twin::open(&gpu, hardware, &scene, &fewer);
         let params = twin.params;
         let mut table = Table::new(&format!("gathers against brute force on {}", gpu.info.name));

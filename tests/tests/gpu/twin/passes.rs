@@ -1,13 +1,14 @@
 //! Every pass on the CPU's inputs: before each step both runners hold the same, after it every buffer is compared.
 
 use caustics::scene::Scene;
-use caustics_kernels::declare::Step;
-use caustics_kernels::declare::Work;
+use caustics_kernels::declare::{Emission, Step, Work};
+use caustics_kernels::emission::{self, POWER};
 use caustics_kernels::gather::accumulator::{Sum, WORDS};
 use caustics_kernels::gather::contribution::{DISC_THICKNESS, MIN_NORMAL_COS};
 use caustics_kernels::gather::variant::{self, BRUTE, PHOTONS_GRID, Variant};
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::point::{DepositGeometry, PointGeometry};
+use caustics_kernels::method::Parts;
 use caustics_kernels::method::basic;
 use caustics_kernels::method::frame as gather;
 use caustics_tests::compare::{Difference, Tolerance, floats, words};
@@ -25,8 +26,9 @@ pub const NEAR: Tolerance =
 /// A frame of `photons-grid` step by step, then the other gathers over the same points and deposits.
 pub fn all(twin: &mut Twin, scene: &Scene, hardware: bool, table: &mut Table) {
     for step in basic::steps(&PHOTONS_GRID, &twin.params) {
-        one(twin, scene, step, table);
+        one(twin, scene, &POWER, step, table);
     }
+    emissions(twin, scene, table);
     let params = twin.params;
     // Brute force is compared with the others on each device, over fewer pairs (`frames`).
     for variant in variant::ALL.iter().filter(|variant| !variant.hardware && **variant != BRUTE) {
@@ -34,6 +36,22 @@ pub fn all(twin: &mut Twin, scene: &Scene, hardware: bool, table: &mut Table) {
     }
     if hardware {
         by_ray_queries(twin, params, table);
+    }
+}
+
+/// The light paths of the other emissions over the same points; the deposits of the last are those that gathers find.
+fn emissions(twin: &mut Twin, scene: &Scene, table: &mut Table) {
+    for &emission in emission::ALL.iter().filter(|emission| **emission != &POWER) {
+        let parts = Parts { emission, ..Parts::from(&PHOTONS_GRID) };
+        let work = |step: &Step| match step {
+            Step::Dispatch { pass, .. } => Some(pass.work),
+            _ => None,
+        };
+        let steps = basic::steps(parts, &twin.params).into_iter();
+        let steps = steps.filter(|step| work(step) != Some(Work::Camera));
+        for step in steps.take_while(|step| work(step) != Some(Work::Gather)) {
+            one(twin, scene, emission, step, table);
+        }
     }
 }
 
@@ -55,7 +73,7 @@ fn gathers(twin: &mut Twin, variant: &'static Variant, table: &mut Table) {
 
 /// Runs one step on equal inputs and compares all that it wrote, and that it wrote nothing else. What an index writes is in
 /// an order of its own.
-fn one(twin: &mut Twin, scene: &Scene, step: Step, table: &mut Table) {
+fn one(twin: &mut Twin, scene: &Scene, emission: &'static Emission, step: Step, table: &mut Table) {
     let params = twin.params;
     let Step::Dispatch { pass, .. } = step else { return twin.run(&params, &[step]) };
     twin.copy_to_gpu();
@@ -68,10 +86,10 @@ fn one(twin: &mut Twin, scene: &Scene, step: Step, table: &mut Table) {
         }
     }
     let features = twin.features;
-    let whole = Paths { scene, params: &params, features };
+    let whole = Paths { scene, params: &params, features, emission };
     match pass.work {
         Work::Camera => paths::collect(twin, whole, table),
-        Work::Light => paths::shoot(twin, whole, table),
+        Work::Light => paths::shoot(twin, whole, pass.name, table),
         Work::Gather => table.add(pass.name, sums(twin, &params)),
         _ => {}
     }

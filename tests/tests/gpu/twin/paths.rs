@@ -82,7 +82,7 @@ fn diverges(a: &Collected, b: &Collected) -> bool {
 }
 
 /// Light paths, deposit by deposit.
-pub fn shoot(twin: &mut Twin, paths: Paths<'_>, table: &mut Table) {
+pub fn shoot(twin: &mut Twin, paths: Paths<'_>, name: &str, table: &mut Table) {
     let (cpu_state, gpu_state) = twin.rows::<u32>("deposit_state");
     let (cpu_geometry, gpu_geometry) = twin.rows::<DepositGeometry>("deposit_geometry");
     let (cpu_light, gpu_light) = twin.rows::<DepositLight>("deposit_light");
@@ -94,7 +94,8 @@ pub fn shoot(twin: &mut Twin, paths: Paths<'_>, table: &mut Table) {
     let gpu = zip(gpu_geometry, gpu_light, stored(&gpu_state));
 
     // The paths of the CPU's deposits, which its runner stores in any order.
-    let traced = paths.deposits();
+    let known = paths.starts_are_known();
+    let traced = if known { paths.deposits() } else { (0..).zip(cpu.iter().copied()).collect() };
     let by_path: Vec<_> = traced.iter().map(|(_, deposit)| *deposit).collect();
     assert!(sorted(&by_path) == sorted(&cpu), "the CPU runner stores what its kernels deposit");
 
@@ -107,15 +108,16 @@ pub fn shoot(twin: &mut Twin, paths: Paths<'_>, table: &mut Table) {
     let diverging: BTreeSet<u32> = lost.map(|&index| traced[index].0).collect();
     let mut unexplained = 0;
     for (rank, &path) in diverging.iter().enumerate() {
-        let why = paths.explain_light(path, diverges_with_light);
+        let trembles = || paths.explain_light(path, diverges_with_light);
+        let why = if known { trembles() } else { Some("its emission is not known here".into()) };
         unexplained += usize::from(why.is_none());
         if rank < PRINTED || why.is_none() {
-            eprintln!("shoot.store diverges on path {path}: {why:?}");
+            eprintln!("{name} diverges on path {path}: {why:?}");
         }
     }
-    table.add("shoot.store", fields);
+    table.add(name, fields);
     let lost = matching.left.len().max(matching.right.len()) + exceeding.len();
-    table.add("shoot.store", summary("deposits", cpu.len(), lost, unexplained));
+    table.add(name, summary("deposits", cpu.len(), lost, unexplained));
 }
 
 /// Compares partners field by field.

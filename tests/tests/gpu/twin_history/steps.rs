@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use caustics_kernels::declare::Step;
 use caustics_kernels::declare::{Pass, Work};
+use caustics_kernels::emission::POWER;
 use caustics_kernels::history::cells::WORDS;
 use caustics_kernels::history::resolve_history::RESOLVE_HISTORY;
 use caustics_kernels::history::validated::validate::VALIDATE;
@@ -51,7 +52,7 @@ pub fn one(animation: &mut Animation, params: &FrameParams, step: Step, table: &
     }
     let features = twin.features;
     if *pass == VALIDATE {
-        validate(twin, Paths { scene: &animation.scene, params, features }, table);
+        validate(twin, Paths { scene: &animation.scene, params, features, emission: &POWER }, table);
     } else if *pass == RESOLVE_HISTORY {
         table.add(pass.name, remembered(twin));
     } else {

@@ -3,6 +3,7 @@
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
 use caustics::settings::Settings;
+use caustics_kernels::declare::Caustics;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::texture::MaterialTextures;
@@ -115,6 +116,7 @@ fn a_leaning_lambertian_scatters_by_its_own_normal() {
                 light_paths: 50_000,
                 max_bounces: 3,
                 seed,
+                caustics: Caustics::Any,
                 ..Settings::default()
             };
             let deposits = World::new(&scene, &settings).shoot(&beam);

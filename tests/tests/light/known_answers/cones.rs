@@ -4,8 +4,7 @@ use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::math::cone::RayCone;
 use caustics_kernels::math::rng::{Rng, Stream};
-use caustics_kernels::pass::collect::follow;
-use caustics_kernels::surface::class::Classes;
+use caustics_kernels::pass::collect::{Beyond, follow};
 use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
 use glam::DVec3;
@@ -134,7 +133,7 @@ fn compare(what: &str, things: &Builder, events: &[Event], eye: DVec3, screen: f
                 ray,
                 cone,
                 rng,
-                Classes::NON_SPECULAR,
+                Beyond::of(&world.params),
                 &world.params,
                 world.features,
                 world.tables(),

@@ -8,8 +8,7 @@ use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::math::cone::RayCone;
 use caustics_kernels::math::offset;
 use caustics_kernels::math::rng::{Rng, Stream};
-use caustics_kernels::pass::collect::{Collected, camera_ray, follow};
-use caustics_kernels::surface::class::Classes;
+use caustics_kernels::pass::collect::{Beyond, Collected, camera_ray, follow};
 use caustics_kernels::trace::Tracer;
 use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
@@ -129,7 +128,7 @@ fn mirrored_view(world: &World<'_>, mirror: u32, plane: f64) -> Vec<Option<Colle
                 ray,
                 cone,
                 rng,
-                Classes::NON_SPECULAR,
+                Beyond::of(&shorter),
                 &shorter,
                 world.features,
                 world.tables(),

@@ -1,0 +1,22 @@
+//! Aimed emission: into the cones round what casts caustics (`light::aimed`).
+
+#[cfg(not(target_arch = "spirv"))]
+use crate::declare::Emission;
+use crate::light::aimed::Aimed;
+
+crate::shoot_pass!("shoot.aimed", |power| Aimed { power });
+
+/// See the head of the file.
+#[cfg(not(target_arch = "spirv"))]
+pub const AIMED: Emission = Emission {
+    name: "aimed",
+    about: "seven paths in eight towards spheres round the casters, all of the cone alike",
+    cost: "up to 16 dot products a path",
+    wrong: "nothing knows which of the casters is lit or seen; what casts beside the cones (a wall of mirrors, say) gets few and \
+            heavy paths",
+    prepare: |_| Vec::new(),
+    shoot: &SHOOT,
+    feedback: |_| Vec::new(),
+    forget: &[],
+    keeps: &[],
+};

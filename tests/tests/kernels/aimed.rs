@@ -1,0 +1,203 @@
+//! Aimed emission: draws against their density, and light against that of emission by power.
+
+use std::f64::consts::PI;
+
+use caustics::settings::Settings;
+use caustics_kernels::interface::caster::{Caster, Casters};
+use caustics_kernels::light::aimed::{Aimed, BY_POWER};
+use caustics_kernels::light::emit::{EmissionSample, Emit};
+use caustics_kernels::math::rng::{Rng, Stream};
+use caustics_tests::chi_square::{Fit, SphereCells};
+use caustics_tests::direct::World;
+use caustics_tests::scenes::*;
+use caustics_tests::statistics::Mean;
+use glam::{DVec3, Vec3};
+
+const SAMPLES: u32 = 600_000;
+const CELLS: SphereCells = SphereCells { rows: 32, columns: 32 };
+
+/// Two spheres that overlap as seen from the origin, a small one far away, one that is hidden, one too near to have a cone, and
+/// one that holds the origin.
+fn casters() -> Casters {
+    let spheres = [
+        (Vec3::new(0.0, -2.0, 0.3), 0.9),
+        (Vec3::new(0.6, -2.5, 0.0), 0.8),
+        (Vec3::new(-8.0, -9.0, 3.0), 0.7),
+        (Vec3::new(1.0, 1.0, 1.0), 0.0),
+        (Vec3::new(0.5, -1.2, 0.5), 1.3),
+        (Vec3::new(0.0, 0.4, 0.0), 0.6),
+    ];
+    let mut casters = Casters { count: spheres.len() as u32, ..Casters::default() };
+    for (place, (centre, radius)) in casters.spheres.iter_mut().zip(spheres) {
+        *place = Caster { centre, radius };
+    }
+    casters
+}
+
+/// A world with one light and these casters, which nothing stands in.
+fn world(b: Builder, test: impl FnOnce(&World<'_>)) {
+    let mut b = b;
+    b.camera(DVec3::ZERO, DVec3::Z, 1.0);
+    let scene = b.build();
+    let mut world = World::new(&scene, &Settings::default());
+    world.params.casters = casters();
+    test(&world);
+}
+
+fn far_floor() -> Builder {
+    let mut b = Builder::default();
+    let floor = b.material(lambert(0.5));
+    b.panel(floor, DVec3::new(0.0, -20.0, 0.0), 3.0 * DVec3::Z, 3.0 * DVec3::X);
+    b
+}
+
+/// Density (1/sr) of directions from `from`, of a light that takes them with the density `by_power`; in f64, apart from the
+/// kernels'.
+fn density(casters: &Casters, from: DVec3, direction: DVec3, by_power: f64) -> f64 {
+    let count = casters.count as usize;
+    let share = (1.0 - f64::from(BY_POWER)) / count as f64;
+    let (mut whole, mut aimed) = (f64::from(BY_POWER), 0.0);
+    for sphere in &casters.spheres[..count] {
+        let along = sphere.centre.as_dvec3() - from;
+        let cos = (1.0 - (f64::from(sphere.radius) / along.length()).powi(2)).sqrt();
+        // Holds the place (no root), hidden (no size), or wider than a quarter of all directions.
+        if cos.is_nan() || cos == 1.0 || cos < 0.5 {
+            whole += share;
+        } else if direction.dot(along.normalize()) >= cos {
+            aimed += share / (2.0 * PI * (1.0 - cos));
+        }
+    }
+    whole * by_power + aimed
+}
+
+fn draw(emit: &impl Emit, path: u32) -> EmissionSample {
+    let mut rng = Rng::new(Stream::Light, 15, path, 0);
+    let place = rng.next4();
+    emit.sample(place, rng.next4())
+}
+
+/// Directions of a point light fall into cells as the density says, and each carries its intensity over that density. A density
+/// whose cones are off by 5 % does not fit.
+#[test]
+fn directions_follow_the_density_that_their_flux_is_divided_by() {
+    let mut b = far_floor();
+    b.light(DVec3::ZERO, 3.0);
+    world(b, |world| {
+        let emit = Aimed { power: world.by_power() };
+        let mut seen = vec![0; CELLS.count()];
+        let (mut inverse, mut off) = (Vec::new(), 0);
+        for path in 0..SAMPLES {
+            let leaving = draw(&emit, path);
+            let direction = leaving.ray.direction;
+            seen[CELLS.of(direction)] += 1;
+            let p = density(&world.params.casters, DVec3::ZERO, direction.as_dvec3(), 0.25 / PI);
+            // At a rim f32 and f64 may differ in whether a cone holds the direction.
+            off += u32::from((f64::from(leaving.flux.x) * p / 3.0 - 1.0).abs() > 1e-4);
+            assert!((leaving.solid_angle / leaving.flux.x * 3.0 - 1.0).abs() < 1e-5);
+            inverse.push(f64::from(leaving.flux.x) / 3.0);
+        }
+        assert!(off < 10, "{off} starts carry another flux");
+        let sphere = Mean::of(&inverse);
+        println!("sum of 1/p: {:.4} +- {:.4}, the sphere {:.4}", sphere.value, sphere.error, 4.0 * PI);
+        assert!((sphere.value - 4.0 * PI).abs() < 3.0 * sphere.error);
+        let fit = |cones: f64| {
+            let expected = CELLS.integrate([24, 24], |d| {
+                let base = 0.25 / PI;
+                let p = density(&world.params.casters, DVec3::ZERO, d.as_dvec3(), base);
+                let power = density(&world.params.casters, DVec3::ZERO, DVec3::Y, base);
+                (power + cones * (p - power)) * f64::from(SAMPLES)
+            });
+            Fit::of(&seen, &expected)
+        };
+        println!("{:?}", fit(1.0));
+        assert!(fit(1.0).passes() && !fit(1.05).passes());
+    });
+}
+
+/// The flux of both emissions in every cell of directions and, of parallel light, of places; and in all of them.
+fn is_the_same(what: &str, b: Builder, cell: impl Fn(&EmissionSample) -> usize, count: usize) {
+    world(b, |world| {
+        let sums = |emit: &dyn Fn(u32) -> EmissionSample| {
+            let mut moments = vec![[0.0f64; 2]; count + 1];
+            for path in 0..SAMPLES {
+                let leaving = emit(path);
+                let flux = f64::from(leaving.flux.x);
+                for cell in [cell(&leaving), count] {
+                    moments[cell][0] += flux;
+                    moments[cell][1] += flux * flux;
+                }
+            }
+            let n = f64::from(SAMPLES);
+            moments
+                .into_iter()
+                .map(|[sum, squares]| (sum / n, (squares / n - (sum / n).powi(2)) / n))
+                .collect::<Vec<_>>()
+        };
+        let aimed = Aimed { power: world.by_power() };
+        let (a, b) =
+            (sums(&|path| draw(&aimed, path)), sums(&|path| draw(&world.by_power(), SAMPLES + path)));
+        let z: Vec<f64> = a
+            .iter()
+            .zip(&b)
+            .filter(|(a, b)| a.1 + b.1 > 1e-6 * b.0 * b.0)
+            .map(|(a, b)| (a.0 - b.0) / (a.1 + b.1).sqrt())
+            .collect();
+        let worst = z.iter().fold(0.0f64, |worst, z| worst.max(z.abs()));
+        let whole = (a[count].0 / b[count].0 - 1.0).abs();
+        println!("{what}: {} cells, worst {worst:.2} sigma; in all {whole:.5} apart", z.len());
+        assert!(worst < 4.5 && z.len() > 20, "{what}");
+        // No start is heavier than 8 times its weight by power.
+        let heaviest = (0..SAMPLES).map(|path| draw(&aimed, path).flux.x).fold(0.0, f32::max);
+        let most = (0..1000).map(|path| draw(&world.by_power(), path).flux.x).fold(0.0, f32::max);
+        assert!(heaviest <= most / BY_POWER * 1.0001, "{what}: {heaviest} of {most}");
+    });
+}
+
+/// Every type of light, seen by the same casters.
+#[test]
+fn aimed_starts_carry_the_light_of_starts_by_power() {
+    let directions = |leaving: &EmissionSample| CELLS.of(leaving.ray.direction);
+    let mut point = far_floor();
+    point.light(DVec3::ZERO, 3.0);
+    is_the_same("point", point, directions, CELLS.count());
+    let mut spot = far_floor();
+    spot.spot(DVec3::ZERO, DVec3::new(0.2, -1.0, 0.1), 0.3, 0.8, 3.0);
+    is_the_same("spot", spot, directions, CELLS.count());
+    for (what, material) in [("lamp", emitter(2.0)), ("lamp of two sides", emitter_both(2.0))] {
+        let mut area = far_floor();
+        let lamp = area.material(material);
+        // It reaches into the sphere that holds the origin, and beyond.
+        area.panel(lamp, DVec3::new(0.3, 0.0, 0.0), DVec3::Z, DVec3::new(0.7, 0.2, 0.0).cross(DVec3::Z));
+        is_the_same(what, area, directions, CELLS.count());
+    }
+    let mut parallel = far_floor();
+    parallel.directional(DVec3::new(0.1, -1.0, 0.0), 2.0);
+    let places = |leaving: &EmissionSample| {
+        let along =
+            leaving.ray.origin + leaving.ray.direction * (-leaving.ray.origin.y / leaving.ray.direction.y);
+        let cell = |x: f32| ((x + 4.0) * 3.0).clamp(0.0, 23.0) as usize;
+        24 * cell(along.x) + cell(along.z)
+    };
+    is_the_same("directional", parallel, places, 24 * 24);
+}
+
+/// Without casters, and where none has a cone, it is emission by power.
+#[test]
+fn nothing_to_aim_at_is_emission_by_power() {
+    let mut b = far_floor();
+    let lamp = b.material(emitter(2.0));
+    b.panel(lamp, DVec3::ZERO, DVec3::X, DVec3::Z);
+    b.camera(DVec3::ZERO, DVec3::Z, 1.0);
+    let scene = b.build();
+    let mut world = World::new(&scene, &Settings::default());
+    for count in [0, 3] {
+        world.params.casters = Casters { count, ..Casters::default() };
+        let (aimed, power) = (Aimed { power: world.by_power() }, world.by_power());
+        for path in 0..1000 {
+            let (a, b) = (draw(&aimed, path), draw(&power, path));
+            assert!(
+                (a.flux - b.flux).abs().max_element() < 1e-5 * b.flux.x && a.ray.direction == b.ray.direction
+            );
+        }
+    }
+}

@@ -16,11 +16,8 @@ macro_rules! index_pass {
     ($name:ident, $type:ty) => {
         /// Builds the index, a stage a dispatch.
         #[$crate::declare::pass(
-                                                            name = ["index.", $name],
-                                                            over = 0,
-                                                            work = Index,
-                                                            limit = dispatch.limit(deposit_state, params)
-                                                        )]
+            name = ["index.", $name], over = 0, work = Index, limit = dispatch.limit(deposit_state, params),
+        )]
         pub fn index(
             invocation: u32,
             params: &$crate::interface::frame::FrameParams,

@@ -1,7 +1,9 @@
 //! Aimed emission: lights and places on them by power, as `ByPower` does, and most directions into the cones in which the place
 //! sees the casters; of parallel light, most places onto their shadows.
 //!
-//! A path chooses a caster evenly, or by the share `BY_POWER` none, and starts uniformly in the caster's cone, else by power.
+//! A path chooses a caster, or by the share `BY_POWER` none, and starts uniformly in the caster's cone, else by power. Casters are
+//! chosen by the root of the share of directions that they fill, halfway between evenly and by what they get of the light: evenly,
+//! small ones take most paths from a wide mirror.
 //! Its flux is divided by the density of the whole mixture, in which every cone counts that holds the direction: so no path is
 //! heavier than 1 / `BY_POWER` of its weight by power. A caster that holds the place, or fills more than a quarter of the
 //! directions from there, has no cone; paths that choose it start by power.
@@ -39,6 +41,8 @@ struct Cone {
     axis: Vec3,
     /// 1 - cos of the angle to its rim; 0: no cone.
     versine: f32,
+    /// Weight in the choice of a caster.
+    weight: f32,
 }
 
 impl Cone {
@@ -47,12 +51,13 @@ impl Cone {
         let along = caster.centre - from;
         let square = along.length_squared();
         let sin_squared = caster.radius * caster.radius / square;
-        let mut cone = Cone { axis: Vec3::Z, versine: 0.0 };
+        let mut cone =
+            Cone { axis: Vec3::Z, versine: 0.0, weight: if caster.radius > 0.0 { 1.0 } else { 0.0 } };
         // sin^2 / (1 + cos): cosines near 1 would leave narrow cones few bits.
         if sin_squared < 1.0 {
             let versine = sin_squared / (1.0 + (1.0 - sin_squared).sqrt());
             if versine <= MAX_VERSINE {
-                cone = Cone { axis: along / square.sqrt(), versine };
+                cone = Cone { axis: along / square.sqrt(), versine, weight: versine.sqrt() };
             }
         }
         cone
@@ -85,6 +90,8 @@ struct Disc {
     centre: Vec2,
     /// Radius (m); 0: no disc.
     radius: f32,
+    /// Weight in the choice of a caster.
+    weight: f32,
 }
 
 impl Disc {
@@ -92,7 +99,9 @@ impl Disc {
     fn new(caster: &Caster, light: &Light, frame: &ShadingFrame) -> Disc {
         let along = caster.centre - light.position;
         let centre = Vec2::new(along.dot(frame.x), along.dot(frame.y));
-        Disc { centre, radius: if caster.radius <= MAX_RADIUS * light.radius { caster.radius } else { 0.0 } }
+        let share = caster.radius / light.radius;
+        let radius = if share <= MAX_RADIUS { caster.radius } else { 0.0 };
+        Disc { centre, radius, weight: share.min(1.0) }
     }
 
     #[inline(always)]
@@ -113,16 +122,6 @@ impl Disc {
     }
 }
 
-/// The caster that a path chooses, by a uniform number; `count` if none.
-#[inline(always)]
-fn chosen(count: u32, u: f32) -> u32 {
-    let mut chosen = count;
-    if u >= BY_POWER && count > 0 {
-        chosen = (((u - BY_POWER) / (1.0 - BY_POWER) * count as f32) as u32).min(count - 1);
-    }
-    chosen
-}
-
 impl Aimed<'_> {
     /// A start at a place by power, most often into a cone.
     #[inline(always)]
@@ -130,26 +129,37 @@ impl Aimed<'_> {
         let ByPower { scene, params, features } = self.power;
         let from = place_on(light, scene, features, place);
         let count = params.casters.count;
-        let chosen = chosen(count, numbers.w);
+        let cone = |index: u32| Cone::new(&params.casters.spheres[index as usize], from);
+        let (mut total, mut index) = (0.0, 0);
+        while index < count {
+            total += cone(index).weight;
+            index += 1;
+        }
+
+        // What is left of the number below 0 before the first caster: by power.
+        let mut left = (numbers.w - BY_POWER) * (total / (1.0 - BY_POWER));
         let mut to = leave(light, scene, features, place, numbers).ray.direction;
-        if chosen < count {
-            let cone = Cone::new(&params.casters.spheres[chosen as usize], from);
-            if cone.versine > 0.0 {
+        let mut chosen = 0;
+        while chosen < count && left >= 0.0 {
+            let cone = cone(chosen);
+            left -= cone.weight;
+            chosen += 1;
+            if left < 0.0 && cone.versine > 0.0 {
                 to = cone.sample(numbers.x, numbers.y);
             }
         }
 
-        let share = (1.0 - BY_POWER) / count.max(1) as f32;
-        let (mut by_power, mut aimed) = (1.0 - share * count as f32, 0.0);
-        let mut index = 0;
+        let scale = if total > 0.0 { (1.0 - BY_POWER) / total } else { 0.0 };
+        let (mut by_power, mut aimed) = (1.0 - scale * total, 0.0);
+        index = 0;
         while index < count {
-            let cone = Cone::new(&params.casters.spheres[index as usize], from);
-            if cone.versine == 0.0 {
-                by_power += share;
-            } else if index == chosen || cone.holds(to) {
-                aimed += share * cone.density();
-            }
+            let cone = cone(index);
             index += 1;
+            if cone.versine == 0.0 {
+                by_power += scale * cone.weight;
+            } else if (index == chosen && left < 0.0) || cone.holds(to) {
+                aimed += scale * cone.weight * cone.density();
+            }
         }
         let leaving = towards(light, scene, features, place, to);
         leaving.sample.over(leaving.pdf_solid_angle, by_power, aimed)
@@ -161,29 +171,39 @@ impl Aimed<'_> {
         let ByPower { scene, params, features } = self.power;
         let frame = ShadingFrame::new(light.direction);
         let count = params.casters.count;
-        let chosen = chosen(count, numbers.w);
+        let disc = |index: u32| Disc::new(&params.casters.spheres[index as usize], light, &frame);
+        let (mut total, mut index) = (0.0, 0);
+        while index < count {
+            total += disc(index).weight;
+            index += 1;
+        }
+
         let mut sample = leave(light, scene, features, place, numbers);
         let from = sample.ray.origin - light.position;
         let mut at = Vec2::new(from.dot(frame.x), from.dot(frame.y));
-        if chosen < count {
-            let disc = Disc::new(&params.casters.spheres[chosen as usize], light, &frame);
-            if disc.radius > 0.0 {
+        let mut left = (numbers.w - BY_POWER) * (total / (1.0 - BY_POWER));
+        let mut chosen = 0;
+        while chosen < count && left >= 0.0 {
+            let disc = disc(chosen);
+            left -= disc.weight;
+            chosen += 1;
+            if left < 0.0 && disc.radius > 0.0 {
                 at = disc.sample(place.z, place.w);
                 sample.ray.origin = light.position + frame.x * at.x + frame.y * at.y;
             }
         }
 
-        let share = (1.0 - BY_POWER) / count.max(1) as f32;
-        let (mut by_power, mut aimed) = (1.0 - share * count as f32, 0.0);
-        let mut index = 0;
+        let scale = if total > 0.0 { (1.0 - BY_POWER) / total } else { 0.0 };
+        let (mut by_power, mut aimed) = (1.0 - scale * total, 0.0);
+        index = 0;
         while index < count {
-            let disc = Disc::new(&params.casters.spheres[index as usize], light, &frame);
-            if disc.radius == 0.0 {
-                by_power += share;
-            } else if index == chosen || disc.holds(at) {
-                aimed += share * disc.density();
-            }
+            let disc = disc(index);
             index += 1;
+            if disc.radius == 0.0 {
+                by_power += scale * disc.weight;
+            } else if (index == chosen && left < 0.0) || disc.holds(at) {
+                aimed += scale * disc.weight * disc.density();
+            }
         }
         // Beyond its disc the light meets nothing.
         let on_disc = at.length_squared() <= light.radius * light.radius;

@@ -55,23 +55,26 @@ fn far_floor() -> Builder {
 /// kernels'.
 fn density(casters: &Casters, from: DVec3, direction: DVec3, by_power: f64) -> f64 {
     let count = casters.count as usize;
-    let share = (1.0 - f64::from(BY_POWER)) / count as f64;
-    let (mut whole, mut aimed) = (f64::from(BY_POWER), 0.0);
-    for sphere in &casters.spheres[..count] {
+    let (mut whole, mut aimed, mut weights) = (0.0, 0.0, 0.0);
+    for sphere in casters.spheres[..count].iter().filter(|sphere| sphere.radius > 0.0) {
         let along = sphere.centre.as_dvec3() - from;
         let cos = (1.0 - (f64::from(sphere.radius) / along.length()).powi(2)).sqrt();
-        // Holds the place (no root), hidden (no size), or wider than a quarter of all directions.
-        if cos.is_nan() || cos == 1.0 || cos < 0.5 {
-            whole += share;
+        // Holds the place (no root), or wider than a quarter of all directions.
+        let has_cone = !cos.is_nan() && cos >= 0.5;
+        let weight = if has_cone { (1.0 - cos).sqrt() } else { 1.0 };
+        weights += weight;
+        if !has_cone {
+            whole += weight;
         } else if direction.dot(along.normalize()) >= cos {
-            aimed += share / (2.0 * PI * (1.0 - cos));
+            aimed += weight / (2.0 * PI * (1.0 - cos));
         }
     }
-    whole * by_power + aimed
+    let by = f64::from(BY_POWER);
+    (by + (1.0 - by) * whole / weights) * by_power + (1.0 - by) * aimed / weights
 }
 
 fn draw(emit: &impl Emit, path: u32) -> EmissionSample {
-    let mut rng = Rng::new(Stream::Light, 15, path, 0);
+    let mut rng = Rng::new(Stream::Light, 16, path, 0);
     let place = rng.next4();
     emit.sample(place, rng.next4())
 }

@@ -7,4 +7,5 @@ mod invariances;
 mod known_answers;
 mod modes;
 mod split;
+mod starving;
 mod truth;

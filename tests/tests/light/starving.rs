@@ -1,0 +1,84 @@
+//! Where light paths by power starve: casters that are small in what a lamp lights. Aimed paths bring the same light, and enough
+//! of them.
+
+use std::f64::consts::PI;
+
+use caustics::scene::Scene;
+use caustics::settings::Settings;
+use caustics_kernels::light::aimed::Aimed;
+use caustics_tests::direct::World;
+use caustics_tests::scenes::*;
+use caustics_tests::statistics::Mean;
+use glam::DVec3;
+
+const PATHS: u32 = 20_000;
+
+/// Deposits of ten frames by power and aimed: how many, and their flux (W).
+fn both(scene: &Scene) -> [(u32, Mean); 2] {
+    let mut world = World::new(scene, &Settings { light_paths: PATHS, ..Settings::default() });
+    let mut of = |is_aimed: bool| {
+        let mut count = 0;
+        let frame = |frame| {
+            world.params.frame = frame;
+            let power = world.by_power();
+            let deposits = if is_aimed { world.shoot(&Aimed { power }) } else { world.shoot(&power) };
+            count += deposits.len();
+            deposits.flux().map(|(_, flux)| flux).sum::<f64>()
+        };
+        let fluxes: Vec<f64> = (0..10).map(frame).collect();
+        (count, Mean::of(&fluxes))
+    };
+    [of(false), of(true)]
+}
+
+/// A glass ball of a radius over a floor that reaches so far, under the sun.
+fn under_the_sun(reach: f64) -> Scene {
+    let mut b = Builder::default();
+    let (floor, ball) = (b.material(lambert(0.6)), b.material(glass(1.5)));
+    b.panel(floor, DVec3::ZERO, reach * DVec3::Z, reach * DVec3::X);
+    b.sphere(ball, DVec3::new(0.0, 0.4, 0.0), 0.3, 48, 24);
+    b.directional(DVec3::new(0.3, -1.0, 0.1), 2.0);
+    b.camera(DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO, 0.9);
+    b.build()
+}
+
+/// A floor a hundred times wider takes ten thousand times the sun's light: by power next to no path meets the ball.
+#[test]
+fn a_wide_floor_under_the_sun_starves_no_aimed_path() {
+    let [near, far] = [1.0, 100.0].map(|reach| both(&under_the_sun(reach)));
+    println!(
+        "small floor: power {:?}, aimed {:?}; wide floor: power {:?}, aimed {:?}",
+        near[0], near[1], far[0], far[1]
+    );
+    assert!(far[0].0 < near[0].0 / 500, "the test has lost its subject");
+    assert!(2 * far[1].0 > near[0].0 && 2 * far[1].0 > near[1].0);
+    // The same light in all; a floor of 1 m loses what leaves the ball at a slant.
+    let [power, aimed] = [near[0].1, near[1].1];
+    assert!(power.agrees(&aimed, 3.0) && aimed.error < 0.01 * aimed.value, "{power:?} {aimed:?}");
+    let wide = far[1].1;
+    assert!(
+        wide.error < 0.02 * wide.value && (1.0..1.2).contains(&(wide.value / aimed.value)),
+        "{wide:?} {aimed:?}"
+    );
+}
+
+/// A ball of a hundredth of a room, by a point light: what it gets, 7e-6 of the light, arrives at the walls, which are nearly
+/// black.
+#[test]
+fn a_small_caster_starves_no_aimed_path() {
+    let mut b = Builder::default();
+    let (wall, ball) = (b.material(lambert(0.01)), b.material(glass(1.5)));
+    let (lamp, centre, radius) = (DVec3::new(0.0, 0.9, 0.0), DVec3::new(0.3, -0.9, 0.2), 0.01);
+    b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+    b.sphere(ball, centre, radius, 64, 32);
+    b.light(lamp, 1.0);
+    b.camera(DVec3::new(0.0, 0.0, 0.9), DVec3::ZERO, 1.0);
+    let [power, aimed] = both(&b.build());
+    let cos = (1.0 - (radius / lamp.distance(centre)).powi(2)).sqrt();
+    let expected = 2.0 * PI * (1.0 - cos) * 1.01;
+    println!("power {power:?}, aimed {aimed:?}, expected {expected:e}");
+    assert!(power.0 < 20 && aimed.0 > 100_000);
+    // The silhouette of a ball of 64 x 32 facets is up to 0.6 % smaller.
+    let ratio = aimed.1.value / expected;
+    assert!((0.99..1.003).contains(&ratio) && aimed.1.error < 0.002 * expected, "{ratio}");
+}

@@ -6,6 +6,7 @@ use caustics::session::{self, RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics::vulkan::context::Context;
 use caustics::vulkan::passes::DeviceOptions;
+use caustics_kernels::declare::Caustics;
 use caustics_kernels::gather::variant;
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::method::basic::BASIC;
@@ -15,7 +16,13 @@ use caustics_tests::twin::load;
 
 /// The talk's size of picture, with fewer light paths than its 1024^2.
 fn full() -> Settings {
-    Settings { width: 1920, height: 1080, light_paths: 1 << 18, ..Settings::default() }
+    Settings {
+        width: 1920,
+        height: 1080,
+        light_paths: 1 << 18,
+        caustics: Caustics::Any,
+        ..Settings::default()
+    }
 }
 
 #[test]

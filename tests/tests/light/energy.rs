@@ -188,11 +188,16 @@ fn rooms_balance(caustics: Caustics, names: &[&str], frames: u32, bound: f64) {
         );
         // A few in a million leave through an edge, where the offset of a ray's start crosses the next wall.
         assert!(share(&all, |e| e.escaped).value < 1e-5, "{name}: the room is closed");
-        assert!(absorbed.value > 0.3 && cut.value > 0.0, "{name}");
-        assert_eq!(left.value > 0.1, caustics == Caustics::First, "{name}");
+        match caustics {
+            Caustics::Any => assert!(absorbed.value > 0.3 && cut.value > 0.0 && left.value == 0.0, "{name}"),
+            // Where nothing casts caustics, paths end at their first surface, and nothing is cut.
+            Caustics::First => assert!(absorbed.value > 0.05 && left.value > 0.1, "{name}"),
+        }
         assert!(3.0 * residual.error < bound, "{name}: too noisy to tell: {residual:?}");
-        // 3.5 errors: one false alarm in 140 runs of 15 rooms; but never beyond the bound.
-        assert!(residual.value.abs() < (3.5 * residual.error).min(bound), "{name}: {residual:?}");
+        // 3.5 errors: one false alarm in 140 runs of 15 rooms; but never beyond the bound. 1e-6 for rounding, where a room of
+        // closed albedos has no noise.
+        let chance = 3.5 * residual.error + 1e-6;
+        assert!(residual.value.abs() < chance.min(bound), "{name}: {residual:?}");
     }
 }
 

@@ -115,7 +115,11 @@ impl Settings {
             Some(TextureFilter::Finest) => TEXTURE_FILTER_FINEST,
             Some(TextureFilter::Cone) | None => TEXTURE_FILTER_CONE,
         };
-        let casters = if shoots { scene.casters(self.specular_roughness) } else { Casters::default() };
+        let casters = if shoots && self.emission.aims {
+            scene.casters(self.specular_roughness)
+        } else {
+            Casters::default()
+        };
         FrameParams {
             camera: camera.camera(self.width, self.height),
             previous_camera: camera.camera(self.width, self.height),

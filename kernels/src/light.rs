@@ -1,5 +1,5 @@
-//! Lights: choosing one, connecting to it, leaving it. A type of light is a file here, with `leave`, `place_on`, `towards` and
-//! `connect`, and a line of `interface::light::for_each_light`. Imports `interface`, `math` and `texture`.
+//! Lights: choosing one, connecting to it, leaving it. A type of light is a file here, with `leave`, `towards` and `connect`, and
+//! a line of `interface::light::for_each_light`. Imports `interface`, `math` and `texture`.
 
 pub mod aimed;
 pub mod by_density;
@@ -8,6 +8,7 @@ pub mod density_map;
 pub mod emit;
 pub mod power;
 
+use crate::interface::NONE;
 use crate::interface::features::Features;
 use crate::interface::light::{Light, for_each_light};
 use crate::interface::scene::SceneTables;
@@ -42,17 +43,6 @@ macro_rules! types {
                 }
             )*
             $area::leave(light, scene, features, place, direction)
-        }
-
-        /// Where on a light a path starts, by the uniform numbers of `Emit::sample` (m).
-        #[inline(always)]
-        fn place_on(light: &Light, scene: SceneTables<'_>, features: Features, place: Vec4) -> Vec3 {
-            $(
-                if features.has(Features::$bit) && light.kind == Features::$bit.0 {
-                    return $file::place_on(light, scene, place);
-                }
-            )*
-            $area::place_on(light, scene, place)
         }
 
         /// Start of a light path at that place in a direction: what `leave` makes of it.
@@ -92,6 +82,12 @@ macro_rules! types {
     };
 }
 for_each_light!(types);
+
+/// Where on a light that is not parallel a path starts, by the uniform numbers of `Emit::sample` (m).
+#[inline(always)]
+fn place_on(light: &Light, scene: SceneTables<'_>, place: Vec4) -> Vec3 {
+    if light.triangle == NONE { light.position } else { area::place_on(light, scene, place) }
+}
 
 /// Chooses a light by the alias table; its chance is `Light::pdf_light_choice`.
 #[inline(always)]

@@ -16,6 +16,7 @@ pub const EVEN: Emission = Emission {
     about: "as many paths from every light: a toy",
     cost: "nothing",
     wrong: "noise where lights differ",
+    aims: false,
     prepare: |_| Vec::new(),
     shoot: &SHOOT,
     feedback: |_| Vec::new(),

@@ -31,12 +31,6 @@ pub fn leave(
     towards(light, scene, features, place, warp::uniform_sphere(direction.x, direction.y)).sample
 }
 
-/// Where a path starts.
-#[inline(always)]
-pub fn place_on(light: &Light, _scene: SceneTables<'_>, _place: Vec4) -> Vec3 {
-    light.position
-}
-
 /// A path in a direction.
 #[inline(always)]
 pub fn towards(
@@ -47,13 +41,8 @@ pub fn towards(
     direction: Vec3,
 ) -> Towards {
     let solid_angle = 4.0 * PI / light.pdf_light_choice;
-    let sample = EmissionSample {
-        ray: Ray::endless(light.position, direction),
-        flux: light.emission * (share(direction) * solid_angle),
-        solid_angle,
-        area: 0.0,
-        texel: 0,
-    };
+    let ray = Ray::endless(light.position, direction);
+    let sample = EmissionSample::new(ray, light.emission * (share(direction) * solid_angle), solid_angle);
     Towards { sample, pdf_solid_angle: 1.0 / (4.0 * PI) }
 }
 

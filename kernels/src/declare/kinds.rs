@@ -53,6 +53,8 @@ pub struct Emission {
     pub cost: &'static str,
     /// Where it is wrong, or gives nothing.
     pub wrong: &'static str,
+    /// Whether it reads the casters of the frame's settings.
+    pub aims: bool,
     /// Once a frame that shoots, before its first light path.
     pub prepare: fn(&FrameParams) -> Vec<Step>,
     /// The pass that shoots a batch of light paths and stores their deposits.

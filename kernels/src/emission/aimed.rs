@@ -14,6 +14,7 @@ pub const AIMED: Emission = Emission {
     cost: "up to 16 cones a path, and the way of paths that meet something",
     wrong: "nothing knows which of the casters is lit or seen; what casts beside the cones (a wall of mirrors, say) gets few and \
             heavy paths",
+    aims: true,
     prepare: |_| Vec::new(),
     shoot: &SHOOT,
     feedback: |_| Vec::new(),

@@ -12,6 +12,7 @@ pub const POWER: Emission = Emission {
     about: "lights by their share of the flux, all of their places and directions alike",
     cost: "nothing",
     wrong: "most paths go where nobody sees a caustic",
+    aims: false,
     prepare: |_| Vec::new(),
     shoot: &SHOOT,
     feedback: |_| Vec::new(),

@@ -66,7 +66,7 @@ pub struct FrameParams {
     pub history: HistorySettings,
     /// `CAUSTICS_*`.
     pub caustics: u32,
-    /// Spheres around what casts caustics.
+    /// Spheres around what casts caustics, where the emission aims at them.
     pub casters: Casters,
 }
 

@@ -13,13 +13,13 @@ use spirv_std::num_traits::Float;
 
 use crate::interface::caster::Caster;
 use crate::interface::light::Light;
+use crate::light::directional::across;
 use crate::light::emit::{EmissionSample, Emit};
 use crate::light::power::ByPower;
 use crate::light::{choose, leave, place_on, towards};
-use crate::math::PI;
 use crate::math::frame::ShadingFrame;
-use crate::math::trig::sin_cos_turns;
-use spirv_std::glam::{Vec2, Vec3, Vec4};
+use crate::math::{PI, warp};
+use spirv_std::glam::{Vec3, Vec4};
 
 /// Share of paths that start by power whatever there is to aim at.
 pub const BY_POWER: f32 = 0.125;
@@ -35,91 +35,109 @@ pub struct Aimed<'a> {
     pub power: ByPower<'a>,
 }
 
-/// Directions into which a place sees a caster.
-struct Cone {
-    /// Unit direction to its middle.
-    axis: Vec3,
-    /// 1 - cos of the angle to its rim; 0: no cone.
-    versine: f32,
+/// What a path can be aimed at: the directions into which a place sees a caster, or the places across parallel light in its
+/// shadow.
+#[derive(Clone, Copy)]
+struct Target {
+    /// Unit direction to the middle, or from the middle of the light's disc to it (m).
+    middle: Vec3,
+    /// Half of the squared distance from there to the rim, of directions 1 - cos of the angle; 0: nothing to aim at.
+    reach: f32,
     /// Weight in the choice of a caster.
     weight: f32,
 }
 
-impl Cone {
+impl Target {
+    /// The cone in which a place sees a caster.
     #[inline(always)]
-    fn new(caster: &Caster, from: Vec3) -> Cone {
+    fn cone(caster: &Caster, from: Vec3) -> Target {
         let along = caster.centre - from;
         let square = along.length_squared();
         let sin_squared = caster.radius * caster.radius / square;
-        let mut cone =
-            Cone { axis: Vec3::Z, versine: 0.0, weight: if caster.radius > 0.0 { 1.0 } else { 0.0 } };
+        let mut target =
+            Target { middle: Vec3::Z, reach: 0.0, weight: if caster.radius > 0.0 { 1.0 } else { 0.0 } };
         // sin^2 / (1 + cos): cosines near 1 would leave narrow cones few bits.
         if sin_squared < 1.0 {
             let versine = sin_squared / (1.0 + (1.0 - sin_squared).sqrt());
             if versine <= MAX_VERSINE {
-                cone = Cone { axis: along / square.sqrt(), versine, weight: versine.sqrt() };
+                target = Target { middle: along / square.sqrt(), reach: versine, weight: versine.sqrt() };
             }
         }
-        cone
+        target
     }
 
+    /// The shadow of a caster.
     #[inline(always)]
-    fn holds(&self, direction: Vec3) -> bool {
-        0.5 * (direction - self.axis).length_squared() <= self.versine
-    }
-
-    /// A uniform direction.
-    #[inline(always)]
-    fn sample(&self, u: f32, v: f32) -> Vec3 {
-        let versine = u * self.versine;
-        let sin = (versine * (2.0 - versine)).max(0.0).sqrt();
-        let (y, x) = sin_cos_turns(v);
-        ShadingFrame::new(self.axis).to_world(Vec3::new(sin * x, sin * y, 1.0 - versine))
-    }
-
-    /// Its density (1/sr).
-    #[inline(always)]
-    fn density(&self) -> f32 {
-        1.0 / (2.0 * PI * self.versine)
-    }
-}
-
-/// The shadow of a caster across parallel light, relative to the disc that its paths start on.
-struct Disc {
-    /// Its middle on the light's axes, from the middle of the light's disc (m).
-    centre: Vec2,
-    /// Radius (m); 0: no disc.
-    radius: f32,
-    /// Weight in the choice of a caster.
-    weight: f32,
-}
-
-impl Disc {
-    #[inline(always)]
-    fn new(caster: &Caster, light: &Light, frame: &ShadingFrame) -> Disc {
+    fn disc(caster: &Caster, light: &Light) -> Target {
         let along = caster.centre - light.position;
-        let centre = Vec2::new(along.dot(frame.x), along.dot(frame.y));
         let share = caster.radius / light.radius;
         let radius = if share <= MAX_RADIUS { caster.radius } else { 0.0 };
-        Disc { centre, radius, weight: share.min(1.0) }
+        Target {
+            middle: along - light.direction * along.dot(light.direction),
+            reach: 0.5 * radius * radius,
+            weight: share.min(1.0),
+        }
     }
 
     #[inline(always)]
-    fn holds(&self, place: Vec2) -> bool {
-        (place - self.centre).length_squared() <= self.radius * self.radius
+    fn holds(&self, at: Vec3) -> bool {
+        0.5 * (at - self.middle).length_squared() <= self.reach
     }
 
-    #[inline(always)]
-    fn sample(&self, u: f32, v: f32) -> Vec2 {
-        let (sin, cos) = sin_cos_turns(v);
-        self.centre + Vec2::new(cos, sin) * (u.sqrt() * self.radius)
-    }
-
-    /// Its density (1/m^2).
+    /// Density with which it is hit uniformly (1/sr or 1/m^2).
     #[inline(always)]
     fn density(&self) -> f32 {
-        1.0 / (PI * self.radius * self.radius)
+        1.0 / (2.0 * PI * self.reach)
     }
+}
+
+/// A caster chosen among targets.
+#[derive(Clone, Copy)]
+struct Choice {
+    /// The caster; their number if the path starts by power.
+    caster: u32,
+    /// Sum of the weights.
+    total: f32,
+}
+
+/// Chooses among `count` targets by a uniform number.
+#[inline(always)]
+fn choose_target(count: u32, u: f32, target: impl Fn(u32) -> Target) -> Choice {
+    let (mut total, mut index) = (0.0, 0);
+    while index < count {
+        total += target(index).weight;
+        index += 1;
+    }
+    // What is left of the number is below 0 before the first caster: by power.
+    let mut left = (u - BY_POWER) * (total / (1.0 - BY_POWER));
+    let mut caster = count;
+    index = 0;
+    while index < count && left >= 0.0 {
+        left -= target(index).weight;
+        if left < 0.0 {
+            caster = index;
+        }
+        index += 1;
+    }
+    Choice { caster, total }
+}
+
+/// The mixture of which a start was drawn: the share of starts by power, and the density beside them.
+#[inline(always)]
+fn mixture(count: u32, choice: Choice, at: Vec3, target: impl Fn(u32) -> Target) -> (f32, f32) {
+    let scale = if choice.total > 0.0 { (1.0 - BY_POWER) / choice.total } else { 0.0 };
+    let (mut by_power, mut aimed) = (1.0 - scale * choice.total, 0.0);
+    let mut index = 0;
+    while index < count {
+        let target = target(index);
+        if target.reach == 0.0 {
+            by_power += scale * target.weight;
+        } else if index == choice.caster || target.holds(at) {
+            aimed += scale * target.weight * target.density();
+        }
+        index += 1;
+    }
+    (by_power, aimed)
 }
 
 impl Aimed<'_> {
@@ -127,84 +145,41 @@ impl Aimed<'_> {
     #[inline(always)]
     fn around(&self, light: &Light, place: Vec4, numbers: Vec4) -> EmissionSample {
         let ByPower { scene, params, features } = self.power;
-        let from = place_on(light, scene, features, place);
+        let from = place_on(light, scene, place);
         let count = params.casters.count;
-        let cone = |index: u32| Cone::new(&params.casters.spheres[index as usize], from);
-        let (mut total, mut index) = (0.0, 0);
-        while index < count {
-            total += cone(index).weight;
-            index += 1;
+        let cone = |index: u32| Target::cone(&params.casters.spheres[index as usize], from);
+        let choice = choose_target(count, numbers.w, cone);
+        let mut chosen = Target { middle: Vec3::Z, reach: 0.0, weight: 0.0 };
+        if choice.caster < count {
+            chosen = cone(choice.caster);
         }
-
-        // What is left of the number below 0 before the first caster: by power.
-        let mut left = (numbers.w - BY_POWER) * (total / (1.0 - BY_POWER));
-        let mut to = leave(light, scene, features, place, numbers).ray.direction;
-        let mut chosen = 0;
-        while chosen < count && left >= 0.0 {
-            let cone = cone(chosen);
-            left -= cone.weight;
-            chosen += 1;
-            if left < 0.0 && cone.versine > 0.0 {
-                to = cone.sample(numbers.x, numbers.y);
-            }
-        }
-
-        let scale = if total > 0.0 { (1.0 - BY_POWER) / total } else { 0.0 };
-        let (mut by_power, mut aimed) = (1.0 - scale * total, 0.0);
-        index = 0;
-        while index < count {
-            let cone = cone(index);
-            index += 1;
-            if cone.versine == 0.0 {
-                by_power += scale * cone.weight;
-            } else if (index == chosen && left < 0.0) || cone.holds(to) {
-                aimed += scale * cone.weight * cone.density();
-            }
-        }
+        let to = if chosen.reach > 0.0 {
+            ShadingFrame::new(chosen.middle).to_world(warp::uniform_cone(chosen.reach, numbers.x, numbers.y))
+        } else {
+            leave(light, scene, features, place, numbers).ray.direction
+        };
+        let (by_power, aimed) = mixture(count, choice, to, cone);
         let leaving = towards(light, scene, features, place, to);
         leaving.sample.over(leaving.pdf_solid_angle, by_power, aimed)
     }
 
-    /// A start of parallel light, most often onto a disc.
+    /// A start of parallel light, most often onto a shadow.
     #[inline(always)]
     fn across(&self, light: &Light, place: Vec4, numbers: Vec4) -> EmissionSample {
         let ByPower { scene, params, features } = self.power;
-        let frame = ShadingFrame::new(light.direction);
         let count = params.casters.count;
-        let disc = |index: u32| Disc::new(&params.casters.spheres[index as usize], light, &frame);
-        let (mut total, mut index) = (0.0, 0);
-        while index < count {
-            total += disc(index).weight;
-            index += 1;
-        }
-
+        let disc = |index: u32| Target::disc(&params.casters.spheres[index as usize], light);
+        let choice = choose_target(count, numbers.w, disc);
         let mut sample = leave(light, scene, features, place, numbers);
-        let from = sample.ray.origin - light.position;
-        let mut at = Vec2::new(from.dot(frame.x), from.dot(frame.y));
-        let mut left = (numbers.w - BY_POWER) * (total / (1.0 - BY_POWER));
-        let mut chosen = 0;
-        while chosen < count && left >= 0.0 {
-            let disc = disc(chosen);
-            left -= disc.weight;
-            chosen += 1;
-            if left < 0.0 && disc.radius > 0.0 {
-                at = disc.sample(place.z, place.w);
-                sample.ray.origin = light.position + frame.x * at.x + frame.y * at.y;
+        if choice.caster < count {
+            let chosen = disc(choice.caster);
+            if chosen.reach > 0.0 {
+                let beside = across(light, (2.0 * chosen.reach).sqrt(), place.z, place.w);
+                sample.ray.origin = light.position + chosen.middle + beside;
             }
         }
-
-        let scale = if total > 0.0 { (1.0 - BY_POWER) / total } else { 0.0 };
-        let (mut by_power, mut aimed) = (1.0 - scale * total, 0.0);
-        index = 0;
-        while index < count {
-            let disc = disc(index);
-            index += 1;
-            if disc.radius == 0.0 {
-                by_power += scale * disc.weight;
-            } else if (index == chosen && left < 0.0) || disc.holds(at) {
-                aimed += scale * disc.weight * disc.density();
-            }
-        }
+        let at = sample.ray.origin - light.position;
+        let (by_power, aimed) = mixture(count, choice, at, disc);
         // Beyond its disc the light meets nothing.
         let on_disc = at.length_squared() <= light.radius * light.radius;
         let density = if on_disc { 1.0 / (PI * light.radius * light.radius) } else { 0.0 };

@@ -70,14 +70,10 @@ fn start(
 ) -> EmissionSample {
     let Place { weights, position, normal, clearance } = *place;
     let share = emission_at(scene, features, light.triangle, weights.x, weights.y);
-    EmissionSample {
-        ray: Ray::endless(offset::leave(position, normal, normal, clearance), direction),
-        flux: light.emission * share * (PI * light.area * light.sides as f32 / light.pdf_light_choice),
-        // Triangles are pieces of lamps: all of them light the places around, so that no choice counts.
-        solid_angle: PI / cos.max(1.0e-3),
-        area: 0.0,
-        texel: 0,
-    }
+    let ray = Ray::endless(offset::leave(position, normal, normal, clearance), direction);
+    let flux = light.emission * share * (PI * light.area * light.sides as f32 / light.pdf_light_choice);
+    // Triangles are pieces of lamps: all of them light the places around, so that no choice counts.
+    EmissionSample::new(ray, flux, PI / cos.max(1.0e-3))
 }
 
 /// Where a path starts.

@@ -18,10 +18,15 @@ use spirv_std::glam::{Vec3, Vec4};
 /// Where a path starts, uniform over the disc, and the disc's area (m^2).
 #[inline(always)]
 pub fn sample(light: &Light, u: f32, v: f32) -> (Vec3, f32) {
+    (light.position + across(light, light.radius, u, v), PI * light.radius * light.radius)
+}
+
+/// From the middle of a disc of a radius across the light to a uniform place of it (m).
+#[inline(always)]
+pub fn across(light: &Light, radius: f32, u: f32, v: f32) -> Vec3 {
     let frame = ShadingFrame::new(light.direction);
     let (sin, cos) = sin_cos_turns(v);
-    let across = (frame.x * cos + frame.y * sin) * (u.sqrt() * light.radius);
-    (light.position + across, PI * light.radius * light.radius)
+    (frame.x * cos + frame.y * sin) * (u.sqrt() * radius)
 }
 
 /// A path along the light's direction.
@@ -41,12 +46,6 @@ pub fn leave(
         area: area / light.pdf_light_choice,
         texel: 0,
     }
-}
-
-/// Where a path starts, if it were not across.
-#[inline(always)]
-pub fn place_on(light: &Light, _scene: SceneTables<'_>, _place: Vec4) -> Vec3 {
-    light.position
 }
 
 /// Parallel light has one direction.

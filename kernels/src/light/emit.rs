@@ -19,6 +19,12 @@ pub struct EmissionSample {
 }
 
 impl EmissionSample {
+    /// A start of light that goes apart, at no texel; 1 / density of its direction is `solid_angle`.
+    #[inline(always)]
+    pub fn new(ray: Ray, flux: Vec3, solid_angle: f32) -> EmissionSample {
+        EmissionSample { ray, flux, solid_angle, area: 0.0, texel: 0 }
+    }
+
     /// The start as a mixture draws it: with this share of `density`, the density that it was made for, and beside that with
     /// the density `aimed`. Where nothing leaves the light it carries nothing.
     #[inline(always)]

@@ -24,12 +24,6 @@ pub fn leave(
     towards(light, scene, features, place, warp::uniform_sphere(direction.x, direction.y)).sample
 }
 
-/// Where a path starts.
-#[inline(always)]
-pub fn place_on(light: &Light, _scene: SceneTables<'_>, _place: Vec4) -> Vec3 {
-    light.position
-}
-
 /// A path in a direction.
 #[inline(always)]
 pub fn towards(
@@ -39,13 +33,9 @@ pub fn towards(
     _place: Vec4,
     direction: Vec3,
 ) -> Towards {
-    let sample = EmissionSample {
-        ray: Ray::endless(light.position, direction),
-        flux: light.emission * (4.0 * PI / light.pdf_light_choice),
-        solid_angle: 4.0 * PI / light.pdf_light_choice,
-        area: 0.0,
-        texel: 0,
-    };
+    let solid_angle = 4.0 * PI / light.pdf_light_choice;
+    let ray = Ray::endless(light.position, direction);
+    let sample = EmissionSample::new(ray, light.emission * solid_angle, solid_angle);
     Towards { sample, pdf_solid_angle: 1.0 / (4.0 * PI) }
 }
 

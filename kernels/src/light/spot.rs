@@ -2,9 +2,6 @@
 //!
 //! Angles are carried as 1 - cos, taken from the length of a chord: cosines near 1 would leave a narrow cone few bits.
 
-#[cfg(target_arch = "spirv")]
-use spirv_std::num_traits::Float;
-
 use crate::interface::features::Features;
 use crate::interface::light::Light;
 use crate::interface::ray::Ray;
@@ -12,9 +9,8 @@ use crate::interface::scene::SceneTables;
 use crate::light::connect::Connection;
 use crate::light::emit::{EmissionSample, Towards};
 use crate::light::point;
-use crate::math::PI;
 use crate::math::frame::ShadingFrame;
-use crate::math::trig::sin_cos_turns;
+use crate::math::{PI, warp};
 use spirv_std::glam::{Vec3, Vec4};
 
 /// Share of a spot's intensity at `from_axis` = 1 - cos of the angle to its axis: 1 in the inner cone, 0 out of the
@@ -34,11 +30,8 @@ pub fn falloff_seen(light: &Light, to_light: Vec3) -> f32 {
 /// A direction uniform over the outer cone, and intensity over its pdf_solid_angle as a share of the light's (sr).
 #[inline(always)]
 pub fn sample(light: &Light, u: f32, v: f32) -> (Vec3, f32) {
-    let from_axis = u * light.cone;
-    let sin = (from_axis * (2.0 - from_axis)).max(0.0).sqrt();
-    let (y, x) = sin_cos_turns(v);
-    let local = Vec3::new(sin * x, sin * y, 1.0 - from_axis);
-    (ShadingFrame::new(light.direction).to_world(local), falloff(light, from_axis) * (2.0 * PI * light.cone))
+    let to = ShadingFrame::new(light.direction).to_world(warp::uniform_cone(light.cone, u, v));
+    (to, falloff(light, u * light.cone) * (2.0 * PI * light.cone))
 }
 
 /// A path into the outer cone.
@@ -57,19 +50,9 @@ pub fn leave(
 /// A path in a direction, where the light's intensity over the density is this share of the whole (sr).
 #[inline(always)]
 fn start(light: &Light, direction: Vec3, solid_angle: f32) -> EmissionSample {
-    EmissionSample {
-        ray: Ray::endless(light.position, direction),
-        flux: light.emission * (solid_angle / light.pdf_light_choice),
-        solid_angle: 2.0 * PI * light.cone / light.pdf_light_choice,
-        area: 0.0,
-        texel: 0,
-    }
-}
-
-/// Where a path starts.
-#[inline(always)]
-pub fn place_on(light: &Light, _scene: SceneTables<'_>, _place: Vec4) -> Vec3 {
-    light.position
+    let flux = light.emission * (solid_angle / light.pdf_light_choice);
+    let cone = 2.0 * PI * light.cone / light.pdf_light_choice;
+    EmissionSample::new(Ray::endless(light.position, direction), flux, cone)
 }
 
 /// A path in a direction.

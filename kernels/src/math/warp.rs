@@ -16,6 +16,16 @@ pub fn uniform_sphere(u: f32, v: f32) -> Vec3 {
     Vec3::new(r * cos, r * sin, z)
 }
 
+/// Uniform direction around z, with 1 - cos of the angle up to `versine`; pdf_solid_angle = 1 / (2 pi versine). Angles are
+/// carried as 1 - cos, since cosines near 1 would leave a narrow cone few bits.
+#[inline(always)]
+pub fn uniform_cone(versine: f32, u: f32, v: f32) -> Vec3 {
+    let from_axis = u * versine;
+    let sin = (from_axis * (2.0 - from_axis)).max(0.0).sqrt();
+    let (y, x) = sin_cos_turns(v);
+    Vec3::new(sin * x, sin * y, 1.0 - from_axis)
+}
+
 /// Cosine-distributed direction around z; pdf_solid_angle = `cosine_hemisphere_pdf(z)`.
 #[inline]
 pub fn cosine_hemisphere(u: f32, v: f32) -> Vec3 {

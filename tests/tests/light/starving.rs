@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 
 use caustics::scene::Scene;
 use caustics::settings::Settings;
+use caustics_kernels::emission::AIMED;
 use caustics_kernels::light::aimed::Aimed;
 use caustics_tests::direct::World;
 use caustics_tests::scenes::*;
@@ -15,7 +16,8 @@ const PATHS: u32 = 20_000;
 
 /// Deposits of ten frames by power and aimed: how many, and their flux (W).
 fn both(scene: &Scene) -> [(u32, Mean); 2] {
-    let mut world = World::new(scene, &Settings { light_paths: PATHS, ..Settings::default() });
+    let mut world =
+        World::new(scene, &Settings { light_paths: PATHS, emission: &AIMED, ..Settings::default() });
     let mut of = |is_aimed: bool| {
         let mut count = 0;
         let frame = |frame| {

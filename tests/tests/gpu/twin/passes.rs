@@ -41,6 +41,8 @@ pub fn all(twin: &mut Twin, scene: &Scene, hardware: bool, table: &mut Table) {
 
 /// The light paths of the other emissions over the same points; the deposits of the last are those that gathers find.
 fn emissions(twin: &mut Twin, scene: &Scene, table: &mut Table) {
+    twin.params.casters = scene.casters(twin.params.specular_roughness);
+    assert!(twin.params.casters.count > 0);
     for &emission in emission::ALL.iter().filter(|emission| **emission != &POWER) {
         let parts = Parts { emission, ..Parts::from(&PHOTONS_GRID) };
         let work = |step: &Step| match step {

@@ -1,6 +1,7 @@
 //! Checkpoints: an accumulation on disk, from which a run resumes to the same bits.
 //!
-//! A sealed file: what the run is, shape and seconds spent, then the sums as little-endian f64.
+//! A sealed file: what the run is, shape and seconds spent, then the sums as little-endian f64, and what the last frame leaves
+//! to the next.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -72,6 +73,20 @@ struct Head {
     identity: Identity,
     shape: Shape,
     seconds: f64,
+    /// Buffers in which something outlives its frame, with their sizes (bytes).
+    #[serde(default)]
+    state: Vec<(String, usize)>,
+}
+
+/// What a run goes on from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Checkpoint {
+    /// The sums of its frames.
+    pub sums: Accumulation,
+    /// The time that they took.
+    pub spent: Duration,
+    /// What the last frame leaves to the next: buffers by name, see `Session::state`.
+    pub state: Vec<(String, Vec<u8>)>,
 }
 
 /// The checkpoint that belongs to an output file.
@@ -86,16 +101,20 @@ pub fn path_of(output: &Path) -> PathBuf {
 /// # Errors
 ///
 /// If its folder cannot be written.
-pub fn save(
-    path: &Path,
-    identity: &Identity,
-    accumulation: &Accumulation,
-    spent: Duration,
-) -> Result<(), CheckpointError> {
-    let head = Head { identity: identity.clone(), shape: accumulation.shape, seconds: spent.as_secs_f64() };
+pub fn save(path: &Path, identity: &Identity, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
+    let Checkpoint { sums, spent, state } = checkpoint;
+    let head = Head {
+        identity: identity.clone(),
+        shape: sums.shape,
+        seconds: spent.as_secs_f64(),
+        state: state.iter().map(|(name, bytes)| (name.clone(), bytes.len())).collect(),
+    };
     let bytes = sealed::seal(KIND, &head, |bytes| {
-        for part in accumulation.parts() {
+        for part in sums.parts() {
             bytes.extend(part.iter().flat_map(|value| value.to_le_bytes()));
+        }
+        for (_, buffer) in state {
+            bytes.extend_from_slice(buffer);
         }
     })?;
     Ok(Target::claim(path, true)?.finish(&bytes)?)
@@ -124,13 +143,8 @@ pub fn difference(ours: &Identity, theirs: &Identity) -> Option<Difference> {
     pairs.find(|pair| pair.ours != pair.theirs)
 }
 
-/// Reads a checkpoint of the run that this identity names, whose sums have this shape but for their frames, and the time
-/// that it took.
-pub fn load(
-    path: &Path,
-    identity: &Identity,
-    shape: Shape,
-) -> Result<(Accumulation, Duration), CheckpointError> {
+/// Reads a checkpoint of the run that this identity names, whose sums have this shape but for their frames.
+pub fn load(path: &Path, identity: &Identity, shape: Shape) -> Result<Checkpoint, CheckpointError> {
     let bytes = read_file(path).map_err(|source| match source.kind() {
         std::io::ErrorKind::NotFound => CheckpointError::Missing(path.into()),
         _ => CheckpointError::Read { path: path.into(), source },
@@ -144,24 +158,35 @@ pub fn parse(
     bytes: &[u8],
     identity: &Identity,
     shape: Shape,
-) -> Result<(Accumulation, Duration), CheckpointError> {
+) -> Result<Checkpoint, CheckpointError> {
     let unusable = |why| CheckpointError::Unusable { path: path.into(), why };
     let damaged = |what: &str| unusable(Unusable::damaged(what));
     let (head, payload) = sealed::open::<Head>(KIND, bytes).map_err(unusable)?;
     if let Some(Difference { name, theirs, ours }) = difference(identity, &head.identity) {
         return Err(CheckpointError::Other { path: path.into(), name, theirs, ours });
     }
-    let Head { shape: theirs, seconds, .. } = head;
+    let Head { shape: theirs, seconds, state: buffers, .. } = head;
     if theirs != (Shape { frames: theirs.frames, ..shape }) {
         return Err(damaged("its size is not that of its settings"));
     }
     if !(1..=MAX_FRAMES).contains(&theirs.frames) || !(0.0..=MAX_SECONDS).contains(&seconds) {
         return Err(damaged("no run has its number of frames or seconds"));
     }
+    // From behind: the buffers, then the sums.
+    let mut payload = payload;
+    let mut state = Vec::with_capacity(buffers.len());
+    for (name, size) in buffers.into_iter().rev() {
+        let start =
+            payload.len().checked_sub(size).ok_or_else(|| damaged(&format!("its {name} is cut off")))?;
+        state.push((name, payload[start..].to_vec()));
+        payload = &payload[..start];
+    }
+    state.reverse();
     let (values, rest) = payload.as_chunks::<8>();
     let values = values.iter().map(|value| f64::from_le_bytes(*value));
     let sums = Accumulation::of(theirs, values).filter(|_| rest.is_empty());
-    Ok((sums.ok_or_else(|| damaged("its sums are too many or too few"))?, Duration::from_secs_f64(seconds)))
+    let sums = sums.ok_or_else(|| damaged("its sums are too many or too few"))?;
+    Ok(Checkpoint { sums, spent: Duration::from_secs_f64(seconds), state })
 }
 
 #[cfg(test)]
@@ -188,8 +213,12 @@ mod tests {
     fn what_is_saved_is_loaded() {
         let folder = tempfile::tempdir().unwrap();
         let path = path_of(&folder.path().join("a.exr"));
-        save(&path, &identity("1"), &sums(), Duration::from_secs(3)).unwrap();
-        assert_eq!(load(&path, &identity("1"), SHAPE).unwrap(), (sums(), Duration::from_secs(3)));
+        let state = vec![("map".to_string(), vec![1, 2, 3]), ("nothing".to_string(), vec![])];
+        for state in [vec![], state] {
+            let checkpoint = Checkpoint { sums: sums(), spent: Duration::from_secs(3), state };
+            save(&path, &identity("1"), &checkpoint).unwrap();
+            assert_eq!(load(&path, &identity("1"), SHAPE).unwrap(), checkpoint);
+        }
         assert!(path.ends_with("a.exr.checkpoint"));
     }
 
@@ -199,9 +228,10 @@ mod tests {
         let path = folder.path().join("a");
         let error = || load(&path, &identity("1"), SHAPE).unwrap_err().to_string();
         assert!(error().contains("there is no"));
-        save(&path, &identity("2"), &sums(), Duration::ZERO).unwrap();
+        let checkpoint = Checkpoint { sums: sums(), ..Checkpoint::default() };
+        save(&path, &identity("2"), &checkpoint).unwrap();
         assert!(error().contains("its seed is \"2\", not \"1\""), "{}", error());
-        save(&path, &identity("1"), &sums(), Duration::ZERO).unwrap();
+        save(&path, &identity("1"), &checkpoint).unwrap();
         let bytes = std::fs::read(&path).unwrap();
         for damaged in [&bytes[..0], &bytes[..10], &bytes[..bytes.len() - 1]] {
             std::fs::write(&path, damaged).unwrap();
@@ -213,12 +243,16 @@ mod tests {
     #[test]
     fn crafted_heads_are_refused() {
         let error = |shape: Shape, seconds: f64, values: usize| {
-            let head = Head { identity: identity("1"), shape, seconds };
+            let state = vec![("map".to_string(), 48), ("other".to_string(), usize::MAX)];
+            let state = state[..if values > 100 { values - 100 } else { 0 }].to_vec();
+            let values = if values > 100 { 42 } else { values };
+            let head = Head { identity: identity("1"), shape, seconds, state };
             let bytes = sealed::seal(KIND, &head, |bytes| bytes.resize(bytes.len() + 8 * values, 0)).unwrap();
             parse(Path::new("a"), &bytes, &identity("1"), SHAPE).map(drop)
         };
         let fine = Shape { frames: 1, ..SHAPE };
-        assert!(error(fine, 1.0, 36).is_ok());
+        // Beyond 100: with one buffer of 48 bytes, or with one besides that no file has.
+        assert!(error(fine, 1.0, 36).is_ok() && error(fine, 1.0, 101).is_ok());
         for (shape, seconds, values) in [
             (Shape { width: 2, height: 3, ..fine }, 1.0, 36),
             (Shape { width: 1, height: 6, ..fine }, 1.0, 36),
@@ -229,6 +263,7 @@ mod tests {
             (Shape { frames: u32::MAX, ..fine }, 1.0, 36),
             (fine, -1.0, 36),
             (fine, 1e300, 36),
+            (fine, 1.0, 102),
             (fine, 1.0, 35),
             (fine, 1.0, 37),
         ] {

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use crate::accumulation::Shape;
-use crate::checkpoint::{self, Identity};
+use crate::checkpoint::{self, Checkpoint, Identity};
 use crate::experiment::axis::PATHS_PER_PIXEL;
 use crate::experiment::error::{FLIP, RELMSE};
 use crate::experiment::result::{CellError, CellResult, CellTime, Quartiles};
@@ -40,10 +40,12 @@ pub fn checkpoint(bytes: &[u8]) -> bool {
     let shape = Shape { width: 2, height: 1, frames: 0, gathers: false };
     let accepts = |bytes: &[u8]| {
         let path = Path::new("checkpoint");
-        checkpoint::parse(path, bytes, &Identity::default(), shape).is_ok_and(|(sums, _)| {
-            drop((sums.mean(), sums.variance(), sums.relative_error()));
-            true
-        })
+        checkpoint::parse(path, bytes, &Identity::default(), shape).is_ok_and(
+            |Checkpoint { sums, .. }| {
+                drop((sums.mean(), sums.variance(), sums.relative_error()));
+                true
+            },
+        )
     };
     let end = bytes.iter().position(|&byte| byte == b'\n').unwrap_or(bytes.len());
     let (head, sums) = bytes.split_at(end);

@@ -144,7 +144,9 @@ pub struct Session {
     /// The eye of the frame before.
     previous_camera: Camera,
     upload: Upload,
-    /// Buffers in which light outlives its frame.
+    /// Whether something moved since the last frame, or there was none.
+    moved: bool,
+    /// Buffers in which something outlives its frame.
     kept: Vec<BufferSpec>,
 }
 
@@ -182,15 +184,14 @@ impl Session {
         let on_gpu = matches!(choice, RunnerChoice::Gpu { .. });
         Need::of(method, parts, largest, scene_bytes, on_gpu).check_available(&settings)?;
         let buffers = frame_buffers(method, parts, &largest);
-        let keeps = [method.keeps, history.keeps, emission.keeps];
-        let is_kept = |name| keeps.iter().any(|names| names.contains(&name));
+        let is_kept = |name| method.kept(parts).any(|kept| kept == name);
         let kept = buffers.iter().filter(|spec| is_kept(spec.name)).copied().collect();
         let of_history = history.settings.map_or(Features(0), |_| Features::HISTORY);
         let mut runner = open(choice, scene, features | of_history, &buffers)?;
         runner.write("pixel_order", cast_slice(&pixel_order(params.width, params.height)))?;
         let previous_camera = params.camera;
         let upload = Upload::new(scene);
-        Ok(Session { runner, method, parts, settings, params, previous_camera, upload, kept })
+        Ok(Session { runner, method, parts, settings, params, previous_camera, upload, moved: true, kept })
     }
 
     /// Moves the session to another time: takes a scene that [`Scene::pose`] has moved, and a camera of it, and uploads what
@@ -198,10 +199,13 @@ impl Session {
     pub fn pose(&mut self, scene: &Scene, camera: &SceneCamera) -> Result<(), SessionError> {
         self.previous_camera = self.params.camera;
         self.params = self.settings.params(scene, camera, 0);
-        Ok(self.upload.run(&mut *self.runner, scene)?)
+        self.moved |= self.params.camera != self.previous_camera;
+        self.moved |= self.upload.run(&mut *self.runner, scene)?;
+        Ok(())
     }
 
-    /// The buffers in which light outlives its frame, by name, for [`Session::restore`]; empty without a history.
+    /// The buffers in which something outlives its frame, by name, for [`Session::restore`]; empty where frames do not depend on
+    /// each other.
     pub fn state(&mut self) -> Result<Vec<(&'static str, Vec<u8>)>, SessionError> {
         let mut state = Vec::with_capacity(self.kept.len());
         for spec in self.kept.clone() {
@@ -224,7 +228,13 @@ impl Session {
             let (name, bytes) = found.ok_or(SessionError::State { buffer: spec.name })?;
             self.runner.write(name, bytes)?;
         }
+        self.moved = false;
         Ok(())
+    }
+
+    /// Says that what is rendered next follows no frame: a cut.
+    pub fn jump(&mut self) {
+        self.moved = true;
     }
 
     /// Name of the device that renders, and of its driver.
@@ -234,7 +244,11 @@ impl Session {
 
     /// The settings of frame `frame` as the kernels get them.
     pub fn params(&self, frame: u32) -> FrameParams {
-        let params = FrameParams { previous_camera: self.previous_camera, ..self.params };
+        let params = FrameParams {
+            previous_camera: self.previous_camera,
+            moved: u32::from(self.moved),
+            ..self.params
+        };
         (self.method.frame)(params, frame)
     }
 
@@ -243,6 +257,7 @@ impl Session {
         let params = self.params(index);
         let times = self.runner.run(&params, &(self.method.steps)(self.parts, &params))?;
         self.previous_camera = self.params.camera;
+        self.moved = false;
         Ok(times)
     }
 

@@ -145,6 +145,7 @@ impl Settings {
                 Caustics::First => CAUSTICS_FIRST,
                 Caustics::Any => CAUSTICS_ANY,
             },
+            moved: 1,
             casters,
         }
     }

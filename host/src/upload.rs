@@ -8,7 +8,7 @@ use crate::scene::Scene;
 use crate::scene::motion::Placement;
 
 /// What a runner holds of the pose before.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Upload {
     light_ids: Vec<u32>,
     lights: Vec<Light>,
@@ -26,13 +26,13 @@ impl Upload {
         }
     }
 
-    /// Writes what the pose at hand changed.
+    /// Writes what the pose at hand changed; whether it changed anything.
     ///
     /// # Errors
     ///
     /// If the runner fails.
-    pub fn run(&mut self, runner: &mut dyn Runner, scene: &Scene) -> Result<(), RunError> {
-        let Some(motion) = &scene.motion else { return Ok(()) };
+    pub fn run(&mut self, runner: &mut dyn Runner, scene: &Scene) -> Result<bool, RunError> {
+        let Some(motion) = &scene.motion else { return Ok(false) };
         let now = Upload::new(scene);
         if now.lights != self.lights {
             runner.write("lights", cast_slice(&scene.lights))?;
@@ -69,8 +69,9 @@ impl Upload {
             }
             runner.place(&motion.placements)?;
         }
+        let changed = now != *self;
         *self = now;
-        Ok(())
+        Ok(changed)
     }
 }
 

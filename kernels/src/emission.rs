@@ -8,5 +8,6 @@ crate::declare::variants! {
     Emission {
         power: POWER;
         aimed: AIMED;
+        guided: GUIDED;
     }
 }

@@ -8,6 +8,7 @@ pub mod accumulator;
 pub mod contribution;
 pub mod hash;
 pub mod morton_sort;
+pub mod score;
 pub mod tables;
 pub mod variant;
 

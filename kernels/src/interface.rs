@@ -6,6 +6,7 @@ pub mod denoiser;
 pub mod density;
 pub mod features;
 pub mod frame;
+pub mod guide;
 pub mod history;
 pub mod instance;
 pub mod ledger;

@@ -6,7 +6,9 @@ pub mod by_density;
 pub mod connect;
 pub mod density_map;
 pub mod emit;
+pub mod guided;
 pub mod power;
+pub mod target;
 
 use crate::interface::NONE;
 use crate::interface::features::Features;
@@ -28,7 +30,8 @@ macro_rules! types {
         /// The types of lights.
         pub const TYPES: Features = Features(Features::$area_bit.0 $(| Features::$bit.0)*);
 
-        /// Start of a light path at a light, by the uniform numbers of `Emit::sample`.
+        /// Start of a light path at a light, by two times four uniform numbers: (light, light, place, place), (direction,
+        /// direction, side, choice of what to aim at).
         #[inline(always)]
         pub fn leave(
             light: &Light,
@@ -45,21 +48,21 @@ macro_rules! types {
             $area::leave(light, scene, features, place, direction)
         }
 
-        /// Start of a light path at that place in a direction: what `leave` makes of it.
+        /// Start of a light path at that place by an aim (see `target`): what `leave` makes of it.
         #[inline(always)]
         fn towards(
             light: &Light,
             scene: SceneTables<'_>,
             features: Features,
             place: Vec4,
-            direction: Vec3,
+            aim: Vec3,
         ) -> Towards {
             $(
                 if features.has(Features::$bit) && light.kind == Features::$bit.0 {
-                    return $file::towards(light, scene, features, place, direction);
+                    return $file::towards(light, scene, features, place, aim);
                 }
             )*
-            $area::towards(light, scene, features, place, direction)
+            $area::towards(light, scene, features, place, aim)
         }
 
         /// Connects a position to a light, by two uniform numbers; none where no light leaves towards it.
@@ -83,7 +86,7 @@ macro_rules! types {
 }
 for_each_light!(types);
 
-/// Where on a light that is not parallel a path starts, by the uniform numbers of `Emit::sample` (m).
+/// Where on a light a path starts, by the first four uniform numbers of `leave` (m); of parallel light, the middle of its disc.
 #[inline(always)]
 fn place_on(light: &Light, scene: SceneTables<'_>, place: Vec4) -> Vec3 {
     if light.triangle == NONE { light.position } else { area::place_on(light, scene, place) }

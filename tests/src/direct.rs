@@ -19,6 +19,7 @@ use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::interface::scene::SceneTables;
 use caustics_kernels::light::emit::{EmissionSample, Emit};
 use caustics_kernels::light::power::ByPower;
+use caustics_kernels::math::rng::Rng;
 use caustics_kernels::math::trig::sin_cos_turns;
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::frame as gathers;
@@ -28,7 +29,7 @@ use caustics_kernels::pass::shoot;
 use caustics_kernels::pass::shoot::receive::Receive;
 use caustics_kernels::seam::{Atomics, Slots};
 use caustics_kernels::trace::bvh::BvhTracer;
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 
 /// Mean of independent values and the standard error of that mean.
 pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
@@ -62,7 +63,8 @@ impl Beam {
 }
 
 impl Emit for Beam {
-    fn sample(&self, place: Vec4, _direction: Vec4) -> EmissionSample {
+    fn sample(&self, rng: &mut Rng) -> EmissionSample {
+        let place = rng.next4();
         let (x, y) = if self.round {
             let (sin, cos) = sin_cos_turns(place.w);
             (place.z.sqrt() * cos, place.z.sqrt() * sin)
@@ -76,6 +78,7 @@ impl Emit for Beam {
             solid_angle: 0.0,
             area: self.area() as f32,
             texel: 0,
+            score: 0.0,
         }
     }
 }

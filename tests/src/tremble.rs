@@ -21,7 +21,7 @@ use caustics_kernels::pass::shoot::receive::Receive;
 use caustics_kernels::seam::Atomics;
 use caustics_kernels::trace::Tracer;
 use caustics_kernels::trace::bvh::BvhTracer;
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 
 use crate::matching::Deposit;
 
@@ -109,10 +109,10 @@ impl<'a> Starts<'a> {
 }
 
 impl Emit for Starts<'_> {
-    fn sample(&self, place: Vec4, direction: Vec4) -> EmissionSample {
+    fn sample(&self, rng: &mut Rng) -> EmissionSample {
         match self {
-            Starts::Power(power) => power.sample(place, direction),
-            Starts::Aimed(aimed) => aimed.sample(place, direction),
+            Starts::Power(power) => power.sample(rng),
+            Starts::Aimed(aimed) => aimed.sample(rng),
         }
     }
 }

@@ -45,6 +45,8 @@ impl Twin {
     pub fn open(gpu: &Gpu, hardware: bool, scene: &Scene, settings: &Settings) -> Twin {
         let features = scene.features(settings.specular_roughness);
         let params = settings.params(scene, &scene.cameras[0], 0);
+        // Some emissions aim at them.
+        let params = FrameParams { casters: scene.casters(settings.specular_roughness), ..params };
         let frame = frame_buffers(&params);
         let steps = STEP_PASSES.map(|pass| Step::of(pass, &FrameParams::default()));
         let of_steps = buffers(&steps, &FrameParams { light_path_batch: STEPS as u32, ..params });

@@ -5,7 +5,7 @@ use crate::declare::Emission;
 use crate::light::emit::{EmissionSample, Emit};
 use crate::light::leave;
 use crate::light::power::ByPower;
-use spirv_std::glam::Vec4;
+use crate::math::rng::Rng;
 
 crate::shoot_pass!("shoot.even", |power| Even(power));
 
@@ -19,7 +19,7 @@ pub const EVEN: Emission = Emission {
     aims: false,
     prepare: |_| Vec::new(),
     shoot: &SHOOT,
-    feedback: |_| Vec::new(),
+    pilot: None,
     forget: &[],
     keeps: &[],
 };
@@ -30,7 +30,8 @@ pub struct Even<'a>(pub ByPower<'a>);
 
 impl Emit for Even<'_> {
     #[inline(always)]
-    fn sample(&self, place: Vec4, direction: Vec4) -> EmissionSample {
+    fn sample(&self, rng: &mut Rng) -> EmissionSample {
+        let (place, direction) = (rng.next4(), rng.next4());
         let ByPower { scene, params, features } = self.0;
         let light_count = params.light_count;
         let row = ((place.x * light_count as f32) as u32).min(light_count - 1);

@@ -147,7 +147,7 @@ impl<C: Axes> AxisOptions<C> {
                 )));
             }
         }
-        Ok(cell)
+        Ok(cell.effective())
     }
 
     /// All ways to render, as the `[[matrix]]` of a sweep.

@@ -1,10 +1,11 @@
 //! A run of frames: open, render until a stop is reached, keep checkpoints, write, report.
 
+use std::path::Path;
 use std::process::ExitCode;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use caustics::accumulation::Shape;
-use caustics::checkpoint;
+use caustics::accumulation::{Accumulation, Shape};
+use caustics::checkpoint::{self, Checkpoint, Identity};
 use caustics::energy::Energy;
 use caustics::experiment::cell::Cell;
 use caustics::kernels;
@@ -56,16 +57,6 @@ impl Job {
             return Err(Usage(format!("--time {time}: give a number of seconds")).into());
         }
         check_outputs(&options)?;
-        // What such a method keeps from frame to frame is in no checkpoint.
-        let resumes = method.keeps.is_empty();
-        if options.resume && !resumes {
-            let name = method.name;
-            return Err(Usage(format!(
-                "--resume: a checkpoint does not hold what --method {name} learns from frame to frame; use --force to \
-                 start anew"
-            ))
-            .into());
-        }
         let every = duration("--checkpoint-every", options.checkpoint_every)?;
         let file = scene::resolve(&options.scene)?;
         let scene_files = scene::files(&file);
@@ -100,10 +91,13 @@ impl Job {
         let identity = identity(&scene, &camera.name, &settings, method, gather, &choice, &session);
         let (width, height) = (settings.width as usize, settings.height as usize);
         let shape = Shape { width, height, frames: 0, gathers: method.gathers };
-        let (mut sums, before) = match options.resume {
+        let Checkpoint { mut sums, spent: before, state } = match options.resume {
             true => checkpoint::load(&checkpoint, &identity, shape)?,
-            false => Default::default(),
+            false => Checkpoint::default(),
         };
+        if options.resume {
+            session.restore(&state)?;
+        }
         let mut keeper = Keeper::new("a checkpoint");
 
         let bar = bar();
@@ -125,7 +119,7 @@ impl Job {
             report.add(&times, wall, &session.counters()?, energy);
             sums.add(&session.picture()?);
             if saved.elapsed() >= every {
-                keeper.keep(checkpoint::save(&checkpoint, &identity, &sums, before + report.wall));
+                keeper.keep(save(&checkpoint, &identity, &sums, before + report.wall, &mut session));
                 saved = Instant::now();
             }
         };
@@ -138,10 +132,10 @@ impl Job {
         }
         // Also of a run that is done, if it was long: nothing that fails from here on must cost it.
         if !done || report.wall >= every {
-            keeper.keep(checkpoint::save(&checkpoint, &identity, &sums, before + report.wall));
+            keeper.keep(save(&checkpoint, &identity, &sums, before + report.wall, &mut session));
         }
         if !done {
-            let hint = if resumes && keeper.is_kept() { "; --resume goes on" } else { "" };
+            let hint = if keeper.is_kept() { "; --resume goes on" } else { "" };
             tell!("interrupted after {} frames{hint}", sums.frames());
         }
 
@@ -203,4 +197,16 @@ impl Job {
         }
         Ok(if done { ExitCode::SUCCESS } else { ExitCode::from(130) })
     }
+}
+
+/// Writes the checkpoint of a run, with what its last frame leaves to the next.
+fn save(
+    path: &Path,
+    identity: &Identity,
+    sums: &Accumulation,
+    spent: Duration,
+    session: &mut Session,
+) -> anyhow::Result<()> {
+    let state = session.state()?.into_iter().map(|(name, bytes)| (name.to_string(), bytes)).collect();
+    Ok(checkpoint::save(path, identity, &Checkpoint { sums: sums.clone(), spent, state })?)
 }

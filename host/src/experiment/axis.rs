@@ -179,7 +179,7 @@ pub static EMISSION: Axis = Axis {
     head: "emission",
     about: "How light paths start",
     values: Values::Names(|| emission::ALL.iter().map(|of| (of.name, of.about)).collect()),
-    usual: "power",
+    usual: "guided",
     none: "power",
     shown: Shown::Color,
     useless: |cell| {

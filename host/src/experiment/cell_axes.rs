@@ -18,7 +18,7 @@ impl Cell {
             name: String::new(),
             method,
             gather: Some(usual_gather(&runner)),
-            emission: &emission::POWER,
+            emission: &emission::GUIDED,
             caustics: Settings::default().caustics,
             history: &history::NONE,
             denoiser: &denoiser::NONE,
@@ -54,6 +54,7 @@ impl Cell {
     /// Method, history, and whatever else has a colour and is not as usual: `basic-paper`, `basic-paper-atrous`.
     fn short_name(&self) -> String {
         let colored = AXES.into_iter().filter(|axis| matches!(axis.shown, Shown::Color));
+        let colored = colored.filter(|axis| **axis == HISTORY || (axis.useless)(self).is_none());
         let said = colored.filter(|axis| [&METHOD, &HISTORY].contains(axis) || axis.get(self) != axis.usual);
         said.map(|axis| axis.get(self)).collect::<Vec<_>>().join("-")
     }

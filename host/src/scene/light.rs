@@ -79,9 +79,12 @@ pub fn table(
 fn choose_by_power(lights: &mut [Light], powers: &[f64]) {
     let total: f64 = powers.iter().sum();
     let count = lights.len() as f64;
+    let mut below = 0.0;
     let mut heights: Vec<f64> = powers.iter().map(|power| power / total * count).collect();
     for (id, light) in lights.iter_mut().enumerate() {
         light.pdf_light_choice = (powers[id] / total) as f32;
+        light.power_below = (below / total) as f32;
+        below += powers[id];
         (light.threshold, light.alias) = (1.0, id as u32);
     }
 

@@ -239,7 +239,7 @@ fn shards_are_disjoint_and_merge_to_the_whole() {
 #[test]
 fn errors_fall_with_the_paths_and_histories_are_measured_at_their_last_frame() {
     let desk = Desk::new(&matrix(&format!(
-        "method = [\"basic\"]\ncaustics = [\"any\"]\nhistory = [{}]\npaths_per_pixel = [0.125, 4]",
+        "method = [\"basic\"]\ncaustics = [\"any\"]\nemission = [\"power\"]\nhistory = [{}]\npaths_per_pixel = [0.125, 4]",
         history::ALL.iter().map(|history| format!("{:?}", history.name)).collect::<Vec<_>>().join(", ")
     )));
     desk.sweep(&["e.toml", "-o", "out"]);
@@ -270,7 +270,9 @@ fn errors_fall_with_the_paths_and_histories_are_measured_at_their_last_frame() {
 #[test]
 fn the_method_of_the_reference_comes_near_it_and_few_paths_do_not() {
     // The reference has 16 frames of 4 paths a pixel: 64 in one frame are as many, with radii that have not shrunk.
-    let desk = Desk::new(&matrix("method = [\"progressive\", \"path\"]\npaths_per_pixel = [0.125, 64]"));
+    let desk = Desk::new(&matrix(
+        "method = [\"progressive\", \"path\"]\nemission = [\"power\"]\npaths_per_pixel = [0.125, 64]",
+    ));
     desk.sweep(&["e.toml", "-o", "out"]);
     let results = desk.results("out");
     assert_eq!(results.len(), 3, "path tracing shoots no light paths");

@@ -152,8 +152,10 @@ fn a_second_run_renders_nothing() {
 
 #[test]
 fn missing_frames_come_back_to_the_same_bytes() {
-    for (history, again) in [("validated", 8), ("paper", 8), ("none", 3)] {
-        let options = ["--frames", "0..8", "--history", history];
+    let ways =
+        [("validated", "power", 8), ("paper", "aimed", 8), ("none", "power", 3), ("none", "guided", 8)];
+    for (history, emission, again) in ways {
+        let options = ["--frames", "0..8", "--history", history, "--emission", emission];
         let (whole, desk) = (Desk::new(), Desk::new());
         whole.animate("moving-caster", &options);
         desk.animate("moving-caster", &options);
@@ -162,7 +164,11 @@ fn missing_frames_come_back_to_the_same_bytes() {
         let report = desk.report("moving-caster", &options);
         assert_eq!(report["kept"], 5);
         let frames = rendered(&report);
-        assert_eq!(frames.len(), again, "{history}: what light goes through is rendered again");
+        assert_eq!(
+            frames.len(),
+            again,
+            "{history}, {emission}: what something goes through is rendered again"
+        );
         let written: Vec<_> =
             frames.iter().filter(|(_, written)| *written).map(|(frame, _)| *frame).collect();
         assert_eq!(written, [3, 6, 7]);
@@ -281,7 +287,9 @@ fn frames_of_another_run_are_refused_by_what_differs() {
     for (options, words) in [
         (["--light-paths", "600"], ["01.exr", "light_paths", "\"500\", not \"600\""]),
         (["--seed", "1"], ["01.exr", "seed", "--force"]),
-        (["--history", "none"], ["01.exr", "first_frame", "--force"]),
+        (["--history", "none"], ["01.exr", "history", "--force"]),
+        (["--emission", "aimed"], ["01.exr", "emission", "\"guided\", not \"aimed\""]),
+        (["--caustics", "any"], ["01.exr", "caustics", "\"first\", not \"any\""]),
         (["--denoiser", "atrous"], ["01.exr", "denoiser", "\"none\", not \"atrous\""]),
         (["--fps", "12"], ["01.exr", "fps", "\"24\", not \"12\""]),
     ] {
@@ -420,7 +428,7 @@ fn a_video_is_made_of_the_pngs() {
 #[test]
 fn damaged_frames_are_rendered_anew_to_the_same_bytes() {
     let desk = Desk::new();
-    let options = ["--frames", "0..4", "--history", "none"];
+    let options = ["--frames", "0..4", "--history", "none", "--emission", "power"];
     desk.animate("animated-light", &options);
     let whole = desk.files();
     // One is cut off behind its header, of another a bit of its last pixels is flipped.

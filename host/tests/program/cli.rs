@@ -165,7 +165,7 @@ fn a_render_reports_times_counters_needs_and_device() {
     let report = render(folder.path(), "mirror-room", "out.exr", &[&TINY[..], &["--json"]].concat());
     let report: Value = serde_json::from_str(&report).unwrap();
     for pass in
-        ["collect", "shoot.store", "index.photons_grid.fill", "gather.photons_grid", "resolve", "display"]
+        ["collect", "shoot.guided", "index.photons_grid.fill", "gather.photons_grid", "resolve", "display"]
     {
         assert!(report["pass_ms"][pass].as_f64().unwrap() >= 0.0, "{pass}");
     }

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use caustics::accumulation::Accumulation;
-use caustics::checkpoint;
+use caustics::checkpoint::{self, Checkpoint};
 use caustics::fuzzing;
 use caustics::picture::Picture;
 use glam::Vec3;
@@ -56,7 +56,8 @@ fn checkpoints_replay() {
     for value in [0.25, 0.5] {
         sums.add(&Picture { width: 2, height: 1, path: vec![Vec3::splat(value); 2], ..Picture::default() });
     }
-    checkpoint::save(&path, &Default::default(), &sums, Duration::from_secs(1)).unwrap();
+    let checkpoint = Checkpoint { sums, spent: Duration::from_secs(1), state: vec![] };
+    checkpoint::save(&path, &Default::default(), &checkpoint).unwrap();
     let whole = std::fs::read(&path).unwrap();
     assert!(fuzzing::checkpoint(&whole));
     for at in 0..whole.len() {

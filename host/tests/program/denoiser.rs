@@ -28,8 +28,9 @@ fn channel(folder: &Path, file: &str, name: &str) -> Vec<f32> {
 #[test]
 fn a_filter_has_its_own_time_and_leaves_caustics_alone() {
     let folder = tempfile::tempdir().unwrap();
-    let plain = report(&render(folder.path(), "plain.exr", &[]));
-    let smooth = report(&render(folder.path(), "smooth.exr", &["--denoiser", "atrous"]));
+    let plain = report(&render(folder.path(), "plain.exr", &["--emission", "aimed"]));
+    let smooth =
+        report(&render(folder.path(), "smooth.exr", &["--denoiser", "atrous", "--emission", "aimed"]));
     assert_eq!((&plain["denoiser"], &smooth["denoiser"]), (&"none".into(), &"atrous".into()));
     assert!(plain["pass_ms"]["denoise.atrous"].is_null());
     assert!(smooth["pass_ms"]["denoise.atrous"].as_f64().unwrap() > 0.0);

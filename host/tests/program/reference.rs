@@ -163,6 +163,23 @@ fn means_take_the_box_and_say_what_their_variance_is_worth() {
     }
 }
 
+/// What frames leave to those that follow is in the checkpoint: maps of an emission, of a method.
+#[cfg(unix)]
+#[test]
+fn a_render_that_learns_goes_on_to_the_same_bits() {
+    let folder = tempfile::tempdir().unwrap();
+    for learns in [["--emission", "guided"], ["--method", "yang2021"]] {
+        let frames = ["render", "mirror-room", "--light-paths", "3000", "--frames", "300", "--force"];
+        let common = [&frames[..], &learns, &TINY].concat();
+        run(folder.path(), &[&common[..], &["-o", "whole.exr"]].concat());
+        let part = [&common[..], &["-o", "part.exr", "--checkpoint-every", "0.05"]].concat();
+        assert_eq!(end_early(folder.path(), &part, "part.exr.checkpoint", "KILL"), None);
+        run(folder.path(), &[&part[..], &["--resume"]].concat());
+        let (whole, part) = (channels(folder.path(), "whole.exr"), channels(folder.path(), "part.exr"));
+        assert_eq!(whole.channels, part.channels, "{learns:?}");
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn a_progressive_render_goes_on_to_the_same_bits() {

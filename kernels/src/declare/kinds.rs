@@ -59,8 +59,9 @@ pub struct Emission {
     pub prepare: fn(&FrameParams) -> Vec<Step>,
     /// The pass that shoots a batch of light paths and stores their deposits.
     pub shoot: &'static Pass,
-    /// For each batch, after its deposits met the collection points.
-    pub feedback: fn(&FrameParams) -> Vec<Step>,
+    /// What is learnt from the first eighth of the light paths before the others start, in a frame before which something
+    /// moved; none: nothing is.
+    pub pilot: Option<fn(&FrameParams) -> Vec<Step>>,
     /// What is filled with zeros in a frame without light, so that nothing is learnt from what is gone.
     pub forget: &'static [&'static str],
     /// Buffers in which something outlives its frame.

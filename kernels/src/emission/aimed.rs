@@ -17,7 +17,7 @@ pub const AIMED: Emission = Emission {
     aims: true,
     prepare: |_| Vec::new(),
     shoot: &SHOOT,
-    feedback: |_| Vec::new(),
+    pilot: None,
     forget: &[],
     keeps: &[],
 };

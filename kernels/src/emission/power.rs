@@ -15,7 +15,7 @@ pub const POWER: Emission = Emission {
     aims: false,
     prepare: |_| Vec::new(),
     shoot: &SHOOT,
-    feedback: |_| Vec::new(),
+    pilot: None,
     forget: &[],
     keeps: &[],
 };

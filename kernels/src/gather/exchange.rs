@@ -4,8 +4,9 @@
 use crate::gather::accumulator::Sum;
 use crate::gather::contribution::{contribution, disc_half_extent, takes};
 use crate::gather::tables::Tables;
-use crate::gather::{Near, Visit};
+use crate::gather::{Near, Visit, score};
 use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry};
+use crate::math::quanta::Quanta;
 use crate::seam::Atomics;
 use crate::surface::textured::material_of;
 use spirv_std::glam::Vec3;
@@ -100,6 +101,9 @@ macro_rules! gather_pass {
             index_3: &[u32],
             #[len = params.pixel_count() * $crate::gather::accumulator::WORDS]
             accumulator: $crate::seam::AtomicWords<'_>,
+            pixel_weights: &[f32],
+            #[len = 0]
+            start_scores: $crate::seam::AtomicWords<'_>,
             $($structure)*
         ) {
             let sorts = const { <$type as $crate::gather::Index>::VARIANT.sorts };
@@ -117,7 +121,9 @@ macro_rules! gather_pass {
                 index_1,
                 index_2,
                 index_3,
+                pixel_weights,
                 accumulator,
+                start_scores,
             };
             if const {
                 matches!(<$type as $crate::gather::Index>::VARIANT.side, $crate::gather::variant::Side::Points)
@@ -125,7 +131,7 @@ macro_rules! gather_pass {
                 let mut give = $crate::gather::exchange::DepositGather::new(searcher, $tables);
                 let ($near, $visit) = (give.near(), &mut give);
                 $search;
-                give.close(counters);
+                give.close($tables, counters);
             } else {
                 let mut take = $crate::gather::exchange::PointGather::new(searcher, $tables);
                 if take.is_point() {
@@ -177,6 +183,7 @@ pub struct DepositGather {
     geometry: DepositGeometry,
     light: DepositLight,
     total: Sum,
+    score: Quanta,
 }
 
 impl DepositGather {
@@ -185,7 +192,7 @@ impl DepositGather {
     pub fn new(index: u32, tables: &Tables<'_>) -> DepositGather {
         let geometry = tables.deposit_geometry[index as usize];
         let light = tables.deposit_light[index as usize];
-        DepositGather { geometry, light, total: Sum::default() }
+        DepositGather { geometry, light, total: Sum::default(), score: Quanta::default() }
     }
 
     /// Where its points are: their boxes hold it.
@@ -194,9 +201,10 @@ impl DepositGather {
         Near { position: self.geometry.position, half_extent: Vec3::ZERO }
     }
 
-    /// Counts what was given.
+    /// Counts what was given, and tells it to the deposit's start.
     #[inline(always)]
-    pub fn close<C: Atomics>(self, counters: &mut C) {
+    pub fn close<C: Atomics>(self, tables: &mut Tables<'_>, counters: &mut C) {
+        score::add(self.score, &self.light, &mut tables.start_scores);
         self.total.tally(counters);
     }
 }
@@ -214,6 +222,10 @@ impl Visit for DepositGather {
             let sum = Sum::of(value, tables.params.inverse_quantum());
             sum.add_to(&mut tables.accumulator, pixel);
             self.total = self.total.plus(sum);
+            if self.light.score > 0.0 {
+                let weight = tables.pixel_weights[pixel as usize];
+                self.score = self.score.plus(score::score(&self.light, &point, &shading, value, weight));
+            }
         }
     }
 }
@@ -265,6 +277,11 @@ impl Visit for PointGather {
             let roughness = tables.params.specular_roughness;
             let value = contribution(&shading, material, &light, roughness, tables.features);
             self.sum = self.sum.plus(Sum::of(value, tables.params.inverse_quantum()));
+            if light.score > 0.0 {
+                let weight = tables.pixel_weights[self.pixel as usize];
+                let score = score::score(&light, &self.point, &shading, value, weight);
+                score::add(score, &light, &mut tables.start_scores);
+            }
         }
     }
 }

@@ -71,6 +71,10 @@ pub struct Tables<'a> {
     pub index_2: &'a [u32],
     /// Fourth words.
     pub index_3: &'a [u32],
+    /// How much an error of each pixel counts (1 / its light squared), where an emission learns.
+    pub pixel_weights: &'a [f32],
     /// Sums by pixel, see `accumulator`.
     pub accumulator: AtomicWords<'a>,
+    /// What starts gave, by texel, see `score`.
+    pub start_scores: AtomicWords<'a>,
 }

@@ -66,6 +66,8 @@ pub struct FrameParams {
     pub history: HistorySettings,
     /// `CAUSTICS_*`.
     pub caustics: u32,
+    /// 1: something moved since the frame before, or there was none.
+    pub moved: u32,
     /// Spheres around what casts caustics, where the emission aims at them.
     pub casters: Casters,
 }
@@ -85,7 +87,7 @@ pub struct Dispatch {
 }
 
 const _: () = assert!(size_of::<Camera>() == 48);
-const _: () = assert!(size_of::<FrameParams>() == 452);
+const _: () = assert!(size_of::<FrameParams>() == 456);
 
 impl Dispatch {
     /// Invocations there are.
@@ -122,6 +124,9 @@ impl FrameParams {
 
 /// Invocations of an entry point along x; further rows of them lie along y.
 pub const INVOCATIONS_PER_ROW: u32 = 1 << 21;
+
+/// One light path in so many is of the pilot of a frame, where it has one.
+pub const PILOT: u32 = 8;
 
 /// `FrameParams::caustics`: light paths whose first surface is specular.
 pub const CAUSTICS_FIRST: u32 = 0;

@@ -1,5 +1,6 @@
 //! The light table: every emitter with its alias-table row and its chance of being chosen.
 
+use crate::interface::ray::Ray;
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::Vec3;
 
@@ -35,8 +36,8 @@ pub struct Light {
     pub falloff: f32,
     /// Radius of the disc that a directional light's paths start on (m); 0 for others.
     pub radius: f32,
-    /// Keeps rows at 16 bytes.
-    pub padding: u32,
+    /// Share of the scene's power that the rows before this one have.
+    pub power_below: f32,
 }
 
 /// Calls a macro with the types of lights: their files in `light/`, their bits of `Features` with their names. A row whose
@@ -62,6 +63,13 @@ impl Light {
     #[inline(always)]
     pub fn is_parallel(&self) -> bool {
         self.radius > 0.0
+    }
+
+    /// What a path that leaves it was aimed at: its direction, or of parallel light the way from the middle of the disc to its
+    /// start (m).
+    #[inline(always)]
+    pub fn aim_of(&self, ray: &Ray) -> Vec3 {
+        if self.is_parallel() { ray.origin - self.position } else { ray.direction }
     }
 }
 

@@ -72,12 +72,12 @@ pub struct DepositGeometry {
 pub struct DepositLight {
     /// Unit direction back along the light path.
     pub to_light: Vec3,
-    /// Keeps rows at 16 bytes.
-    pub padding: u32,
+    /// Texel that the path's start is of, if `score` is above 0.
+    pub texel: u32,
     /// Flux per cosine at the face (W).
     pub flux: Vec3,
-    /// Keeps rows at 16 bytes.
-    pub padding_2: u32,
+    /// What squares of relative light are multiplied with to be scores of that texel; 0: nobody learns from it.
+    pub score: f32,
 }
 
 /// What an index is over.

@@ -97,7 +97,7 @@ pub fn towards(
         (place.normal, cos) = (-place.normal, -cos);
     }
     let sample = start(light, scene, features, &place, direction, cos);
-    Towards { sample, pdf_solid_angle: warp::cosine_hemisphere_pdf(cos) / light.sides as f32 }
+    Towards { sample, pdf: warp::cosine_hemisphere_pdf(cos) / light.sides as f32 }
 }
 
 /// A connection to the side that is seen.

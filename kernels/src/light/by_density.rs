@@ -3,10 +3,30 @@
 //! by the density, so that no map changes the mean.
 
 use crate::light::choose;
-use crate::light::density_map::{draw, map_of, to_polar};
+use crate::light::density_map::{Pyramid, to_polar};
 use crate::light::emit::{EmissionSample, Emit};
 use crate::light::power::ByPower;
+use crate::math::rng::Rng;
 use spirv_std::glam::{Vec2, Vec4};
+
+/// The layout of its maps.
+pub type Map = Pyramid<7>;
+/// Maps there are. A light has that of its row, modulo this: lamps of many triangles share them.
+pub const MAPS: u32 = 8;
+/// Words of a texel's feedback: sum of screen areas, of their squares (two words each), photons, paths.
+pub const FEEDBACK_WORDS: u32 = 6;
+
+/// The map of this light.
+#[inline]
+pub fn map_of(light: u32) -> u32 {
+    light % MAPS
+}
+
+/// Maps that a table of so many lights uses.
+#[inline]
+pub fn map_count(light_count: u32) -> u32 {
+    light_count.min(MAPS)
+}
 
 /// See the head of the file.
 #[derive(Clone, Copy)]
@@ -19,17 +39,18 @@ pub struct ByDensity<'a> {
 
 impl Emit for ByDensity<'_> {
     #[inline(always)]
-    fn sample(&self, place: Vec4, direction: Vec4) -> EmissionSample {
+    fn sample(&self, rng: &mut Rng) -> EmissionSample {
+        let (place, direction) = (rng.next4(), rng.next4());
         let lights = self.power.scene.lights;
         let light = choose(lights, self.power.params.light_count, place.x, place.y);
         let parallel = lights[light as usize].is_parallel();
         let (u, v) = if parallel { (place.z, place.w) } else { (direction.x, direction.y) };
-        let drawn = draw(self.tree, map_of(light), Vec2::new(u, v));
+        let drawn = Map::draw(self.tree, map_of(light), Vec2::new(u, v));
         let polar = to_polar(drawn.at);
         let leaving = if parallel {
-            self.power.sample(Vec4::new(place.x, place.y, polar.x, polar.y), direction)
+            self.power.start(Vec4::new(place.x, place.y, polar.x, polar.y), direction)
         } else {
-            self.power.sample(place, Vec4::new(polar.x, polar.y, direction.z, direction.w))
+            self.power.start(place, Vec4::new(polar.x, polar.y, direction.z, direction.w))
         };
         EmissionSample {
             flux: leaving.flux / drawn.density,

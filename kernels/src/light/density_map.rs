@@ -2,37 +2,109 @@
 //! descended by turning uniform numbers into shares of the sums [McCool and Harwood 1997, Probability trees]. It allots
 //! rays as the quadtree of counts of [Yang and Ouyang 2021] does, but to random numbers instead of ray indices.
 
+#[cfg(target_arch = "spirv")]
+use spirv_std::num_traits::Float;
+
 use spirv_std::glam::Vec2;
 
-/// Texels of a side, as a power of two.
-pub const SIDE_LOG2: u32 = 7;
-/// Texels of a side.
-pub const SIDE: u32 = 1 << SIDE_LOG2;
-/// Texels of a map.
-pub const TEXELS: u32 = SIDE * SIDE;
-/// Sums of a map, all levels: the texels' own densities are the first.
-pub const NODES: u32 = (4 * TEXELS - 1) / 3;
-/// Maps there are. A light has that of its row, modulo this: lamps of many triangles share them.
-pub const MAPS: u32 = 8;
-/// Words of a texel's feedback: sum of screen areas, of their squares (two words each), photons, paths.
-pub const FEEDBACK_WORDS: u32 = 6;
+/// The layout of maps of 2^`SIDE_LOG2` texels a side: sums over nodes of all levels, one map behind the other. The texels' own
+/// densities are the first level.
+pub struct Pyramid<const SIDE_LOG2: u32>;
 
-/// First node of a level of one map.
-#[inline]
-pub fn first(level: u32) -> u32 {
-    (4 * TEXELS - ((4 * TEXELS) >> (2 * level))) / 3
+impl<const SIDE_LOG2: u32> Pyramid<SIDE_LOG2> {
+    /// Texels of a side.
+    pub const SIDE: u32 = 1 << SIDE_LOG2;
+    /// Texels of a map.
+    pub const TEXELS: u32 = Self::SIDE * Self::SIDE;
+    /// Sums of a map, all levels.
+    pub const NODES: u32 = (4 * Self::TEXELS - 1) / 3;
+    /// The level of one node.
+    pub const TOP: u32 = SIDE_LOG2;
+
+    /// First node of a level of one map.
+    #[inline]
+    pub fn first(level: u32) -> u32 {
+        (4 * Self::TEXELS - ((4 * Self::TEXELS) >> (2 * level))) / 3
+    }
+
+    /// Nodes of a level over so many maps.
+    #[inline]
+    pub fn count(level: u32, maps: u32) -> u32 {
+        maps * (Self::TEXELS >> (2 * level))
+    }
+
+    /// A node of a level, counted over all maps.
+    #[inline]
+    pub fn node(level: u32, index: u32) -> Node {
+        let nodes = Self::TEXELS >> (2 * level);
+        let (map, node) = (index / nodes, index % nodes);
+        let side = Self::SIDE >> level;
+        let base = map * Self::NODES;
+        let mut below = 0;
+        if level > 0 {
+            below = base + Self::first(level - 1) + 4 * (node / side) * side + 2 * (node % side);
+        }
+        Node {
+            place: base + Self::first(level) + node,
+            below: [below, below + 1, below + 2 * side, below + 2 * side + 1],
+        }
+    }
+
+    /// The sum of a map.
+    #[inline(always)]
+    pub fn total(tree: &[f32], map: u32) -> f32 {
+        tree[(map * Self::NODES + Self::first(SIDE_LOG2)) as usize]
+    }
+
+    /// The texel of a place of the unit square, in its map.
+    #[inline]
+    pub fn texel_at(at: Vec2) -> u32 {
+        let (x, y) = ((at.x * Self::SIDE as f32) as u32, (at.y * Self::SIDE as f32) as u32);
+        y.min(Self::SIDE - 1) * Self::SIDE + x.min(Self::SIDE - 1)
+    }
+
+    /// Draws a place of map `map` by two uniform numbers. A map without sums is uniform.
+    #[inline(always)]
+    pub fn draw(tree: &[f32], map: u32, uniform: Vec2) -> Place {
+        let base = map * Self::NODES;
+        let total = Self::total(tree, map);
+        let (mut u, mut v) = (uniform.x, uniform.y);
+        let (mut x, mut y) = (0, 0);
+        let mut density = 1.0;
+        if total > 0.0 {
+            let mut level = SIDE_LOG2;
+            while level > 0 {
+                level -= 1;
+                let side = Self::SIDE >> level;
+                let corner = base + Self::first(level) + 2 * y * side + 2 * x;
+                let (a, b) = (tree[corner as usize], tree[(corner + 1) as usize]);
+                let (c, d) = (tree[(corner + side) as usize], tree[(corner + side + 1) as usize]);
+                let upper = split(v, a + b, c + d);
+                v = upper.1;
+                let right = if upper.0 == 0 { split(u, a, b) } else { split(u, c, d) };
+                u = right.1;
+                x = 2 * x + right.0;
+                y = 2 * y + upper.0;
+            }
+            density = tree[(base + y * Self::SIDE + x) as usize] * (Self::TEXELS as f32 / total);
+        } else {
+            let (column, row) = (u * Self::SIDE as f32, v * Self::SIDE as f32);
+            (x, y) = ((column as u32).min(Self::SIDE - 1), (row as u32).min(Self::SIDE - 1));
+            (u, v) = (column - x as f32, row - y as f32);
+        }
+        let scale = 1.0 / Self::SIDE as f32;
+        let at = Vec2::new((x as f32 + u.min(1.0)) * scale, (y as f32 + v.min(1.0)) * scale);
+        Place { at, density, texel: map * Self::TEXELS + y * Self::SIDE + x }
+    }
 }
 
-/// The map of this light.
-#[inline]
-pub fn map_of(light: u32) -> u32 {
-    light % MAPS
-}
-
-/// Maps that a table of so many lights uses.
-#[inline]
-pub fn map_count(light_count: u32) -> u32 {
-    light_count.min(MAPS)
+/// A node of a pyramid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Node {
+    /// Where it is among the sums of all maps.
+    pub place: u32,
+    /// Where the four that it is the sum of are; nothing for a texel.
+    pub below: [u32; 4],
 }
 
 /// A place of the unit square drawn by its density.
@@ -46,45 +118,32 @@ pub struct Place {
     pub texel: u32,
 }
 
-/// Draws a place of map `map` by two uniform numbers. A map without sums is uniform.
-#[inline(always)]
-pub fn draw(tree: &[f32], map: u32, uniform: Vec2) -> Place {
-    let base = map * NODES;
-    let total = tree[(base + first(SIDE_LOG2)) as usize];
-    let (mut u, mut v) = (uniform.x, uniform.y);
-    let (mut x, mut y) = (0, 0);
-    let mut density = 1.0;
-    if total > 0.0 {
-        let mut level = SIDE_LOG2;
-        while level > 0 {
-            level -= 1;
-            let side = SIDE >> level;
-            let corner = base + first(level) + 2 * y * side + 2 * x;
-            let (a, b) = (tree[corner as usize], tree[(corner + 1) as usize]);
-            let (c, d) = (tree[(corner + side) as usize], tree[(corner + side + 1) as usize]);
-            let upper = split(v, a + b, c + d);
-            v = upper.1;
-            let right = if upper.0 == 0 { split(u, a, b) } else { split(u, c, d) };
-            u = right.1;
-            x = 2 * x + right.0;
-            y = 2 * y + upper.0;
-        }
-        density = tree[(base + y * SIDE + x) as usize] * (TEXELS as f32 / total);
-    } else {
-        let (column, row) = (u * SIDE as f32, v * SIDE as f32);
-        (x, y) = ((column as u32).min(SIDE - 1), (row as u32).min(SIDE - 1));
-        (u, v) = (column - x as f32, row - y as f32);
-    }
-    let scale = 1.0 / SIDE as f32;
-    let at = Vec2::new((x as f32 + u.min(1.0)) * scale, (y as f32 + v.min(1.0)) * scale);
-    Place { at, density, texel: map * TEXELS + y * SIDE + x }
-}
-
 /// Which of two shares a uniform number falls into, and how far into it.
 #[inline(always)]
 fn split(u: f32, first: f32, second: f32) -> (u32, f32) {
     let along = u * (first + second);
     if along < first { (0, along / first) } else { (1, (along - first) / second) }
+}
+
+/// The place of the unit square of polar numbers: `to_polar` back.
+#[inline]
+pub fn from_polar(polar: Vec2) -> Vec2 {
+    let radius = polar.x.sqrt();
+    // In eighths of a turn from the middle of the side.
+    let eighths = 8.0 * polar.y + 1.0;
+    let (a, b);
+    if eighths < 2.0 {
+        (a, b) = (radius, radius * (eighths - 1.0));
+    } else if eighths < 4.0 {
+        (a, b) = (radius * (3.0 - eighths), radius);
+    } else if eighths < 6.0 {
+        (a, b) = (-radius, radius * (5.0 - eighths));
+    } else if eighths < 8.0 {
+        (a, b) = (radius * (eighths - 7.0), -radius);
+    } else {
+        (a, b) = (radius, radius * (eighths - 9.0));
+    }
+    Vec2::new(0.5 * a + 0.5, 0.5 * b + 0.5)
 }
 
 /// The polar numbers (share of the disc's area, share of a turn) of a place of the unit square, by the map of squares
@@ -118,24 +177,23 @@ pub fn to_polar(at: Vec2) -> Vec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    type Map = Pyramid<7>;
+    const SIDE: u32 = Map::SIDE;
     use crate::math::rng::{Rng, Stream};
 
     /// A tree over these densities.
     fn tree(densities: impl Fn(u32, u32) -> f32) -> Vec<f32> {
-        let mut tree = vec![0.0; NODES as usize];
+        let mut tree: Vec<f32> = vec![0.0; Map::NODES as usize];
         for y in 0..SIDE {
             for x in 0..SIDE {
                 tree[(y * SIDE + x) as usize] = densities(x, y);
             }
         }
-        for level in 1..=SIDE_LOG2 {
-            let (side, below) = (SIDE >> level, first(level - 1));
-            for node in 0..side * side {
-                let (x, y) = (node % side, node / side);
-                let corner = (below + 2 * y * 2 * side + 2 * x) as usize;
-                let row = 2 * side as usize;
-                tree[(first(level) + node) as usize] =
-                    tree[corner] + tree[corner + 1] + tree[corner + row] + tree[corner + row + 1];
+        for level in 1..=Map::TOP {
+            for index in 0..Map::count(level, 1) {
+                let Node { place, below } = Map::node(level, index);
+                tree[place as usize] = below.map(|child| tree[child as usize]).iter().sum();
             }
         }
         tree
@@ -143,9 +201,9 @@ mod tests {
 
     #[test]
     fn levels_follow_each_other() {
-        assert_eq!((first(0), first(1)), (0, TEXELS));
-        assert_eq!(first(2), TEXELS + TEXELS / 4);
-        assert_eq!(first(SIDE_LOG2) + 1, NODES);
+        assert_eq!((Map::first(0), Map::first(1)), (0, Map::TEXELS));
+        assert_eq!(Map::first(2), Map::TEXELS + Map::TEXELS / 4);
+        assert_eq!(Map::first(Map::TOP) + 1, Map::NODES);
     }
 
     #[test]
@@ -165,7 +223,7 @@ mod tests {
         let count = 400_000;
         for path in 0..count {
             let u = Rng::new(Stream::Light, 3, path, 0).next4();
-            let place = draw(&tree, 0, Vec2::new(u.x, u.y));
+            let place = Map::draw(&tree, 0, Vec2::new(u.x, u.y));
             let (x, y) = (place.texel % SIDE, place.texel / SIDE);
             assert!((place.at * SIDE as f32 - Vec2::new(x as f32, y as f32)).max_element() <= 1.001);
             let weight = 1.0 / f64::from(place.density);
@@ -185,7 +243,7 @@ mod tests {
 
     #[test]
     fn an_empty_map_is_uniform() {
-        let place = draw(&vec![0.0; NODES as usize], 0, Vec2::new(0.3, 0.7));
+        let place = Map::draw(&vec![0.0; Map::NODES as usize], 0, Vec2::new(0.3, 0.7));
         assert!((place.at - Vec2::new(0.3, 0.7)).length() < 1e-6 && place.density == 1.0);
     }
 
@@ -197,6 +255,7 @@ mod tests {
         for i in 0..n * n {
             let at = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
             let polar = to_polar(at);
+            assert!((from_polar(polar) - at).abs().max_element() < 1e-5, "{at} {polar}");
             assert!((0.0..=1.0).contains(&polar.x) && (0.0..1.0).contains(&polar.y));
             bins[((polar.x * 5.0) as usize).min(4)][(polar.y * 8.0) as usize] += 1;
         }

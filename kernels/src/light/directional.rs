@@ -18,15 +18,16 @@ use spirv_std::glam::{Vec3, Vec4};
 /// Where a path starts, uniform over the disc, and the disc's area (m^2).
 #[inline(always)]
 pub fn sample(light: &Light, u: f32, v: f32) -> (Vec3, f32) {
-    (light.position + across(light, light.radius, u, v), PI * light.radius * light.radius)
-}
-
-/// From the middle of a disc of a radius across the light to a uniform place of it (m).
-#[inline(always)]
-pub fn across(light: &Light, radius: f32, u: f32, v: f32) -> Vec3 {
     let frame = ShadingFrame::new(light.direction);
     let (sin, cos) = sin_cos_turns(v);
-    (frame.x * cos + frame.y * sin) * (u.sqrt() * radius)
+    let across = (frame.x * cos + frame.y * sin) * (u.sqrt() * light.radius);
+    (light.position + across, area(light))
+}
+
+/// Area of the disc (m^2).
+#[inline(always)]
+fn area(light: &Light) -> f32 {
+    PI * light.radius * light.radius
 }
 
 /// A path along the light's direction.
@@ -38,26 +39,28 @@ pub fn leave(
     place: Vec4,
     _direction: Vec4,
 ) -> EmissionSample {
-    let (origin, area) = sample(light, place.z, place.w);
-    EmissionSample {
-        ray: Ray::endless(origin, light.direction),
-        flux: light.emission * (area / light.pdf_light_choice),
-        solid_angle: 0.0,
-        area: area / light.pdf_light_choice,
-        texel: 0,
-    }
+    start(light, sample(light, place.z, place.w).0)
 }
 
-/// Parallel light has one direction.
+#[inline(always)]
+fn start(light: &Light, origin: Vec3) -> EmissionSample {
+    let area = area(light) / light.pdf_light_choice;
+    let sample = EmissionSample::new(Ray::endless(origin, light.direction), light.emission * area, 0.0);
+    EmissionSample { area, ..sample }
+}
+
+/// A path from a place of the disc; beyond it the light meets nothing.
 #[inline(always)]
 pub fn towards(
     light: &Light,
-    scene: SceneTables<'_>,
-    features: Features,
-    place: Vec4,
-    _direction: Vec3,
+    _scene: SceneTables<'_>,
+    _features: Features,
+    _place: Vec4,
+    aim: Vec3,
 ) -> Towards {
-    Towards { sample: leave(light, scene, features, place, place), pdf_solid_angle: 0.0 }
+    let on_disc = aim.length_squared() <= light.radius * light.radius;
+    let pdf = if on_disc { 1.0 / area(light) } else { 0.0 };
+    Towards { sample: start(light, light.position + aim), pdf }
 }
 
 /// A connection against the light's direction, without end.

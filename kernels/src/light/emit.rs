@@ -1,7 +1,8 @@
 //! The seam of light tracing: how a light path leaves its light.
 
 use crate::interface::ray::Ray;
-use spirv_std::glam::{Vec3, Vec4};
+use crate::math::rng::Rng;
+use spirv_std::glam::Vec3;
 
 /// The start of a light path.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,15 +15,17 @@ pub struct EmissionSample {
     pub solid_angle: f32,
     /// 1 / density of the place across parallel light (m^2); 0 for other light.
     pub area: f32,
-    /// Texel of the density map that the start was drawn from; 0 without one.
+    /// Texel of the map that learns of this start; 0 without one.
     pub texel: u32,
+    /// See `DepositLight::score`.
+    pub score: f32,
 }
 
 impl EmissionSample {
     /// A start of light that goes apart, at no texel; 1 / density of its direction is `solid_angle`.
     #[inline(always)]
     pub fn new(ray: Ray, flux: Vec3, solid_angle: f32) -> EmissionSample {
-        EmissionSample { ray, flux, solid_angle, area: 0.0, texel: 0 }
+        EmissionSample { ray, flux, solid_angle, area: 0.0, texel: 0, score: 0.0 }
     }
 
     /// The start as a mixture draws it: with this share of `density`, the density that it was made for, and beside that with
@@ -39,18 +42,18 @@ impl EmissionSample {
     }
 }
 
-/// The start of a light path in a direction that somebody chose.
+/// The start of a light path by an aim that somebody chose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Towards {
-    /// The start that `leave` would make of that direction.
+    /// The start that `leave` would make of that aim.
     pub sample: EmissionSample,
-    /// Density with which `leave` takes the direction (1/sr); 0 where nothing leaves.
-    pub pdf_solid_angle: f32,
+    /// Density with which `leave` takes it: of a direction (1/sr), or of a place across parallel light (1/m^2); 0 where nothing
+    /// leaves.
+    pub pdf: f32,
 }
 
 /// Starts light paths.
 pub trait Emit {
-    /// Start from two times four uniform numbers: (light, light, place, place), (direction, direction, side,
-    /// choice of a caster).
-    fn sample(&self, place: Vec4, direction: Vec4) -> EmissionSample;
+    /// A start by as many random numbers as it takes.
+    fn sample(&self, rng: &mut Rng) -> EmissionSample;
 }

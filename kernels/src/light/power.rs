@@ -5,6 +5,7 @@ use crate::interface::frame::FrameParams;
 use crate::interface::scene::SceneTables;
 use crate::light::emit::{EmissionSample, Emit};
 use crate::light::{choose, leave};
+use crate::math::rng::Rng;
 use spirv_std::glam::Vec4;
 
 /// Starts every path with flux in proportion to the whole scene's.
@@ -24,13 +25,20 @@ impl<'a> ByPower<'a> {
     pub fn new(scene: SceneTables<'a>, params: &'a FrameParams, features: Features) -> Self {
         ByPower { scene, params, features }
     }
+
+    /// A start by the uniform numbers of `leave`.
+    #[inline(always)]
+    pub fn start(&self, place: Vec4, direction: Vec4) -> EmissionSample {
+        let ByPower { scene, params, .. } = *self;
+        let light = scene.lights[choose(scene.lights, params.light_count, place.x, place.y) as usize];
+        leave(&light, scene, self.features, place, direction)
+    }
 }
 
 impl Emit for ByPower<'_> {
     #[inline(always)]
-    fn sample(&self, place: Vec4, direction: Vec4) -> EmissionSample {
-        let ByPower { scene, params, .. } = *self;
-        let light = scene.lights[choose(scene.lights, params.light_count, place.x, place.y) as usize];
-        leave(&light, scene, self.features, place, direction)
+    fn sample(&self, rng: &mut Rng) -> EmissionSample {
+        let place = rng.next4();
+        self.start(place, rng.next4())
     }
 }

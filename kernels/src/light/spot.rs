@@ -67,7 +67,7 @@ pub fn towards(
     let solid_angle = 2.0 * PI * light.cone;
     let share = falloff_seen(light, -direction);
     let sample = start(light, direction, share * solid_angle);
-    Towards { sample, pdf_solid_angle: if share > 0.0 { 1.0 / solid_angle } else { 0.0 } }
+    Towards { sample, pdf: if share > 0.0 { 1.0 / solid_angle } else { 0.0 } }
 }
 
 /// A connection as to a point light, less what the falloff takes.

@@ -1,5 +1,8 @@
 //! Orthonormal frames around a normal.
 
+#[cfg(target_arch = "spirv")]
+use spirv_std::num_traits::Float;
+
 use spirv_std::glam::Vec3;
 
 /// An orthonormal frame; z is the normal.
@@ -27,6 +30,19 @@ impl ShadingFrame {
         }
     }
 
+    /// A frame that turns with a unit normal and never jumps, but for normals along one axis that is askew to those of scenes:
+    /// directions keep their coordinates where the normal moves.
+    #[inline]
+    pub fn steady(normal: Vec3) -> Self {
+        let across = Vec3::new(0.36, 0.48, 0.8).cross(normal);
+        let square = across.length_squared();
+        if square < 1.0e-8 {
+            return ShadingFrame::new(normal);
+        }
+        let x = across / square.sqrt();
+        ShadingFrame { x, y: normal.cross(x), z: normal }
+    }
+
     /// Coordinates of a world vector in this frame.
     #[inline]
     pub fn to_local(&self, v: Vec3) -> Vec3 {
@@ -50,18 +66,23 @@ mod tests {
     fn frames_are_orthonormal_and_invertible() {
         for path in 0..10_000 {
             let u = Rng::new(Stream::Light, 0, path, 0).next4();
-            let frame = ShadingFrame::new(warp::uniform_sphere(u.x, u.y));
-            for (a, b, dot) in [
-                (frame.x, frame.x, 1.0),
-                (frame.y, frame.y, 1.0),
-                (frame.x, frame.y, 0.0),
-                (frame.x, frame.z, 0.0),
-                (frame.y, frame.z, 0.0),
-            ] {
-                assert!((a.dot(b) - dot).abs() < 1e-6);
+            let normal = warp::uniform_sphere(u.x, u.y);
+            for frame in [ShadingFrame::new(normal), ShadingFrame::steady(normal)] {
+                for (a, b, dot) in [
+                    (frame.x, frame.x, 1.0),
+                    (frame.y, frame.y, 1.0),
+                    (frame.x, frame.y, 0.0),
+                    (frame.x, frame.z, 0.0),
+                    (frame.y, frame.z, 0.0),
+                ] {
+                    assert!((a.dot(b) - dot).abs() < 1e-6);
+                }
+                let v = warp::uniform_sphere(u.z, u.w);
+                assert!((frame.to_world(frame.to_local(v)) - v).length() < 1e-6);
             }
-            let v = warp::uniform_sphere(u.z, u.w);
-            assert!((frame.to_world(frame.to_local(v)) - v).length() < 1e-6);
+        }
+        for normal in [Vec3::new(0.36, 0.48, 0.8), Vec3::new(-0.36, -0.48, -0.8)] {
+            assert!(is_finite(ShadingFrame::steady(normal).x.element_sum()));
         }
         let down = ShadingFrame::new(-Vec3::Z);
         assert!(is_finite(down.x.element_sum() + down.y.element_sum()));

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use crate::declare::{BufferSpec, Emission, INDEX, Step, Work, buffers};
 use crate::gather::variant::{self, Over, Side, Stage, Variant};
-use crate::interface::frame::{Dispatch, FrameParams};
+use crate::interface::frame::{Dispatch, FrameParams, PILOT};
 use crate::method::{Method, Parts};
 use crate::pass::collect::COLLECT;
 use crate::pass::display::DISPLAY;
@@ -39,9 +39,15 @@ pub fn frame_steps(
     } else {
         steps.extend(emission.forget.iter().map(|&buffer| Step::Clear { buffer }));
     }
-    for batch in batches(params) {
+    let pilot = emission.pilot.filter(|_| params.moved != 0);
+    let pilot_count =
+        if pilot.is_some() { (params.light_path_count / PILOT).min(params.light_path_batch) } else { 0 };
+    if let Some(learn) = pilot.filter(|_| pilot_count > 0) {
+        steps.extend(shoot(Batch { first: 0, count: pilot_count }));
+        steps.extend(learn(params));
+    }
+    for batch in batches(params, pilot_count) {
         steps.extend(shoot(batch));
-        steps.extend((emission.feedback)(params));
     }
     steps.push(Step::of(if forgets { history::none::NONE.resolve } else { history.resolve }, params));
     steps.push(Step::of(&DISPLAY, params));
@@ -88,10 +94,10 @@ pub fn shoot(emission: &Emission, batch: Batch) -> Vec<Step> {
     vec![Step::Clear { buffer: "deposit_state" }, Step::dispatch(emission.shoot, batch.dispatch())]
 }
 
-/// The batches of a frame's light paths.
-pub fn batches(params: &FrameParams) -> impl Iterator<Item = Batch> {
+/// The batches of a frame's light paths from this one on.
+fn batches(params: &FrameParams, first: u32) -> impl Iterator<Item = Batch> {
     let (count, most) = (params.light_path_count, params.light_path_batch.max(1));
-    (0..count).step_by(most as usize).map(move |first| Batch { first, count: most.min(count - first) })
+    (first..count).step_by(most as usize).map(move |first| Batch { first, count: most.min(count - first) })
 }
 
 /// A dispatch over so much; over deposits, over those that there are.
@@ -129,6 +135,7 @@ fn all_steps() -> Vec<Step> {
         light_path_batch: 1,
         deposit_capacity: 1,
         light_count: 1,
+        moved: 1,
         ..FrameParams::default()
     };
     let mut steps = Vec::new();

@@ -11,6 +11,7 @@ use crate::declare::pass;
 use crate::declare::{Step, TextureFilter};
 use crate::gather::accumulator::{self, Sum};
 use crate::gather::contribution::contribution;
+use crate::gather::score::{self, score};
 #[cfg(not(target_arch = "spirv"))]
 use crate::gather::variant::Over;
 use crate::interface::features::Features;
@@ -92,6 +93,8 @@ pub fn splat_kim2019(
     deposit_geometry: &[DepositGeometry],
     deposit_light: &[DepositLight],
     #[len = params.pixel_count() * accumulator::WORDS] mut accumulator: AtomicWords<'_>,
+    pixel_weights: &[f32],
+    #[len = 0] mut start_scores: AtomicWords<'_>,
 ) {
     let deposit = deposit_geometry[index as usize];
     let to = deposit.position - params.camera.position;
@@ -116,11 +119,13 @@ pub fn splat_kim2019(
         let value = contribution(&shading, material, &light, roughness, features);
         // `resolve` divides by the disc.
         let disc = PI * point.radius * point.radius;
-        let sum = Sum::of(
-            value * (disc / area(&deposit, to, distance, dispatch.level, params)),
-            params.inverse_quantum(),
-        );
+        let value = value * (disc / area(&deposit, to, distance, dispatch.level, params));
+        let sum = Sum::of(value, params.inverse_quantum());
         sum.add_to(&mut accumulator, pixel);
+        if light.score > 0.0 {
+            let score = score(&light, &point, &shading, value, pixel_weights[pixel as usize]);
+            score::add(score, &light, &mut start_scores);
+        }
         sum.tally(counters);
     }
 }

@@ -36,6 +36,11 @@ pub struct Method {
 }
 
 impl Method {
+    /// The buffers in which something of a frame made of these parts outlives it; empty: frames do not depend on each other.
+    pub fn kept(&self, parts: Parts) -> impl Iterator<Item = &'static str> + use<> {
+        [self.keeps, parts.history.keeps, parts.emission.keeps].into_iter().flatten().copied()
+    }
+
     /// Whether its light paths can start so.
     pub fn takes_emission(&self, emission: &Emission) -> bool {
         self.chooses_emission || *emission == emission::POWER

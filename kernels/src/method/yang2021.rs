@@ -17,10 +17,9 @@ use crate::interface::frame::{Dispatch, FrameParams};
 use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
 use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
-use crate::light::by_density::ByDensity;
-use crate::light::density_map::{FEEDBACK_WORDS, MAPS, TEXELS};
 #[cfg(not(target_arch = "spirv"))]
-use crate::light::density_map::{SIDE_LOG2, map_count};
+use crate::light::by_density::map_count;
+use crate::light::by_density::{ByDensity, FEEDBACK_WORDS, MAPS, Map};
 use crate::light::emit::EmissionSample;
 use crate::light::power::ByPower;
 use crate::math::PI;
@@ -75,11 +74,11 @@ fn steps(parts: Parts, params: &FrameParams) -> Vec<Step> {
 /// The density map of this frame.
 fn prepare(params: &FrameParams) -> Vec<Step> {
     let sum = |level| {
-        let count = density::node_count(level, map_count(params.light_count));
+        let count = Map::count(level, map_count(params.light_count));
         Step::level(&density::DENSITY_SUM, level, count)
     };
     let mut steps = vec![Step::of(&density::DENSITY_UPDATE, params)];
-    steps.extend((0..=SIDE_LOG2).map(sum));
+    steps.extend((0..=Map::TOP).map(sum));
     steps.push(Step::Clear { buffer: "density_feedback" });
     steps
 }
@@ -98,7 +97,7 @@ pub fn shoot_yang2021(
     point_shading: &[PointShading],
     density_tree: &[f32],
     #[len = params.pixel_count() * accumulator::WORDS] accumulator: AtomicWords<'_>,
-    #[len = MAPS * TEXELS * FEEDBACK_WORDS] density_feedback: AtomicWords<'_>,
+    #[len = MAPS * Map::TEXELS * FEEDBACK_WORDS] density_feedback: AtomicWords<'_>,
 ) {
     let power = ByPower::new(scene, params, features);
     let emit = ByDensity { power, tree: density_tree };

@@ -47,6 +47,8 @@ macro_rules! shoot_pass {
             deposit_light: $crate::seam::Slots<'_, $crate::interface::point::DepositLight>,
             #[len = $crate::interface::counters::DEPOSIT_STATE_COUNT as u32]
             deposit_state: $crate::seam::AtomicWords<'_>,
+            #[len = 0]
+            start_counts: $crate::seam::AtomicWords<'_>,
             $($buffer: $type,)*
         ) {
             let $power = $crate::light::power::ByPower::new(scene, params, features);
@@ -54,6 +56,7 @@ macro_rules! shoot_pass {
                 geometry: deposit_geometry,
                 light: deposit_light,
                 state: deposit_state,
+                starts: start_counts,
                 capacity: params.deposit_capacity,
             };
             let path = dispatch.first + index;
@@ -109,8 +112,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     receive: &mut R,
     counters: &mut C,
 ) -> R::Way {
-    let place = rng.next4();
-    let leaving = emit.sample(place, rng.next4());
+    let leaving = emit.sample(&mut rng);
     let mut way = R::Way::default();
     receive.start(&mut way, &leaving);
     let mut flux = leaving.flux / params.light_path_count as f32;
@@ -124,8 +126,9 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     let mut caustic = false;
     let (mut rays, mut deposits, mut cut, mut overflows, mut unexpected) = (0, 0, 0, 0, 0);
 
-    // Hit `hit_count` lies behind `hit_count - 1` scatterings; one more is left for the collection point.
-    let mut hit_count = 1;
+    // Hit `hit_count` lies behind `hit_count - 1` scatterings; one more is left for the collection point. What carries nothing
+    // meets nothing.
+    let mut hit_count = if flux.element_sum() > 0.0 { 1 } else { params.max_bounces + 1 };
     while hit_count <= params.max_bounces {
         rays += 1;
         let reached = reach(&ray, media, features, scene, tracer);
@@ -175,9 +178,9 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
                 },
                 DepositLight {
                     to_light: here.to_previous,
-                    padding: 0,
+                    texel: leaving.texel,
                     flux: flux / cos_arriving,
-                    padding_2: 0,
+                    score: leaving.score,
                 },
             );
         }

@@ -131,8 +131,7 @@ pub fn emit<E: Emit>(
     emit: &E,
 ) -> EmitStep {
     let mut rng = Rng::new(Stream::Light, params.seed, index, params.frame);
-    let place = rng.next4();
-    let leaving = emit.sample(place, rng.next4());
+    let leaving = emit.sample(&mut rng);
     let connection = connect(scene, params.light_count, features, Vec3::ZERO, rng.next4());
     EmitStep {
         ray: leaving.ray,

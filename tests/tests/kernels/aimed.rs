@@ -1,11 +1,16 @@
-//! Aimed emission: draws against their density, and light against that of emission by power.
+//! Emissions that aim, and those that also learn: draws against their density, and light against that of emission by power.
 
 use std::f64::consts::PI;
 
 use caustics::settings::Settings;
 use caustics_kernels::interface::caster::{Caster, Casters};
+use caustics_kernels::interface::guide::GuideMap;
+use caustics_kernels::interface::light::Light;
 use caustics_kernels::light::aimed::{Aimed, BY_POWER};
+use caustics_kernels::light::density_map::{Node, from_polar};
 use caustics_kernels::light::emit::{EmissionSample, Emit};
+use caustics_kernels::light::guided::{EVENLY, Guided, KNOWN, Map, map_count};
+use caustics_kernels::light::target::Target;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_tests::chi_square::{Fit, SphereCells};
 use caustics_tests::direct::World;
@@ -73,10 +78,84 @@ fn density(casters: &Casters, from: DVec3, direction: DVec3, by_power: f64) -> f
     (by + (1.0 - by) * whole / weights) * by_power + (1.0 - by) * aimed / weights
 }
 
-fn draw(emit: &impl Emit, path: u32) -> EmissionSample {
+/// Maps of guided emission.
+struct Maps {
+    maps: Vec<GuideMap>,
+    tree: Vec<f32>,
+}
+
+impl Maps {
+    /// Texels by their map and place, shares by their map; both are scaled to what they must be.
+    fn of(world: &World<'_>, texel: impl Fn(u32, u32) -> f32, share: impl Fn(u32) -> f32) -> Maps {
+        let count = map_count(&world.params);
+        let mut tree = vec![0.0f32; (count * Map::NODES) as usize];
+        for level in 0..=Map::TOP {
+            for index in 0..Map::count(level, count) {
+                let Node { place, below } = Map::node(level, index);
+                tree[place as usize] = match level {
+                    0 => texel(index / Map::TEXELS, index % Map::TEXELS),
+                    _ => below.map(|child| tree[child as usize]).iter().sum(),
+                };
+            }
+        }
+        let total: f32 = (0..count).map(&share).sum();
+        let mut below = 0.0;
+        let maps = (0..count).map(|map| {
+            let (share, sum) = (share(map) / total, Map::total(&tree, map));
+            let scale = if sum > 0.0 { Map::TEXELS as f32 / sum } else { 0.0 };
+            below += share;
+            GuideMap { below: below - share, share, unit: 1.0, scale }
+        });
+        Maps { maps: maps.collect(), tree }
+    }
+
+    /// Half of the texels empty, the others of any size; shares of any size, one map never drawn from.
+    fn any(world: &World<'_>) -> Maps {
+        let number = |a: u32, b: u32| Rng::new(Stream::Camera, 5, a, b).next4();
+        let texel = |map: u32, texel: u32| {
+            let u = number(map, texel);
+            if u.x < 0.5 { 0.0 } else { 0.05 / (u.y + 0.05) }
+        };
+        Maps::of(world, texel, |map| if map == 1 { 0.0 } else { number(map, u32::MAX).x })
+    }
+
+    fn emission<'a>(&'a self, world: &'a World<'a>) -> Guided<'a> {
+        Guided { power: world.by_power(), maps: &self.maps, tree: &self.tree }
+    }
+
+    /// Density (1/sr) of a direction from the origin, where a point light is alone; in f64, apart from how a texel is found.
+    fn density(&self, casters: &Casters, direction: Vec3, cones: f64) -> f64 {
+        let light = Light::default();
+        let maps = f64::from(casters.count + 1);
+        let (mut closed_even, mut closed_known, mut aimed) = (0.0, 0.0, 0.0);
+        for caster in 0..=casters.count as usize {
+            let target = match casters.spheres[..casters.count as usize].get(caster) {
+                Some(sphere) => Target::at(sphere, &light, Vec3::ZERO),
+                None => Target::everywhere(&light),
+            };
+            let map = &self.maps[caster];
+            let (mut even, mut known) = (f64::from(EVENLY) / maps, f64::from(KNOWN) * f64::from(map.share));
+            if !target.is_open() {
+                closed_even += even;
+                closed_known += known;
+            } else if target.holds(direction) {
+                let texel = Map::texel_at(from_polar(target.polar(&light, direction)));
+                let value = self.tree[caster * Map::NODES as usize + texel as usize];
+                if caster == casters.count as usize {
+                    even += closed_even;
+                    known += closed_known;
+                }
+                let density = even + known * f64::from(value) * f64::from(map.scale);
+                aimed += density / (2.0 * PI * f64::from(target.reach));
+            }
+        }
+        f64::from(BY_POWER) * 0.25 / PI + aimed * cones
+    }
+}
+
+fn draw(emit: &(impl Emit + ?Sized), path: u32) -> EmissionSample {
     let mut rng = Rng::new(Stream::Light, 16, path, 0);
-    let place = rng.next4();
-    emit.sample(place, rng.next4())
+    emit.sample(&mut rng)
 }
 
 /// Directions of a point light fall into cells as the density says, and each carries its intensity over that density. A density
@@ -117,7 +196,41 @@ fn directions_follow_the_density_that_their_flux_is_divided_by() {
     });
 }
 
-/// The flux of both emissions in every cell of directions and, of parallel light, of places; and in all of them.
+/// The same of guided starts by any maps.
+#[test]
+fn guided_directions_follow_the_density_that_their_flux_is_divided_by() {
+    let mut b = far_floor();
+    b.light(DVec3::ZERO, 3.0);
+    world(b, |world| {
+        let maps = Maps::any(world);
+        let emit = maps.emission(world);
+        let casters = &world.params.casters;
+        let mut seen = vec![0; CELLS.count()];
+        let (mut inverse, mut off) = (Vec::new(), 0);
+        for path in 0..SAMPLES {
+            let leaving = draw(&emit, path);
+            seen[CELLS.of(leaving.ray.direction)] += 1;
+            let p = maps.density(casters, leaving.ray.direction, 1.0);
+            // At borders of texels a direction may fall to either side.
+            off += u32::from((f64::from(leaving.flux.x) * p / 3.0 - 1.0).abs() > 1e-4);
+            inverse.push(f64::from(leaving.flux.x) / 3.0);
+            assert!(leaving.score > 0.0 && leaving.texel < map_count(&world.params) * Map::TEXELS);
+        }
+        assert!(off < 100, "{off} starts carry another flux");
+        let sphere = Mean::of(&inverse);
+        println!("sum of 1/p: {:.4} +- {:.4}, the sphere {:.4}", sphere.value, sphere.error, 4.0 * PI);
+        assert!((sphere.value - 4.0 * PI).abs() < 3.0 * sphere.error);
+        let fit = |cones: f64| {
+            let expected =
+                CELLS.integrate([256, 256], |d| maps.density(casters, d, cones) * f64::from(SAMPLES));
+            Fit::of(&seen, &expected)
+        };
+        println!("{:?}", fit(1.0));
+        assert!(fit(1.0).passes() && !fit(1.05).passes());
+    });
+}
+
+/// The flux of all emissions in every cell of directions and, of parallel light, of places; and in all of them.
 fn is_the_same(what: &str, b: Builder, cell: impl Fn(&EmissionSample) -> usize, count: usize) {
     world(b, |world| {
         let sums = |emit: &dyn Fn(u32) -> EmissionSample| {
@@ -136,29 +249,38 @@ fn is_the_same(what: &str, b: Builder, cell: impl Fn(&EmissionSample) -> usize, 
                 .map(|[sum, squares]| (sum / n, (squares / n - (sum / n).powi(2)) / n))
                 .collect::<Vec<_>>()
         };
-        let aimed = Aimed { power: world.by_power() };
-        let (a, b) =
-            (sums(&|path| draw(&aimed, path)), sums(&|path| draw(&world.by_power(), SAMPLES + path)));
-        let z: Vec<f64> = a
-            .iter()
-            .zip(&b)
-            .filter(|(a, b)| a.1 + b.1 > 1e-6 * b.0 * b.0)
-            .map(|(a, b)| (a.0 - b.0) / (a.1 + b.1).sqrt())
-            .collect();
-        let worst = z.iter().fold(0.0f64, |worst, z| worst.max(z.abs()));
-        let whole = (a[count].0 / b[count].0 - 1.0).abs();
-        println!("{what}: {} cells, worst {worst:.2} sigma; in all {whole:.5} apart", z.len());
-        assert!(worst < 4.5 && z.len() > 20, "{what}");
-        // No start is heavier than 8 times its weight by power.
-        let heaviest = (0..SAMPLES).map(|path| draw(&aimed, path).flux.x).fold(0.0, f32::max);
-        let most = (0..1000).map(|path| draw(&world.by_power(), path).flux.x).fold(0.0, f32::max);
-        assert!(heaviest <= most / BY_POWER * 1.0001, "{what}: {heaviest} of {most}");
+        // All that is known lies where nothing is.
+        let poisoned = Maps::of(world, |_, texel| f32::from(texel == 0), |map| f32::from(map == 0) + 1e-6);
+        let (aimed, any) = (Aimed { power: world.by_power() }, Maps::any(world));
+        let ways: [(&str, &dyn Emit); 3] = [
+            ("aimed", &aimed),
+            ("guided by anything", &any.emission(world)),
+            ("guided to nothing", &poisoned.emission(world)),
+        ];
+        let b = sums(&|path| draw(&world.by_power(), SAMPLES + path));
+        for (way, emit) in ways {
+            let a = sums(&|path| draw(emit, path));
+            let z: Vec<f64> = a
+                .iter()
+                .zip(&b)
+                .filter(|(a, b)| a.1 + b.1 > 1e-6 * b.0 * b.0)
+                .map(|(a, b)| (a.0 - b.0) / (a.1 + b.1).sqrt())
+                .collect();
+            let worst = z.iter().fold(0.0f64, |worst, z| worst.max(z.abs()));
+            let whole = (a[count].0 / b[count].0 - 1.0).abs();
+            println!("{what}, {way}: {} cells, worst {worst:.2} sigma; in all {whole:.5} apart", z.len());
+            assert!(worst < 4.5 && z.len() > 20, "{what}, {way}");
+            // No start is heavier than 8 times its weight by power.
+            let heaviest = (0..SAMPLES).map(|path| draw(emit, path).flux.x).fold(0.0, f32::max);
+            let most = (0..1000).map(|path| draw(&world.by_power(), path).flux.x).fold(0.0, f32::max);
+            assert!(heaviest <= most / BY_POWER * 1.0001, "{what}, {way}: {heaviest} of {most}");
+        }
     });
 }
 
 /// Every type of light, seen by the same casters.
 #[test]
-fn aimed_starts_carry_the_light_of_starts_by_power() {
+fn starts_carry_the_light_of_starts_by_power() {
     let directions = |leaving: &EmissionSample| CELLS.of(leaving.ray.direction);
     let mut point = far_floor();
     point.light(DVec3::ZERO, 3.0);
@@ -182,6 +304,13 @@ fn aimed_starts_carry_the_light_of_starts_by_power() {
         24 * cell(along.x) + cell(along.z)
     };
     is_the_same("directional", parallel, places, 24 * 24);
+    // Two hundred of very different power, in groups.
+    let mut many = far_floor();
+    for id in 0..200 {
+        let at = DVec3::new(f64::from(id % 7) * 0.02, f64::from(id % 5) * 0.02, f64::from(id % 3) * 0.02);
+        many.light(at, 10.0f32.powi(id % 4));
+    }
+    is_the_same("many", many, directions, CELLS.count());
 }
 
 /// Without casters, and where none has a cone, it is emission by power.

@@ -24,7 +24,7 @@ use caustics_kernels::trace::enclosing::enclosing;
 use caustics_tests::direct::{Tally, World};
 use caustics_tests::scenes::*;
 use caustics_tests::statistics::Mean;
-use glam::{DVec3, Vec3, Vec4};
+use glam::{DVec3, Vec3};
 
 const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
 
@@ -262,8 +262,8 @@ fn a_path_and_its_reverse_have_the_same_throughput() {
 struct Single(Ray);
 
 impl caustics_kernels::light::emit::Emit for Single {
-    fn sample(&self, _place: Vec4, _direction: Vec4) -> EmissionSample {
-        EmissionSample { ray: self.0, flux: Vec3::ONE, solid_angle: 0.0, area: 1.0, texel: 0 }
+    fn sample(&self, _rng: &mut Rng) -> EmissionSample {
+        EmissionSample { area: 1.0, ..EmissionSample::new(self.0, Vec3::ONE, 0.0) }
     }
 }
 

@@ -9,7 +9,7 @@ use caustics::scene::texture::Role;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics_kernels::declare::{Caustics, TextureFilter};
-use caustics_kernels::emission::{AIMED, Emission, POWER};
+use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
 use caustics_kernels::gather::variant::{PHOTONS_GRID, POINTS_RT};
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_kernels::interface::material::Material;
@@ -45,7 +45,8 @@ fn settings(seed: u32, specular_roughness: f32) -> Settings {
 /// Which light is the light paths', and how those start.
 type Way = (Caustics, &'static Emission);
 
-const WAYS: [Way; 2] = [(Caustics::First, &AIMED), (Caustics::Any, &POWER)];
+const WAYS: [Way; 3] =
+    [(Caustics::First, &GUIDED), (Caustics::First, &AIMED), (Caustics::Any, &POWER)];
 
 /// How much is rendered.
 struct Budget {
@@ -187,7 +188,8 @@ fn lights_of_every_type_are_split_alike() {
             Blocks::render(&CPU, &scene, &settings, &BASIC, &PHOTONS_GRID, 120)
         };
         let published = render((Caustics::Any, &POWER), 1);
-        for (way, seed) in [(Caustics::First, &POWER), (Caustics::First, &AIMED)].into_iter().zip(2..) {
+        let ways = [&POWER, &AIMED, &GUIDED].map(|emission| (Caustics::First, emission));
+        for (way, seed) in ways.into_iter().zip(2..) {
             let split = render(way, seed);
             let scores = split.scores(&published);
             println!("{what}, {way:?}: {scores:?}, caustic share {:.3}", split.caustic_share);

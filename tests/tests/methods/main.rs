@@ -3,6 +3,7 @@
 mod animation;
 mod baselines;
 mod denoiser;
+mod guided;
 mod kim2019;
 mod reuse;
 mod stability;

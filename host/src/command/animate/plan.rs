@@ -113,9 +113,9 @@ impl Plan {
         f64::from(frame) / self.fps
     }
 
-    /// Whether light outlives its frame: then no frame can be rendered without those before it.
-    pub fn lends(&self) -> bool {
-        *self.settings.history != history::NONE
+    /// Whether something outlives its frame: then no frame can be rendered without those before it.
+    pub fn goes_on(&self) -> bool {
+        self.method().kept(self.cell.parts()).next().is_some()
     }
 
     /// All that decides the bits of every frame, beside what is `shared` with other commands. The last frame is not in it: a
@@ -124,9 +124,10 @@ impl Plan {
         // Neither exposure nor what is in `shared` already.
         let Settings { width, height, light_paths, max_bounces, radius_px, specular_roughness, .. } =
             &self.settings;
-        let Settings { pixel_filter, texture_filter, history, denoiser, .. } = &self.settings;
+        let Settings { pixel_filter, texture_filter, history, denoiser, emission, caustics, .. } =
+            &self.settings;
         let history_settings = history.settings.map_or("none".into(), |settings| format!("{settings:?}"));
-        let first = if self.lends() { self.frames.start.to_string() } else { "any".into() };
+        let first = if self.goes_on() { self.frames.start.to_string() } else { "any".into() };
         let own = [
             ("width", width.to_string()),
             ("height", height.to_string()),
@@ -139,6 +140,8 @@ impl Plan {
             ("history", history.name.to_string()),
             ("history_settings", history_settings),
             ("denoiser", denoiser.name.to_string()),
+            ("emission", emission.name.to_string()),
+            ("caustics", caustics.name().to_string()),
             ("fps", self.fps.to_string()),
             ("first_frame", first),
         ];

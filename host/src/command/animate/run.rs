@@ -53,11 +53,11 @@ impl Run {
         Ok(self.session.pose(&self.scene, camera)?)
     }
 
-    /// The frames to render for those that are missing, in order. With a history all from the last known state on, which is
-    /// restored.
+    /// The frames to render for those that are missing, in order. Where something outlives its frame, all from the last
+    /// known state on, which is restored.
     fn begin(&mut self, missing: &[u32]) -> anyhow::Result<Vec<u32>> {
         let path = self.plan.pattern.whole("state");
-        let (Some(&first), Some(&last), true) = (missing.first(), missing.last(), self.plan.lends()) else {
+        let (Some(&first), Some(&last), true) = (missing.first(), missing.last(), self.plan.goes_on()) else {
             return Ok(missing.to_vec());
         };
         let mut begin = self.plan.frames.start;
@@ -89,7 +89,7 @@ impl Run {
         for (done, &frame) in frames.iter().enumerate() {
             bar.set_position(bar.length().unwrap_or(1) * done as u64 / frames.len() as u64);
             bar.set_message(format!("frame {frame}"));
-            let last = records.last().map(|record| record.frame).filter(|_| self.plan.lends());
+            let last = records.last().map(|record| record.frame).filter(|_| self.plan.goes_on());
             let stop = is_interrupted();
             if let Some(last) = last.filter(|_| stop || saved.elapsed() >= self.plan.every) {
                 let kept = self.save(last, &path);

@@ -1,8 +1,6 @@
 //! The command line.
 
-use std::path::Path;
-
-use super::{TINY, caustics, refuses, render_refuses};
+use super::{refuses, render_refuses};
 
 #[test]
 fn sizes_and_counts_out_of_range_are_usage_errors() {
@@ -57,18 +55,4 @@ fn too_many_digits_of_a_frame_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let name = format!("{}.exr", "#".repeat(70_000));
     refuses(folder.path(), &["animate", "moving-caster", "-o", &name], 2, &["70000 # in a row", "####.exr"]);
-}
-
-/// What a method learns from frame to frame is in no checkpoint: going on from one would not give the same bits.
-#[test]
-fn a_method_that_learns_is_not_resumed() {
-    let folder = tempfile::tempdir().unwrap();
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/ring");
-    let scene = scene.to_str().unwrap();
-    render_refuses(folder.path(), scene, &["--method", "yang2021", "--resume"], 2, &["--resume", "yang2021"]);
-    let run = caustics(
-        folder.path(),
-        &[&["render", scene, "-o", "out.exr", "--method", "yang2021"], &TINY[..]].concat(),
-    );
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
 }

@@ -7,7 +7,8 @@
 use crate::declare::pass;
 use crate::interface::density::DensityTexel;
 use crate::interface::frame::Dispatch;
-use crate::light::density_map::{FEEDBACK_WORDS, MAPS, NODES, SIDE, SIDE_LOG2, TEXELS, first, map_count};
+use crate::light::by_density::{FEEDBACK_WORDS, MAPS, Map, map_count};
+use crate::light::density_map::Node;
 use crate::math::quanta::Quanta;
 use crate::method::yang2021::FEEDBACK_INVERSE_QUANTUM;
 use crate::seam::Slots;
@@ -28,24 +29,24 @@ const MAX_DENSITY: f32 = 4096.0;
 const MAX_GROWTH: f32 = 8.0;
 
 /// New densities from the feedback of the last frame, a texel an invocation.
-#[pass(name = "density.update", over = map_count(params.light_count) * TEXELS, work = Guide)]
+#[pass(name = "density.update", over = map_count(params.light_count) * Map::TEXELS, work = Guide)]
 pub fn density_update(
     texel: u32,
     density_tree: &[f32],
     density_feedback: &[u32],
-    #[len = MAPS * TEXELS] mut density: Slots<'_, DensityTexel>,
+    #[len = MAPS * Map::TEXELS] mut density: Slots<'_, DensityTexel>,
 ) {
     let before = density.read(texel);
     density.write(texel, update(texel, &before, density_tree, density_feedback));
 }
 
 /// A level of the pyramids, a node an invocation.
-#[pass(name = "density.sum", over = map_count(params.light_count) * TEXELS, work = Guide)]
+#[pass(name = "density.sum", over = map_count(params.light_count) * Map::TEXELS, work = Guide)]
 pub fn density_sum(
     node: u32,
     dispatch: Dispatch,
     density: &[DensityTexel],
-    #[len = MAPS * NODES] mut density_tree: Slots<'_, f32>,
+    #[len = MAPS * Map::NODES] mut density_tree: Slots<'_, f32>,
 ) {
     let (place, sum) = sum(node, dispatch.level, density, &density_tree);
     density_tree.write(place, sum);
@@ -54,18 +55,18 @@ pub fn density_sum(
 /// The new density of a texel, counted over all maps, from its old row and the pyramids of the last frame.
 #[inline(always)]
 pub fn update(texel: u32, before: &DensityTexel, tree: &[f32], feedback: &[u32]) -> DensityTexel {
-    let (map, place) = (texel / TEXELS, texel % TEXELS);
-    let base = map * NODES;
-    let total = tree[(base + first(SIDE_LOG2)) as usize];
+    let (map, place) = (texel / Map::TEXELS, texel % Map::TEXELS);
+    let base = map * Map::NODES;
+    let total = Map::total(tree, map);
     if total <= 0.0 {
         return DensityTexel { density: 1.0, change: 0.0 };
     }
-    let scale = TEXELS as f32 / total;
-    let (x, y) = (place % SIDE, place / SIDE);
-    let at = |x: u32, y: u32| tree[(base + y * SIDE + x) as usize] * scale;
+    let scale = Map::TEXELS as f32 / total;
+    let (x, y) = (place % Map::SIDE, place / Map::SIDE);
+    let at = |x: u32, y: u32| tree[(base + y * Map::SIDE + x) as usize] * scale;
     let old = at(x, y);
-    let (left, right) = (if x > 0 { x - 1 } else { x }, if x + 1 < SIDE { x + 1 } else { x });
-    let (below, above) = (if y > 0 { y - 1 } else { y }, if y + 1 < SIDE { y + 1 } else { y });
+    let (left, right) = (if x > 0 { x - 1 } else { x }, if x + 1 < Map::SIDE { x + 1 } else { x });
+    let (below, above) = (if y > 0 { y - 1 } else { y }, if y + 1 < Map::SIDE { y + 1 } else { y });
     let smooth = (old + at(left, y) + at(right, y) + at(x, below) + at(x, above)) * 0.2;
 
     let row = (texel * FEEDBACK_WORDS) as usize;
@@ -91,22 +92,9 @@ pub fn update(texel: u32, before: &DensityTexel, tree: &[f32], feedback: &[u32])
 /// A node of level `level`, counted over all maps: (its place in the pyramids, its sum).
 #[inline(always)]
 pub fn sum(index: u32, level: u32, densities: &[DensityTexel], tree: &Slots<'_, f32>) -> (u32, f32) {
-    let nodes = TEXELS >> (2 * level);
-    let (map, node) = (index / nodes, index % nodes);
-    let base = map * NODES;
-    let place = base + first(level) + node;
+    let Node { place, below } = Map::node(level, index);
     if level == 0 {
         return (place, densities[index as usize].density);
     }
-    let side = SIDE >> level;
-    let (x, y) = (node % side, node / side);
-    let corner = base + first(level - 1) + 4 * y * side + 2 * x;
-    let (below, above) = (corner, corner + 2 * side);
-    (place, tree.read(below) + tree.read(below + 1) + tree.read(above) + tree.read(above + 1))
-}
-
-/// Nodes of a level over so many maps.
-#[inline]
-pub fn node_count(level: u32, maps: u32) -> u32 {
-    maps * (TEXELS >> (2 * level))
+    (place, tree.read(below[0]) + tree.read(below[1]) + tree.read(below[2]) + tree.read(below[3]))
 }

@@ -35,6 +35,8 @@ pub struct Store<'a> {
     pub light: Slots<'a, DepositLight>,
     /// `deposit_state`.
     pub state: AtomicWords<'a>,
+    /// `start_counts`: by texel, how many paths started from there; empty unless the emission learns.
+    pub starts: AtomicWords<'a>,
     /// Slots there are.
     pub capacity: u32,
 }
@@ -42,6 +44,13 @@ pub struct Store<'a> {
 impl Receive for Store<'_> {
     /// Deposits of the path that found no room.
     type Way = u32;
+
+    #[inline(always)]
+    fn start(&mut self, _dropped: &mut u32, leaving: &EmissionSample) {
+        if leaving.score > 0.0 {
+            self.starts.add(leaving.texel, 1);
+        }
+    }
 
     #[inline(always)]
     fn receive(&mut self, dropped: &mut u32, geometry: DepositGeometry, light: DepositLight) {

@@ -41,7 +41,6 @@ pub fn all(twin: &mut Twin, scene: &Scene, hardware: bool, table: &mut Table) {
 
 /// The light paths of the other emissions over the same points; the deposits of the last are those that gathers find.
 fn emissions(twin: &mut Twin, scene: &Scene, table: &mut Table) {
-    twin.params.casters = scene.casters(twin.params.specular_roughness);
     assert!(twin.params.casters.count > 0);
     for &emission in emission::ALL.iter().filter(|emission| **emission != &POWER) {
         let parts = Parts { emission, ..Parts::from(&PHOTONS_GRID) };
@@ -51,7 +50,15 @@ fn emissions(twin: &mut Twin, scene: &Scene, table: &mut Table) {
         };
         let steps = basic::steps(parts, &twin.params).into_iter();
         let steps = steps.filter(|step| work(step) != Some(Work::Camera));
-        for step in steps.take_while(|step| work(step) != Some(Work::Gather)) {
+        // Its pilot is gathered, and learnt from.
+        let mut gathers = u32::from(emission.pilot.is_some());
+        for step in steps {
+            if work(&step) == Some(Work::Gather) {
+                if gathers == 0 {
+                    break;
+                }
+                gathers -= 1;
+            }
             one(twin, scene, emission, step, table);
         }
     }
@@ -101,6 +108,11 @@ fn one(twin: &mut Twin, scene: &Scene, emission: &'static Emission, step: Step, 
                 let (cpu, gpu) = twin.rows::<f32>(buffer);
                 let scale = cpu.iter().sum::<f32>() / cpu.len() as f32;
                 floats(buffer, 3, &cpu, &gpu, Tolerance { absolute: 1.0e-4 * scale, ..NEAR })
+            }
+            // What guided emission makes of what was scored: `sqrt` may be off by ulps.
+            "guide_sums" | "guide_tree" | "pixel_means" | "pixel_weights" | "picture_rows" => {
+                let (cpu, gpu) = twin.rows::<f32>(buffer);
+                floats(buffer, 1, &cpu, &gpu, NEAR)
             }
             "counters" if pass.work != Work::Gather => {
                 let (cpu, gpu) = twin.rows::<u32>(buffer);

@@ -91,7 +91,7 @@ fn starts_of_light_paths_follow_area_and_cosine() {
     let mut seen = vec![0; count * 16];
     for path in 0..SAMPLES {
         let mut rng = Rng::new(Stream::Light, 11, path, 0);
-        let leaving = emit.sample(rng.next4(), rng.next4());
+        let leaving = emit.sample(&mut rng);
         let (origin, to) = (leaving.ray.origin, leaving.ray.direction);
         let on = |t: &caustics_kernels::interface::triangle::Triangle| {
             let n = (t.b - t.a).cross(t.c - t.a);

@@ -72,8 +72,7 @@ fn flux_is_that_of_the_mean_texel() {
         let values: Vec<f64> = (0..100_000)
             .map(|path| {
                 let mut rng = Rng::new(Stream::Light, 4, path, 0);
-                let place = rng.next4();
-                let leaving = emit.sample(place, rng.next4());
+                let leaving = emit.sample(&mut rng);
                 assert!(leaving.ray.direction.y < 0.0, "the lamp looks down");
                 f64::from(leaving.flux.x)
             })
@@ -108,8 +107,7 @@ fn connections_and_light_paths_agree() {
         let arrived: Vec<f64> = (0..3_000_000)
             .map(|path| {
                 let mut rng = Rng::new(Stream::Light, 8, path, 0);
-                let place = rng.next4();
-                let leaving = emit.sample(place, rng.next4());
+                let leaving = emit.sample(&mut rng);
                 let ray = leaving.ray;
                 let at = ray.origin - ray.direction * (ray.origin.y / ray.direction.y);
                 let inside = at.x > low.x && at.x < high.x && at.z > low.z && at.z < high.z;

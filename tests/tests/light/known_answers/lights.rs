@@ -51,8 +51,7 @@ fn leaving(world: &World<'_>, count: u32) -> Vec<EmissionSample> {
     let emit = world.by_power();
     let start = |path| {
         let mut rng = Rng::new(Stream::Light, 7, path, 0);
-        let place = rng.next4();
-        emit.sample(place, rng.next4())
+        emit.sample(&mut rng)
     };
     (0..count).map(start).collect()
 }

@@ -1,0 +1,362 @@
+//! Guided emission: where paths were seen to give the picture something (`light::guided`), and how that is learnt.
+//!
+//! Shooting counts the starts of every texel, gathering adds up their scores (`gather::score`). Before the next frame shoots,
+//! both are added to what is known; sums over nodes of each map give texels with few starts the mean of their surroundings;
+//! roots of the means are what paths are drawn by. In a frame before which something moved, what is known counts half, and an
+//! eighth of its paths, the *pilot*, is learnt from before the others are drawn. All of that is fixed before the paths that
+//! use it are drawn, so that frames and their parts are unbiased and may be averaged.
+
+#[cfg(target_arch = "spirv")]
+use spirv_std::num_traits::Float;
+
+use crate::declare::pass;
+#[cfg(not(target_arch = "spirv"))]
+use crate::declare::{Emission, Step};
+use crate::gather::accumulator::{self, Sum};
+use crate::gather::score::{INVERSE_QUANTUM, WORDS};
+use crate::interface::frame::{Dispatch, FrameParams, PILOT};
+use crate::interface::guide::{GuideMap, GuideSum, PixelSum};
+use crate::interface::light::Light;
+use crate::interface::point::{PointGeometry, PointShading};
+use crate::light::density_map::Node;
+use crate::light::guided::{Group, Guided, Map, group_count, map_count, maps_of_group, most_maps};
+use crate::math::mean;
+use crate::math::quanta::Quanta;
+use crate::pass::resolve::radiance;
+use crate::seam::{AtomicWords, Slots, Words};
+use spirv_std::glam::Vec3;
+
+crate::shoot_pass!("shoot.guided", |power, guide_maps: &[GuideMap], guide_tree: &[f32]| Guided {
+    power,
+    maps: guide_maps,
+    tree: guide_tree
+});
+
+/// See the head of the file.
+#[cfg(not(target_arch = "spirv"))]
+pub const GUIDED: Emission = Emission {
+    name: "guided",
+    about: "from lights and into parts of the casters' cones that gave the picture something, as earlier frames saw it",
+    cost: "up to 16 cones a path, an addition for each pair of deposit and point, and a few passes over at most a million texels",
+    wrong: "a frame depends on those before; light that moves by more than a texel or so a frame is found by the first eighth of \
+            a frame's paths alone; what casts beside the cones is seen by a coarse map",
+    aims: true,
+    prepare: |params| {
+        let mut steps = vec![Step::of(&GUIDE_SEEN, params)];
+        steps.extend(weigh(params, 0));
+        steps.extend(learn(params, 0));
+        steps
+    },
+    shoot: &SHOOT,
+    pilot: Some(|params| {
+        let mut steps = weigh(params, 1);
+        steps.extend(learn(params, 1));
+        steps
+    }),
+    forget: &[],
+    keeps: &[
+        "caustic_radiance",
+        "guide_maps",
+        "guide_sums",
+        "picture_rows",
+        "pixel_sums",
+        "start_counts",
+        "start_scores",
+    ],
+};
+
+/// Weighs pixels by what they showed, the second time in a frame with what its pilot brought.
+#[cfg(not(target_arch = "spirv"))]
+fn weigh(params: &FrameParams, time: u32) -> Vec<Step> {
+    vec![
+        Step::level(&GUIDE_MEANS, time, params.pixel_count()),
+        Step::level(&GUIDE_ROWS, 0, params.height),
+        Step::level(&GUIDE_ROWS, 1, 1),
+        Step::of(&GUIDE_WEIGHTS, params),
+    ]
+}
+
+/// Adds what was scored to what is known, and makes maps of it. The first time in a frame, what is known fades.
+#[cfg(not(target_arch = "spirv"))]
+fn learn(params: &FrameParams, time: u32) -> Vec<Step> {
+    let nodes = |level| Map::count(level, map_count(params));
+    let mut steps = vec![Step::level(&GUIDE_LEARN, time, nodes(0))];
+    steps.extend((1..=Map::TOP).map(|level| Step::level(&GUIDE_SUM, level, nodes(level))));
+    steps.push(Step::level(&GUIDE_SUM, Map::TOP + 1, 1));
+    steps.push(Step::level(&GUIDE_TREE, 0, nodes(0)));
+    steps.extend((1..=Map::TOP).map(|level| Step::level(&GUIDE_TREE, level, nodes(level))));
+    steps.push(Step::of(&GUIDE_SHARES, params));
+    steps
+}
+
+/// Share of what is known that counts on where something moved.
+const FADE: f32 = 0.5;
+/// Light of a pixel below which no error counts, relative to the mean of the picture.
+const DARK: f32 = 0.1;
+/// Pixels to each side whose light is a pixel's.
+const AROUND: u32 = 2;
+/// Largest score that starts of a texel have in the mean of a frame, relative to their map: else single paths would rule it.
+const MAX_SCORE: f32 = 64.0;
+/// Score of a start of an unknown map that counts one unit, relative to what a map gives that all light of the picture is from.
+const UNSEEN: f32 = 1.0e-6;
+/// Starts of a texel that count as much as the mean of the node above.
+const SHRINKAGE: f32 = 4.0;
+
+/// Adds what each pixel showed: what the camera finds in this frame, and what light paths brought in the last.
+#[pass(name = "guide.seen", over = params.pixel_count(), work = Guide)]
+pub fn guide_seen(
+    pixel: u32,
+    params: &FrameParams,
+    path_radiance: &[Vec3],
+    caustic_radiance: &[Vec3],
+    #[len = params.pixel_count()] mut pixel_sums: Slots<'_, PixelSum>,
+) {
+    let keep = if params.moved != 0 { FADE } else { 1.0 };
+    let before = pixel_sums.read(pixel);
+    let was = if before.path_frames > 0.0 { 1.0 } else { 0.0 };
+    let now = PixelSum {
+        path: before.path * keep + mean(path_radiance[pixel as usize]),
+        path_frames: before.path_frames * keep + 1.0,
+        caustics: (before.caustics + mean(caustic_radiance[pixel as usize]) * was) * keep,
+        caustic_frames: (before.caustic_frames + was) * keep,
+    };
+    pixel_sums.write(pixel, now);
+}
+
+/// The mean light of each pixel; at level 1 the pilot of the frame counts as the part of a frame that it is.
+#[pass(name = "guide.means", over = params.pixel_count(), work = Guide)]
+pub fn guide_means(
+    pixel: u32,
+    params: &FrameParams,
+    dispatch: Dispatch,
+    point_geometry: &[PointGeometry],
+    point_shading: &[PointShading],
+    #[len = params.pixel_count() * accumulator::WORDS] accumulator: &[u32],
+    pixel_sums: &[PixelSum],
+    #[len = params.pixel_count()] mut pixel_means: Slots<'_, f32>,
+) {
+    let mut sum = pixel_sums[pixel as usize];
+    let point = &point_geometry[pixel as usize];
+    if dispatch.level > 0 {
+        if point.exists() {
+            let (pilot, _) = Sum::read(accumulator, pixel, params.quantum);
+            sum.caustics += mean(radiance(point, &point_shading[pixel as usize], pilot));
+        }
+        sum.caustic_frames += 1.0 / PILOT as f32;
+    }
+    pixel_means.write(pixel, sum.mean());
+}
+
+/// The mean light of each row; at level 1 that of the picture, and behind it the square of what it was relative to it.
+#[pass(name = "guide.rows", over = params.height, work = Guide)]
+pub fn guide_rows(
+    row: u32,
+    params: &FrameParams,
+    dispatch: Dispatch,
+    pixel_means: &[f32],
+    #[len = params.height + 2] mut picture_rows: Slots<'_, f32>,
+) {
+    let count = if dispatch.level == 0 { params.width } else { params.height };
+    let mut sum = 0.0;
+    let mut index = 0;
+    while index < count {
+        sum += if dispatch.level == 0 {
+            pixel_means[(row * params.width + index) as usize]
+        } else {
+            picture_rows.read(index)
+        };
+        index += 1;
+    }
+    let mean = sum / count as f32;
+    if dispatch.level == 0 {
+        picture_rows.write(row, mean);
+    } else {
+        let ratio = if mean > 0.0 { picture_rows.read(params.height) / mean } else { 1.0 };
+        picture_rows.write(params.height, mean);
+        picture_rows.write(params.height + 1, ratio * ratio);
+    }
+}
+
+/// How much an error of each pixel counts: 1 / (its light, or that around it, squared), or that of what is dark beside the picture's mean.
+#[pass(name = "guide.weights", over = params.pixel_count(), work = Guide)]
+pub fn guide_weights(
+    pixel: u32,
+    params: &FrameParams,
+    pixel_means: &[f32],
+    picture_rows: &[f32],
+    #[len = params.pixel_count()] mut pixel_weights: Slots<'_, f32>,
+) {
+    // Of few light paths, most pixels saw none.
+    let (column, row) = (pixel % params.width, pixel / params.width);
+    let (left, right) = (column.max(AROUND) - AROUND, (column + AROUND).min(params.width - 1));
+    let (top, bottom) = (row.max(AROUND) - AROUND, (row + AROUND).min(params.height - 1));
+    let mut sum = 0.0;
+    let mut y = top;
+    while y <= bottom {
+        let mut x = left;
+        while x <= right {
+            sum += pixel_means[(y * params.width + x) as usize];
+            x += 1;
+        }
+        y += 1;
+    }
+    let around = sum / ((right + 1 - left) * (bottom + 1 - top)) as f32;
+    let light = around.max(pixel_means[pixel as usize]);
+    let dark = DARK * picture_rows[params.height as usize];
+    let square = light * light + dark * dark;
+    pixel_weights.write(pixel, if square > 0.0 { 1.0 / square } else { 0.0 });
+}
+
+/// Adds what was scored since the last time to what is known, a texel an invocation; at level 0 what is known fades.
+#[pass(name = "guide.learn", over = Map::count(0, map_count(params)), work = Guide)]
+pub fn guide_learn(
+    index: u32,
+    params: &FrameParams,
+    dispatch: Dispatch,
+    picture_rows: &[f32],
+    pixel_sums: &[PixelSum],
+    guide_maps: &[GuideMap],
+    #[len = most_maps(params) * Map::TEXELS] mut start_counts: AtomicWords<'_>,
+    #[len = most_maps(params) * Map::TEXELS * WORDS] mut start_scores: AtomicWords<'_>,
+    #[len = most_maps(params) * Map::NODES + 1] mut guide_sums: Slots<'_, GuideSum>,
+) {
+    let (mut keep_score, mut keep_starts) = (1.0, 1.0);
+    if dispatch.level == 0 {
+        keep_starts = if params.moved != 0 { FADE } else { 1.0 };
+        // Scores are relative to the picture: where that became brighter, so did all that was scored.
+        keep_score = keep_starts * picture_rows[params.height as usize + 1];
+        // In the second frame: what the first pilot scored knew of no caustic.
+        if params.moved == 0 && pixel_sums[0].path_frames == 2.0 {
+            (keep_score, keep_starts) = (0.0, 0.0);
+        }
+    }
+    let map = index / Map::TEXELS;
+    let unit = guide_maps[map as usize].unit;
+    let word = index * WORDS;
+    let quanta = Quanta { low: start_scores.get(word), high: start_scores.get(word + 1) };
+    let starts = start_counts.get(index) as f32;
+    start_scores.set(word, 0);
+    start_scores.set(word + 1, 0);
+    start_counts.set(index, 0);
+    let mut score = quanta.to_f32(1.0 / INVERSE_QUANTUM);
+    // Where a mean is known, it is the unit.
+    if guide_sums.read(Map::node(Map::TOP, map).place).score > 0.0 {
+        score = score.min(MAX_SCORE * starts);
+    }
+    let place = Map::node(0, index).place;
+    let before = guide_sums.read(place);
+    let sum = GuideSum {
+        score: before.score * keep_score + score * unit,
+        starts: before.starts * keep_starts + starts,
+    };
+    guide_sums.write(place, sum);
+}
+
+/// The sums over a level of nodes; above the maps, over all of them.
+#[pass(name = "guide.sum", over = Map::count(1, map_count(params)), work = Guide)]
+pub fn guide_sum(
+    index: u32,
+    params: &FrameParams,
+    dispatch: Dispatch,
+    #[len = most_maps(params) * Map::NODES + 1] mut guide_sums: Slots<'_, GuideSum>,
+) {
+    let mut sum = GuideSum::default();
+    if dispatch.level > Map::TOP {
+        let mut map = 0;
+        while map < map_count(params) {
+            let root = guide_sums.read(Map::node(Map::TOP, map).place);
+            sum = plus(sum, root);
+            map += 1;
+        }
+        guide_sums.write(most_maps(params) * Map::NODES, sum);
+        return;
+    }
+    let Node { place, below } = Map::node(dispatch.level, index);
+    let upper = plus(guide_sums.read(below[0]), guide_sums.read(below[1]));
+    let lower = plus(guide_sums.read(below[2]), guide_sums.read(below[3]));
+    guide_sums.write(place, plus(upper, lower));
+}
+
+#[inline(always)]
+fn plus(a: GuideSum, b: GuideSum) -> GuideSum {
+    GuideSum { score: a.score + b.score, starts: a.starts + b.starts }
+}
+
+/// What paths are drawn by: of a texel the root of its mean score, shrunk towards those of the nodes above it; of other nodes,
+/// the sum.
+#[pass(name = "guide.tree", over = Map::count(0, map_count(params)), work = Guide)]
+pub fn guide_tree(
+    index: u32,
+    params: &FrameParams,
+    dispatch: Dispatch,
+    guide_sums: &[GuideSum],
+    #[len = most_maps(params) * Map::NODES] mut guide_tree: Slots<'_, f32>,
+) {
+    let Node { place, below } = Map::node(dispatch.level, index);
+    if dispatch.level > 0 {
+        let (upper, lower) = (
+            guide_tree.read(below[0]) + guide_tree.read(below[1]),
+            guide_tree.read(below[2]) + guide_tree.read(below[3]),
+        );
+        guide_tree.write(place, upper + lower);
+        return;
+    }
+    let all = guide_sums[(most_maps(params) * Map::NODES) as usize];
+    let mut mean = all.score / all.starts.max(1.0);
+    let (map, texel) = (index / Map::TEXELS, index % Map::TEXELS);
+    let (x, y) = (texel % Map::SIDE, texel / Map::SIDE);
+    let mut above = Map::TOP + 1;
+    while above > 0 {
+        above -= 1;
+        let node = map * Map::NODES + Map::first(above) + (y >> above) * (Map::SIDE >> above) + (x >> above);
+        let sum = guide_sums[node as usize];
+        mean = (sum.score + SHRINKAGE * mean) / (sum.starts + SHRINKAGE);
+    }
+    guide_tree.write(place, mean.sqrt());
+}
+
+/// How often each map is drawn from.
+#[pass(name = "guide.shares", over = 1, work = Guide)]
+pub fn guide_shares(
+    _index: u32,
+    params: &FrameParams,
+    lights: &[Light],
+    guide_sums: &[GuideSum],
+    guide_tree: &[f32],
+    #[len = most_maps(params)] mut guide_maps: Slots<'_, GuideMap>,
+) {
+    let (groups, maps) = (group_count(params), maps_of_group(params));
+    // What was drawn from, or else could be drawn from, for all that is known.
+    let mut total = 0.0;
+    let mut map = 0;
+    while map < groups * maps {
+        total += mass(map, guide_sums, guide_tree);
+        map += 1;
+    }
+    let mut below = 0.0;
+    map = 0;
+    while map < groups * maps {
+        let even = Group::new(lights, params, map / maps).power / maps as f32;
+        let share = if total > 0.0 { mass(map, guide_sums, guide_tree) / total } else { even };
+        let root = guide_sums[Map::node(Map::TOP, map).place as usize];
+        let sum = Map::total(guide_tree, map);
+        guide_maps.write(
+            map,
+            GuideMap {
+                below,
+                share,
+                unit: if root.score > 0.0 { root.score / root.starts } else { UNSEEN * even * even },
+                scale: if sum > 0.0 { Map::TEXELS as f32 / sum } else { 0.0 },
+            },
+        );
+        below += share;
+        map += 1;
+    }
+}
+
+/// The mean of what paths are drawn by in a map; nothing where none started, as in a cone that no place sees.
+#[inline(always)]
+fn mass(map: u32, sums: &[GuideSum], tree: &[f32]) -> f32 {
+    let root = sums[Map::node(Map::TOP, map).place as usize];
+    if root.starts > 0.0 { Map::total(tree, map) / Map::TEXELS as f32 } else { 0.0 }
+}

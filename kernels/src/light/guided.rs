@@ -1,0 +1,257 @@
+//! Guided emission: paths start as aimed ones do, towards casters, but in the parts of their cones that were seen to give the
+//! picture something, and from the lights that did.
+//!
+//! Lights that follow each other form a group. A group has a map over the cone of each caster as its places see it, and one,
+//! the last, over all aims, for what casts beside the cones; a caster without a cone from a place leaves its share to that one.
+//! A map is in the coordinates of its cone, so that it holds while lamp and caster move and has no parallax. Its texels are
+//! drawn by the root of the second moment of what their starts gave, which is what makes the variance least [Rath et al. 2020,
+//! Variance-aware path guiding]; maps by the means of their roots.
+//!
+//! The flux of a path is divided by the density of the whole mixture, of which `BY_POWER` is emission by power: no map changes
+//! a mean, and no path is heavier than 1 / `BY_POWER` of its weight by power.
+
+use crate::interface::NONE;
+use crate::interface::frame::FrameParams;
+use crate::interface::guide::GuideMap;
+use crate::interface::light::Light;
+use crate::light::aimed::BY_POWER;
+use crate::light::density_map::{Pyramid, from_polar, to_polar};
+use crate::light::emit::{EmissionSample, Emit};
+use crate::light::power::ByPower;
+use crate::light::target::Target;
+use crate::light::{choose, leave, place_on, towards};
+use crate::math::rng::Rng;
+use spirv_std::glam::Vec2;
+
+/// The layout of the maps.
+pub type Map = Pyramid<6>;
+/// Maps there are at most.
+pub const MAX_MAPS: u32 = 256;
+/// Groups of lights there are at most.
+pub const MAX_GROUPS: u32 = 32;
+/// Share of paths that start anywhere in a cone, in all cones alike, whatever is known.
+pub const EVENLY: f32 = 0.125;
+/// Share of paths that start by what is known.
+pub const KNOWN: f32 = 1.0 - BY_POWER - EVENLY;
+
+/// Maps of a group: those of the casters, and the one of everything.
+#[inline(always)]
+pub fn maps_of_group(params: &FrameParams) -> u32 {
+    params.casters.count + 1
+}
+
+/// Groups that any table of lights has at most.
+#[inline(always)]
+pub fn most_groups(params: &FrameParams) -> u32 {
+    (MAX_MAPS / maps_of_group(params)).min(MAX_GROUPS)
+}
+
+/// Groups of the light table.
+#[inline(always)]
+pub fn group_count(params: &FrameParams) -> u32 {
+    most_groups(params).min(params.light_count)
+}
+
+/// Maps of all groups.
+#[inline(always)]
+pub fn map_count(params: &FrameParams) -> u32 {
+    group_count(params) * maps_of_group(params)
+}
+
+/// Maps of all groups of any table of lights.
+#[inline(always)]
+pub fn most_maps(params: &FrameParams) -> u32 {
+    most_groups(params) * maps_of_group(params)
+}
+
+/// Rows of the light table that follow each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Group {
+    /// The first.
+    pub first: u32,
+    /// The one behind the last.
+    pub end: u32,
+    /// Share of the power of the rows before.
+    pub below: f32,
+    /// Share of the power of its own.
+    pub power: f32,
+}
+
+/// Share of the power of the rows before this one.
+#[inline(always)]
+fn power_below(lights: &[Light], params: &FrameParams, row: u32) -> f32 {
+    if row < params.light_count { lights[row as usize].power_below } else { 1.0 }
+}
+
+impl Group {
+    /// The group of this index.
+    #[inline(always)]
+    pub fn new(lights: &[Light], params: &FrameParams, index: u32) -> Group {
+        let (count, groups) = (params.light_count, group_count(params));
+        let first = (index * count).div_ceil(groups);
+        let end = ((index + 1) * count).div_ceil(groups);
+        let below = power_below(lights, params, first);
+        Group { first, end, below, power: power_below(lights, params, end) - below }
+    }
+
+    /// The index of the group of a row.
+    #[inline(always)]
+    fn of(row: u32, params: &FrameParams) -> u32 {
+        row * group_count(params) / params.light_count
+    }
+
+    /// The row that a uniform number falls into, by power.
+    #[inline(always)]
+    fn row_at(&self, lights: &[Light], u: f32) -> u32 {
+        let at = self.below + u * self.power;
+        let (mut low, mut high) = (self.first, self.end);
+        while low + 1 < high {
+            let middle = (low + high) / 2;
+            if lights[middle as usize].power_below <= at {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        low
+    }
+
+    /// The chance of a row by `row_at`.
+    #[inline(always)]
+    fn chance(&self, lights: &[Light], params: &FrameParams, row: u32) -> f32 {
+        let power = power_below(lights, params, row + 1) - power_below(lights, params, row);
+        if self.power > 0.0 { power / self.power } else { 0.0 }
+    }
+}
+
+/// See the head of the file.
+#[derive(Clone, Copy)]
+pub struct Guided<'a> {
+    /// The start before there are maps.
+    pub power: ByPower<'a>,
+    /// The maps, those of a group behind each other.
+    pub maps: &'a [GuideMap],
+    /// The sums of their roots.
+    pub tree: &'a [f32],
+}
+
+impl Guided<'_> {
+    /// The map that a uniform number falls into, by their shares.
+    #[inline(always)]
+    fn map_at(&self, u: f32) -> u32 {
+        let (mut low, mut high) = (0, map_count(self.power.params));
+        while low + 1 < high {
+            let middle = (low + high) / 2;
+            if self.maps[middle as usize].below <= u {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        low
+    }
+
+    /// A place of the unit square by a map: two numbers for the texel, two within it.
+    #[inline(always)]
+    fn draw(&self, map: u32, texel: Vec2, within: Vec2) -> Vec2 {
+        // Texels take most of the bits of their numbers.
+        let drawn = Map::draw(self.tree, map, texel).texel % Map::TEXELS;
+        let corner = Vec2::new((drawn % Map::SIDE) as f32, (drawn / Map::SIDE) as f32);
+        (corner + within) / Map::SIDE as f32
+    }
+
+    /// Density of a place by `draw`; 1 in the mean.
+    #[inline(always)]
+    fn density(&self, map: u32, texel: u32) -> f32 {
+        let scale = self.maps[map as usize].scale;
+        if scale > 0.0 { self.tree[(map * Map::NODES + texel) as usize] * scale } else { 1.0 }
+    }
+}
+
+impl Emit for Guided<'_> {
+    #[inline(always)]
+    fn sample(&self, rng: &mut Rng) -> EmissionSample {
+        let ByPower { scene, params, features } = self.power;
+        let (place, numbers, more) = (rng.next4(), rng.next4(), rng.next4());
+        let casters = params.casters.count;
+        let (by_power, known) = (numbers.w < BY_POWER, numbers.w >= BY_POWER + EVENLY);
+        let (row, mut chosen);
+        if known {
+            let map = self.map_at((numbers.w - (BY_POWER + EVENLY)) / KNOWN);
+            chosen = map % maps_of_group(params);
+            row = Group::new(scene.lights, params, map / maps_of_group(params)).row_at(scene.lights, place.x);
+        } else {
+            let evenly = (numbers.w - BY_POWER) / EVENLY * maps_of_group(params) as f32;
+            chosen = if by_power { NONE } else { (evenly as u32).min(casters) };
+            row = choose(scene.lights, params.light_count, place.x, place.y);
+        }
+        let light = scene.lights[row as usize];
+        let index = Group::of(row, params);
+        let first = index * maps_of_group(params);
+        let from = place_on(&light, scene, place);
+        let everywhere = Target::everywhere(&light);
+        let target = |caster: u32| {
+            if caster < casters {
+                Target::at(&params.casters.spheres[caster as usize], &light, from)
+            } else {
+                everywhere
+            }
+        };
+        let mut own = Vec2::ZERO;
+        let aim = if by_power {
+            light.aim_of(&leave(&light, scene, features, place, numbers).ray)
+        } else {
+            if !target(chosen).is_open() {
+                chosen = casters;
+            }
+            own = Vec2::new(numbers.x, numbers.y);
+            if known {
+                own = self.draw(first + chosen, own, Vec2::new(more.x, more.y));
+            }
+            target(chosen).aim(&light, to_polar(own))
+        };
+
+        // The density of the aim over all maps of the group, and the map that is told what becomes of it: the one that it was
+        // drawn from, else that of a cone that holds it, so that the last map learns of what no cone serves.
+        let even = EVENLY / maps_of_group(params) as f32;
+        let (mut evenly, mut guided, mut closed_even, mut closed_known) = (0.0, 0.0, 0.0, 0.0);
+        let (mut told, mut told_texel, mut told_size) = (casters, 0, 0.0);
+        let mut caster = 0;
+        while caster <= casters {
+            let target = target(caster);
+            let map = first + caster;
+            let share = KNOWN * self.maps[map as usize].share;
+            if !target.is_open() {
+                closed_even += even;
+                closed_known += share;
+            } else if caster == chosen || target.holds(aim) {
+                let at = if caster == chosen { own } else { from_polar(target.polar(&light, aim)) };
+                let texel = Map::texel_at(at);
+                let (mut uniform, mut drawn) = (even, share);
+                if caster == casters {
+                    uniform += closed_even;
+                    drawn += closed_known;
+                }
+                evenly += uniform / target.size();
+                guided += drawn * self.density(map, texel) / target.size();
+                let is_own = caster == chosen && caster < casters;
+                if is_own || (chosen >= casters && told_size == 0.0) {
+                    (told, told_texel, told_size) = (caster, texel, target.size());
+                }
+            }
+            caster += 1;
+        }
+        let leaving = towards(&light, scene, features, place, aim);
+        let group = Group::new(scene.lights, params, index);
+        let ratio = group.chance(scene.lights, params, row) / light.pdf_light_choice;
+        let sample = leaving.sample.over(leaving.pdf, BY_POWER, evenly + guided * ratio);
+        let mut score = 0.0;
+        // A group so dim that its power is none is never drawn, and learns nothing.
+        if ratio > 0.0 {
+            // The density over that of a uniform start of the map.
+            let over_uniform = ((BY_POWER * leaving.pdf + evenly) / ratio + guided) * told_size;
+            score = over_uniform * over_uniform / self.maps[(first + told) as usize].unit;
+        }
+        EmissionSample { texel: (first + told) * Map::TEXELS + told_texel, score, ..sample }
+    }
+}

@@ -1,0 +1,332 @@
+//! Guided emission: that it learns, what it learns from, that its light is that of emission by power, and that it goes on to the
+//! same bits.
+
+use caustics::scene::Scene;
+use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
+use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
+use caustics_kernels::gather::variant::{self, PHOTONS_GRID, Variant};
+use caustics_kernels::interface::guide::GuideSum;
+use caustics_kernels::method::Method;
+use caustics_kernels::method::basic::BASIC;
+use caustics_kernels::method::kim2019::KIM2019;
+use caustics_tests::gpu::watched_gpu;
+use caustics_tests::moving::Moving;
+use caustics_tests::scenes::*;
+use caustics_tests::statistics::Mean;
+use glam::{DVec3, Vec3};
+
+const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
+
+fn settings(light_paths: u32, seed: u32) -> Settings {
+    Settings { width: 160, height: 90, light_paths, seed, emission: &GUIDED, ..Settings::default() }
+}
+
+fn open(choice: &RunnerChoice, scene: &Scene, settings: &Settings, method: &'static Method) -> Session {
+    open_with(choice, scene, settings, method, &PHOTONS_GRID)
+}
+
+fn open_with(
+    choice: &RunnerChoice,
+    scene: &Scene,
+    settings: &Settings,
+    method: &'static Method,
+    gather: &'static Variant,
+) -> Session {
+    let features = scene.features(settings.specular_roughness);
+    Session::new(choice, scene, &scene.cameras[0], settings, method, gather, features)
+        .expect("a session opens")
+}
+
+fn caustics(session: &mut Session, frame: u32) -> Vec<Vec3> {
+    session.frame(frame).expect("a frame runs");
+    session.read("caustic_radiance").expect("caustics")
+}
+
+fn sum(caustics: &[Vec3]) -> f64 {
+    caustics.iter().map(|value| f64::from(value.element_sum())).sum()
+}
+
+/// What the pixels of a view show in the end.
+struct Truth {
+    /// Square of the light that an error of each pixel is relative to, as scores have it: its own, and a tenth of the mean.
+    squares: Vec<f64>,
+    /// Whether the floor is seen at once: behind curved glass the camera's choices are noise too.
+    direct: Vec<bool>,
+}
+
+impl Truth {
+    fn of(scene: &Scene) -> Truth {
+        let mut session = open(&CPU, scene, &Settings { emission: &AIMED, ..settings(1 << 18, 1) }, &BASIC);
+        let mut light = vec![0.0; 160 * 90];
+        let mut direct = Vec::new();
+        let frames = 16;
+        for frame in 0..frames {
+            session.frame(frame).expect("a frame runs");
+            let picture = session.picture().expect("a picture");
+            for (sum, (path, caustic)) in light.iter_mut().zip(picture.path.iter().zip(&picture.caustics)) {
+                *sum += f64::from((*path + *caustic).element_sum()) / f64::from(frames);
+            }
+            direct = picture.depth.iter().map(|depth| *depth == 1.0).collect();
+        }
+        let dark = 0.1 * light.iter().sum::<f64>() / light.len() as f64;
+        Truth { squares: light.iter().map(|light| light * light + dark * dark).collect(), direct }
+    }
+
+    /// The mean relative variance of pixels, of all or of those that see the floor at once.
+    fn variance(&self, pictures: &[Vec<Vec3>], all: bool) -> f64 {
+        let pixel = |&pixel: &usize| {
+            let values: Vec<f64> =
+                pictures.iter().map(|picture| f64::from(picture[pixel].element_sum())).collect();
+            Mean::of(&values).error.powi(2) * values.len() as f64 / self.squares[pixel]
+        };
+        let pixels: Vec<usize> = (0..self.squares.len()).filter(|&pixel| all || self.direct[pixel]).collect();
+        pixels.iter().map(pixel).sum::<f64>() / pixels.len() as f64
+    }
+}
+
+/// Caustics of frames of several seeds (of index `frame`, those before it rendered too).
+fn frames(scene: &Scene, emission: &'static Emission, light_paths: u32, frame: u32) -> Vec<Vec<Vec3>> {
+    let of = |seed: u32| {
+        let settings = Settings { emission, ..settings(light_paths, 10 + seed) };
+        let mut session = open(&CPU, scene, &settings, &BASIC);
+        (0..=frame).map(|frame| caustics(&mut session, frame)).next_back().expect("a frame")
+    };
+    (0..6).map(of).collect()
+}
+
+/// The mean of their sums.
+fn light(pictures: &[Vec<Vec3>]) -> Mean {
+    Mean::of(&pictures.iter().map(|picture| sum(picture)).collect::<Vec<_>>())
+}
+
+/// The committed room with a mirror: most of what a lamp sends into the cones is seen nowhere.
+#[test]
+fn guided_paths_bring_the_same_light_with_less_noise_from_the_first_frame_on() {
+    let scene = committed("mirror-room");
+    let truth = Truth::of(&scene);
+    let of = |emission, frame| {
+        let pictures = frames(&scene, emission, 16_384, frame);
+        (light(&pictures), truth.variance(&pictures, true))
+    };
+    let (power, aimed) = (of(&POWER, 0), of(&AIMED, 0));
+    let (first, fifth) = (of(&GUIDED, 0), of(&GUIDED, 4));
+    println!("power {power:?}, aimed {aimed:?}, guided: first frame {first:?}, fifth {fifth:?}");
+    for found in [aimed, first, fifth] {
+        assert!(found.0.agrees(&power.0, 3.0) && found.0.error < 0.1 * found.0.value);
+    }
+    // A tenth of that is the camera's noise on curved glass.
+    assert!(first.1 < power.1 / 6.0 && fifth.1 < power.1 / 8.0);
+}
+
+/// Light is no place's own: neither threads nor the gather that scores change a bit of what is learnt.
+#[test]
+fn threads_and_gathers_change_no_bit() {
+    let scene = committed("ring");
+    let result = |threads, gather| {
+        let choice = RunnerChoice::Cpu { threads };
+        let mut session = open_with(&choice, &scene, &settings(16_384, 3), &BASIC, gather);
+        (0..3).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
+        session.state().expect("a state")
+    };
+    let one = result(1, &PHOTONS_GRID);
+    assert!(one.iter().any(|(name, bytes)| *name == "start_scores" && bytes.iter().any(|byte| *byte != 0)));
+    for gather in variant::ALL.iter().filter(|gather| !gather.hardware && gather.name != "brute") {
+        assert!(one == result(0, gather), "{}", gather.name);
+    }
+}
+
+/// A session that takes over what is known goes on as the one that left it; so it does where something moved.
+#[test]
+fn a_state_that_is_restored_goes_on() {
+    let mut scene = Moving::GlassCaster.scene();
+    let settings = settings(16_384, 9);
+    let pose = |session: &mut Session, scene: &mut Scene, time: f64| {
+        scene.pose(time).expect("a pose");
+        session.pose(scene, &scene.cameras[0].clone()).expect("a pose");
+    };
+    for moves in [false, true] {
+        let time = |frame: u32| if moves { f64::from(frame) * 0.1 } else { 0.0 };
+        scene.pose(0.0).expect("a pose");
+        let mut whole = open(&CPU, &scene, &settings, &BASIC);
+        for frame in 0..3 {
+            pose(&mut whole, &mut scene, time(frame));
+            whole.frame(frame).expect("a frame runs");
+        }
+        let state: Vec<_> = whole.state().unwrap().into_iter().map(|(n, b)| (n.to_string(), b)).collect();
+        let mut resumed = open(&CPU, &scene, &settings, &BASIC);
+        resumed.restore(&state).expect("a state");
+        pose(&mut whole, &mut scene, time(3));
+        pose(&mut resumed, &mut scene, time(3));
+        assert!(caustics(&mut whole, 3) == caustics(&mut resumed, 3), "moves: {moves}");
+    }
+}
+
+/// What is known of a still view adds up; where something moved it counts half.
+#[test]
+fn what_is_known_fades_where_something_moves() {
+    let mut scene = Moving::Lamp.scene();
+    let paths = 16_384;
+    let mut session = open(&CPU, &scene, &settings(paths, 9), &BASIC);
+    let starts = |session: &mut Session, scene: &Scene, frame| {
+        session.pose(scene, &scene.cameras[0]).expect("a pose");
+        session.frame(frame).expect("a frame runs");
+        let sums: Vec<GuideSum> = session.read("guide_sums").expect("sums");
+        f64::from(sums.last().expect("a total").starts) / f64::from(paths)
+    };
+    // In the first frame the pilot, which knew of no caustic and is forgotten then.
+    let pilot = 1.0 / 8.0;
+    assert_eq!(starts(&mut session, &scene, 0), pilot);
+    assert_eq!(starts(&mut session, &scene, 1), 1.0 - pilot);
+    assert_eq!(starts(&mut session, &scene, 2), 2.0 - pilot);
+    scene.pose(0.1).expect("a pose");
+    assert_eq!(starts(&mut session, &scene, 3), 0.5 * (2.0 - pilot) + 1.0 + pilot);
+}
+
+/// A caster that was elsewhere in the frame before: its pilot finds it. No frame is worse than emission by power.
+#[test]
+fn a_caster_that_jumps_is_found_again() {
+    let place = |x: f64| {
+        let mut b = Builder::default();
+        let (floor, ball) = (b.material(lambert(0.6)), b.material(glass(1.5)));
+        b.panel(floor, DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X);
+        b.sphere(ball, DVec3::new(x, 0.4, 0.0), 0.3, 48, 24);
+        b.light(DVec3::new(0.0, 2.0, 0.5), 2.0);
+        b.camera(DVec3::new(0.0, 2.0, 3.0), DVec3::ZERO, 0.9);
+        b.build()
+    };
+    // The state of a session at one place, taken over by one at the other.
+    let (here, there) = (place(-1.0), place(1.0));
+    let truth = Truth::of(&there);
+    let of = |emission: &'static Emission, frames: u32| {
+        let pictures: Vec<Vec<Vec3>> = (0..6)
+            .map(|seed| {
+                let settings = Settings { emission, ..settings(16_384, 20 + seed) };
+                let mut before = open(&CPU, &here, &settings, &BASIC);
+                (0..4).for_each(|frame| drop(before.frame(frame).expect("a frame runs")));
+                let state: Vec<_> =
+                    before.state().unwrap().into_iter().map(|(n, b)| (n.to_string(), b)).collect();
+                let mut after = open(&CPU, &there, &settings, &BASIC);
+                after.restore(&state).expect("a state");
+                // As an animation would say.
+                after.jump();
+                (4..4 + frames).map(|frame| caustics(&mut after, frame)).next_back().expect("a frame")
+            })
+            .collect();
+        truth.variance(&pictures, false)
+    };
+    let power = of(&POWER, 1);
+    let guided = [1, 2, 3].map(|frames| of(&GUIDED, frames));
+    println!("variance by power {power:.4}, guided after a jump {guided:.4?}");
+    assert!(guided.iter().all(|guided| *guided < power));
+    assert!(guided[2] < 0.5 * power);
+}
+
+/// A method that splats its deposits learns too: in `ring` nearly a hundredth of the lamp's light meets the ring.
+#[test]
+fn splats_are_scored_too() {
+    let scene = committed("ring");
+    let of = |emission, frame| {
+        let sums: Vec<f64> = (0..8)
+            .map(|seed| {
+                let settings = Settings { emission, ..settings(131_072, 30 + seed) };
+                let mut session = open(&CPU, &scene, &settings, &KIM2019);
+                (0..=frame).map(|frame| sum(&caustics(&mut session, frame))).next_back().expect("a frame")
+            })
+            .collect();
+        Mean::of(&sums)
+    };
+    let (power, aimed, guided) = (of(&POWER, 0), of(&AIMED, 0), of(&GUIDED, 3));
+    println!("power {power:?}, aimed {aimed:?}, guided {guided:?}");
+    assert!(guided.agrees(&power, 3.0) && guided.agrees(&aimed, 3.0));
+    assert!(power.error < 0.02 * power.value, "the test is too blunt");
+    let mut session = open(&CPU, &scene, &settings(32_768, 3), &KIM2019);
+    session.frame(0).expect("a frame runs");
+    let scores: Vec<u32> = session.read("start_scores").expect("scores");
+    assert!(scores.iter().filter(|score| **score > 0).count() > 200);
+}
+
+/// Fifty spot lights in a row, of which one meets the glass: its group is found.
+#[test]
+fn one_lamp_of_fifty_meets_the_glass() {
+    let mut b = Builder::default();
+    let (floor, ball) = (b.material(lambert(0.6)), b.material(glass(1.5)));
+    b.panel(floor, DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X);
+    b.sphere(ball, DVec3::new(0.0, 0.4, 0.0), 0.3, 48, 24);
+    for id in 0..50 {
+        let x = f64::from(id) * 0.04 - 1.0;
+        let to = if id == 25 { DVec3::new(0.0, -1.0, 0.0) } else { DVec3::new(0.0, -0.3, -1.0) };
+        b.spot(DVec3::new(x, 1.5, 0.0), to, 0.1, 0.3, 3.0);
+    }
+    b.camera(DVec3::new(0.0, 2.0, 2.5), DVec3::ZERO, 0.9);
+    is_better("fifty lamps", &b.build(), 0.5);
+}
+
+/// A ceiling of a thousand emissive triangles, over a small ball.
+#[test]
+fn a_ceiling_of_a_thousand_emitters() {
+    let mut b = Builder::default();
+    let (floor, ball) = (b.material(lambert(0.6)), b.material(glass(1.5)));
+    let lamp = b.material(emitter(3.0));
+    b.panel(floor, DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X);
+    b.sphere(ball, DVec3::new(0.0, 0.2, 0.0), 0.1, 48, 24);
+    for id in 0..500 {
+        let (x, z) = (f64::from(id % 25) * 0.1 - 1.2, f64::from(id / 25) * 0.1 - 0.95);
+        b.panel(lamp, DVec3::new(x, 2.0, z), 0.03 * DVec3::X, 0.03 * DVec3::Z);
+    }
+    b.camera(DVec3::new(0.0, 0.6, 1.0), DVec3::ZERO, 0.6);
+    is_better("a thousand emitters", &b.build(), 0.02);
+}
+
+/// Mirrors all around: no caster has a cone, and the map of all directions says where the picture sees anything.
+#[test]
+fn a_room_of_mirrors_is_no_worse() {
+    let mut b = Builder::default();
+    let (mirror, table) = (b.material(metal(0.9, 0.0)), b.material(lambert(0.6)));
+    b.block(mirror, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+    b.panel(table, DVec3::new(0.0, -0.5, 0.0), 0.4 * DVec3::Z, 0.4 * DVec3::X);
+    b.light(DVec3::new(0.3, 0.4, 0.2), 1.0);
+    b.camera(DVec3::new(0.0, 0.3, 0.9), DVec3::new(0.0, -0.5, 0.0), 0.9);
+    is_better("mirrors", &b.build(), 1.1);
+}
+
+/// The fourth frame brings the light of emission by power, at a share of its variance at most.
+fn is_better(what: &str, scene: &Scene, most: f64) {
+    let truth = Truth::of(scene);
+    let of = |emission, frame| {
+        let pictures = frames(scene, emission, 65_536, frame);
+        (light(&pictures), truth.variance(&pictures, false))
+    };
+    let (power, guided) = (of(&POWER, 0), of(&GUIDED, 3));
+    println!("{what}: power {power:?}, guided {guided:?}: {:.1} times less", power.1 / guided.1);
+    assert!(guided.0.agrees(&power.0, 3.0), "{what}");
+    assert!(guided.1 < most * power.1, "{what}");
+}
+
+/// Three frames on a GPU, by every tracer it has, are the CPU's, with all that they learnt; those of another seed are not.
+#[test]
+fn a_gpu_learns_as_the_cpu_does() {
+    let Some(gpu) = watched_gpu() else { return };
+    let scene = committed("mirror-room");
+    let frames = |choice: &RunnerChoice, seed| {
+        let mut session = open(choice, &scene, &settings(16_384, seed), &BASIC);
+        (0..3).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
+        let caustics: Vec<f32> = session.read("caustic_radiance").expect("caustics");
+        let tree: Vec<f32> = session.read("guide_tree").expect("a tree");
+        (caustics, tree)
+    };
+    let difference = |a: &[f32], b: &[f32]| {
+        let sum: f64 = a.iter().zip(b).map(|(a, b)| f64::from((a - b).abs())).sum();
+        sum / a.iter().map(|&value| f64::from(value)).sum::<f64>()
+    };
+    let (want, other) = (frames(&CPU, 4), frames(&CPU, 5));
+    let apart = (difference(&want.0, &other.0), difference(&want.1, &other.1));
+    for &hardware in gpu.tracers() {
+        let got = frames(&gpu.choice(hardware), 4);
+        let differences = (difference(&want.0, &got.0), difference(&want.1, &got.1));
+        println!(
+            "ray queries {hardware}: caustics and maps differ by {differences:?}, those of another seed by {apart:?}"
+        );
+        assert!(differences.0 < 0.1 * apart.0 && differences.1 < 0.1 * apart.1, "{differences:?}");
+    }
+}

@@ -243,8 +243,8 @@ mod tests {
     #[test]
     fn crafted_heads_are_refused() {
         let error = |shape: Shape, seconds: f64, values: usize| {
-            let state = vec![("map".to_string(), 48), ("other".to_string(), usize::MAX)];
-            let state = state[..if values > 100 { values - 100 } else { 0 }].to_vec();
+            let state = [("map".to_string(), 48), ("other".to_string(), usize::MAX)];
+            let state = state[..values.saturating_sub(100)].to_vec();
             let values = if values > 100 { 42 } else { values };
             let head = Head { identity: identity("1"), shape, seconds, state };
             let bytes = sealed::seal(KIND, &head, |bytes| bytes.resize(bytes.len() + 8 * values, 0)).unwrap();

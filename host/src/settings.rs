@@ -44,7 +44,8 @@ pub struct Settings {
     pub history: &'static History,
     /// What smooths the path-traced light; caustics are left as they are.
     pub denoiser: &'static Denoiser,
-    /// How light paths start.
+    /// How light paths start. The program's default is `emission::GUIDED`, with which a frame depends on those before it; here
+    /// frames do not depend on each other.
     pub emission: &'static Emission,
     /// Which light is the light paths'.
     pub caustics: Caustics,

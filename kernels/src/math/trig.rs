@@ -43,7 +43,7 @@ pub fn turns(y: f32, x: f32) -> f32 {
     let slope = low / high;
     let square = slope * slope;
     let series = -0.075_289_64 + square * (0.042_909_61 + square * (-0.016_165_74 + square * 0.002_866_226));
-    let series = -0.142_088_99 + square * (0.106_562_64 + square * series);
+    let series = -0.142_089 + square * (0.106_562_64 + square * series);
     let series = 1.0 + square * (-0.333_331_45 + square * (0.199_935_5 + square * series));
     let mut turn = slope * series * (0.5 * core::f32::consts::FRAC_1_PI);
     if y.abs() > x.abs() {

@@ -45,8 +45,7 @@ fn settings(seed: u32, specular_roughness: f32) -> Settings {
 /// Which light is the light paths', and how those start.
 type Way = (Caustics, &'static Emission);
 
-const WAYS: [Way; 3] =
-    [(Caustics::First, &GUIDED), (Caustics::First, &AIMED), (Caustics::Any, &POWER)];
+const WAYS: [Way; 3] = [(Caustics::First, &GUIDED), (Caustics::First, &AIMED), (Caustics::Any, &POWER)];
 
 /// How much is rendered.
 struct Budget {

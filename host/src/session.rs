@@ -3,6 +3,7 @@
 use bytemuck::cast_slice;
 use caustics_kernels::gather::accumulator;
 use caustics_kernels::gather::variant::Variant;
+use caustics_kernels::interface::balance::Balance;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::{Camera, FrameParams};
 use caustics_kernels::interface::light::Light;
@@ -21,7 +22,7 @@ use crate::runner::gpu::GpuRunner;
 use crate::runner::{RunError, Runner, StepTime};
 use crate::scene::motion::Motion;
 use crate::scene::{Scene, SceneCamera, SceneError};
-use crate::settings::Settings;
+use crate::settings::{Settings, with_light_paths};
 use crate::upload::Upload;
 use crate::vulkan::passes::DeviceOptions;
 use caustics_kernels::declare::{BufferSpec, Step};
@@ -141,6 +142,10 @@ pub struct Session {
     parts: Parts,
     settings: Settings,
     params: FrameParams,
+    /// Flux of the lights (W).
+    flux: Vec3,
+    /// Light paths of the next frame, if it shoots any.
+    light_paths: u32,
     /// The eye of the frame before.
     previous_camera: Camera,
     upload: Upload,
@@ -178,7 +183,8 @@ impl Session {
             return Err(SessionError::Emission { method: method.name, emission: settings.emission.name });
         }
         let Settings { history, denoiser, emission, .. } = settings;
-        let parts = Parts { gather: variant, history, denoiser, emission };
+        let balances = settings.balances && method.gathers;
+        let parts = Parts { gather: variant, history, denoiser, emission, balances };
         let largest = settings.largest(scene, camera);
         let scene_bytes = scene.buffers().iter().map(|(_, bytes)| bytes.len() as u64).sum();
         let on_gpu = matches!(choice, RunnerChoice::Gpu { .. });
@@ -191,14 +197,28 @@ impl Session {
         runner.write("pixel_order", cast_slice(&pixel_order(params.width, params.height)))?;
         let previous_camera = params.camera;
         let upload = Upload::new(scene);
-        Ok(Session { runner, method, parts, settings, params, previous_camera, upload, moved: true, kept })
+        let light_paths = settings.first_light_paths();
+        Ok(Session {
+            runner,
+            method,
+            parts,
+            settings,
+            params: with_paths(params, light_paths, scene.flux),
+            flux: scene.flux,
+            light_paths,
+            previous_camera,
+            upload,
+            moved: true,
+            kept,
+        })
     }
 
     /// Moves the session to another time: takes a scene that [`Scene::pose`] has moved, and a camera of it, and uploads what
     /// changed. Call it before each frame of an animation, since a history needs to know how things moved.
     pub fn pose(&mut self, scene: &Scene, camera: &SceneCamera) -> Result<(), SessionError> {
         self.previous_camera = self.params.camera;
-        self.params = self.settings.params(scene, camera, 0);
+        self.flux = scene.flux;
+        self.params = with_paths(self.settings.params(scene, camera, 0), self.light_paths, self.flux);
         self.moved |= self.params.camera != self.previous_camera;
         self.moved |= self.upload.run(&mut *self.runner, scene)?;
         Ok(())
@@ -229,7 +249,7 @@ impl Session {
             self.runner.write(name, bytes)?;
         }
         self.moved = false;
-        Ok(())
+        self.take_light_paths()
     }
 
     /// Says that what is rendered next follows no frame: a cut.
@@ -254,11 +274,24 @@ impl Session {
 
     /// Renders frame `index` and returns the time of each of its steps. What it made is read by [`Session::picture`].
     pub fn frame(&mut self, index: u32) -> Result<Vec<StepTime>, SessionError> {
+        self.params = with_paths(self.params, self.light_paths, self.flux);
         let params = self.params(index);
         let times = self.runner.run(&params, &(self.method.steps)(self.parts, &params))?;
         self.previous_camera = self.params.camera;
         self.moved = false;
+        self.take_light_paths()?;
         Ok(times)
+    }
+
+    /// Takes the number of light paths that frames so far say is best for the next.
+    fn take_light_paths(&mut self) -> Result<(), SessionError> {
+        if self.parts.balances {
+            let balance: Vec<Balance> = self.read("balance")?;
+            if let Some(&Balance { light_paths: 1.., .. }) = balance.first() {
+                self.light_paths = balance[0].light_paths.min(self.settings.light_paths);
+            }
+        }
+        Ok(())
     }
 
     /// Reads back the layers of the last frame.
@@ -314,4 +347,9 @@ impl Session {
         self.runner.run(&self.params, &[Step::of(&DISPLAY, &self.params)])?;
         self.read("display_color")
     }
+}
+
+/// The same settings of a frame with so many light paths, if it shoots any.
+fn with_paths(params: FrameParams, light_paths: u32, flux: Vec3) -> FrameParams {
+    if params.light_path_count == 0 { params } else { with_light_paths(params, light_paths, flux) }
 }

@@ -4,6 +4,7 @@ use caustics_kernels::declare::{Caustics, TextureFilter};
 use caustics_kernels::denoiser::{self, Denoiser};
 use caustics_kernels::emission::{self, Emission};
 use caustics_kernels::history::{self, History};
+use caustics_kernels::interface::balance::FIRST_PATHS;
 use caustics_kernels::interface::caster::Casters;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::{
@@ -22,8 +23,11 @@ pub struct Settings {
     pub width: u32,
     /// Image height (px).
     pub height: u32,
-    /// Light paths a frame.
+    /// Light paths a frame; where a frame's time is shared, at most.
     pub light_paths: u32,
+    /// Whether a frame's time is shared between camera paths and light paths, by what earlier frames cost and left to noise
+    /// (`caustics_kernels::pass::balance`). Frames depend on each other then; every one stays unbiased.
+    pub balances: bool,
     /// Scattering vertices between eye and light, at most.
     pub max_bounces: u32,
     /// Radius of a collection point relative to the disc of its pixel's footprint area.
@@ -57,6 +61,7 @@ impl Default for Settings {
             width: 960,
             height: 540,
             light_paths: 1024 * 1024,
+            balances: false,
             max_bounces: 5,
             radius_px: 1.0,
             specular_roughness: 0.25,
@@ -102,16 +107,6 @@ impl Settings {
         let features = scene.features(self.specular_roughness);
         let caustics = features.has(Features::CASTERS) && features.has(Features::RECEIVERS);
         let shoots = caustics && is_lit && self.max_bounces > 1;
-        let light_paths = if shoots { self.light_paths } else { 0 };
-
-        // A batch never overflows the deposit buffers: a path deposits at every hit but the first, at most.
-        let deposits_per_path = self.max_bounces.saturating_sub(1).max(1);
-        let batch = light_paths.min((MAX_BUFFER / DEPOSIT_BYTES / deposits_per_path).max(1));
-
-        // The largest flux of a light path: lights are chosen by the mean of their channels, so one of a single channel
-        // sends three times the mean. A power of two, so that scaling lights by one changes no bit.
-        let flux = scene.flux.element_sum() / self.light_paths.max(1) as f32;
-        let quantum = next_power_of_two(flux) * 2.0f32.powi(-24);
         let texture_filter = match self.texture_filter {
             Some(TextureFilter::Finest) => TEXTURE_FILTER_FINEST,
             Some(TextureFilter::Cone) | None => TEXTURE_FILTER_CONE,
@@ -121,24 +116,19 @@ impl Settings {
         } else {
             Casters::default()
         };
-        FrameParams {
+        let params = FrameParams {
             camera: camera.camera(self.width, self.height),
             previous_camera: camera.camera(self.width, self.height),
             width: self.width,
             height: self.height,
             seed: self.seed,
             frame,
-            light_path_count: light_paths,
-            light_path_batch: batch,
             max_bounces: self.max_bounces,
             filters: self.pixel_filter | texture_filter,
             specular_roughness: self.specular_roughness,
             radius_px: self.radius_px,
             pixel_spread: camera.pixel_spread(self.width, self.height),
-            quantum,
             light_count: scene.lights.len() as u32,
-            deposit_capacity: (batch * deposits_per_path).max(1),
-            cell_mask: batch.next_power_of_two().clamp(1024, MAX_CELLS) - 1,
             exposure: self.exposure.exp2(),
             background: self.background.unwrap_or(scene.background),
             history: self.history.settings.unwrap_or_default(),
@@ -148,7 +138,34 @@ impl Settings {
             },
             moved: 1,
             casters,
-        }
+            ..FrameParams::default()
+        };
+        with_light_paths(params, if shoots { self.light_paths } else { 0 }, scene.flux)
+    }
+
+    /// Light paths of a frame before which nothing is known.
+    pub fn first_light_paths(&self) -> u32 {
+        let first = (self.width * self.height) as f32 * FIRST_PATHS;
+        if self.balances { self.light_paths.min(first as u32).max(1) } else { self.light_paths }
+    }
+}
+
+/// The same settings of a frame with so many light paths of lights of this flux (W).
+pub fn with_light_paths(params: FrameParams, light_paths: u32, flux: Vec3) -> FrameParams {
+    // A batch never overflows the deposit buffers: a path deposits at every hit but the first, at most.
+    let deposits_per_path = params.max_bounces.saturating_sub(1).max(1);
+    let batch = light_paths.min((MAX_BUFFER / DEPOSIT_BYTES / deposits_per_path).max(1));
+
+    // The largest flux of a light path: lights are chosen by the mean of their channels, so one of a single channel
+    // sends three times the mean. A power of two, so that scaling lights by one changes no bit.
+    let largest = flux.element_sum() / light_paths.max(1) as f32;
+    FrameParams {
+        light_path_count: light_paths,
+        light_path_batch: batch,
+        quantum: next_power_of_two(largest) * 2.0f32.powi(-24),
+        deposit_capacity: (batch * deposits_per_path).max(1),
+        cell_mask: batch.next_power_of_two().clamp(1024, MAX_CELLS) - 1,
+        ..params
     }
 }
 

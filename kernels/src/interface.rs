@@ -1,5 +1,6 @@
 //! What host and kernels share: `repr(C)` plain-old-data with a unit on every field. Imports nothing of the crate.
 
+pub mod balance;
 pub mod caster;
 pub mod counters;
 pub mod denoiser;
@@ -16,6 +17,7 @@ pub mod packed;
 pub mod point;
 pub mod ray;
 pub mod scene;
+pub mod seen;
 pub mod step;
 pub mod texture;
 pub mod tree;

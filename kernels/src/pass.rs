@@ -1,8 +1,10 @@
 //! The passes that methods share, a pass a file: each declares what it binds, and is a function of an index, generic over the
 //! seams. Imports all but `history`, `filter` and `method`.
 
+pub mod balance;
 pub mod collect;
 pub mod display;
 pub mod resolve;
 pub mod shoot;
 pub mod step;
+pub mod weigh;

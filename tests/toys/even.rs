@@ -17,6 +17,7 @@ pub const EVEN: Emission = Emission {
     cost: "nothing",
     wrong: "noise where lights differ",
     aims: false,
+    weighs: false,
     prepare: |_| Vec::new(),
     shoot: &SHOOT,
     pilot: None,

@@ -87,7 +87,7 @@ fn option<C: Axes>(key: &'static str, about: &str, axis: &'static Axis) -> Arg {
     if C::LISTS {
         help += "; several with commas between";
     }
-    let usual = if key == "light_paths" { axis.usual.trim_start_matches('n') } else { axis.usual };
+    let usual = axis.usual;
     if !usual.is_empty() && (*axis != PATHS_PER_PIXEL || key == "light_paths") {
         help += &format!(" [default: {usual}]");
     }

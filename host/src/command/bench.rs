@@ -61,8 +61,7 @@ fn config(options: &Bench) -> anyhow::Result<Config> {
     matrix.scene = vec![options.scene.clone()];
     matrix.camera = view.camera.clone();
     if !options.axes.has(&PATHS_PER_PIXEL) {
-        let usual = PATHS_PER_PIXEL.usual.trim_start_matches('n');
-        matrix.add("light_paths", usual).map_err(Usage)?;
+        matrix.add("light_paths", PATHS_PER_PIXEL.usual).map_err(Usage)?;
     }
     let (width, height, count) = (Side(view.width), Side(view.height), Count(frames.len() as u32));
     let config = Config {

@@ -174,14 +174,13 @@ impl Job {
             tell!("warning: {error:#}");
         }
         if options.json {
-            let params = session.params(0);
             let relative_error = sums.relative_error();
             let out = json!({
                 "scene": scene.name, "file": file, "method": method.name, "gather": gather,
                 "denoiser": settings.denoiser.name,
                 "device": session.device(), "why": reason, "camera": camera.name, "time_s": time,
                 "width": settings.width, "height": settings.height, "frames": sums.frames(),
-                "light_paths": params.light_path_count, "max_bounces": settings.max_bounces,
+                "light_paths": report.light_paths(), "max_bounces": settings.max_bounces,
                 "radius_px": settings.radius_px, "specular_roughness": settings.specular_roughness,
                 "texture_filter": settings.texture_filter.map(TextureFilter::name),
                 "seed": settings.seed, "features": feature_names(features), "triangles": scene.triangles.len(),

@@ -34,6 +34,11 @@ impl Report {
         self.energy = self.energy.plus(energy);
     }
 
+    /// Mean number of light paths of a frame.
+    pub fn light_paths(&self) -> u64 {
+        self.counters.get(Counter::LightPaths) / u64::from(self.frames.max(1))
+    }
+
     /// Mean time of a frame (ms).
     pub fn frame_ms(&self) -> f64 {
         self.wall.as_secs_f64() * 1e3 / f64::from(self.frames.max(1))

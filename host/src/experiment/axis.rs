@@ -253,7 +253,7 @@ pub static PATHS_PER_PIXEL: Axis = Axis {
     head: "paths/px",
     about: "Light paths a pixel and frame",
     values: Values::Numbers("more than 0, at most 4096"),
-    usual: "n1048576",
+    usual: "auto",
     none: "",
     shown: Shown::Words("", |value| {
         let unit = if value == "1" { "path/px" } else { "paths/px" };
@@ -315,7 +315,11 @@ const RUNNERS: [(&str, &str); 5] = [
 /// Other keys for the light paths of a frame: key, what it is, and the letters around the number that say so in a value of
 /// [`PATHS_PER_PIXEL`].
 pub const PATHS_SPELLINGS: [(&str, &str, [&str; 2]); 2] = [
-    ("light_paths", "Light paths a frame", ["n", ""]),
+    (
+        "light_paths",
+        "Light paths a frame, or auto: as many as serve the picture best, by what earlier frames cost and left to noise",
+        ["n", ""],
+    ),
     (
         "equal_time_ms",
         "As many light paths as a frame of this time has (ms); they are searched for",
@@ -336,6 +340,9 @@ pub fn keys() -> impl Iterator<Item = (&'static str, &'static str, &'static Axis
 /// The axis of a key, and the value of a text under that key.
 pub fn spelled(key: &str, text: &str) -> Option<(&'static Axis, String)> {
     let (_, _, axis) = keys().find(|(known, ..)| *known == key)?;
+    if (key, text) == ("light_paths", AUTO) {
+        return Some((axis, text.into()));
+    }
     let others = PATHS_SPELLINGS.into_iter().find(|(known, ..)| *known == key);
     let [before, after] = match others {
         Some((_, _, letters)) => letters,
@@ -345,7 +352,10 @@ pub fn spelled(key: &str, text: &str) -> Option<(&'static Axis, String)> {
     Some((axis, format!("{before}{text}{after}")))
 }
 
-/// The light paths of a text: `p0.5` a pixel, `n1024` a frame, `t33ms` as many as take so long, or none at all.
+/// Light paths as many as serve the picture best.
+const AUTO: &str = "auto";
+
+/// The light paths of a text: `p0.5` a pixel, `n1024` a frame, `t33ms` as many as take so long, `auto`, or none at all.
 impl std::str::FromStr for Paths {
     type Err = String;
     fn from_str(text: &str) -> Result<Paths, String> {
@@ -354,9 +364,11 @@ impl std::str::FromStr for Paths {
         let none = || "it must be a positive number".to_string();
         if text.is_empty() {
             Ok(Paths::None)
+        } else if text == AUTO {
+            Ok(Paths::Auto)
         } else if let Some(count) = text.strip_prefix('n') {
             let count = count.parse().ok().filter(|count| *count > 0);
-            count.map(Paths::Count).ok_or_else(|| "it must be a whole number, at least 1".into())
+            count.map(Paths::Count).ok_or_else(|| "it must be auto or a whole number, at least 1".into())
         } else if let Some(ms) = text.strip_prefix('t').and_then(|text| text.strip_suffix("ms")) {
             number(ms).map(Paths::Time).ok_or_else(none)
         } else {
@@ -370,6 +382,7 @@ impl std::fmt::Display for Paths {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Paths::None => Ok(()),
+            Paths::Auto => formatter.write_str(AUTO),
             Paths::Count(count) => write!(formatter, "n{count}"),
             Paths::PerPixel(paths) => write!(formatter, "p{paths}"),
             Paths::Time(ms) => write!(formatter, "t{ms}ms"),
@@ -414,6 +427,7 @@ mod tests {
             (&PATHS_PER_PIXEL, "p0.25"),
             (&PATHS_PER_PIXEL, "n7"),
             (&PATHS_PER_PIXEL, "t33.3ms"),
+            (&PATHS_PER_PIXEL, "auto"),
             (&RADIUS_PX, "0.5"),
             (&MAX_BOUNCES, "9"),
         ] {
@@ -425,6 +439,8 @@ mod tests {
 
     #[test]
     fn light_paths_are_spelled_in_three_ways() {
+        assert_eq!(spelled("light_paths", "auto"), Some((&PATHS_PER_PIXEL, "auto".into())));
+        assert_eq!(spelled("paths_per_pixel", "auto"), Some((&PATHS_PER_PIXEL, "pauto".into())));
         assert_eq!(spelled("light_paths", "9"), Some((&PATHS_PER_PIXEL, "n9".into())));
         assert_eq!(spelled("paths_per_pixel", "9"), Some((&PATHS_PER_PIXEL, "p9".into())));
         assert_eq!(spelled("equal_time_ms", "9"), Some((&PATHS_PER_PIXEL, "t9ms".into())));

@@ -5,6 +5,7 @@ use caustics_kernels::denoiser::Denoiser;
 use caustics_kernels::emission::Emission;
 use caustics_kernels::gather::variant::{self, Variant};
 use caustics_kernels::history::History;
+use caustics_kernels::interface::balance::MOST_PATHS;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::method::{Method, Parts};
 
@@ -54,6 +55,8 @@ pub enum Paths {
     PerPixel(f64),
     /// As many as a frame of this time has (ms); they are searched for, from one a pixel on.
     Time(f64),
+    /// As many as serve the picture best, by what earlier frames cost and left to noise.
+    Auto,
 }
 
 /// Which kernel code is alive.
@@ -87,7 +90,7 @@ impl FeatureChoice {
 }
 
 impl Paths {
-    /// How many in a frame of this size.
+    /// How many in a frame of this size, at most.
     pub fn count(&self, width: u32, height: u32) -> u32 {
         let pixels = f64::from(width) * f64::from(height);
         match *self {
@@ -95,6 +98,7 @@ impl Paths {
             Paths::Count(count) => count,
             Paths::PerPixel(paths) => (paths * pixels).round().max(1.0) as u32,
             Paths::Time(_) => pixels as u32,
+            Paths::Auto => pixels as u32 * MOST_PATHS,
         }
     }
 }
@@ -108,7 +112,8 @@ impl Cell {
     /// Its parts as a session takes them.
     pub fn parts(&self) -> Parts {
         let Cell { emission, history, denoiser, .. } = *self;
-        Parts { gather: self.variant(), emission, history, denoiser }
+        let balances = self.paths == Paths::Auto;
+        Parts { gather: self.variant(), emission, history, denoiser, balances }
     }
 
     /// Its gather; where its method chooses none, one that every runner has.
@@ -120,6 +125,7 @@ impl Cell {
     pub fn settings(&self, common: &Settings) -> Settings {
         Settings {
             light_paths: self.paths.count(common.width, common.height),
+            balances: self.paths == Paths::Auto,
             radius_px: self.radius_px,
             max_bounces: self.max_bounces,
             emission: self.emission,

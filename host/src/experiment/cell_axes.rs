@@ -63,14 +63,18 @@ impl Cell {
     pub fn config(&self, scene: &Scene, camera: &str, settings: &Settings) -> CellConfig {
         let Settings { width, height, texture_filter, .. } = *settings;
         let paths = match self.paths {
-            Paths::PerPixel(paths) => paths,
-            _ => f64::from(self.paths.count(width, height)) / (f64::from(width) * f64::from(height)),
+            Paths::PerPixel(paths) => paths.to_string(),
+            Paths::Auto => self.paths.to_string(),
+            _ => {
+                let pixels = f64::from(width) * f64::from(height);
+                (f64::from(self.paths.count(width, height)) / pixels).to_string()
+            }
         };
         let mut config = CellConfig::of(&scene.name, camera);
         for axis in AXES {
             config.set(axis, &axis.get(self));
         }
-        config.set(&PATHS_PER_PIXEL, &paths.to_string());
+        config.set(&PATHS_PER_PIXEL, &paths);
         config.texture_filter = texture_filter.unwrap_or(self.method.texture_filter).name().into();
         config
     }

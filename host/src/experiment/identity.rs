@@ -24,6 +24,7 @@ pub fn view(scene: &Scene, camera: &str, settings: &Settings) -> String {
         width,
         height,
         light_paths,
+        balances: _,
         max_bounces,
         radius_px,
         specular_roughness,

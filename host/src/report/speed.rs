@@ -169,15 +169,15 @@ fn families(marks: &[Mark]) -> Vec<Vec<usize>> {
         (config, comparable_group(&marks[index]))
     };
     let mut families: Vec<Vec<usize>> = Vec::new();
-    for index in 0..marks.len() {
+    let paths = |index: usize| marks[index].cell.result.cell.number(&PATHS_PER_PIXEL);
+    for index in (0..marks.len()).filter(|&index| paths(index) > 0.0) {
         match families.iter_mut().find(|family| key(family[0]) == key(index)) {
             Some(family) => family.push(index),
             None => families.push(vec![index]),
         }
     }
     for family in &mut families {
-        let paths = |index: &usize| marks[*index].cell.result.cell.number(&PATHS_PER_PIXEL);
-        family.sort_by(|a, b| paths(a).total_cmp(&paths(b)));
+        family.sort_by(|&a, &b| paths(a).total_cmp(&paths(b)));
     }
     families.retain(|family| family.len() > 1);
     families

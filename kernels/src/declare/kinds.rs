@@ -55,6 +55,8 @@ pub struct Emission {
     pub wrong: &'static str,
     /// Whether it reads the casters of the frame's settings.
     pub aims: bool,
+    /// Whether it goes by what an error of each pixel counts (`pass::weigh`).
+    pub weighs: bool,
     /// Once a frame that shoots, before its first light path.
     pub prepare: fn(&FrameParams) -> Vec<Step>,
     /// The pass that shoots a batch of light paths and stores their deposits.

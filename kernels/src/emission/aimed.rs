@@ -15,6 +15,7 @@ pub const AIMED: Emission = Emission {
     wrong: "nothing knows which of the casters is lit or seen; what casts beside the cones (a wall of mirrors, say) gets few and \
             heavy paths",
     aims: true,
+    weighs: false,
     prepare: |_| Vec::new(),
     shoot: &SHOOT,
     pilot: None,

@@ -12,19 +12,18 @@ use spirv_std::num_traits::Float;
 use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::{Emission, Step};
-use crate::gather::accumulator::{self, Sum};
 use crate::gather::score::{INVERSE_QUANTUM, WORDS};
-use crate::interface::frame::{Dispatch, FrameParams, PILOT};
-use crate::interface::guide::{GuideMap, GuideSum, PixelSum};
+use crate::interface::frame::{Dispatch, FrameParams};
+use crate::interface::guide::{GuideMap, GuideSum};
 use crate::interface::light::Light;
-use crate::interface::point::{PointGeometry, PointShading};
+use crate::interface::seen::PixelSum;
 use crate::light::density_map::Node;
 use crate::light::guided::{Group, Guided, Map, group_count, map_count, maps_of_group, most_maps};
-use crate::math::mean;
 use crate::math::quanta::Quanta;
-use crate::pass::resolve::radiance;
+use crate::pass::weigh::FADE;
+#[cfg(not(target_arch = "spirv"))]
+use crate::pass::weigh::weigh_with_pilot;
 use crate::seam::{AtomicWords, Slots, Words};
-use spirv_std::glam::Vec3;
 
 crate::shoot_pass!("shoot.guided", |power, guide_maps: &[GuideMap], guide_tree: &[f32]| Guided {
     power,
@@ -41,40 +40,17 @@ pub const GUIDED: Emission = Emission {
     wrong: "a frame depends on those before; light that moves by more than a texel or so a frame is found by the first eighth of \
             a frame's paths alone; what casts beside the cones is seen by a coarse map",
     aims: true,
-    prepare: |params| {
-        let mut steps = vec![Step::of(&GUIDE_SEEN, params)];
-        steps.extend(weigh(params, 0));
-        steps.extend(learn(params, 0));
-        steps
-    },
+    weighs: true,
+    prepare: |params| learn(params, 0),
     shoot: &SHOOT,
     pilot: Some(|params| {
-        let mut steps = weigh(params, 1);
+        let mut steps = weigh_with_pilot(params);
         steps.extend(learn(params, 1));
         steps
     }),
     forget: &[],
-    keeps: &[
-        "caustic_radiance",
-        "guide_maps",
-        "guide_sums",
-        "picture_rows",
-        "pixel_sums",
-        "start_counts",
-        "start_scores",
-    ],
+    keeps: &["guide_maps", "guide_sums", "start_counts", "start_scores"],
 };
-
-/// Weighs pixels by what they showed, the second time in a frame with what its pilot brought.
-#[cfg(not(target_arch = "spirv"))]
-fn weigh(params: &FrameParams, time: u32) -> Vec<Step> {
-    vec![
-        Step::level(&GUIDE_MEANS, time, params.pixel_count()),
-        Step::level(&GUIDE_ROWS, 0, params.height),
-        Step::level(&GUIDE_ROWS, 1, 1),
-        Step::of(&GUIDE_WEIGHTS, params),
-    ]
-}
 
 /// Adds what was scored to what is known, and makes maps of it. The first time in a frame, what is known fades.
 #[cfg(not(target_arch = "spirv"))]
@@ -89,123 +65,12 @@ fn learn(params: &FrameParams, time: u32) -> Vec<Step> {
     steps
 }
 
-/// Share of what is known that counts on where something moved.
-const FADE: f32 = 0.5;
-/// Light of a pixel below which no error counts, relative to the mean of the picture.
-const DARK: f32 = 0.1;
-/// Pixels to each side whose light is a pixel's.
-const AROUND: u32 = 2;
 /// Largest score that starts of a texel have in the mean of a frame, relative to their map: else single paths would rule it.
 const MAX_SCORE: f32 = 64.0;
 /// Score of a start of an unknown map that counts one unit, relative to what a map gives that all light of the picture is from.
 const UNSEEN: f32 = 1.0e-6;
 /// Starts of a texel that count as much as the mean of the node above.
 const SHRINKAGE: f32 = 4.0;
-
-/// Adds what each pixel showed: what the camera finds in this frame, and what light paths brought in the last.
-#[pass(name = "guide.seen", over = params.pixel_count(), work = Guide)]
-pub fn guide_seen(
-    pixel: u32,
-    params: &FrameParams,
-    path_radiance: &[Vec3],
-    caustic_radiance: &[Vec3],
-    #[len = params.pixel_count()] mut pixel_sums: Slots<'_, PixelSum>,
-) {
-    let keep = if params.moved != 0 { FADE } else { 1.0 };
-    let before = pixel_sums.read(pixel);
-    let was = if before.path_frames > 0.0 { 1.0 } else { 0.0 };
-    let now = PixelSum {
-        path: before.path * keep + mean(path_radiance[pixel as usize]),
-        path_frames: before.path_frames * keep + 1.0,
-        caustics: (before.caustics + mean(caustic_radiance[pixel as usize]) * was) * keep,
-        caustic_frames: (before.caustic_frames + was) * keep,
-    };
-    pixel_sums.write(pixel, now);
-}
-
-/// The mean light of each pixel; at level 1 the pilot of the frame counts as the part of a frame that it is.
-#[pass(name = "guide.means", over = params.pixel_count(), work = Guide)]
-pub fn guide_means(
-    pixel: u32,
-    params: &FrameParams,
-    dispatch: Dispatch,
-    point_geometry: &[PointGeometry],
-    point_shading: &[PointShading],
-    #[len = params.pixel_count() * accumulator::WORDS] accumulator: &[u32],
-    pixel_sums: &[PixelSum],
-    #[len = params.pixel_count()] mut pixel_means: Slots<'_, f32>,
-) {
-    let mut sum = pixel_sums[pixel as usize];
-    let point = &point_geometry[pixel as usize];
-    if dispatch.level > 0 {
-        if point.exists() {
-            let (pilot, _) = Sum::read(accumulator, pixel, params.quantum);
-            sum.caustics += mean(radiance(point, &point_shading[pixel as usize], pilot));
-        }
-        sum.caustic_frames += 1.0 / PILOT as f32;
-    }
-    pixel_means.write(pixel, sum.mean());
-}
-
-/// The mean light of each row; at level 1 that of the picture, and behind it the square of what it was relative to it.
-#[pass(name = "guide.rows", over = params.height, work = Guide)]
-pub fn guide_rows(
-    row: u32,
-    params: &FrameParams,
-    dispatch: Dispatch,
-    pixel_means: &[f32],
-    #[len = params.height + 2] mut picture_rows: Slots<'_, f32>,
-) {
-    let count = if dispatch.level == 0 { params.width } else { params.height };
-    let mut sum = 0.0;
-    let mut index = 0;
-    while index < count {
-        sum += if dispatch.level == 0 {
-            pixel_means[(row * params.width + index) as usize]
-        } else {
-            picture_rows.read(index)
-        };
-        index += 1;
-    }
-    let mean = sum / count as f32;
-    if dispatch.level == 0 {
-        picture_rows.write(row, mean);
-    } else {
-        let ratio = if mean > 0.0 { picture_rows.read(params.height) / mean } else { 1.0 };
-        picture_rows.write(params.height, mean);
-        picture_rows.write(params.height + 1, ratio * ratio);
-    }
-}
-
-/// How much an error of each pixel counts: 1 / (its light, or that around it, squared), or that of what is dark beside the picture's mean.
-#[pass(name = "guide.weights", over = params.pixel_count(), work = Guide)]
-pub fn guide_weights(
-    pixel: u32,
-    params: &FrameParams,
-    pixel_means: &[f32],
-    picture_rows: &[f32],
-    #[len = params.pixel_count()] mut pixel_weights: Slots<'_, f32>,
-) {
-    // Of few light paths, most pixels saw none.
-    let (column, row) = (pixel % params.width, pixel / params.width);
-    let (left, right) = (column.max(AROUND) - AROUND, (column + AROUND).min(params.width - 1));
-    let (top, bottom) = (row.max(AROUND) - AROUND, (row + AROUND).min(params.height - 1));
-    let mut sum = 0.0;
-    let mut y = top;
-    while y <= bottom {
-        let mut x = left;
-        while x <= right {
-            sum += pixel_means[(y * params.width + x) as usize];
-            x += 1;
-        }
-        y += 1;
-    }
-    let around = sum / ((right + 1 - left) * (bottom + 1 - top)) as f32;
-    let light = around.max(pixel_means[pixel as usize]);
-    let dark = DARK * picture_rows[params.height as usize];
-    let square = light * light + dark * dark;
-    pixel_weights.write(pixel, if square > 0.0 { 1.0 / square } else { 0.0 });
-}
 
 /// Adds what was scored since the last time to what is known, a texel an invocation; at level 0 what is known fades.
 #[pass(name = "guide.learn", over = Map::count(0, map_count(params)), work = Guide)]

@@ -13,6 +13,7 @@ pub const POWER: Emission = Emission {
     cost: "nothing",
     wrong: "most paths go where nobody sees a caustic",
     aims: false,
+    weighs: false,
     prepare: |_| Vec::new(),
     shoot: &SHOOT,
     pilot: None,

@@ -250,7 +250,9 @@ impl Emit for Guided<'_> {
         if ratio > 0.0 {
             // The density over that of a uniform start of the map.
             let over_uniform = ((BY_POWER * leaving.pdf + evenly) / ratio + guided) * told_size;
-            score = over_uniform * over_uniform / self.maps[(first + told) as usize].unit;
+            // As if there were one path a pixel, however many there are.
+            let paths = over_uniform * params.light_path_count as f32 / params.pixel_count() as f32;
+            score = paths * paths / self.maps[(first + told) as usize].unit;
         }
         EmissionSample { texel: (first + told) * Map::TEXELS + told_texel, score, ..sample }
     }

@@ -8,7 +8,9 @@ use crate::gather::variant::{self, Over, Side, Stage, Variant};
 use crate::interface::frame::{Dispatch, FrameParams, PILOT};
 use crate::method::{Method, Parts};
 use crate::pass::collect::COLLECT;
+use crate::pass::balance::balance;
 use crate::pass::display::DISPLAY;
+use crate::pass::weigh::weigh;
 use crate::{denoiser, emission, history};
 
 /// The steps of a frame of any method that brings deposits to collection points: `prepare` comes once before the light
@@ -19,7 +21,7 @@ pub fn frame_steps(
     prepare: Vec<Step>,
     shoot: impl Fn(Batch) -> Vec<Step>,
 ) -> Vec<Step> {
-    let Parts { history, denoiser, emission, .. } = parts;
+    let Parts { history, denoiser, emission, balances, .. } = parts;
     let mut steps = vec![
         Step::Clear { buffer: "counters" },
         Step::Clear { buffer: "accumulator" },
@@ -33,7 +35,11 @@ pub fn frame_steps(
     } else {
         steps.extend((history.before)(params));
     }
-    if params.light_path_count > 0 {
+    let shoots = params.light_path_count > 0;
+    if shoots {
+        if parts.weighs() {
+            steps.extend(weigh(params));
+        }
         steps.extend((emission.prepare)(params));
         steps.extend(prepare);
     } else {
@@ -50,6 +56,9 @@ pub fn frame_steps(
         steps.extend(shoot(batch));
     }
     steps.push(Step::of(if forgets { history::none::NONE.resolve } else { history.resolve }, params));
+    if shoots && balances {
+        steps.extend(balance(params));
+    }
     steps.push(Step::of(&DISPLAY, params));
     steps
 }
@@ -144,7 +153,7 @@ fn all_steps() -> Vec<Step> {
             for history in history::ALL {
                 for denoiser in denoiser::ALL {
                     for emission in emission::ALL {
-                        let parts = Parts { gather, history, denoiser, emission };
+                        let parts = Parts { gather, history, denoiser, emission, balances: true };
                         steps.extend((method.steps)(parts, &(method.frame)(params, 0)));
                     }
                 }

@@ -3,6 +3,7 @@
 use crate::declare::{Denoiser, Emission, History, Step, TextureFilter, named};
 use crate::gather::variant::Variant;
 use crate::interface::frame::FrameParams;
+use crate::pass::{balance, weigh};
 use crate::{denoiser, emission, history};
 
 /// A way to render: what a frame consists of.
@@ -38,7 +39,10 @@ pub struct Method {
 impl Method {
     /// The buffers in which something of a frame made of these parts outlives it; empty: frames do not depend on each other.
     pub fn kept(&self, parts: Parts) -> impl Iterator<Item = &'static str> + use<> {
-        [self.keeps, parts.history.keeps, parts.emission.keeps].into_iter().flatten().copied()
+        let none: &'static [&'static str] = &[];
+        let weighs = if self.gathers && parts.weighs() { &weigh::KEPT } else { none };
+        let balances = if self.gathers && parts.balances { &balance::KEPT } else { none };
+        [self.keeps, parts.history.keeps, parts.emission.keeps, weighs, balances].into_iter().flatten().copied()
     }
 
     /// Whether its light paths can start so.
@@ -58,12 +62,27 @@ pub struct Parts {
     pub denoiser: &'static Denoiser,
     /// How light paths start.
     pub emission: &'static Emission,
+    /// Whether frames say how many light paths those after them shoot (`pass::balance`).
+    pub balances: bool,
+}
+
+impl Parts {
+    /// Whether it is weighed how much an error of each pixel counts.
+    pub fn weighs(&self) -> bool {
+        self.balances || self.emission.weighs
+    }
 }
 
 impl From<&'static Variant> for Parts {
     /// A gather of light paths that start by power, without history and denoiser.
     fn from(gather: &'static Variant) -> Parts {
-        Parts { gather, history: &history::NONE, denoiser: &denoiser::NONE, emission: &emission::POWER }
+        Parts {
+            gather,
+            history: &history::NONE,
+            denoiser: &denoiser::NONE,
+            emission: &emission::POWER,
+            balances: false,
+        }
     }
 }
 

@@ -124,7 +124,7 @@ impl Plan {
         // Neither exposure nor what is in `shared` already.
         let Settings { width, height, light_paths, max_bounces, radius_px, specular_roughness, .. } =
             &self.settings;
-        let Settings { pixel_filter, texture_filter, history, denoiser, emission, caustics, .. } =
+        let Settings { balances, pixel_filter, texture_filter, history, denoiser, emission, caustics, .. } =
             &self.settings;
         let history_settings = history.settings.map_or("none".into(), |settings| format!("{settings:?}"));
         let first = if self.goes_on() { self.frames.start.to_string() } else { "any".into() };
@@ -132,6 +132,7 @@ impl Plan {
             ("width", width.to_string()),
             ("height", height.to_string()),
             ("light_paths", light_paths.to_string()),
+            ("balances", balances.to_string()),
             ("max_bounces", max_bounces.to_string()),
             ("radius_px", radius_px.to_string()),
             ("specular_roughness", specular_roughness.to_string()),

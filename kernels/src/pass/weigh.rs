@@ -1,0 +1,155 @@
+//! `weigh.*`: how much an error of each pixel counts, by what it showed: what emissions that learn and shares of a frame's time
+//! go by. All of it is of earlier frames, and of what comes before the light paths that it is used for.
+
+use crate::declare::pass;
+#[cfg(not(target_arch = "spirv"))]
+use crate::declare::Step;
+use crate::gather::accumulator::{self, Sum};
+use crate::interface::frame::{Dispatch, FrameParams, PILOT};
+use crate::interface::point::{PointGeometry, PointShading};
+use crate::interface::seen::PixelSum;
+use crate::math::mean;
+use crate::pass::resolve::radiance;
+use crate::seam::Slots;
+use spirv_std::glam::Vec3;
+
+/// What outlives a frame.
+#[cfg(not(target_arch = "spirv"))]
+pub const KEPT: [&str; 3] = ["caustic_radiance", "picture_rows", "pixel_sums"];
+
+/// Once a frame, after `collect`: adds what pixels show, and weighs them.
+#[cfg(not(target_arch = "spirv"))]
+pub fn weigh(params: &FrameParams) -> Vec<Step> {
+    let mut steps = vec![Step::of(&WEIGH_SEEN, params)];
+    steps.extend(steps_of(params, 0));
+    steps
+}
+
+/// Weighs pixels once more, with what the pilot of the frame brought.
+#[cfg(not(target_arch = "spirv"))]
+pub fn weigh_with_pilot(params: &FrameParams) -> Vec<Step> {
+    steps_of(params, 1)
+}
+
+#[cfg(not(target_arch = "spirv"))]
+fn steps_of(params: &FrameParams, time: u32) -> Vec<Step> {
+    vec![
+        Step::level(&WEIGH_MEANS, time, params.pixel_count()),
+        Step::level(&WEIGH_ROWS, 0, params.height),
+        Step::level(&WEIGH_ROWS, 1, 1),
+        Step::of(&WEIGH_PIXELS, params),
+    ]
+}
+
+/// Share of what is known that counts on where something moved.
+pub const FADE: f32 = 0.5;
+/// Light of a pixel below which no error counts, relative to the mean of the picture.
+const DARK: f32 = 0.1;
+/// Pixels to each side whose light is a pixel's.
+const AROUND: u32 = 2;
+
+/// Adds what each pixel showed: what the camera finds in this frame, and what light paths brought in the last.
+#[pass(name = "weigh.seen", over = params.pixel_count(), work = Guide)]
+pub fn weigh_seen(
+    pixel: u32,
+    params: &FrameParams,
+    path_radiance: &[Vec3],
+    caustic_radiance: &[Vec3],
+    #[len = params.pixel_count()] mut pixel_sums: Slots<'_, PixelSum>,
+) {
+    let keep = if params.moved != 0 { FADE } else { 1.0 };
+    let before = pixel_sums.read(pixel);
+    let was = if before.path_frames > 0.0 { 1.0 } else { 0.0 };
+    let now = PixelSum {
+        path: before.path * keep + mean(path_radiance[pixel as usize]),
+        path_frames: before.path_frames * keep + 1.0,
+        caustics: (before.caustics + mean(caustic_radiance[pixel as usize]) * was) * keep,
+        caustic_frames: (before.caustic_frames + was) * keep,
+    };
+    pixel_sums.write(pixel, now);
+}
+
+/// The mean light of each pixel; at level 1 the pilot of the frame counts as the part of a frame that it is.
+#[pass(name = "weigh.means", over = params.pixel_count(), work = Guide)]
+pub fn weigh_means(
+    pixel: u32,
+    params: &FrameParams,
+    dispatch: Dispatch,
+    point_geometry: &[PointGeometry],
+    point_shading: &[PointShading],
+    #[len = params.pixel_count() * accumulator::WORDS] accumulator: &[u32],
+    pixel_sums: &[PixelSum],
+    #[len = params.pixel_count()] mut pixel_means: Slots<'_, f32>,
+) {
+    let mut sum = pixel_sums[pixel as usize];
+    let point = &point_geometry[pixel as usize];
+    if dispatch.level > 0 {
+        if point.exists() {
+            let (pilot, _) = Sum::read(accumulator, pixel, params.quantum);
+            sum.caustics += mean(radiance(point, &point_shading[pixel as usize], pilot));
+        }
+        sum.caustic_frames += 1.0 / PILOT as f32;
+    }
+    pixel_means.write(pixel, sum.mean());
+}
+
+/// The mean light of each row; at level 1 that of the picture, and behind it the square of what it was relative to it.
+#[pass(name = "weigh.rows", over = params.height, work = Guide)]
+pub fn weigh_rows(
+    row: u32,
+    params: &FrameParams,
+    dispatch: Dispatch,
+    pixel_means: &[f32],
+    #[len = params.height + 2] mut picture_rows: Slots<'_, f32>,
+) {
+    let count = if dispatch.level == 0 { params.width } else { params.height };
+    let mut sum = 0.0;
+    let mut index = 0;
+    while index < count {
+        sum += if dispatch.level == 0 {
+            pixel_means[(row * params.width + index) as usize]
+        } else {
+            picture_rows.read(index)
+        };
+        index += 1;
+    }
+    let mean = sum / count as f32;
+    if dispatch.level == 0 {
+        picture_rows.write(row, mean);
+    } else {
+        let ratio = if mean > 0.0 { picture_rows.read(params.height) / mean } else { 1.0 };
+        picture_rows.write(params.height, mean);
+        picture_rows.write(params.height + 1, ratio * ratio);
+    }
+}
+
+/// How much an error of each pixel counts: 1 / (its light, or that around it, squared), or that of what is dark beside the picture's mean.
+#[pass(name = "weigh.pixels", over = params.pixel_count(), work = Guide)]
+pub fn weigh_pixels(
+    pixel: u32,
+    params: &FrameParams,
+    pixel_means: &[f32],
+    picture_rows: &[f32],
+    #[len = params.pixel_count()] mut pixel_weights: Slots<'_, f32>,
+) {
+    // Of few light paths, most pixels saw none.
+    let (column, row) = (pixel % params.width, pixel / params.width);
+    let (left, right) = (column.max(AROUND) - AROUND, (column + AROUND).min(params.width - 1));
+    let (top, bottom) = (row.max(AROUND) - AROUND, (row + AROUND).min(params.height - 1));
+    let mut sum = 0.0;
+    let mut y = top;
+    while y <= bottom {
+        let mut x = left;
+        while x <= right {
+            sum += pixel_means[(y * params.width + x) as usize];
+            x += 1;
+        }
+        y += 1;
+    }
+    let around = sum / ((right + 1 - left) * (bottom + 1 - top)) as f32;
+    let light = around.max(pixel_means[pixel as usize]);
+    let dark = DARK * picture_rows[params.height as usize];
+    let square = light * light + dark * dark;
+    pixel_weights.write(pixel, if square > 0.0 { 1.0 / square } else { 0.0 });
+}
+

@@ -184,7 +184,8 @@ impl Session {
         }
         let Settings { history, denoiser, emission, .. } = settings;
         let balances = settings.balances && method.gathers;
-        let parts = Parts { gather: variant, history, denoiser, emission, balances };
+        let widens = settings.widens && method.gathers;
+        let parts = Parts { gather: variant, history, denoiser, emission, balances, widens };
         let largest = settings.largest(scene, camera);
         let scene_bytes = scene.buffers().iter().map(|(_, bytes)| bytes.len() as u64).sum();
         let on_gpu = matches!(choice, RunnerChoice::Gpu { .. });

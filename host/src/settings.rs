@@ -32,6 +32,8 @@ pub struct Settings {
     pub max_bounces: u32,
     /// Radius of a collection point relative to the disc of its pixel's footprint area.
     pub radius_px: f32,
+    /// Whether discs are up to three times as wide where the last frame's deposits were few.
+    pub widens: bool,
     /// Reflection lobes of at most this roughness are specular.
     pub specular_roughness: f32,
     /// Seed of all random numbers.
@@ -64,6 +66,7 @@ impl Default for Settings {
             balances: false,
             max_bounces: 5,
             radius_px: 1.0,
+            widens: false,
             specular_roughness: 0.25,
             seed: 0,
             pixel_filter: 0,

@@ -8,3 +8,4 @@ pub mod resolve;
 pub mod shoot;
 pub mod step;
 pub mod weigh;
+pub mod widen;

@@ -97,7 +97,7 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
             "fps": plan.fps, "first": plan.frames.start, "end": plan.frames.end,
             "width": settings.width, "height": settings.height,
             "light_paths": if settings.balances { json!("auto") } else { json!(settings.light_paths) },
-            "max_bounces": settings.max_bounces, "radius_px": settings.radius_px,
+            "max_bounces": settings.max_bounces, "radius_px": settings.radius_px, "widens": settings.widens,
             "specular_roughness": settings.specular_roughness,
             "texture_filter": settings.texture_filter.map(TextureFilter::name), "seed": settings.seed,
             "features": feature_names(features), "commit": env!("CAUSTICS_COMMIT"), "kernels": kernels::SOURCES,

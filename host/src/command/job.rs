@@ -181,7 +181,7 @@ impl Job {
                 "device": session.device(), "why": reason, "camera": camera.name, "time_s": time,
                 "width": settings.width, "height": settings.height, "frames": sums.frames(),
                 "light_paths": report.light_paths(), "max_bounces": settings.max_bounces,
-                "radius_px": settings.radius_px, "specular_roughness": settings.specular_roughness,
+                "radius_px": settings.radius_px, "widens": settings.widens, "specular_roughness": settings.specular_roughness,
                 "texture_filter": settings.texture_filter.map(TextureFilter::name),
                 "seed": settings.seed, "features": feature_names(features), "triangles": scene.triangles.len(),
                 "commit": env!("CAUSTICS_COMMIT"), "kernels": kernels::SOURCES,

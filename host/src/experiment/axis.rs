@@ -9,7 +9,7 @@ use caustics_kernels::declare::Caustics;
 use caustics_kernels::gather::variant;
 use caustics_kernels::{denoiser, emission, history, method};
 
-use super::cell::{Cell, FeatureChoice, Paths, runner_name};
+use super::cell::{Cell, FeatureChoice, Paths, Radius, runner_name};
 
 /// Something that can vary between cells.
 pub struct Axis {
@@ -271,16 +271,24 @@ pub static PATHS_PER_PIXEL: Axis = Axis {
 pub static RADIUS_PX: Axis = Axis {
     key: "radius_px",
     head: "radius [px]",
-    about: "Radius of collection points; 1 gives a disc the area of its pixel's footprint",
-    values: Values::Numbers("a positive number"),
+    about: "Radius of collection points; 1 gives a disc the area of its pixel's footprint, auto that and up to three times the \
+            radius where the last frame's deposits were few",
+    values: Values::Numbers("auto or a positive number"),
     usual: "1",
     none: "1",
     shown: Shown::Words("r", |value| format!("radius {value} px")),
     useless: |cell| (!cell.method.gathers).then_some("makes no collection points"),
-    get: |cell| cell.radius_px.to_string(),
+    get: |cell| match cell.radius {
+        Radius::Px(px) => px.to_string(),
+        Radius::Auto => AUTO.into(),
+    },
     set: |cell, text| {
+        if text == AUTO {
+            cell.radius = Radius::Auto;
+            return Ok(());
+        }
         let radius = text.parse().ok().filter(|radius: &f32| radius.is_finite() && *radius > 0.0);
-        cell.radius_px = radius.ok_or("it must be a positive number")?;
+        cell.radius = Radius::Px(radius.ok_or("it must be auto or a positive number")?);
         Ok(())
     },
 };
@@ -352,7 +360,7 @@ pub fn spelled(key: &str, text: &str) -> Option<(&'static Axis, String)> {
     Some((axis, format!("{before}{text}{after}")))
 }
 
-/// Light paths as many as serve the picture best.
+/// A value that earlier frames decide.
 const AUTO: &str = "auto";
 
 /// The light paths of a text: `p0.5` a pixel, `n1024` a frame, `t33ms` as many as take so long, `auto`, or none at all.
@@ -429,6 +437,7 @@ mod tests {
             (&PATHS_PER_PIXEL, "t33.3ms"),
             (&PATHS_PER_PIXEL, "auto"),
             (&RADIUS_PX, "0.5"),
+            (&RADIUS_PX, "auto"),
             (&MAX_BOUNCES, "9"),
         ] {
             let mut cell = Cell::of(&method::basic::BASIC);

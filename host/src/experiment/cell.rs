@@ -32,8 +32,8 @@ pub struct Cell {
     pub denoiser: &'static Denoiser,
     /// Light paths of a frame.
     pub paths: Paths,
-    /// Radius of collection points relative to the disc of the pixel's footprint.
-    pub radius_px: f32,
+    /// Radius of collection points.
+    pub radius: Radius,
     /// Scattering vertices between eye and light, at most.
     pub max_bounces: u32,
     /// Where it runs.
@@ -57,6 +57,22 @@ pub enum Paths {
     Time(f64),
     /// As many as serve the picture best, by what earlier frames cost and left to noise.
     Auto,
+}
+
+/// Radius of collection points relative to the disc of the pixel's footprint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Radius {
+    /// This.
+    Px(f32),
+    /// 1, and up to three times as wide where the last frame's deposits were few.
+    Auto,
+}
+
+impl Radius {
+    /// The least.
+    pub fn px(self) -> f32 {
+        if let Radius::Px(px) = self { px } else { 1.0 }
+    }
 }
 
 /// Which kernel code is alive.
@@ -113,7 +129,8 @@ impl Cell {
     pub fn parts(&self) -> Parts {
         let Cell { emission, history, denoiser, .. } = *self;
         let balances = self.paths == Paths::Auto;
-        Parts { gather: self.variant(), emission, history, denoiser, balances }
+        let widens = self.radius == Radius::Auto;
+        Parts { gather: self.variant(), emission, history, denoiser, balances, widens }
     }
 
     /// Its gather; where its method chooses none, one that every runner has.
@@ -126,7 +143,8 @@ impl Cell {
         Settings {
             light_paths: self.paths.count(common.width, common.height),
             balances: self.paths == Paths::Auto,
-            radius_px: self.radius_px,
+            radius_px: self.radius.px(),
+            widens: self.radius == Radius::Auto,
             max_bounces: self.max_bounces,
             emission: self.emission,
             caustics: self.caustics,

@@ -4,7 +4,7 @@ use caustics_kernels::method::Method;
 use caustics_kernels::{denoiser, emission, history};
 
 use super::axis::{AXES, HISTORY, METHOD, PATHS_PER_PIXEL, Shown};
-use super::cell::{Cell, FeatureChoice, Paths, usual_gather};
+use super::cell::{Cell, FeatureChoice, Paths, Radius, usual_gather};
 use super::result::CellConfig;
 use crate::scene::Scene;
 use crate::session::RunnerChoice;
@@ -23,7 +23,7 @@ impl Cell {
             history: &history::NONE,
             denoiser: &denoiser::NONE,
             paths: Paths::PerPixel(1.0),
-            radius_px: 1.0,
+            radius: Radius::Px(1.0),
             max_bounces: Settings::default().max_bounces,
             runner,
             asked_runner: "cpu",
@@ -118,7 +118,7 @@ mod tests {
             denoiser: denoiser::ALL[1],
             gather: variant::find("brute"),
             paths: Paths::Count(7),
-            radius_px: 3.0,
+            radius: Radius::Px(3.0),
             ..Cell::of(method)
         };
         assert_eq!(fancy(&PATH).effective().key(), Cell::of(&PATH).key());

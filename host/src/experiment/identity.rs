@@ -27,6 +27,7 @@ pub fn view(scene: &Scene, camera: &str, settings: &Settings) -> String {
         balances: _,
         max_bounces,
         radius_px,
+        widens: _,
         specular_roughness,
         pixel_filter,
         texture_filter,

@@ -11,6 +11,7 @@ use crate::pass::collect::COLLECT;
 use crate::pass::balance::balance;
 use crate::pass::display::DISPLAY;
 use crate::pass::weigh::weigh;
+use crate::pass::widen;
 use crate::{denoiser, emission, history};
 
 /// The steps of a frame of any method that brings deposits to collection points: `prepare` comes once before the light
@@ -21,21 +22,24 @@ pub fn frame_steps(
     prepare: Vec<Step>,
     shoot: impl Fn(Batch) -> Vec<Step>,
 ) -> Vec<Step> {
-    let Parts { history, denoiser, emission, balances, .. } = parts;
+    let Parts { history, denoiser, emission, balances, widens, .. } = parts;
+    let shoots = params.light_path_count > 0;
     let mut steps = vec![
         Step::Clear { buffer: "counters" },
         Step::Clear { buffer: "accumulator" },
         Step::of(&COLLECT, params),
     ];
+    if shoots && widens {
+        steps.extend(widen::widen(params));
+    }
     steps.extend((denoiser.steps)(params));
     // A history that follows the light has nothing to follow in the dark.
-    let forgets = params.light_path_count == 0 && !history.forget.is_empty();
+    let forgets = !shoots && !history.forget.is_empty();
     if forgets {
         steps.extend(history.forget.iter().map(|&buffer| Step::Clear { buffer }));
     } else {
         steps.extend((history.before)(params));
     }
-    let shoots = params.light_path_count > 0;
     if shoots {
         if parts.weighs() {
             steps.extend(weigh(params));
@@ -54,6 +58,9 @@ pub fn frame_steps(
     }
     for batch in batches(params, pilot_count) {
         steps.extend(shoot(batch));
+    }
+    if shoots && widens {
+        steps.extend(widen::learn(params));
     }
     steps.push(Step::of(if forgets { history::none::NONE.resolve } else { history.resolve }, params));
     if shoots && balances {
@@ -153,7 +160,7 @@ fn all_steps() -> Vec<Step> {
             for history in history::ALL {
                 for denoiser in denoiser::ALL {
                     for emission in emission::ALL {
-                        let parts = Parts { gather, history, denoiser, emission, balances: true };
+                        let parts = Parts { gather, history, denoiser, emission, balances: true, widens: true };
                         steps.extend((method.steps)(parts, &(method.frame)(params, 0)));
                     }
                 }

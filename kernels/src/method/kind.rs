@@ -3,7 +3,7 @@
 use crate::declare::{Denoiser, Emission, History, Step, TextureFilter, named};
 use crate::gather::variant::Variant;
 use crate::interface::frame::FrameParams;
-use crate::pass::{balance, weigh};
+use crate::pass::{balance, weigh, widen};
 use crate::{denoiser, emission, history};
 
 /// A way to render: what a frame consists of.
@@ -42,7 +42,9 @@ impl Method {
         let none: &'static [&'static str] = &[];
         let weighs = if self.gathers && parts.weighs() { &weigh::KEPT } else { none };
         let balances = if self.gathers && parts.balances { &balance::KEPT } else { none };
-        [self.keeps, parts.history.keeps, parts.emission.keeps, weighs, balances].into_iter().flatten().copied()
+        let widens = if self.gathers && parts.widens { &widen::KEPT } else { none };
+        let all = [self.keeps, parts.history.keeps, parts.emission.keeps, weighs, balances, widens];
+        all.into_iter().flatten().copied()
     }
 
     /// Whether its light paths can start so.
@@ -64,6 +66,8 @@ pub struct Parts {
     pub emission: &'static Emission,
     /// Whether frames say how many light paths those after them shoot (`pass::balance`).
     pub balances: bool,
+    /// Whether discs are wider where deposits were few (`pass::widen`).
+    pub widens: bool,
 }
 
 impl Parts {
@@ -82,6 +86,7 @@ impl From<&'static Variant> for Parts {
             denoiser: &denoiser::NONE,
             emission: &emission::POWER,
             balances: false,
+            widens: false,
         }
     }
 }

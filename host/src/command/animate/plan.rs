@@ -124,7 +124,7 @@ impl Plan {
         // Neither exposure nor what is in `shared` already.
         let Settings { width, height, light_paths, max_bounces, radius_px, specular_roughness, .. } =
             &self.settings;
-        let Settings { balances, pixel_filter, texture_filter, history, denoiser, emission, caustics, .. } =
+        let Settings { balances, widens, pixel_filter, texture_filter, history, denoiser, emission, caustics, .. } =
             &self.settings;
         let history_settings = history.settings.map_or("none".into(), |settings| format!("{settings:?}"));
         let first = if self.goes_on() { self.frames.start.to_string() } else { "any".into() };
@@ -135,6 +135,7 @@ impl Plan {
             ("balances", balances.to_string()),
             ("max_bounces", max_bounces.to_string()),
             ("radius_px", radius_px.to_string()),
+            ("widens", widens.to_string()),
             ("specular_roughness", specular_roughness.to_string()),
             ("pixel_filter", pixel_filter.to_string()),
             ("texture_filter", texture_filter.map_or("", TextureFilter::name).into()),

@@ -1,0 +1,84 @@
+//! `widen.*`: wider discs where the last frame's deposits were few, as far as blur is the lesser error: what progressive
+//! photon mapping does from frame to frame, and others by the k nearest photons [Jensen 1996], by a look at the frame before.
+//!
+//! A disc has the radius of the settings where deposits suffice, and up to `WIDEST` of it where they do not. How wide it is,
+//! earlier frames alone decide, so that it is no function of the deposits that it takes: what remains is the bias of a wide
+//! disc.
+
+#[cfg(target_arch = "spirv")]
+use spirv_std::num_traits::Float;
+
+use crate::declare::pass;
+#[cfg(not(target_arch = "spirv"))]
+use crate::declare::Step;
+use crate::gather::accumulator;
+use crate::interface::frame::FrameParams;
+use crate::interface::point::PointGeometry;
+use crate::seam::Slots;
+
+/// What outlives a frame.
+#[cfg(not(target_arch = "spirv"))]
+pub const KEPT: [&str; 1] = ["radius_next"];
+
+/// Once a frame that shoots, after `collect`.
+#[cfg(not(target_arch = "spirv"))]
+pub fn widen(params: &FrameParams) -> Vec<Step> {
+    vec![Step::of(&WIDEN_DISCS, params)]
+}
+
+/// Once a frame that shoots, after the last deposit is gathered.
+#[cfg(not(target_arch = "spirv"))]
+pub fn learn(params: &FrameParams) -> Vec<Step> {
+    vec![Step::of(&WIDEN_LEARN, params)]
+}
+
+/// Largest radius, relative to that of the settings.
+pub const WIDEST: f32 = 3.0;
+/// Deposits that a disc of the radius of the settings must take on average, so that it need not be wider.
+const ENOUGH: f32 = 4.0;
+/// Pixels to each side whose deposits are counted.
+const AROUND: u32 = 2;
+
+/// Widens the disc of a pixel; where nothing is known, it is as it was.
+#[pass(name = "widen.discs", over = params.pixel_count(), work = Resolve)]
+pub fn widen_discs(
+    pixel: u32,
+    #[len = params.pixel_count()] radius_next: &[f32],
+    #[len = params.pixel_count()] mut radius_now: Slots<'_, f32>,
+    mut point_geometry: Slots<'_, PointGeometry>,
+) {
+    let scale = radius_next[pixel as usize].max(1.0);
+    radius_now.write(pixel, scale);
+    let point = point_geometry.read(pixel);
+    point_geometry.write(pixel, PointGeometry { radius: point.radius * scale, ..point });
+}
+
+/// How wide the disc of a pixel is in the next frame.
+#[pass(name = "widen.learn", over = params.pixel_count(), work = Resolve)]
+pub fn widen_learn(
+    pixel: u32,
+    params: &FrameParams,
+    #[len = params.pixel_count() * accumulator::WORDS] accumulator: &[u32],
+    radius_now: &[f32],
+    #[len = params.pixel_count()] mut radius_next: Slots<'_, f32>,
+) {
+    let (column, row) = (pixel % params.width, pixel / params.width);
+    let (left, right) = (column.max(AROUND) - AROUND, (column + AROUND).min(params.width - 1));
+    let (top, bottom) = (row.max(AROUND) - AROUND, (row + AROUND).min(params.height - 1));
+    let mut taken = 0.0;
+    let mut y = top;
+    while y <= bottom {
+        let mut x = left;
+        while x <= right {
+            let other = y * params.width + x;
+            let scale = radius_now[other as usize];
+            // What a disc of the radius of the settings would have taken.
+            taken += accumulator[(other * accumulator::WORDS + accumulator::WORDS - 1) as usize] as f32 / (scale * scale);
+            x += 1;
+        }
+        y += 1;
+    }
+    let mean = taken / ((right + 1 - left) * (bottom + 1 - top)) as f32;
+    let scale = if mean > 0.0 { (ENOUGH / mean).sqrt() } else { WIDEST };
+    radius_next.write(pixel, scale.clamp(1.0, WIDEST));
+}

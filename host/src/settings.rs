@@ -143,7 +143,12 @@ impl Settings {
             casters,
             ..FrameParams::default()
         };
-        with_light_paths(params, if shoots { self.light_paths } else { 0 }, scene.flux)
+        let params = with_light_paths(params, self.light_paths, scene.flux);
+        if shoots {
+            params
+        } else {
+            FrameParams { quantum: params.quantum, ..with_light_paths(params, 0, scene.flux) }
+        }
     }
 
     /// Light paths of a frame before which nothing is known.

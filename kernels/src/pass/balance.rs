@@ -1,21 +1,25 @@
 //! `balance.*`: how many light paths the next frame shoots, so that its time serves the picture best.
 //!
 //! A frame whose camera paths cost C leaves the variance V, and n light paths that cost c each leave A / n. What the time of a
-//! frame buys, (V + A / n) (C + n c), is least at n^2 = A C / (V c). V and A are measured as the distances of pixels from their
-//! means over earlier frames, costs are counted: no clock is asked, so that a run repeats to the bit. What is found in a frame
-//! is for those after it, so that every frame is unbiased and frames may be averaged.
+//! frame buys, (V + A / n) (C + n c), is least at n^2 = A C / (V c). V is measured by the distances of pixels from their means
+//! over earlier frames, A by the squares of deposits, costs are counted: no clock is asked, so that a run repeats to the bit.
+//! What is found in a frame is for those after it, so that every frame is unbiased and frames may be averaged. What a history
+//! lends to caustics is not seen: with one, fewer light paths would do.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
-use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::Step;
+use crate::declare::pass;
+use crate::gather::accumulator::{self, Sum};
 use crate::interface::balance::{Balance, LEAST_PATHS, MOST_PATHS};
 use crate::interface::counters::{COUNTER_COUNT, Counter};
 use crate::interface::frame::FrameParams;
+use crate::interface::point::{PointGeometry, PointShading};
 use crate::interface::seen::PixelSum;
 use crate::math::mean;
+use crate::pass::resolve::radiance;
 use crate::pass::weigh::FADE;
 use crate::seam::Slots;
 use spirv_std::glam::{Vec2, Vec3};
@@ -42,14 +46,16 @@ const PAIR: f32 = 0.6;
 /// Numbers of light paths are powers of this, so that roundings of a device decide none.
 const GRAIN: f32 = core::f32::consts::SQRT_2;
 
-/// For each row, how far pixels are from what they showed before, by camera paths and by light paths: squares relative to what
-/// they show, as means over the row.
+/// For each row the variance of what camera paths and what light paths found, as means over its pixels: of camera paths by the
+/// distance from their mean, of light paths by their deposits.
 #[pass(name = "balance.rows", over = params.height, work = Guide)]
 pub fn balance_rows(
     row: u32,
     params: &FrameParams,
     path_radiance: &[Vec3],
-    caustic_radiance: &[Vec3],
+    point_geometry: &[PointGeometry],
+    point_shading: &[PointShading],
+    #[len = params.pixel_count() * accumulator::WORDS] accumulator: &[u32],
     pixel_sums: &[PixelSum],
     pixel_weights: &[f32],
     #[len = params.height] mut balance_rows: Slots<'_, Vec2>,
@@ -57,25 +63,28 @@ pub fn balance_rows(
     let mut sum = Vec2::ZERO;
     let mut column = 0;
     while column < params.width {
-        let pixel = (row * params.width + column) as usize;
-        let before = pixel_sums[pixel];
-        // The mean of camera paths has this frame in it, that of light paths has not.
-        let path = distance(mean(path_radiance[pixel]), before.path, before.path_frames);
-        let caustics = distance(mean(caustic_radiance[pixel]), before.caustics, before.caustic_frames);
-        sum += Vec2::new(path, caustics) * pixel_weights[pixel];
+        let pixel = row * params.width + column;
+        let seen = pixel_sums[pixel as usize];
+        // Of n values, one is (n - 1) / n of the variance from their mean.
+        let frames = seen.path_frames;
+        let mut path = 0.0;
+        if frames > 1.0 {
+            let along = mean(path_radiance[pixel as usize]) - seen.path / frames;
+            path = along * along * frames / (frames - 1.0);
+        }
+        let point = &point_geometry[pixel as usize];
+        let mut caustics = 0.0;
+        if point.exists() {
+            let (value, count) = Sum::read(accumulator, pixel, params.quantum);
+            let light = mean(radiance(point, &point_shading[pixel as usize], value));
+            // The sum of the squares of equal deposits. What the camera chose is the same for all of them, so that its noise,
+            // which no number of light paths lowers, is not in it.
+            caustics = light * light / count.max(1) as f32;
+        }
+        sum += Vec2::new(path, caustics) * pixel_weights[pixel as usize];
         column += 1;
     }
     balance_rows.write(row, sum / params.width as f32);
-}
-
-/// The square of the distance of a value from a mean; 0 without frames.
-#[inline(always)]
-fn distance(value: f32, sum: f32, frames: f32) -> f32 {
-    if frames <= 0.0 {
-        return 0.0;
-    }
-    let along = value - sum / frames;
-    along * along
 }
 
 /// The light paths of the next frame.
@@ -90,28 +99,24 @@ pub fn balance_paths(
 ) {
     let count = |counter: Counter| counters[counter as usize] as f32;
     let light_paths = params.light_path_count as f32;
-    let mut distance = Vec2::ZERO;
+    let mut variance = Vec2::ZERO;
     let mut row = 0;
     while row < params.height {
-        distance += balance_rows[row as usize] / params.height as f32;
+        variance += balance_rows[row as usize] / params.height as f32;
         row += 1;
     }
     let mut next = balance.read(0);
     if next.light_paths == 0 {
         next.light_paths = params.light_path_count;
     }
-    let (of_path, of_caustics) = (pixel_sums[0].path_frames, pixel_sums[0].caustic_frames);
-    if of_path > 1.0 && of_caustics > 0.0 {
-        // Of n values, one is on average (n - 1) / n of the variance from their mean, and another (n + 1) / n.
+    // Of a first frame, the variance of camera paths is not known.
+    if pixel_sums[0].path_frames > 1.0 {
         let keep = if params.moved != 0 { FADE } else { KEEP };
-        let path_variance = distance.x * of_path / (of_path - 1.0);
-        let caustic_variance = distance.y * of_caustics / (of_caustics + 1.0) * light_paths;
         let camera_cost = count(Counter::CameraRays) + count(Counter::ShadowRays);
-        let light_cost = LIGHT_RAY * count(Counter::LightRays)
-            + DEPOSIT * count(Counter::Deposits)
-            + PAIR * count(Counter::Gathered);
-        next.path_variance = next.path_variance * keep + path_variance;
-        next.caustic_variance = next.caustic_variance * keep + caustic_variance;
+        let light_cost =
+            light_cost(count(Counter::LightRays), count(Counter::Deposits), count(Counter::Gathered));
+        next.path_variance = next.path_variance * keep + variance.x;
+        next.caustic_variance = next.caustic_variance * keep + variance.y * light_paths;
         next.camera_cost = next.camera_cost * keep + camera_cost;
         next.light_cost = next.light_cost * keep + light_cost / light_paths;
         // Divide twice: products may overflow.
@@ -121,6 +126,12 @@ pub fn balance_paths(
         next.light_paths = grain(best, pixels);
     }
     balance.write(0, next);
+}
+
+/// What so many rays of light paths, deposits, and pairs of deposit and point cost (rays of camera paths).
+#[inline(always)]
+pub fn light_cost(rays: f32, deposits: f32, pairs: f32) -> f32 {
+    LIGHT_RAY * rays + DEPOSIT * deposits + PAIR * pairs
 }
 
 /// The number of light paths within the bounds that is nearest to the best.

@@ -1,9 +1,9 @@
 //! `weigh.*`: how much an error of each pixel counts, by what it showed: what emissions that learn and shares of a frame's time
 //! go by. All of it is of earlier frames, and of what comes before the light paths that it is used for.
 
-use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::Step;
+use crate::declare::pass;
 use crate::gather::accumulator::{self, Sum};
 use crate::interface::frame::{Dispatch, FrameParams, PILOT};
 use crate::interface::point::{PointGeometry, PointShading};
@@ -152,4 +152,3 @@ pub fn weigh_pixels(
     let square = light * light + dark * dark;
     pixel_weights.write(pixel, if square > 0.0 { 1.0 / square } else { 0.0 });
 }
-

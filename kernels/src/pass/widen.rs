@@ -8,9 +8,9 @@
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
-use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::Step;
+use crate::declare::pass;
 use crate::gather::accumulator;
 use crate::interface::frame::FrameParams;
 use crate::interface::point::PointGeometry;
@@ -35,7 +35,7 @@ pub fn learn(params: &FrameParams) -> Vec<Step> {
 /// Largest radius, relative to that of the settings.
 pub const WIDEST: f32 = 3.0;
 /// Deposits that a disc of the radius of the settings must take on average, so that it need not be wider.
-const ENOUGH: f32 = 4.0;
+pub const ENOUGH: f32 = 4.0;
 /// Pixels to each side whose deposits are counted.
 const AROUND: u32 = 2;
 
@@ -73,7 +73,8 @@ pub fn widen_learn(
             let other = y * params.width + x;
             let scale = radius_now[other as usize];
             // What a disc of the radius of the settings would have taken.
-            taken += accumulator[(other * accumulator::WORDS + accumulator::WORDS - 1) as usize] as f32 / (scale * scale);
+            taken += accumulator[(other * accumulator::WORDS + accumulator::WORDS - 1) as usize] as f32
+                / (scale * scale);
             x += 1;
         }
         y += 1;

@@ -1,10 +1,12 @@
 //! What methods, histories, the denoiser and animations promise.
 
 mod animation;
+mod balance;
 mod baselines;
 mod denoiser;
 mod guided;
 mod kim2019;
 mod reuse;
 mod stability;
+mod widen;
 mod yang2021;

@@ -124,8 +124,17 @@ impl Plan {
         // Neither exposure nor what is in `shared` already.
         let Settings { width, height, light_paths, max_bounces, radius_px, specular_roughness, .. } =
             &self.settings;
-        let Settings { balances, widens, pixel_filter, texture_filter, history, denoiser, emission, caustics, .. } =
-            &self.settings;
+        let Settings {
+            balances,
+            widens,
+            pixel_filter,
+            texture_filter,
+            history,
+            denoiser,
+            emission,
+            caustics,
+            ..
+        } = &self.settings;
         let history_settings = history.settings.map_or("none".into(), |settings| format!("{settings:?}"));
         let first = if self.goes_on() { self.frames.start.to_string() } else { "any".into() };
         let own = [

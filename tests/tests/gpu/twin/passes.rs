@@ -6,6 +6,7 @@ use caustics_kernels::emission::{self, POWER};
 use caustics_kernels::gather::accumulator::{Sum, WORDS};
 use caustics_kernels::gather::contribution::{DISC_THICKNESS, MIN_NORMAL_COS};
 use caustics_kernels::gather::variant::{self, BRUTE, PHOTONS_GRID, Variant};
+use caustics_kernels::interface::balance::Balance;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::point::{DepositGeometry, PointGeometry};
 use caustics_kernels::method::Parts;
@@ -25,9 +26,17 @@ pub const NEAR: Tolerance =
 
 /// A frame of `photons-grid` step by step, then the other gathers over the same points and deposits.
 pub fn all(twin: &mut Twin, scene: &Scene, hardware: bool, table: &mut Table) {
-    for step in basic::steps(&PHOTONS_GRID, &twin.params) {
-        one(twin, scene, &POWER, step, table);
+    // Two frames, the second of which knows of the first.
+    let first = twin.params;
+    for index in 0..2 {
+        twin.params = FrameParams { frame: first.frame + index, moved: 1 - index, ..first };
+        let parts = Parts { balances: true, widens: true, ..Parts::from(&PHOTONS_GRID) };
+        for step in basic::steps(parts, &twin.params) {
+            one(twin, scene, &POWER, step, table);
+        }
     }
+    let (balance, _) = twin.rows::<Balance>("balance");
+    assert!(balance[0].path_variance > 0.0 && balance[0].caustic_variance > 0.0, "{balance:?}");
     emissions(twin, scene, table);
     let params = twin.params;
     // Brute force is compared with the others on each device, over fewer pairs (`frames`).
@@ -110,9 +119,24 @@ fn one(twin: &mut Twin, scene: &Scene, emission: &'static Emission, step: Step, 
                 floats(buffer, 3, &cpu, &gpu, Tolerance { absolute: 1.0e-4 * scale, ..NEAR })
             }
             // What guided emission makes of what was scored: `sqrt` may be off by ulps.
-            "guide_sums" | "guide_tree" | "pixel_means" | "pixel_weights" | "picture_rows" => {
+            "guide_sums" | "guide_tree" | "pixel_means" | "pixel_weights" | "picture_rows"
+            | "balance_rows" | "radius_now" | "radius_next" => {
                 let (cpu, gpu) = twin.rows::<f32>(buffer);
                 floats(buffer, 1, &cpu, &gpu, NEAR)
+            }
+            "balance" => {
+                let (cpu, gpu) = twin.rows::<u32>(buffer);
+                let paths = words("light paths", 1, &cpu[4..], &gpu[4..], Tolerance::EXACT);
+                table.add(pass.name, [paths]);
+                let numbers =
+                    |words: &[u32]| words[..4].iter().map(|&word| f32::from_bits(word)).collect::<Vec<_>>();
+                floats(buffer, 4, &numbers(&cpu), &numbers(&gpu), NEAR)
+            }
+            "point_geometry" if pass.work != Work::Camera => {
+                let (cpu, gpu) = twin.rows::<PointGeometry>(buffer);
+                let radii =
+                    |points: &[PointGeometry]| points.iter().map(|point| point.radius).collect::<Vec<_>>();
+                floats(buffer, 1, &radii(&cpu), &radii(&gpu), NEAR)
             }
             "counters" if pass.work != Work::Gather => {
                 let (cpu, gpu) = twin.rows::<u32>(buffer);

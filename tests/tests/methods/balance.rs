@@ -1,0 +1,212 @@
+//! Light paths by `auto`: that their number is the one at which variance times cost is least, as measured beside them, and that it
+//! comes of what frames found and of nothing else.
+
+use caustics::scene::Scene;
+use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
+use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
+use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::interface::balance::{Balance, FIRST_PATHS, LEAST_PATHS, MOST_PATHS};
+use caustics_kernels::interface::counters::Counter;
+use caustics_kernels::method::basic::BASIC;
+use caustics_kernels::method::kim2019::KIM2019;
+use caustics_kernels::method::yang2021::YANG2021;
+use caustics_kernels::method::{self, Method};
+use caustics_kernels::pass::balance::light_cost;
+use caustics_tests::moving::Moving;
+use caustics_tests::scenes::*;
+use caustics_tests::statistics::Mean;
+use glam::Vec3;
+
+const PIXELS: u32 = 160 * 90;
+
+fn settings(emission: &'static Emission, seed: u32) -> Settings {
+    let light_paths = PIXELS * MOST_PATHS;
+    Settings { width: 160, height: 90, light_paths, balances: true, seed, emission, ..Settings::default() }
+}
+
+fn open(threads: usize, scene: &Scene, settings: &Settings, method: &'static Method) -> Session {
+    let features = scene.features(settings.specular_roughness);
+    let choice = RunnerChoice::Cpu { threads };
+    Session::new(&choice, scene, &scene.cameras[0], settings, method, &PHOTONS_GRID, features)
+        .expect("a session opens")
+}
+
+/// Light paths of the frame after so many.
+fn after(session: &mut Session, frames: u32) -> u32 {
+    (0..frames).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
+    session.read::<Balance>("balance").expect("a balance")[0].light_paths
+}
+
+/// What independent frames of so many light paths a pixel leave and cost, in f64.
+struct Measured {
+    /// Relative variance of what camera paths found.
+    path: f64,
+    /// Relative variance of what light paths brought.
+    caustics: f64,
+    /// What camera paths cost, and light paths.
+    cost: [f64; 2],
+}
+
+fn measured(scene: &Scene, paths: f64) -> Measured {
+    let light_paths = (paths * f64::from(PIXELS)) as u32;
+    let settings = Settings { balances: false, light_paths, ..settings(&AIMED, 50) };
+    let mut session = open(0, scene, &settings, &BASIC);
+    let frames = 48;
+    let mut cost = [0.0; 2];
+    let mut pixels = vec![[[0.0; 2]; 2]; PIXELS as usize];
+    for frame in 0..frames {
+        session.frame(frame).expect("a frame runs");
+        let counters = session.counters().expect("counters");
+        let count = |counter| counters.get(counter) as f32;
+        cost[0] += f64::from(count(Counter::CameraRays) + count(Counter::ShadowRays));
+        let [rays, deposits, pairs] = [Counter::LightRays, Counter::Deposits, Counter::Gathered].map(count);
+        cost[1] += f64::from(light_cost(rays, deposits, pairs));
+        let picture = session.picture().expect("a picture");
+        for (pixel, sums) in pixels.iter_mut().enumerate() {
+            for (sums, light) in sums.iter_mut().zip([picture.path[pixel], picture.caustics[pixel]]) {
+                let value = f64::from(light.element_sum()) / 3.0;
+                *sums = [sums[0] + value, sums[1] + value * value];
+            }
+        }
+    }
+    let frames = f64::from(frames);
+    let shown = |sums: &[[f64; 2]; 2]| (sums[0][0] + sums[1][0]) / frames;
+    let dark = 0.1 * pixels.iter().map(shown).sum::<f64>() / f64::from(PIXELS);
+    let variance = |layer: usize| {
+        let of = |sums: &[[f64; 2]; 2]| {
+            let [sum, squares] = sums[layer];
+            (squares - sum * sum / frames) / (frames - 1.0) / (shown(sums).powi(2) + dark * dark)
+        };
+        pixels.iter().map(of).sum::<f64>() / f64::from(PIXELS)
+    };
+    Measured { path: variance(0), caustics: variance(1), cost: cost.map(|cost| cost / frames) }
+}
+
+/// Variance times cost as a function of the light paths a pixel.
+struct Product {
+    /// Variance that no light path lowers: of camera paths, and of what they choose at curved glass before caustics.
+    left: f64,
+    /// That of one light path a pixel.
+    of_one: f64,
+    /// What camera paths cost, and one light path a pixel.
+    cost: [f64; 2],
+}
+
+impl Product {
+    fn of(scene: &Scene) -> Product {
+        let (few, many) = (measured(scene, 0.125), measured(scene, 1.0));
+        let of_one = (few.caustics - many.caustics) / (1.0 / 0.125 - 1.0);
+        Product { left: many.path + many.caustics - of_one, of_one, cost: many.cost }
+    }
+
+    /// Where it is least.
+    fn best(&self) -> f64 {
+        (self.of_one / self.left * (self.cost[0] / self.cost[1])).sqrt()
+    }
+
+    fn at(&self, paths: f64) -> f64 {
+        (self.left + self.of_one / paths) * (self.cost[0] + paths * self.cost[1])
+    }
+}
+
+/// Rooms that want many light paths and few: pixels are weighed by what few frames showed of them and their neighbours, and yet
+/// a frame's time buys what the best number would.
+#[test]
+fn light_paths_are_where_variance_times_cost_is_least() {
+    let mut found = Vec::new();
+    for name in ["cornell-box", "mirror-room", "textured-room", "ring"] {
+        let scene = committed(name);
+        let product = Product::of(&scene);
+        let paths =
+            f64::from(after(&mut open(0, &scene, &settings(&AIMED, 1), &BASIC), 24)) / f64::from(PIXELS);
+        let best = product.best().clamp(f64::from(LEAST_PATHS), f64::from(MOST_PATHS));
+        let loss = product.at(paths) / product.at(best);
+        let [wrong_few, wrong_many] = [0.1, 10.0].map(|factor| product.at(factor * best) / product.at(best));
+        println!(
+            "{name}: {paths:.3} light paths a pixel, best {best:.3}, {loss:.3} times the least product; ten times too few {wrong_few:.2}, too many {wrong_many:.2}"
+        );
+        assert!(loss < 1.15 && wrong_few > 1.3 && wrong_many > 1.3, "{name}");
+        found.push(paths);
+    }
+    assert!(found[3] > 4.0 * found[0], "the rooms differ");
+}
+
+/// Frames that choose how many paths those after them shoot have the light of frames that do not.
+#[test]
+fn the_light_is_that_of_any_number_of_light_paths() {
+    let scene = committed("cornell-box");
+    for (emission, method) in [(&GUIDED, &BASIC), (&POWER, &KIM2019), (&POWER, &YANG2021)] {
+        let light = |balances| {
+            let sums: Vec<f64> = (0..12)
+                .map(|seed| {
+                    let settings =
+                        Settings { balances, light_paths: PIXELS, ..settings(emission, 100 + seed) };
+                    let mut session = open(0, &scene, &settings, method);
+                    let sum = |frame| {
+                        session.frame(frame).expect("a frame runs");
+                        let caustics: Vec<Vec3> = session.read("caustic_radiance").expect("caustics");
+                        caustics.iter().map(|value| f64::from(value.element_sum())).sum::<f64>()
+                    };
+                    (0..4).map(sum).sum::<f64>()
+                })
+                .collect();
+            Mean::of(&sums)
+        };
+        let (fixed, balanced) = (light(false), light(true));
+        println!("{}: {fixed:?}, balanced {balanced:?}", method.name);
+        assert!(balanced.agrees(&fixed, 3.0) && balanced.error < 0.03 * balanced.value);
+    }
+}
+
+/// Neither threads nor clocks decide; a state that is restored goes on, where something moved too.
+#[test]
+fn numbers_of_light_paths_repeat_and_go_on() {
+    let mut scene = Moving::GlassCaster.scene();
+    let mut run = |threads, restored: Option<u32>| {
+        let mut session = open(threads, &scene, &settings(&GUIDED, 3), &BASIC);
+        let mut paths = Vec::new();
+        for frame in 0..6_u32 {
+            scene.pose(f64::from(frame / 2) * 0.1).expect("a pose");
+            session.pose(&scene, &scene.cameras[0]).expect("a pose");
+            session.frame(frame).expect("a frame runs");
+            paths.push(session.counters().expect("counters").get(Counter::LightPaths));
+            if restored == Some(frame) {
+                let state: Vec<_> =
+                    session.state().unwrap().into_iter().map(|(n, b)| (n.to_string(), b)).collect();
+                session = open(threads, &scene, &settings(&GUIDED, 3), &BASIC);
+                session.restore(&state).expect("a state");
+            }
+        }
+        (paths, session.read::<Vec3>("caustic_radiance").expect("caustics"))
+    };
+    let whole = run(0, None);
+    println!("{:?}", whole.0);
+    assert_eq!(whole.0[0], u64::from((PIXELS as f32 * FIRST_PATHS) as u32));
+    assert!(whole.0.iter().any(|paths| *paths != whole.0[0]), "it is no constant");
+    for (threads, restored) in [(1, None), (0, Some(3)), (0, Some(4))] {
+        assert!(run(threads, restored) == whole, "{threads} threads, restored after {restored:?}");
+    }
+}
+
+/// A frame without light shoots nothing, a method without light paths has no use for it, and neither forgets what is known.
+#[test]
+fn what_shoots_nothing_is_left_alone() {
+    let lit = Moving::GlassCaster.scene();
+    let mut dark = lit.clone();
+    dark.lights.clear();
+    let mut session = open(0, &lit, &settings(&GUIDED, 3), &BASIC);
+    let mut paths = Vec::new();
+    for frame in 0..8 {
+        let scene = if (4..6).contains(&frame) { &dark } else { &lit };
+        session.pose(scene, &scene.cameras[0]).expect("a pose");
+        session.frame(frame).expect("a frame runs");
+        paths.push(session.counters().expect("counters").get(Counter::LightPaths));
+    }
+    println!("{paths:?}");
+    assert!(paths[3] > paths[0] && paths[4..6] == [0, 0] && paths[6] >= paths[3]);
+    let path = method::find("path").expect("path tracing");
+    let mut session = open(0, &committed("ring"), &settings(&POWER, 1), path);
+    session.frame(0).expect("a frame runs");
+    assert!(session.read::<Balance>("balance").is_err());
+}

@@ -1,0 +1,124 @@
+//! Discs that are wider where deposits were few: how wide, and what it buys.
+
+use caustics::picture::Picture;
+use caustics::scene::Scene;
+use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
+use caustics_kernels::emission::AIMED;
+use caustics_kernels::gather::accumulator::WORDS;
+use caustics_kernels::gather::variant::{self, PHOTONS_GRID, Variant};
+use caustics_kernels::method::basic::BASIC;
+use caustics_kernels::pass::widen::{ENOUGH, WIDEST};
+use caustics_tests::scenes::*;
+
+const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
+const SIZE: (usize, usize) = (160, 90);
+
+fn settings(light_paths: u32, seed: u32) -> Settings {
+    let (width, height) = (SIZE.0 as u32, SIZE.1 as u32);
+    Settings { width, height, light_paths, seed, emission: &AIMED, widens: true, ..Settings::default() }
+}
+
+fn open(scene: &Scene, settings: &Settings, gather: &'static Variant) -> Session {
+    let features = scene.features(settings.specular_roughness);
+    Session::new(&CPU, scene, &scene.cameras[0], settings, &BASIC, gather, features).expect("a session opens")
+}
+
+/// The picture of this frame, after those before it.
+fn picture(session: &mut Session, frame: u32) -> Picture {
+    (0..=frame).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
+    session.picture().expect("a picture")
+}
+
+/// Each disc is as wide as what those around took in the frame before says, by a sum in f64.
+#[test]
+fn discs_are_as_wide_as_deposits_were_few() {
+    let scene = committed("cornell-box");
+    let mut session = open(&scene, &settings(3000, 1), &PHOTONS_GRID);
+    let mut plain = open(&scene, &Settings { widens: false, ..settings(3000, 1) }, &PHOTONS_GRID);
+    session.frame(0).expect("a frame runs");
+    let (mut narrow, mut between, mut wide) = (0, 0, 0);
+    for frame in 1..3 {
+        let words: Vec<u32> = session.read("accumulator").expect("sums");
+        let scale: Vec<f32> = session.read("radius_now").expect("radii");
+        let [radius, base] = [&mut session, &mut plain].map(|session| {
+            session.frame(frame).expect("a frame runs");
+            session.picture().expect("a picture").radius
+        });
+        for (pixel, (radius, base)) in
+            radius.iter().zip(&base).enumerate().filter(|(_, (_, base))| **base > 0.0)
+        {
+            let (column, row) = (pixel % SIZE.0, pixel / SIZE.0);
+            let rows = row.saturating_sub(2)..=(row + 2).min(SIZE.1 - 1);
+            let columns = || column.saturating_sub(2)..=(column + 2).min(SIZE.0 - 1);
+            let around: Vec<usize> =
+                rows.flat_map(|row| columns().map(move |column| row * SIZE.0 + column)).collect();
+            let taken = |pixel: &usize| {
+                let count = words[pixel * WORDS as usize + WORDS as usize - 1];
+                f64::from(count) / f64::from(scale[*pixel]).powi(2)
+            };
+            let mean = around.iter().map(taken).sum::<f64>() / around.len() as f64;
+            let expected = (f64::from(ENOUGH) / mean).sqrt().clamp(1.0, f64::from(WIDEST));
+            let found = f64::from(radius / base);
+            assert!((found - expected).abs() < 1.0e-4, "{pixel}: {found}, {expected}");
+            if found < 1.001 {
+                narrow += 1;
+            } else if found > 2.999 {
+                wide += 1;
+            } else {
+                between += 1;
+            }
+        }
+    }
+    println!("{narrow} narrow, {between} between, {wide} wide");
+    assert!(narrow > 100 && between > 1000 && wide > 1000);
+}
+
+/// Of few paths, less error than by either radius; as much light; by every gather alike.
+#[test]
+fn of_few_paths_discs_that_widen_have_the_least_error() {
+    let scene = committed("mirror-room");
+    let fine = Settings { widens: false, radius_px: 0.5, ..settings(1 << 19, 1000) };
+    let mut session = open(&scene, &fine, &PHOTONS_GRID);
+    let frames = 12;
+    let (mut caustics, mut all) = (vec![0.0; SIZE.0 * SIZE.1], vec![0.0; SIZE.0 * SIZE.1]);
+    for frame in 0..frames {
+        session.frame(frame).expect("a frame runs");
+        let picture = session.picture().expect("a picture");
+        for pixel in 0..caustics.len() {
+            let of = |value: glam::Vec3| f64::from(value.element_sum()) / f64::from(frames);
+            caustics[pixel] += of(picture.caustics[pixel]);
+            all[pixel] += of(picture.caustics[pixel]) + of(picture.path[pixel]);
+        }
+    }
+    let dark = 0.1 * all.iter().sum::<f64>() / all.len() as f64;
+    let of = |widens, radius_px, light_paths, seeds: u32| {
+        let count = f64::from(seeds);
+        let (mut error, mut light) = (0.0, 0.0);
+        for seed in 0..seeds {
+            let settings = Settings { widens, radius_px, ..settings(light_paths, seed) };
+            let found = picture(&mut open(&scene, &settings, &PHOTONS_GRID), 2).caustics;
+            for (pixel, found) in found.iter().enumerate() {
+                let found = f64::from(found.element_sum());
+                error += (found - caustics[pixel]).powi(2) / (all[pixel] * all[pixel] + dark * dark);
+                light += found;
+            }
+        }
+        (error / count / caustics.len() as f64, light / count / caustics.iter().sum::<f64>())
+    };
+    let few = 1 << 12;
+    let [narrow, wide, auto] =
+        [(false, 1.0), (false, WIDEST), (true, 1.0)].map(|(widens, px)| of(widens, px, few, 32));
+    println!("error and light: narrow {narrow:.4?}, wide {wide:.4?}, by deposits {auto:.4?}");
+    assert!(auto.0 < 0.95 * narrow.0.min(wide.0));
+    // Wide discs take light beside narrow ones, which give none back: less and less, the more paths there are.
+    let many = 1 << 17;
+    let [narrow_many, auto_many] = [false, true].map(|widens| of(widens, 1.0, many, 2));
+    println!("of many paths: narrow {narrow_many:.4?}, by deposits {auto_many:.4?}");
+    assert!((auto.1 - narrow.1).abs() < 0.05 && (auto_many.1 - narrow_many.1).abs() < 0.01);
+    let by = |gather| picture(&mut open(&scene, &settings(1 << 12, 1), gather), 2).caustics;
+    let one = by(&PHOTONS_GRID);
+    for gather in variant::ALL.iter().filter(|gather| !gather.hardware && gather.name != "brute") {
+        assert!(one == by(gather), "{}", gather.name);
+    }
+}

@@ -60,8 +60,9 @@ impl Counters {
         let starves = paths >= STARVING_PATHS && deposits * PATHS_A_DEPOSIT < paths;
         starves.then(|| {
             format!(
-                "caustics starve: {deposits} deposits of {paths} light paths; give more --light-paths, or make the scene \
-                 smaller around what casts caustics (a directional light shines on all of its bounds)"
+                "caustics starve: {deposits} deposits of {paths} light paths; give more --light-paths, make the scene \
+                 smaller around what casts caustics (a directional light shines on all of its bounds), or, where walls \
+                 light what casts them, take --caustics any"
             )
         })
     }

@@ -21,12 +21,13 @@ mod picture;
 mod ring;
 mod room;
 mod textured;
+mod uplight;
 mod walls;
 
 use cornell::Detail;
 
 /// Names of the scenes.
-pub const NAMES: [&str; 13] = [
+pub const NAMES: [&str; 14] = [
     "mirror-room",
     "glossy-room",
     "ring",
@@ -40,6 +41,7 @@ pub const NAMES: [&str; 13] = [
     "sliding-receiver",
     "camera-cut",
     "cornell-box",
+    "uplight",
 ];
 
 /// Names of the scenes that are too large to be committed: they are made where they are wanted.
@@ -55,6 +57,7 @@ pub fn description(name: &str) -> Option<&'static str> {
             "A glass ball and a metal ring behind a screen: their caustics are seen only in a wall mirror."
         }
         "glossy-room" => "mirror-room with a mirror of roughness 0.15.",
+        "uplight" => "A lamp lights a spot of the ceiling, which a glass ball gathers on the floor.",
         "ring" => "A metal ring on a plane under a distant small emitter: the nephroid.",
         "textured-room" => {
             "Tiles, bricks, leaves, a metal polished in rings and a lamp of panes: every kind of texture."
@@ -93,6 +96,7 @@ fn files(name: &str) -> Option<Vec<(&'static str, Vec<u8>)>> {
         "glossy-room" => (room::build(room::Kind::Glossy), include_str!("notes/glossy-room.md")),
         "bar" => (bar::build(), include_str!("notes/bar.md")),
         "ring" => (ring::build(), include_str!("notes/ring.md")),
+        "uplight" => (uplight::build(), include_str!("notes/uplight.md")),
         "plain-room" => (room::build(room::Kind::Plain), include_str!("notes/plain-room.md")),
         "animated-camera" => (animated_camera::build(), include_str!("notes/animated-camera.md")),
         "animated-light" => (animated_light::build(), include_str!("notes/animated-light.md")),

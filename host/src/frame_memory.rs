@@ -50,7 +50,9 @@ impl Need {
             buffers.iter().map(|BufferSpec { bytes, .. }| *bytes as u64).sum()
         };
         let all = bytes(largest);
-        let dark = bytes(FrameParams { light_path_count: 0, light_path_batch: 0, ..largest }).min(all);
+        let dark =
+            FrameParams { light_path_count: 0, light_path_batch: 0, validation_path_count: 0, ..largest };
+        let dark = bytes(dark).min(all);
         let pictures = PICTURE_BYTES * u64::from(largest.width) * u64::from(largest.height);
         match on_gpu {
             true => Need { pixels: pictures, light_paths: 0, scene: tables },

@@ -10,6 +10,7 @@ use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::{
     CAUSTICS_ANY, CAUSTICS_FIRST, FrameParams, TEXTURE_FILTER_CONE, TEXTURE_FILTER_FINEST,
 };
+use caustics_kernels::interface::history::validation_paths;
 use caustics_kernels::method::Method;
 use glam::Vec3;
 
@@ -85,6 +86,8 @@ impl Default for Settings {
 const MAX_BUFFER: u32 = 128 << 20;
 /// Bytes of a row of `deposit_geometry` or `deposit_light`.
 const DEPOSIT_BYTES: u32 = 32;
+/// Light paths a pixel that validation paths are made for, where frames decide how many there are.
+const VALIDATED_PATHS: u32 = 2;
 /// Most cells of the hash grid.
 const MAX_CELLS: u32 = 1 << 20;
 
@@ -143,6 +146,11 @@ impl Settings {
             casters,
             ..FrameParams::default()
         };
+        // As many as for the usual number of light paths, where it changes from frame to frame.
+        let validated =
+            if self.balances { self.width * self.height * VALIDATED_PATHS } else { self.light_paths };
+        let validation_path_count = if shoots { validation_paths(validated) } else { 0 };
+        let params = FrameParams { validation_path_count, ..params };
         let params = with_light_paths(params, self.light_paths, scene.flux);
         if shoots {
             params

@@ -40,6 +40,8 @@ pub struct FrameParams {
     pub light_path_count: u32,
     /// Light paths whose deposits the deposit buffers hold: those of a batch, at most.
     pub light_path_batch: u32,
+    /// Validation paths, where the history has any; the same in every frame that shoots.
+    pub validation_path_count: u32,
     /// Scattering vertices between eye and light, at most.
     pub max_bounces: u32,
     /// `PIXEL_FILTER_*` and `TEXTURE_FILTER_*`, a bit each.
@@ -87,7 +89,7 @@ pub struct Dispatch {
 }
 
 const _: () = assert!(size_of::<Camera>() == 48);
-const _: () = assert!(size_of::<FrameParams>() == 456);
+const _: () = assert!(size_of::<FrameParams>() == 460);
 
 impl Dispatch {
     /// Invocations there are.

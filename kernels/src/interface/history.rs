@@ -53,7 +53,7 @@ pub struct HistorySettings {
 pub struct ValidationDeposit {
     /// Position (m).
     pub position: Vec3,
-    /// Flux per cosine, summed over channels (W); 0 marks "no deposit here".
+    /// Flux per cosine that it had were it the only light path, summed over channels (W); 0 marks "no deposit here".
     pub flux: f32,
     /// Index into the instances of what it lies on.
     pub instance: u32,
@@ -71,7 +71,7 @@ pub const VALIDATION_CELLS: u32 = 1 << 18;
 /// Validation paths of a small frame, if it has as many light paths.
 const MIN_VALIDATIONS: u32 = 4096;
 
-/// Validation paths of a frame with this many light paths.
+/// Validation paths of frames with this many light paths.
 #[inline]
 pub fn validation_paths(light_path_count: u32) -> u32 {
     light_path_count.div_ceil(PATHS_PER_VALIDATION).max(light_path_count.min(MIN_VALIDATIONS))

@@ -6,8 +6,10 @@ use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::history::VALIDATED;
 use caustics_kernels::interface::balance::{Balance, FIRST_PATHS, LEAST_PATHS, MOST_PATHS};
 use caustics_kernels::interface::counters::Counter;
+use caustics_kernels::interface::history::HistoryPoint;
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::kim2019::KIM2019;
 use caustics_kernels::method::yang2021::YANG2021;
@@ -187,6 +189,31 @@ fn numbers_of_light_paths_repeat_and_go_on() {
     for (threads, restored) in [(1, None), (0, Some(3)), (0, Some(4))] {
         assert!(run(threads, restored) == whole, "{threads} threads, restored after {restored:?}");
     }
+}
+
+/// Validation paths are as many and as bright in every frame: what is lent in a still view is all that there is.
+#[test]
+fn a_history_lends_as_much_where_numbers_of_light_paths_change() {
+    let scene = committed("cornell-box");
+    let run = |balances| {
+        let settings = Settings { balances, history: &VALIDATED, ..settings(&POWER, 3) };
+        let mut session = open(0, &scene, &settings, &BASIC);
+        let mut paths = Vec::new();
+        for frame in 0..8 {
+            session.frame(frame).expect("a frame runs");
+            paths.push(session.counters().expect("counters").get(Counter::LightPaths));
+        }
+        let points: Vec<HistoryPoint> = session.read("history_points").expect("points");
+        let caustics: Vec<Vec3> = session.read("caustic_radiance").expect("caustics");
+        let samples = points.iter().map(|point| f64::from(point.samples)).sum::<f64>() / f64::from(PIXELS);
+        (samples, caustics.iter().map(|value| f64::from(value.element_sum())).sum::<f64>(), paths)
+    };
+    let (fixed, balanced) = (run(false), run(true));
+    println!("{fixed:?}, balanced {balanced:?}");
+    assert!(balanced.2.windows(2).any(|pair| pair[0] != pair[1]));
+    assert!(fixed.0 > 4.0 && (balanced.0 / fixed.0 - 1.0).abs() < 1.0e-3);
+    // Of few light paths.
+    assert!((balanced.1 / fixed.1 - 1.0).abs() < 0.05);
 }
 
 /// A frame without light shoots nothing, a method without light paths has no use for it, and neither forgets what is known.

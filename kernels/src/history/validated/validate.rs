@@ -10,7 +10,7 @@ use crate::history::cells::{self, LightFrame, MAX_STEP, When, direct_radius, mar
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::history::{
-    VALIDATION_CELLS, VALIDATION_DEPOSITS, VALIDATION_PERIOD, ValidationDeposit, validation_paths,
+    VALIDATION_CELLS, VALIDATION_DEPOSITS, VALIDATION_PERIOD, ValidationDeposit,
 };
 use crate::interface::instance::Instance;
 use crate::interface::point::{DepositGeometry, DepositLight};
@@ -24,7 +24,7 @@ use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
 
 /// Validation paths, one an invocation.
-#[pass(name = "validate", over = validation_paths(params.light_path_count), work = Reuse)]
+#[pass(name = "validate", over = params.validation_path_count, work = Reuse)]
 pub fn validate(
     path: u32,
     params: &FrameParams,
@@ -32,7 +32,7 @@ pub fn validate(
     scene: SceneTables<'_>,
     tracer: &mut impl Tracer,
     instances: &[Instance],
-    #[len = validation_paths(params.light_path_count) * VALIDATION_DEPOSITS] validation_deposits: Slots<
+    #[len = params.validation_path_count * VALIDATION_DEPOSITS] validation_deposits: Slots<
         '_,
         ValidationDeposit,
     >,
@@ -78,7 +78,8 @@ impl Receive for Compare<'_> {
         let row = self.first + *count;
         let now = ValidationDeposit {
             position: geometry.position,
-            flux: light.flux.element_sum(),
+            // Frames may have more light paths or fewer.
+            flux: light.flux.element_sum() * self.params.light_path_count as f32,
             instance: geometry.instance,
         };
         let before = self.deposits.read(row);
@@ -125,6 +126,7 @@ impl Compare<'_> {
 
     #[inline(always)]
     fn mark(&mut self, position: Vec3, carrier: LightFrame, when: When, flux: f32, moved: f32) {
+        let flux = flux / self.params.light_path_count as f32;
         mark(&mut self.cells, position, carrier, when, flux, moved, self.params);
     }
 

@@ -93,7 +93,8 @@ pub struct ErrorTable {
     /// Frames of the progressive reference.
     #[serde(default = "many")]
     pub reference_frames: Count,
-    /// Frames of scenes that move, each with a reference; of still ones, frames of which a history's last is measured.
+    /// Frames of scenes that move, each with a reference; of still ones, frames of which the last is measured where anything
+    /// outlives its frame.
     #[serde(default = "sixteen")]
     pub frames: Count,
     /// Whether every frame of still scenes is measured too.

@@ -8,7 +8,6 @@ use glam::Vec3;
 
 use super::config::{Config, PixelFilter};
 use super::matrix_table::MatrixTable;
-use crate::experiment::axis::HISTORY;
 use crate::experiment::cell::{Cell, Paths};
 use crate::experiment::cell_axes::name_all;
 use crate::experiment::identity::{posed, view};
@@ -147,14 +146,14 @@ impl Part {
     }
 
     /// The frames by which errors of a cell are measured, if they are. Of a scene where nothing moves that is one frame;
-    /// with a history the last of several.
+    /// where something outlives its frame, the last of several.
     pub fn error_plan(&self, config: &Config, cell: &Cell) -> Option<Plan> {
         let error = config.error.as_ref()?;
         let plan = self.plan(config);
         let first = if self.moves(config) { config.first_frame } else { 0 };
         let end = first + error.frames.0;
         let every_frame = self.moves(config) || error.every_frame;
-        let is_alone = !every_frame && HISTORY.get(cell) == HISTORY.none;
+        let is_alone = !every_frame && cell.method.kept(cell.parts()).next().is_none();
         let frames = if is_alone { end - 1..end } else { first..end };
         let settings = Settings { width: error.width.0, height: error.height.0, ..plan.settings };
         Some(Plan { settings, frames, every_frame, seeds: error.seeds.0, ..plan })

@@ -135,7 +135,8 @@ pub fn open(
 
 /// Renders frames of one view: see [`Session::builder`].
 ///
-/// A frame's index is the seed of its random numbers beside that of the settings, so that any frame can be rendered again.
+/// A frame's index is the seed of its random numbers beside that of the settings, so that any frame can be rendered again; where
+/// frames learn from those before them, with [`Session::state`] of the one before.
 pub struct Session {
     runner: Box<dyn Runner>,
     method: &'static Method,
@@ -253,7 +254,8 @@ impl Session {
         self.take_light_paths()
     }
 
-    /// Says that what is rendered next follows no frame: a cut.
+    /// Says that something moved since the last frame, as it does by a cut: what frames learn from those before counts less then.
+    /// What a history holds, the history itself judges.
     pub fn jump(&mut self) {
         self.moved = true;
     }
@@ -344,8 +346,11 @@ impl Session {
         self.runner.write("path_radiance", cast_slice(&picture.path))?;
         let black = vec![Vec3::ZERO; picture.path.len()];
         let caustics = if picture.caustics.is_empty() { &black } else { &picture.caustics };
+        // The next frame may learn from it.
+        let own: Vec<u8> = self.read("caustic_radiance")?;
         self.runner.write("caustic_radiance", cast_slice(caustics))?;
         self.runner.run(&self.params, &[Step::of(&DISPLAY, &self.params)])?;
+        self.runner.write("caustic_radiance", &own)?;
         self.read("display_color")
     }
 }

@@ -71,11 +71,12 @@ pub fn measure(
 ) -> anyhow::Result<Option<Vec<Outcome>>> {
     let mut scene = identity::posed(scene, plan.time_of(plan.frames.start))?;
     let mut runs: Vec<Run> = cells.iter().map(|cell| open(plan, &scene, cell)).collect::<Result<_, _>>()?;
-    for _ in 0..plan.warm_up {
+    // With random numbers of their own: what learns would see the same frame twice.
+    for warm_up in 0..plan.warm_up {
         scene.pose(plan.time_of(plan.frames.start))?;
         for session in runs.iter_mut().flat_map(|run| &mut run.sessions) {
             session.pose(&scene, scene.camera(Some(&plan.camera))?)?;
-            session.frame(plan.frames.start)?;
+            session.frame(plan.frames.end.saturating_add(warm_up))?;
         }
     }
     let mut truth_before = None;

@@ -19,8 +19,9 @@ use crate::interface::light::Light;
 use crate::interface::seen::PixelSum;
 use crate::light::density_map::Node;
 use crate::light::guided::{Group, Guided, Map, group_count, map_count, maps_of_group, most_maps};
+use crate::math::is_finite;
 use crate::math::quanta::Quanta;
-use crate::pass::weigh::FADE;
+use crate::pass::weigh::kept;
 #[cfg(not(target_arch = "spirv"))]
 use crate::pass::weigh::weigh_with_pilot;
 use crate::seam::{AtomicWords, Slots, Words};
@@ -38,7 +39,8 @@ pub const GUIDED: Emission = Emission {
     about: "from lights and into parts of the casters' cones that gave the picture something, as earlier frames saw it",
     cost: "up to 16 cones a path, an addition for each pair of deposit and point, and a few passes over at most a million texels",
     wrong: "a frame depends on those before; light that moves by more than a texel or so a frame is found by the first eighth of \
-            a frame's paths alone; what casts beside the cones is seen by a coarse map",
+            a frame's paths alone; what casts beside the cones is seen by a coarse map; where a lamp goes out or on, what is known \
+            of those behind it in the table is taken for another's",
     aims: true,
     weighs: true,
     prepare: |params| learn(params, 0),
@@ -87,13 +89,15 @@ pub fn guide_learn(
 ) {
     let (mut keep_score, mut keep_starts) = (1.0, 1.0);
     if dispatch.level == 0 {
-        keep_starts = if params.moved != 0 { FADE } else { 1.0 };
+        let all = guide_sums.read(most_maps(params) * Map::NODES).starts;
+        keep_starts = kept(all / params.light_path_count as f32, params);
         // Scores are relative to the picture: where that became brighter, so did all that was scored.
-        keep_score = keep_starts * picture_rows[params.height as usize + 1];
-        // In the second frame: what the first pilot scored knew of no caustic.
-        if params.moved == 0 && pixel_sums[0].path_frames == 2.0 {
-            (keep_score, keep_starts) = (0.0, 0.0);
-        }
+        keep_score = keep_starts * picture_rows[params.height as usize + 1].min(1.0);
+    }
+    // In the second frame: what the first pilot scored knew of no caustic.
+    let is_second = pixel_sums[0].path_frames == 1.0 + kept(1.0, params);
+    if is_second && dispatch.level == 0 {
+        (keep_score, keep_starts) = (0.0, 0.0);
     }
     let map = index / Map::TEXELS;
     let unit = guide_maps[map as usize].unit;
@@ -105,7 +109,7 @@ pub fn guide_learn(
     start_counts.set(index, 0);
     let mut score = quanta.to_f32(1.0 / INVERSE_QUANTUM);
     // Where a mean is known, it is the unit.
-    if guide_sums.read(Map::node(Map::TOP, map).place).score > 0.0 {
+    if !is_second && guide_sums.read(Map::node(Map::TOP, map).place).score > 0.0 {
         score = score.min(MAX_SCORE * starts);
     }
     let place = Map::node(0, index).place;
@@ -114,7 +118,8 @@ pub fn guide_learn(
         score: before.score * keep_score + score * unit,
         starts: before.starts * keep_starts + starts,
     };
-    guide_sums.write(place, sum);
+    // What would poison all of it counts nothing.
+    guide_sums.write(place, if is_finite(sum.score) { sum } else { GuideSum::default() });
 }
 
 /// The sums over a level of nodes; above the maps, over all of them.
@@ -186,23 +191,28 @@ pub fn guide_shares(
     _index: u32,
     params: &FrameParams,
     lights: &[Light],
+    pixel_sums: &[PixelSum],
     guide_sums: &[GuideSum],
     guide_tree: &[f32],
     #[len = most_maps(params)] mut guide_maps: Slots<'_, GuideMap>,
 ) {
     let (groups, maps) = (group_count(params), maps_of_group(params));
-    // What was drawn from, or else could be drawn from, for all that is known.
+    // What was drawn from, or else could be drawn from, for all that is known. Lights of no power are never drawn.
     let mut total = 0.0;
     let mut map = 0;
     while map < groups * maps {
-        total += mass(map, guide_sums, guide_tree);
+        if Group::new(lights, params, map / maps).power > 0.0 {
+            total += mass(map, guide_sums, guide_tree);
+        }
         map += 1;
     }
+    let is_first = pixel_sums[0].path_frames == 1.0;
     let mut below = 0.0;
     map = 0;
     while map < groups * maps {
         let even = Group::new(lights, params, map / maps).power / maps as f32;
-        let share = if total > 0.0 { mass(map, guide_sums, guide_tree) / total } else { even };
+        let is_known = even > 0.0 && total > 0.0 && is_finite(total);
+        let share = if is_known { mass(map, guide_sums, guide_tree) / total } else { even };
         let root = guide_sums[Map::node(Map::TOP, map).place as usize];
         let sum = Map::total(guide_tree, map);
         guide_maps.write(
@@ -210,7 +220,12 @@ pub fn guide_shares(
             GuideMap {
                 below,
                 share,
-                unit: if root.score > 0.0 { root.score / root.starts } else { UNSEEN * even * even },
+                // What the first pilot scored is no measure of what comes after it.
+                unit: if root.score > 0.0 && !is_first {
+                    root.score / root.starts
+                } else {
+                    UNSEEN * even * even
+                },
                 scale: if sum > 0.0 { Map::TEXELS as f32 / sum } else { 0.0 },
             },
         );

@@ -4,7 +4,7 @@ use crate::interface::caster::Casters;
 use crate::interface::counters::DepositState;
 use crate::interface::history::HistorySettings;
 use bytemuck::{Pod, Zeroable};
-use spirv_std::glam::Vec3;
+use spirv_std::glam::{UVec2, Vec3};
 
 /// Pinhole camera. A pixel's direction is `forward + x right + y up` with x, y in [-1, 1], y upwards.
 #[repr(C)]
@@ -109,6 +109,15 @@ impl FrameParams {
     #[inline(always)]
     pub fn deposit_count(&self, deposit_state: &[u32]) -> u32 {
         deposit_state[DepositState::Stored as usize].min(self.deposit_capacity)
+    }
+
+    /// The pixels so many to each side of a pixel, as far as there are: the first column and row, and the last.
+    #[inline(always)]
+    pub fn window(&self, pixel: u32, side: u32) -> (UVec2, UVec2) {
+        let at = UVec2::new(pixel % self.width, pixel / self.width);
+        let first = UVec2::new(at.x.max(side) - side, at.y.max(side) - side);
+        let last = UVec2::new((at.x + side).min(self.width - 1), (at.y + side).min(self.height - 1));
+        (first, last)
     }
 
     /// Whether a bit of `filters` is set.

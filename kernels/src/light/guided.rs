@@ -103,11 +103,12 @@ impl Group {
     /// The row that a uniform number falls into, by power.
     #[inline(always)]
     fn row_at(&self, lights: &[Light], u: f32) -> u32 {
-        let at = self.below + u * self.power;
+        // Differences of a row that is as long as all power have all their bits, sums would be rounded onto rows without power.
+        let at = u * self.power;
         let (mut low, mut high) = (self.first, self.end);
         while low + 1 < high {
             let middle = (low + high) / 2;
-            if lights[middle as usize].power_below <= at {
+            if lights[middle as usize].power_below - self.below <= at {
                 low = middle;
             } else {
                 high = middle;
@@ -147,6 +148,10 @@ impl Guided<'_> {
             } else {
                 high = middle;
             }
+        }
+        // Shares add up to 1 but for rounding.
+        while low > 0 && self.maps[low as usize].share == 0.0 {
+            low -= 1;
         }
         low
     }
@@ -246,7 +251,7 @@ impl Emit for Guided<'_> {
         let ratio = group.chance(scene.lights, params, row) / light.pdf_light_choice;
         let sample = leaving.sample.over(leaving.pdf, BY_POWER, evenly + guided * ratio);
         let mut score = 0.0;
-        // A group so dim that its power is none is never drawn, and learns nothing.
+        // A group so dim that its power is none is never drawn from maps, and learns nothing.
         if ratio > 0.0 {
             // The density over that of a uniform start of the map.
             let over_uniform = ((BY_POWER * leaving.pdf + evenly) / ratio + guided) * told_size;
@@ -255,5 +260,43 @@ impl Emit for Guided<'_> {
             score = paths * paths / self.maps[(first + told) as usize].unit;
         }
         EmissionSample { texel: (first + told) * Map::TEXELS + told_texel, score, ..sample }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Beside a light that has nearly all power: rows at the last bits of its share, and rows without any.
+    #[test]
+    fn rows_are_drawn_as_often_as_their_density_says() {
+        let mut lights = Vec::new();
+        let mut below = 0.0;
+        for row in 0..400_u32 {
+            lights.push(Light { power_below: below as f32, ..Light::default() });
+            below += if row == 0 { 1.0 - 4.0e-5 } else { 1.0e-7 * f64::from(row % 3) };
+        }
+        let params = FrameParams { light_count: lights.len() as u32, ..FrameParams::default() };
+        let (mut dim, mut without) = (0, 0);
+        for index in 0..group_count(&params) {
+            let group = Group::new(&lights, &params, index);
+            let draws = 1 << 16;
+            let mut drawn = vec![0; lights.len()];
+            for draw in 0..draws {
+                drawn[group.row_at(&lights, (draw as f32 + 0.5) / draws as f32) as usize] += 1;
+            }
+            let mut all = 0.0;
+            for row in group.first..group.end {
+                let chance = group.chance(&lights, &params, row);
+                let found = drawn[row as usize] as f32 / draws as f32;
+                assert!((found - chance).abs() <= 2.0 / draws as f32, "{index}, {row}: {found}, {chance}");
+                assert!(chance > 0.0 || found == 0.0, "{row} is drawn");
+                all += chance;
+                dim += u32::from(chance > 0.0);
+                without += u32::from(chance == 0.0);
+            }
+            assert!((all - 1.0).abs() < 1e-5, "{index}: {all}");
+        }
+        assert!(dim > 200 && without > 100, "{dim}, {without}");
     }
 }

@@ -1,14 +1,15 @@
 //! What the frames of methods have in common: collect, denoise, lend, shoot and gather batch by batch, resolve, display.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::LazyLock;
 
 use crate::declare::{BufferSpec, Emission, INDEX, Step, Work, buffers};
 use crate::gather::variant::{self, Over, Side, Stage, Variant};
 use crate::interface::frame::{Dispatch, FrameParams, PILOT};
 use crate::method::{Method, Parts};
-use crate::pass::collect::COLLECT;
 use crate::pass::balance::balance;
+use crate::pass::collect::COLLECT;
 use crate::pass::display::DISPLAY;
 use crate::pass::weigh::weigh;
 use crate::pass::widen;
@@ -50,15 +51,12 @@ pub fn frame_steps(
         steps.extend(emission.forget.iter().map(|&buffer| Step::Clear { buffer }));
     }
     let pilot = emission.pilot.filter(|_| params.moved != 0);
-    let pilot_count =
-        if pilot.is_some() { (params.light_path_count / PILOT).min(params.light_path_batch) } else { 0 };
+    let pilot_count = if pilot.is_some() { params.light_path_count / PILOT } else { 0 };
     if let Some(learn) = pilot.filter(|_| pilot_count > 0) {
-        steps.extend(shoot(Batch { first: 0, count: pilot_count }));
+        steps.extend(batches(params, 0..pilot_count).flat_map(&shoot));
         steps.extend(learn(params));
     }
-    for batch in batches(params, pilot_count) {
-        steps.extend(shoot(batch));
-    }
+    steps.extend(batches(params, pilot_count..params.light_path_count).flat_map(&shoot));
     if shoots && widens {
         steps.extend(widen::learn(params));
     }
@@ -110,10 +108,10 @@ pub fn shoot(emission: &Emission, batch: Batch) -> Vec<Step> {
     vec![Step::Clear { buffer: "deposit_state" }, Step::dispatch(emission.shoot, batch.dispatch())]
 }
 
-/// The batches of a frame's light paths from this one on.
-fn batches(params: &FrameParams, first: u32) -> impl Iterator<Item = Batch> {
-    let (count, most) = (params.light_path_count, params.light_path_batch.max(1));
-    (first..count).step_by(most as usize).map(move |first| Batch { first, count: most.min(count - first) })
+/// The batches of these light paths.
+fn batches(params: &FrameParams, paths: Range<u32>) -> impl Iterator<Item = Batch> + use<> {
+    let (end, most) = (paths.end, params.light_path_batch.max(1));
+    paths.step_by(most as usize).map(move |first| Batch { first, count: most.min(end - first) })
 }
 
 /// A dispatch over so much; over deposits, over those that there are.
@@ -160,7 +158,8 @@ fn all_steps() -> Vec<Step> {
             for history in history::ALL {
                 for denoiser in denoiser::ALL {
                     for emission in emission::ALL {
-                        let parts = Parts { gather, history, denoiser, emission, balances: true, widens: true };
+                        let parts =
+                            Parts { gather, history, denoiser, emission, balances: true, widens: true };
                         steps.extend((method.steps)(parts, &(method.frame)(params, 0)));
                     }
                 }

@@ -43,8 +43,24 @@ fn steps_of(params: &FrameParams, time: u32) -> Vec<Step> {
 
 /// Share of what is known that counts on where something moved.
 pub const FADE: f32 = 0.5;
+
+/// Share of what so many frames said that counts on: all in a still view, and where something moved the half, but of a view that
+/// was still for long no more than a frame's worth.
+#[inline(always)]
+pub fn kept(frames: f32, params: &FrameParams) -> f32 {
+    if params.moved == 0 {
+        1.0
+    } else if frames * FADE > 1.0 {
+        1.0 / frames
+    } else {
+        FADE
+    }
+}
+
 /// Light of a pixel below which no error counts, relative to the mean of the picture.
 const DARK: f32 = 0.1;
+/// Squares of light below this have no inverse in an f32.
+const MIN_SQUARE: f32 = 1.0e-37;
 /// Pixels to each side whose light is a pixel's.
 const AROUND: u32 = 2;
 
@@ -57,8 +73,8 @@ pub fn weigh_seen(
     caustic_radiance: &[Vec3],
     #[len = params.pixel_count()] mut pixel_sums: Slots<'_, PixelSum>,
 ) {
-    let keep = if params.moved != 0 { FADE } else { 1.0 };
     let before = pixel_sums.read(pixel);
+    let keep = kept(before.path_frames, params);
     let was = if before.path_frames > 0.0 { 1.0 } else { 0.0 };
     let now = PixelSum {
         path: before.path * keep + mean(path_radiance[pixel as usize]),
@@ -133,22 +149,20 @@ pub fn weigh_pixels(
     #[len = params.pixel_count()] mut pixel_weights: Slots<'_, f32>,
 ) {
     // Of few light paths, most pixels saw none.
-    let (column, row) = (pixel % params.width, pixel / params.width);
-    let (left, right) = (column.max(AROUND) - AROUND, (column + AROUND).min(params.width - 1));
-    let (top, bottom) = (row.max(AROUND) - AROUND, (row + AROUND).min(params.height - 1));
+    let (first, last) = params.window(pixel, AROUND);
     let mut sum = 0.0;
-    let mut y = top;
-    while y <= bottom {
-        let mut x = left;
-        while x <= right {
+    let mut y = first.y;
+    while y <= last.y {
+        let mut x = first.x;
+        while x <= last.x {
             sum += pixel_means[(y * params.width + x) as usize];
             x += 1;
         }
         y += 1;
     }
-    let around = sum / ((right + 1 - left) * (bottom + 1 - top)) as f32;
+    let around = sum / ((last.x + 1 - first.x) * (last.y + 1 - first.y)) as f32;
     let light = around.max(pixel_means[pixel as usize]);
     let dark = DARK * picture_rows[params.height as usize];
     let square = light * light + dark * dark;
-    pixel_weights.write(pixel, if square > 0.0 { 1.0 / square } else { 0.0 });
+    pixel_weights.write(pixel, if square > MIN_SQUARE { 1.0 / square } else { 0.0 });
 }

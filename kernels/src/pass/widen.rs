@@ -62,14 +62,12 @@ pub fn widen_learn(
     radius_now: &[f32],
     #[len = params.pixel_count()] mut radius_next: Slots<'_, f32>,
 ) {
-    let (column, row) = (pixel % params.width, pixel / params.width);
-    let (left, right) = (column.max(AROUND) - AROUND, (column + AROUND).min(params.width - 1));
-    let (top, bottom) = (row.max(AROUND) - AROUND, (row + AROUND).min(params.height - 1));
+    let (first, last) = params.window(pixel, AROUND);
     let mut taken = 0.0;
-    let mut y = top;
-    while y <= bottom {
-        let mut x = left;
-        while x <= right {
+    let mut y = first.y;
+    while y <= last.y {
+        let mut x = first.x;
+        while x <= last.x {
             let other = y * params.width + x;
             let scale = radius_now[other as usize];
             // What a disc of the radius of the settings would have taken.
@@ -79,7 +77,7 @@ pub fn widen_learn(
         }
         y += 1;
     }
-    let mean = taken / ((right + 1 - left) * (bottom + 1 - top)) as f32;
+    let mean = taken / ((last.x + 1 - first.x) * (last.y + 1 - first.y)) as f32;
     let scale = if mean > 0.0 { (ENOUGH / mean).sqrt() } else { WIDEST };
     radius_next.write(pixel, scale.clamp(1.0, WIDEST));
 }

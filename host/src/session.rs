@@ -185,7 +185,8 @@ impl Session {
         }
         let Settings { history, denoiser, emission, .. } = settings;
         let balances = settings.balances && method.gathers;
-        let widens = settings.widens && method.gathers;
+        // What a method splats knows no disc.
+        let widens = settings.widens && method.chooses_gather;
         let parts = Parts { gather: variant, history, denoiser, emission, balances, widens };
         let largest = settings.largest(scene, camera);
         let scene_bytes = scene.buffers().iter().map(|(_, bytes)| bytes.len() as u64).sum();
@@ -251,6 +252,7 @@ impl Session {
             self.runner.write(name, bytes)?;
         }
         self.moved = false;
+        self.light_paths = self.settings.first_light_paths();
         self.take_light_paths()
     }
 
@@ -282,13 +284,15 @@ impl Session {
         let times = self.runner.run(&params, &(self.method.steps)(self.parts, &params))?;
         self.previous_camera = self.params.camera;
         self.moved = false;
+        self.light_paths = self.settings.first_light_paths();
         self.take_light_paths()?;
         Ok(times)
     }
 
     /// Takes the number of light paths that frames so far say is best for the next.
     fn take_light_paths(&mut self) -> Result<(), SessionError> {
-        if self.parts.balances {
+        // Where no frame can shoot, nothing is balanced.
+        if self.kept.iter().any(|spec| spec.name == "balance") {
             let balance: Vec<Balance> = self.read("balance")?;
             if let Some(&Balance { light_paths: 1.., .. }) = balance.first() {
                 self.light_paths = balance[0].light_paths.min(self.settings.light_paths);

@@ -232,6 +232,14 @@ fn what_shoots_nothing_is_left_alone() {
     }
     println!("{paths:?}");
     assert!(paths[3] > paths[0] && paths[4..6] == [0, 0] && paths[6] >= paths[3]);
+    // Where no frame can shoot: nothing casts caustics, or paths are too short for them.
+    let dull = committed("plain-room");
+    for (scene, max_bounces) in [(&dull, 5), (&lit, 1)] {
+        let mut session = open(0, scene, &Settings { max_bounces, ..settings(&GUIDED, 3) }, &BASIC);
+        session.frame(0).expect("a frame runs");
+        session.frame(1).expect("a frame runs");
+        assert_eq!(session.counters().expect("counters").get(Counter::LightPaths), 0);
+    }
     let path = method::find("path").expect("path tracing");
     let mut session = open(0, &committed("ring"), &settings(&POWER, 1), path);
     session.frame(0).expect("a frame runs");

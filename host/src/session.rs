@@ -206,7 +206,7 @@ impl Session {
             method,
             parts,
             settings,
-            params: with_paths(params, light_paths, scene.flux),
+            params,
             flux: scene.flux,
             light_paths,
             previous_camera,
@@ -221,7 +221,7 @@ impl Session {
     pub fn pose(&mut self, scene: &Scene, camera: &SceneCamera) -> Result<(), SessionError> {
         self.previous_camera = self.params.camera;
         self.flux = scene.flux;
-        self.params = with_paths(self.settings.params(scene, camera, 0), self.light_paths, self.flux);
+        self.params = self.settings.params(scene, camera, 0);
         self.moved |= self.params.camera != self.previous_camera;
         self.moved |= self.upload.run(&mut *self.runner, scene)?;
         Ok(())
@@ -252,7 +252,6 @@ impl Session {
             self.runner.write(name, bytes)?;
         }
         self.moved = false;
-        self.light_paths = self.settings.first_light_paths();
         self.take_light_paths()
     }
 
@@ -279,23 +278,25 @@ impl Session {
 
     /// Renders frame `index` and returns the time of each of its steps. What it made is read by [`Session::picture`].
     pub fn frame(&mut self, index: u32) -> Result<Vec<StepTime>, SessionError> {
-        self.params = with_paths(self.params, self.light_paths, self.flux);
+        if self.params.light_path_count > 0 {
+            self.params = with_light_paths(self.params, self.light_paths, self.flux);
+        }
         let params = self.params(index);
         let times = self.runner.run(&params, &(self.method.steps)(self.parts, &params))?;
         self.previous_camera = self.params.camera;
         self.moved = false;
-        self.light_paths = self.settings.first_light_paths();
         self.take_light_paths()?;
         Ok(times)
     }
 
     /// Takes the number of light paths that frames so far say is best for the next.
     fn take_light_paths(&mut self) -> Result<(), SessionError> {
+        self.light_paths = self.settings.first_light_paths();
         // Where no frame can shoot, nothing is balanced.
         if self.kept.iter().any(|spec| spec.name == "balance") {
             let balance: Vec<Balance> = self.read("balance")?;
-            if let Some(&Balance { light_paths: 1.., .. }) = balance.first() {
-                self.light_paths = balance[0].light_paths.min(self.settings.light_paths);
+            if let Some(&Balance { light_paths: found @ 1.., .. }) = balance.first() {
+                self.light_paths = found.min(self.settings.light_paths);
             }
         }
         Ok(())
@@ -357,9 +358,4 @@ impl Session {
         self.runner.write("caustic_radiance", &own)?;
         self.read("display_color")
     }
-}
-
-/// The same settings of a frame with so many light paths, if it shoots any.
-fn with_paths(params: FrameParams, light_paths: u32, flux: Vec3) -> FrameParams {
-    if params.light_path_count == 0 { params } else { with_light_paths(params, light_paths, flux) }
 }

@@ -183,11 +183,7 @@ impl Session {
         if !method.takes_emission(settings.emission) {
             return Err(SessionError::Emission { method: method.name, emission: settings.emission.name });
         }
-        let Settings { history, denoiser, emission, .. } = settings;
-        let balances = settings.balances && method.gathers;
-        // What a method splats knows no disc.
-        let widens = settings.widens && method.chooses_gather;
-        let parts = Parts { gather: variant, history, denoiser, emission, balances, widens };
+        let parts = settings.parts(method, variant);
         let largest = settings.largest(scene, camera);
         let scene_bytes = scene.buffers().iter().map(|(_, bytes)| bytes.len() as u64).sum();
         let on_gpu = matches!(choice, RunnerChoice::Gpu { .. });
@@ -195,7 +191,7 @@ impl Session {
         let buffers = frame_buffers(method, parts, &largest);
         let is_kept = |name| method.kept(parts).any(|kept| kept == name);
         let kept = buffers.iter().filter(|spec| is_kept(spec.name)).copied().collect();
-        let of_history = history.settings.map_or(Features(0), |_| Features::HISTORY);
+        let of_history = parts.history.settings.map_or(Features(0), |_| Features::HISTORY);
         let mut runner = open(choice, scene, features | of_history, &buffers)?;
         runner.write("pixel_order", cast_slice(&pixel_order(params.width, params.height)))?;
         let previous_camera = params.camera;
@@ -256,7 +252,7 @@ impl Session {
     }
 
     /// Says that something moved since the last frame, as it does by a cut: what frames learn from those before counts less then.
-    /// What a history holds, the history itself judges.
+    /// What a history holds, the history itself judges; discs are as wide in the first frame as the last one said of its own.
     pub fn jump(&mut self) {
         self.moved = true;
     }
@@ -351,11 +347,8 @@ impl Session {
         self.runner.write("path_radiance", cast_slice(&picture.path))?;
         let black = vec![Vec3::ZERO; picture.path.len()];
         let caustics = if picture.caustics.is_empty() { &black } else { &picture.caustics };
-        // The next frame may learn from it.
-        let own: Vec<u8> = self.read("caustic_radiance")?;
         self.runner.write("caustic_radiance", cast_slice(caustics))?;
         self.runner.run(&self.params, &[Step::of(&DISPLAY, &self.params)])?;
-        self.runner.write("caustic_radiance", &own)?;
         self.read("display_color")
     }
 }

@@ -3,6 +3,7 @@
 use caustics_kernels::declare::{Caustics, TextureFilter};
 use caustics_kernels::denoiser::{self, Denoiser};
 use caustics_kernels::emission::{self, Emission};
+use caustics_kernels::gather::variant::Variant;
 use caustics_kernels::history::{self, History};
 use caustics_kernels::interface::balance::FIRST_PATHS;
 use caustics_kernels::interface::caster::Casters;
@@ -11,7 +12,7 @@ use caustics_kernels::interface::frame::{
     CAUSTICS_ANY, CAUSTICS_FIRST, FrameParams, TEXTURE_FILTER_CONE, TEXTURE_FILTER_FINEST,
 };
 use caustics_kernels::interface::history::validation_paths;
-use caustics_kernels::method::Method;
+use caustics_kernels::method::{Method, Parts};
 use glam::Vec3;
 
 use crate::scene::motion::Motion;
@@ -149,7 +150,8 @@ impl Settings {
         // As many as for the usual number of light paths, where it changes from frame to frame.
         let validated =
             if self.balances { self.width * self.height * VALIDATED_PATHS } else { self.light_paths };
-        let validation_path_count = if shoots { validation_paths(validated) } else { 0 };
+        let validates = shoots && self.history.validates;
+        let validation_path_count = if validates { validation_paths(validated) } else { 0 };
         let params = FrameParams { validation_path_count, ..params };
         let params = with_light_paths(params, self.light_paths, scene.flux);
         if shoots {
@@ -157,6 +159,15 @@ impl Settings {
         } else {
             FrameParams { quantum: params.quantum, ..with_light_paths(params, 0, scene.flux) }
         }
+    }
+
+    /// The parts of a method's frames, less what the method has no use for: without collection points nothing is balanced, and
+    /// what it splats knows no disc.
+    pub fn parts(&self, method: &Method, gather: &'static Variant) -> Parts {
+        let Settings { history, denoiser, emission, .. } = *self;
+        let balances = self.balances && method.gathers;
+        let widens = self.widens && method.chooses_gather;
+        Parts { gather, history, denoiser, emission, balances, widens }
     }
 
     /// Light paths of a frame before which nothing is known.

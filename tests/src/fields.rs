@@ -71,7 +71,7 @@ fields!(PointShading {
 });
 fields!(DepositGeometry { position: 3 Floats, scatterings: 1 Words, normal: 3 Floats, });
 fields!(DepositLight { to_light: 3 Floats, flux: 3 Floats, });
-fields!(Reprojected { mean: 3 Floats, samples: 1 Floats, offset: 3 Floats, });
+fields!(Reprojected { mean: 3 Floats, samples: 1 Floats, offset: 3 Floats, radius: 1 Floats, });
 fields!(ValidationDeposit { position: 3 Floats, flux: 1 Floats, instance: 1 Words, });
 
 #[cfg(test)]

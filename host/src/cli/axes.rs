@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use caustics::experiment::axis::{self, AXES, Axis, PATHS_PER_PIXEL, Values, spelled};
+use caustics::experiment::axis::{self, AUTO, AXES, Axis, PATHS_PER_PIXEL, Values, spelled};
 use caustics::experiment::cell::Cell;
 use caustics::experiment::sweep::matrix_table::MatrixTable;
 use caustics_kernels::method::basic::BASIC;
@@ -128,7 +128,8 @@ impl<C: Axes> AxisOptions<C> {
         self.given.iter().any(|(_, of, _)| *of == axis)
     }
 
-    /// The one way to render, its runner still by its name. What its method has no use for is refused, numbers aside.
+    /// The one way to render, its runner still by its name. What its method has no use for is refused, numbers aside, and what
+    /// is usual.
     pub fn cell(&self) -> Result<Cell, Usage> {
         let mut cell = Cell::of(&BASIC);
         for axis in AXES {
@@ -139,9 +140,13 @@ impl<C: Axes> AxisOptions<C> {
             axis.set(&mut cell, &value).map_err(Usage)?;
         }
         for axis in AXES.into_iter().filter(|axis| self.has(axis)) {
-            let names = matches!(axis.values, Values::Names(_)) && axis.get(&cell) != axis.none;
+            let value = axis.get(&cell);
+            let names = match axis.values {
+                Values::Names(_) => value != axis.none,
+                Values::Numbers(_) => value == AUTO && axis.usual != AUTO,
+            };
             if let Some(why) = (axis.useless)(&cell).filter(|_| names) {
-                let (option, value, method) = (axis.option(), axis.get(&cell), cell.method.name);
+                let (option, method) = (axis.option(), cell.method.name);
                 return Err(Usage(format!(
                     "--{option} {value}: --method {method} {why}; use --method basic"
                 )));

@@ -277,7 +277,11 @@ pub static RADIUS_PX: Axis = Axis {
     usual: "1",
     none: "1",
     shown: Shown::Words("r", |value| format!("radius {value} px")),
-    useless: |cell| (!cell.method.gathers).then_some("makes no collection points"),
+    useless: |cell| match cell.radius {
+        _ if !cell.method.gathers => Some("makes no collection points"),
+        Radius::Auto if !cell.method.chooses_gather => Some("has no discs that could widen"),
+        _ => None,
+    },
     get: |cell| match cell.radius {
         Radius::Px(px) => px.to_string(),
         Radius::Auto => AUTO.into(),
@@ -361,7 +365,7 @@ pub fn spelled(key: &str, text: &str) -> Option<(&'static Axis, String)> {
 }
 
 /// A value that earlier frames decide.
-const AUTO: &str = "auto";
+pub const AUTO: &str = "auto";
 
 /// The light paths of a text: `p0.5` a pixel, `n1024` a frame, `t33ms` as many as take so long, `auto`, or none at all.
 impl std::str::FromStr for Paths {

@@ -127,10 +127,7 @@ impl Cell {
 
     /// Its parts as a session takes them.
     pub fn parts(&self) -> Parts {
-        let Cell { emission, history, denoiser, .. } = *self;
-        let balances = self.paths == Paths::Auto;
-        let widens = self.radius == Radius::Auto;
-        Parts { gather: self.variant(), emission, history, denoiser, balances, widens }
+        self.settings(&Settings::default()).parts(self.method, self.variant())
     }
 
     /// Its gather; where its method chooses none, one that every runner has.

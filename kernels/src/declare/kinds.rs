@@ -25,6 +25,8 @@ pub struct History {
     pub forget: &'static [&'static str],
     /// Buffers in which something outlives its frame.
     pub keeps: &'static [&'static str],
+    /// Whether it traces validation paths.
+    pub validates: bool,
 }
 
 /// A way to smooth the path-traced part.

@@ -17,4 +17,5 @@ pub const NONE: History = History {
     resolve: &RESOLVE,
     forget: &[],
     keeps: &[],
+    validates: false,
 };

@@ -33,7 +33,7 @@ const MIN_SAME_SIZE_COS: f32 = 0.3;
 pub const PAPER: History = History {
     name: "paper",
     about: "OurTemporal as published: 0.8 of what overlaps, 0.2 of this frame",
-    cost: "nine rows of 32 bytes a point to search, and 72 bytes a point of state",
+    cost: "nine rows of 32 bytes a point to search, and 76 bytes a point of state",
     wrong: "its variance stays at a ninth; light that is gone is seen for 20 frames; repeated means blur; radiance is lent, so \
             that a texture and a glossy lobe smear",
     settings: Some(HistorySettings { reach: 1.0, lag: 0.0, most_samples: 0.0, demodulates: 0 }),
@@ -41,6 +41,7 @@ pub const PAPER: History = History {
     resolve: &RESOLVE_HISTORY,
     forget: &[],
     keeps: &["history_points", "history_mean"],
+    validates: false,
 };
 
 /// What the paper lends, a pixel an invocation.
@@ -57,7 +58,8 @@ pub fn reuse_paper(
 ) {
     let (point, shading) = (&point_geometry[pixel as usize], &point_shading[pixel as usize]);
     let history = PreviousFrame { points: history_points, mean: history_mean };
-    reprojected.write(pixel, overlapping(pixel, point, shading, instances, history, params));
+    let found = overlapping(pixel, point, shading, instances, history, params);
+    reprojected.write(pixel, Reprojected { radius: point.radius, ..found });
 }
 
 /// The mean over all previous points whose disc holds this one, weighted by exp(-d^2 / (2 (0.75 R)^2)),
@@ -87,7 +89,7 @@ fn overlapping(
     if visit.weights <= 0.0 {
         return Reprojected::default();
     }
-    Reprojected { mean: visit.sum / visit.weights, samples: PAPER_SAMPLES, offset: Vec3::ZERO }
+    Reprojected { mean: visit.sum / visit.weights, samples: PAPER_SAMPLES, ..Reprojected::default() }
 }
 
 /// Sums over the points that overlap.

@@ -95,7 +95,7 @@ pub fn blend(
     }
     out.point = HistoryPoint {
         position: point.position + reprojected.offset * (1.0 - share),
-        radius: point.radius,
+        radius: reprojected.radius,
         normal: octahedral::encode(point.normal),
         to_viewer: octahedral::encode(shading.to_viewer),
         material: shading.material,
@@ -224,7 +224,7 @@ mod tests {
 
     #[test]
     fn no_point_leaves_nothing_to_the_next_frame() {
-        let reprojected = Reprojected { mean: Vec3::ONE, samples: 3.0, offset: Vec3::ONE };
+        let reprojected = Reprojected { mean: Vec3::ONE, samples: 3.0, offset: Vec3::ONE, radius: 0.02 };
         let found = blended(&shading(0, Vec3::ONE), Vec3::splat(1.0e-4), reprojected, &DEMODULATES, 0);
         assert_eq!((found.radiance, found.point.samples), (Vec3::ZERO, 0.0));
         // Nor does a point that reflects nothing: its light cannot be told.
@@ -242,8 +242,13 @@ mod tests {
             assert_eq!((fresh.point.samples, fresh.point.position), (1.0, point().position));
             for n in [1.0, 3.0, 4.0, 100.0] {
                 let offset = Vec3::new(0.01, 0.0, -0.02);
-                let found =
-                    blended(&shading, sum, Reprojected { mean: old, samples: n, offset }, settings, 1);
+                let found = blended(
+                    &shading,
+                    sum,
+                    Reprojected { mean: old, samples: n, offset, radius: 0.02 },
+                    settings,
+                    1,
+                );
                 let expected = (n * old + fresh.mean) / (n + 1.0);
                 // A few ulp.
                 assert!((found.mean - expected).length() < 1.0e-6 * expected.length());
@@ -268,7 +273,7 @@ mod tests {
                     blended(&shading(0, white), white * light, Reprojected::default(), &DEMODULATES, 1);
                 let own = blended(&shading(0, color), color * light, Reprojected::default(), &DEMODULATES, 1);
                 // As good as nothing else but the history.
-                let reprojected = Reprojected { mean: lender.mean, samples: 1.0e6, offset: Vec3::ZERO };
+                let reprojected = Reprojected { mean: lender.mean, samples: 1.0e6, ..Reprojected::default() };
                 let found = blended(&shading(0, color), color * light, reprojected, &DEMODULATES, 1);
                 assert!((found.radiance - own.radiance).length() < 1.0e-6 * own.radiance.length());
                 // Irradiance: pi R^2 of the light that deposits brought.
@@ -277,7 +282,7 @@ mod tests {
                 // Radiance that is lent carries the lender's colour along.
                 let radiance = HistorySettings { demodulates: 0, ..DEMODULATES };
                 let lender = blended(&shading(0, white), white * light, Reprojected::default(), &radiance, 1);
-                let reprojected = Reprojected { mean: lender.mean, samples: 1.0e6, offset: Vec3::ZERO };
+                let reprojected = Reprojected { mean: lender.mean, samples: 1.0e6, ..Reprojected::default() };
                 let smeared = blended(&shading(0, color), color * light, reprojected, &radiance, 1);
                 let differs = (smeared.radiance - own.radiance).length() > 0.1 * own.radiance.length();
                 assert_eq!(differs, white != color);

@@ -4,7 +4,7 @@ use crate::interface::caster::Casters;
 use crate::interface::counters::DepositState;
 use crate::interface::history::HistorySettings;
 use bytemuck::{Pod, Zeroable};
-use spirv_std::glam::{UVec2, Vec3};
+use spirv_std::glam::{Vec2, Vec3};
 
 /// Pinhole camera. A pixel's direction is `forward + x right + y up` with x, y in [-1, 1], y upwards.
 #[repr(C)]
@@ -40,7 +40,7 @@ pub struct FrameParams {
     pub light_path_count: u32,
     /// Light paths whose deposits the deposit buffers hold: those of a batch, at most.
     pub light_path_batch: u32,
-    /// Validation paths, where the history has any; the same in every frame that shoots.
+    /// Validation paths: 0 of a history that has none, else the same in every frame that shoots.
     pub validation_path_count: u32,
     /// Scattering vertices between eye and light, at most.
     pub max_bounces: u32,
@@ -111,13 +111,21 @@ impl FrameParams {
         deposit_state[DepositState::Stored as usize].min(self.deposit_capacity)
     }
 
-    /// The pixels so many to each side of a pixel, as far as there are: the first column and row, and the last.
+    /// Sums over the pixels so many to each side of a pixel, as far as there are.
     #[inline(always)]
-    pub fn window(&self, pixel: u32, side: u32) -> (UVec2, UVec2) {
-        let at = UVec2::new(pixel % self.width, pixel / self.width);
-        let first = UVec2::new(at.x.max(side) - side, at.y.max(side) - side);
-        let last = UVec2::new((at.x + side).min(self.width - 1), (at.y + side).min(self.height - 1));
-        (first, last)
+    pub fn sum_around(&self, pixel: u32, side: u32, of: impl Fn(u32) -> Vec2) -> Vec2 {
+        let (column, row) = (pixel % self.width, pixel / self.width);
+        let mut sum = Vec2::ZERO;
+        let mut y = row.max(side) - side;
+        while y <= (row + side).min(self.height - 1) {
+            let mut x = column.max(side) - side;
+            while x <= (column + side).min(self.width - 1) {
+                sum += of(y * self.width + x);
+                x += 1;
+            }
+            y += 1;
+        }
+        sum
     }
 
     /// Whether a bit of `filters` is set.

@@ -9,7 +9,7 @@ use spirv_std::glam::Vec3;
 pub struct HistoryPoint {
     /// Mean of the positions whose light it holds (m).
     pub position: Vec3,
-    /// Radius of its disc (m).
+    /// Radius of its disc by the settings (m).
     pub radius: f32,
     /// Unit normal of the face, octahedral.
     pub normal: u32,
@@ -31,6 +31,8 @@ pub struct Reprojected {
     pub samples: f32,
     /// From the point to the mean position of that light (m).
     pub offset: Vec3,
+    /// Radius of the point's disc by the settings, before it is widened (m).
+    pub radius: f32,
 }
 
 /// Settings of a history.
@@ -78,6 +80,6 @@ pub fn validation_paths(light_path_count: u32) -> u32 {
 }
 
 const _: () = assert!(size_of::<HistoryPoint>() == 32);
-const _: () = assert!(size_of::<Reprojected>() == 28);
+const _: () = assert!(size_of::<Reprojected>() == 32);
 const _: () = assert!(size_of::<HistorySettings>() == 16);
 const _: () = assert!(size_of::<ValidationDeposit>() == 20);

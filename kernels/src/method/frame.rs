@@ -11,8 +11,7 @@ use crate::method::{Method, Parts};
 use crate::pass::balance::balance;
 use crate::pass::collect::COLLECT;
 use crate::pass::display::DISPLAY;
-use crate::pass::weigh::weigh;
-use crate::pass::widen;
+use crate::pass::{weigh, widen};
 use crate::{denoiser, emission, history};
 
 /// The steps of a frame of any method that brings deposits to collection points: `prepare` comes once before the light
@@ -30,9 +29,6 @@ pub fn frame_steps(
         Step::Clear { buffer: "accumulator" },
         Step::of(&COLLECT, params),
     ];
-    if shoots && widens {
-        steps.extend(widen::widen(params));
-    }
     steps.extend((denoiser.steps)(params));
     // A history that follows the light has nothing to follow in the dark.
     let forgets = !shoots && !history.forget.is_empty();
@@ -41,9 +37,12 @@ pub fn frame_steps(
     } else {
         steps.extend((history.before)(params));
     }
+    if shoots && widens {
+        steps.extend(widen::widen(params));
+    }
     if shoots {
         if parts.weighs() {
-            steps.extend(weigh(params));
+            steps.extend(weigh::weigh(params));
         }
         steps.extend((emission.prepare)(params));
         steps.extend(prepare);
@@ -61,6 +60,9 @@ pub fn frame_steps(
         steps.extend(widen::learn(params));
     }
     steps.push(Step::of(if forgets { history::none::NONE.resolve } else { history.resolve }, params));
+    if shoots && parts.weighs() {
+        steps.extend(weigh::learn(params));
+    }
     if shoots && balances {
         steps.extend(balance(params));
     }

@@ -40,9 +40,9 @@ impl Method {
     /// The buffers in which something of a frame made of these parts outlives it; empty: frames do not depend on each other.
     pub fn kept(&self, parts: Parts) -> impl Iterator<Item = &'static str> + use<> {
         let none: &'static [&'static str] = &[];
-        let weighs = if self.gathers && parts.weighs() { &weigh::KEPT } else { none };
-        let balances = if self.gathers && parts.balances { &balance::KEPT } else { none };
-        let widens = if self.gathers && parts.widens { &widen::KEPT } else { none };
+        let weighs = if parts.weighs() { &weigh::KEPT } else { none };
+        let balances = if parts.balances { &balance::KEPT } else { none };
+        let widens = if parts.widens { &widen::KEPT } else { none };
         let all = [self.keeps, parts.history.keeps, parts.emission.keeps, weighs, balances, widens];
         all.into_iter().flatten().copied()
     }

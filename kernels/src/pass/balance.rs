@@ -1,8 +1,8 @@
 //! `balance.*`: how many light paths the next frame shoots, so that its time serves the picture best.
 //!
-//! A frame whose camera paths cost C leaves the variance V, and n light paths that cost c each leave A / n. What the time of a
-//! frame buys, (V + A / n) (C + n c), is least at n^2 = A C / (V c). V is measured by the distances of pixels from their means
-//! over earlier frames, A by the squares of deposits, costs are counted: no clock is asked, so that a run repeats to the bit.
+//! A frame whose camera paths cost C leaves the variance V, and n light paths that cost c each leave A / n. What the time of
+//! a frame buys, (V + A / n) (C + n c), is least at n^2 = A C / (V c). V is measured by the distances of pixels from
+//! their neighbours, A by the squares of deposits, costs are counted: no clock is asked, so that a run repeats to the bit.
 //! What is found in a frame is for those after it, so that every frame is unbiased and frames may be averaged. What a history
 //! lends to caustics is not seen: with one, fewer light paths would do.
 
@@ -43,11 +43,13 @@ const LIGHT_RAY: f32 = 2.3;
 const DEPOSIT: f32 = 1.0;
 /// What a pair of deposit and point costs (rays of camera paths).
 const PAIR: f32 = 0.6;
-/// Numbers of light paths are powers of this, so that roundings of a device decide none.
+/// Variances above this are of light without bounds, and overflow.
+const MOST_VARIANCE: f32 = 1.0e30;
+/// Numbers of light paths are powers of this, so that roundings of a device seldom decide.
 const GRAIN: f32 = core::f32::consts::SQRT_2;
 
 /// For each row the variance of what camera paths and what light paths found, as means over its pixels: of camera paths by the
-/// distance from their mean, of light paths by their deposits.
+/// distance from neighbours, of light paths by their deposits.
 #[pass(name = "balance.rows", over = params.height, work = Guide)]
 pub fn balance_rows(
     row: u32,
@@ -56,7 +58,6 @@ pub fn balance_rows(
     point_geometry: &[PointGeometry],
     point_shading: &[PointShading],
     #[len = params.pixel_count() * accumulator::WORDS] accumulator: &[u32],
-    pixel_sums: &[PixelSum],
     pixel_weights: &[f32],
     #[len = params.height] mut balance_rows: Slots<'_, Vec2>,
 ) {
@@ -64,14 +65,7 @@ pub fn balance_rows(
     let mut column = 0;
     while column < params.width {
         let pixel = row * params.width + column;
-        let seen = pixel_sums[pixel as usize];
-        // Of n values, one is (n - 1) / n of the variance from their mean.
-        let frames = seen.path_frames;
-        let mut path = 0.0;
-        if frames > 1.0 {
-            let along = mean(path_radiance[pixel as usize]) - seen.path / frames;
-            path = along * along * frames / (frames - 1.0);
-        }
+        let path = square_from_neighbours(column, row, path_radiance, params);
         let point = &point_geometry[pixel as usize];
         let mut caustics = 0.0;
         if point.exists() {
@@ -87,7 +81,20 @@ pub fn balance_rows(
     balance_rows.write(row, sum / params.width as f32);
 }
 
-/// The light paths of the next frame.
+/// The square of a pixel's distance from the mean of the two beside it, or of those above and below, the lesser: an edge is in
+/// one of them, noise in both. Of rare bright samples it is the variance; of normal ones less, by a fifth.
+#[inline(always)]
+fn square_from_neighbours(column: u32, row: u32, path_radiance: &[Vec3], params: &FrameParams) -> f32 {
+    let light = |column: u32, row: u32| mean(path_radiance[(row * params.width + column) as usize]);
+    let (left, right) = (column.max(1) - 1, (column + 1).min(params.width - 1));
+    let (above, below) = (row.max(1) - 1, (row + 1).min(params.height - 1));
+    let own = light(column, row);
+    let across = own - 0.5 * (light(left, row) + light(right, row));
+    let along = own - 0.5 * (light(column, above) + light(column, below));
+    (across * across).min(along * along)
+}
+
+/// The light paths of the next frame: as many as of this one where it shows nothing to judge by.
 #[pass(name = "balance.paths", over = 1, work = Guide)]
 pub fn balance_paths(
     _index: u32,
@@ -109,19 +116,22 @@ pub fn balance_paths(
     if next.light_paths == 0 {
         next.light_paths = params.light_path_count;
     }
-    // Of a first frame, the variance of camera paths is not known.
-    if pixel_sums[0].path_frames > 1.0 {
+    let seen = variance.x + variance.y * light_paths;
+    // What emissions bring that know nothing yet says nothing of those after it, nor does black.
+    if pixel_sums[0].path_frames > 1.0 && seen > 0.0 && seen < MOST_VARIANCE {
         let keep = if params.moved != 0 { FADE } else { KEEP };
-        let camera_cost = count(Counter::CameraRays) + count(Counter::ShadowRays);
+        // Of validation paths, which start by power, few go on behind what they meet first.
+        let validation_cost = LIGHT_RAY * params.validation_path_count as f32;
+        let camera_cost = count(Counter::CameraRays) + count(Counter::ShadowRays) + validation_cost;
         let light_cost =
             light_cost(count(Counter::LightRays), count(Counter::Deposits), count(Counter::Gathered));
         next.path_variance = next.path_variance * keep + variance.x;
         next.caustic_variance = next.caustic_variance * keep + variance.y * light_paths;
         next.camera_cost = next.camera_cost * keep + camera_cost;
         next.light_cost = next.light_cost * keep + light_cost / light_paths;
+        let pixels = params.pixel_count();
         // Divide twice: products may overflow.
         let ratio = next.caustic_variance / next.path_variance * (next.camera_cost / next.light_cost);
-        let pixels = params.pixel_count();
         let best = if next.path_variance > 0.0 { ratio.sqrt() } else { (pixels * MOST_PATHS) as f32 };
         next.light_paths = grain(best, pixels);
     }

@@ -11,18 +11,24 @@ use crate::interface::seen::PixelSum;
 use crate::math::mean;
 use crate::pass::resolve::radiance;
 use crate::seam::Slots;
-use spirv_std::glam::Vec3;
+use spirv_std::glam::{Vec2, Vec3};
 
 /// What outlives a frame.
 #[cfg(not(target_arch = "spirv"))]
-pub const KEPT: [&str; 3] = ["caustic_radiance", "picture_rows", "pixel_sums"];
+pub const KEPT: [&str; 2] = ["picture_rows", "pixel_sums"];
 
-/// Once a frame, after `collect`: adds what pixels show, and weighs them.
+/// Once a frame that shoots, after `collect`: adds what camera paths found, and weighs pixels.
 #[cfg(not(target_arch = "spirv"))]
 pub fn weigh(params: &FrameParams) -> Vec<Step> {
     let mut steps = vec![Step::of(&WEIGH_SEEN, params)];
     steps.extend(steps_of(params, 0));
     steps
+}
+
+/// Once a frame that shoots, after it is resolved: adds what light paths brought.
+#[cfg(not(target_arch = "spirv"))]
+pub fn learn(params: &FrameParams) -> Vec<Step> {
+    vec![Step::of(&WEIGH_LEARN, params)]
 }
 
 /// Weighs pixels once more, with what the pilot of the frame brought.
@@ -64,25 +70,35 @@ const MIN_SQUARE: f32 = 1.0e-37;
 /// Pixels to each side whose light is a pixel's.
 const AROUND: u32 = 2;
 
-/// Adds what each pixel showed: what the camera finds in this frame, and what light paths brought in the last.
+/// Adds what camera paths found in each pixel, after what is known has faded.
 #[pass(name = "weigh.seen", over = params.pixel_count(), work = Guide)]
 pub fn weigh_seen(
     pixel: u32,
     params: &FrameParams,
     path_radiance: &[Vec3],
-    caustic_radiance: &[Vec3],
     #[len = params.pixel_count()] mut pixel_sums: Slots<'_, PixelSum>,
 ) {
     let before = pixel_sums.read(pixel);
     let keep = kept(before.path_frames, params);
-    let was = if before.path_frames > 0.0 { 1.0 } else { 0.0 };
     let now = PixelSum {
         path: before.path * keep + mean(path_radiance[pixel as usize]),
         path_frames: before.path_frames * keep + 1.0,
-        caustics: (before.caustics + mean(caustic_radiance[pixel as usize]) * was) * keep,
-        caustic_frames: (before.caustic_frames + was) * keep,
+        caustics: before.caustics * keep,
+        caustic_frames: before.caustic_frames * keep,
     };
     pixel_sums.write(pixel, now);
+}
+
+/// Adds what light paths brought to each pixel.
+#[pass(name = "weigh.learn", over = params.pixel_count(), work = Guide)]
+pub fn weigh_learn(
+    pixel: u32,
+    caustic_radiance: &[Vec3],
+    #[len = params.pixel_count()] mut pixel_sums: Slots<'_, PixelSum>,
+) {
+    let sum = pixel_sums.read(pixel);
+    let caustics = sum.caustics + mean(caustic_radiance[pixel as usize]);
+    pixel_sums.write(pixel, PixelSum { caustics, caustic_frames: sum.caustic_frames + 1.0, ..sum });
 }
 
 /// The mean light of each pixel; at level 1 the pilot of the frame counts as the part of a frame that it is.
@@ -149,19 +165,8 @@ pub fn weigh_pixels(
     #[len = params.pixel_count()] mut pixel_weights: Slots<'_, f32>,
 ) {
     // Of few light paths, most pixels saw none.
-    let (first, last) = params.window(pixel, AROUND);
-    let mut sum = 0.0;
-    let mut y = first.y;
-    while y <= last.y {
-        let mut x = first.x;
-        while x <= last.x {
-            sum += pixel_means[(y * params.width + x) as usize];
-            x += 1;
-        }
-        y += 1;
-    }
-    let around = sum / ((last.x + 1 - first.x) * (last.y + 1 - first.y)) as f32;
-    let light = around.max(pixel_means[pixel as usize]);
+    let sum = params.sum_around(pixel, AROUND, |other| Vec2::new(pixel_means[other as usize], 1.0));
+    let light = (sum.x / sum.y).max(pixel_means[pixel as usize]);
     let dark = DARK * picture_rows[params.height as usize];
     let square = light * light + dark * dark;
     pixel_weights.write(pixel, if square > MIN_SQUARE { 1.0 / square } else { 0.0 });

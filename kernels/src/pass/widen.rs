@@ -15,12 +15,13 @@ use crate::gather::accumulator;
 use crate::interface::frame::FrameParams;
 use crate::interface::point::PointGeometry;
 use crate::seam::Slots;
+use spirv_std::glam::Vec2;
 
 /// What outlives a frame.
 #[cfg(not(target_arch = "spirv"))]
 pub const KEPT: [&str; 1] = ["radius_next"];
 
-/// Once a frame that shoots, after `collect`.
+/// Once a frame that shoots, after what goes by the radius of the settings and before any deposit is gathered.
 #[cfg(not(target_arch = "spirv"))]
 pub fn widen(params: &FrameParams) -> Vec<Step> {
     vec![Step::of(&WIDEN_DISCS, params)]
@@ -58,26 +59,20 @@ pub fn widen_discs(
 pub fn widen_learn(
     pixel: u32,
     params: &FrameParams,
+    point_geometry: &[PointGeometry],
     #[len = params.pixel_count() * accumulator::WORDS] accumulator: &[u32],
     radius_now: &[f32],
     #[len = params.pixel_count()] mut radius_next: Slots<'_, f32>,
 ) {
-    let (first, last) = params.window(pixel, AROUND);
-    let mut taken = 0.0;
-    let mut y = first.y;
-    while y <= last.y {
-        let mut x = first.x;
-        while x <= last.x {
-            let other = y * params.width + x;
-            let scale = radius_now[other as usize];
-            // What a disc of the radius of the settings would have taken.
-            taken += accumulator[(other * accumulator::WORDS + accumulator::WORDS - 1) as usize] as f32
-                / (scale * scale);
-            x += 1;
+    let taken = params.sum_around(pixel, AROUND, |other| {
+        if !point_geometry[other as usize].exists() {
+            return Vec2::ZERO;
         }
-        y += 1;
-    }
-    let mean = taken / ((last.x + 1 - first.x) * (last.y + 1 - first.y)) as f32;
-    let scale = if mean > 0.0 { (ENOUGH / mean).sqrt() } else { WIDEST };
+        let count = accumulator[(other * accumulator::WORDS + accumulator::WORDS - 1) as usize];
+        let scale = radius_now[other as usize];
+        // What a disc of the radius of the settings would have taken.
+        Vec2::new(count as f32 / (scale * scale), 1.0)
+    });
+    let scale = if taken.x > 0.0 { (ENOUGH * taken.y / taken.x).sqrt() } else { WIDEST };
     radius_next.write(pixel, scale.clamp(1.0, WIDEST));
 }

@@ -1,7 +1,7 @@
 //! Light paths by `auto`: that their number is the one at which variance times cost is least, as measured beside them, and that it
 //! comes of what frames found and of nothing else.
 
-use caustics::scene::Scene;
+use caustics::scene::{Scene, SceneCamera};
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
@@ -18,7 +18,7 @@ use caustics_kernels::pass::balance::light_cost;
 use caustics_tests::moving::Moving;
 use caustics_tests::scenes::*;
 use caustics_tests::statistics::Mean;
-use glam::Vec3;
+use glam::{Quat, Vec3};
 
 const PIXELS: u32 = 160 * 90;
 
@@ -194,7 +194,7 @@ fn numbers_of_light_paths_repeat_and_go_on() {
 /// Validation paths are as many and as bright in every frame: what is lent in a still view is all that there is.
 #[test]
 fn a_history_lends_as_much_where_numbers_of_light_paths_change() {
-    let scene = committed("cornell-box");
+    let scene = committed("ring");
     let run = |balances| {
         let settings = Settings { balances, history: &VALIDATED, ..settings(&POWER, 3) };
         let mut session = open(0, &scene, &settings, &BASIC);
@@ -214,6 +214,76 @@ fn a_history_lends_as_much_where_numbers_of_light_paths_change() {
     assert!(fixed.0 > 4.0 && (balanced.0 / fixed.0 - 1.0).abs() < 1.0e-3);
     // Of few light paths.
     assert!((balanced.1 / fixed.1 - 1.0).abs() < 0.05);
+}
+
+/// The view, turned to the side.
+fn turned(camera: &SceneCamera, angle: f32) -> SceneCamera {
+    let turn = Quat::from_axis_angle(camera.up, angle);
+    SceneCamera { forward: turn * camera.forward, right: turn * camera.right, ..camera.clone() }
+}
+
+/// What passes by in a view that moves is no noise: there are as many light paths as where frames know as little of each other
+/// and nothing passes by.
+#[test]
+fn a_view_that_moves_has_as_many_light_paths() {
+    for name in ["ring", "cornell-box"] {
+        let scene = committed(name);
+        let [standing, moving] = [0.0, 0.02].map(|step| {
+            let mut session = open(0, &scene, &settings(&AIMED, 1), &BASIC);
+            let frames = 8..24_u16;
+            let paths = (0..frames.end).map(|frame| {
+                let camera = turned(&scene.cameras[0], step * (f32::from(frame) - 16.0));
+                session.pose(&scene, &camera).expect("a pose");
+                session.jump();
+                session.frame(frame.into()).expect("a frame runs");
+                session.counters().expect("counters").get(Counter::LightPaths) as f64
+            });
+            let paths: Vec<f64> = paths.collect();
+            paths[usize::from(frames.start)..].iter().sum::<f64>() / frames.len() as f64
+        });
+        println!("{name}: {standing} light paths a frame, {moving} in a view that moves by three pixels");
+        assert!((0.5..2.0).contains(&(moving / standing)), "{name}");
+    }
+}
+
+/// Black frames say nothing, nor does light without bounds.
+#[test]
+fn what_cannot_be_judged_changes_nothing() {
+    let scene = committed("ring");
+    let mut session = open(0, &scene, &settings(&AIMED, 3), &BASIC);
+    let mut bright = scene.clone();
+    for light in &mut bright.lights {
+        light.emission *= 1.0e30;
+    }
+    let away = turned(&scene.cameras[0], std::f32::consts::PI);
+    let mut known = 0;
+    for frame in 0..24 {
+        match frame {
+            6 => session.pose(&scene, &away),
+            12 => session.pose(&bright, &scene.cameras[0]),
+            14 => session.pose(&scene, &scene.cameras[0]),
+            _ => Ok(()),
+        }
+        .expect("a pose");
+        session.frame(frame).expect("a frame runs");
+        let balance = session.read::<Balance>("balance").expect("a balance")[0];
+        match frame {
+            5 => known = balance.light_paths,
+            6..12 => assert_eq!(balance.light_paths, known, "{frame}"),
+            _ => {}
+        }
+        println!("{frame}: {balance:?}");
+        let sums = [balance.path_variance, balance.caustic_variance, balance.camera_cost, balance.light_cost];
+        assert!(sums.iter().all(|sum| sum.is_finite() && *sum >= 0.0), "{frame}");
+        if frame == 23 {
+            assert!(sums.iter().all(|sum| *sum > 0.0));
+            assert!(
+                (known / 3..known * 3).contains(&balance.light_paths),
+                "{} of {known}",
+                balance.light_paths
+            );
+        }
+    }
 }
 
 /// A frame without light shoots nothing, a method without light paths has no use for it, and neither forgets what is known.

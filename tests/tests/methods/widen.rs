@@ -4,9 +4,12 @@ use caustics::picture::Picture;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
+use caustics_kernels::denoiser::ATROUS;
 use caustics_kernels::emission::AIMED;
 use caustics_kernels::gather::accumulator::WORDS;
 use caustics_kernels::gather::variant::{self, PHOTONS_GRID, Variant};
+use caustics_kernels::history::VALIDATED;
+use caustics_kernels::interface::history::HistoryPoint;
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::pass::widen::{ENOUGH, WIDEST};
 use caustics_tests::scenes::*;
@@ -36,17 +39,20 @@ fn discs_are_as_wide_as_deposits_were_few() {
     let scene = committed("cornell-box");
     let mut session = open(&scene, &settings(3000, 1), &PHOTONS_GRID);
     let mut plain = open(&scene, &Settings { widens: false, ..settings(3000, 1) }, &PHOTONS_GRID);
-    session.frame(0).expect("a frame runs");
+    for session in [&mut session, &mut plain] {
+        session.frame(0).expect("a frame runs");
+    }
     let (mut narrow, mut between, mut wide) = (0, 0, 0);
     for frame in 1..3 {
         let words: Vec<u32> = session.read("accumulator").expect("sums");
         let scale: Vec<f32> = session.read("radius_now").expect("radii");
-        let [radius, base] = [&mut session, &mut plain].map(|session| {
+        let before = plain.picture().expect("a picture").radius;
+        let [radii, bases] = [&mut session, &mut plain].map(|session| {
             session.frame(frame).expect("a frame runs");
             session.picture().expect("a picture").radius
         });
         for (pixel, (radius, base)) in
-            radius.iter().zip(&base).enumerate().filter(|(_, (_, base))| **base > 0.0)
+            radii.iter().zip(&bases).enumerate().filter(|(_, (_, base))| **base > 0.0)
         {
             let (column, row) = (pixel % SIZE.0, pixel / SIZE.0);
             let rows = row.saturating_sub(2)..=(row + 2).min(SIZE.1 - 1);
@@ -57,7 +63,9 @@ fn discs_are_as_wide_as_deposits_were_few() {
                 let count = words[pixel * WORDS as usize + WORDS as usize - 1];
                 f64::from(count) / f64::from(scale[*pixel]).powi(2)
             };
-            let mean = around.iter().map(taken).sum::<f64>() / around.len() as f64;
+            // Where there is no disc, nothing is missing.
+            let discs: Vec<f64> = around.iter().filter(|pixel| before[**pixel] > 0.0).map(taken).collect();
+            let mean = discs.iter().sum::<f64>() / discs.len() as f64;
             let expected = (f64::from(ENOUGH) / mean).sqrt().clamp(1.0, f64::from(WIDEST));
             let found = f64::from(radius / base);
             assert!((found - expected).abs() < 1.0e-4, "{pixel}: {found}, {expected}");
@@ -72,6 +80,27 @@ fn discs_are_as_wide_as_deposits_were_few() {
     }
     println!("{narrow} narrow, {between} between, {wide} wide");
     assert!(narrow > 100 && between > 1000 && wide > 1000);
+}
+
+/// What goes by the radius of the settings, a denoiser's planes and what a history lends, knows nothing of wider discs.
+#[test]
+fn discs_that_widen_change_nothing_else() {
+    let scene = committed("cornell-box");
+    let run = |widens| {
+        let settings = Settings { widens, denoiser: &ATROUS, history: &VALIDATED, ..settings(3000, 1) };
+        let mut session = open(&scene, &settings, &PHOTONS_GRID);
+        let found = picture(&mut session, 3);
+        let points: Vec<HistoryPoint> = session.read("history_points").expect("points");
+        let samples: Vec<f32> = points.iter().map(|point| point.samples).collect();
+        (found.path, samples, found.radius)
+    };
+    let (plain, wide) = (run(false), run(true));
+    assert!(plain.0 == wide.0, "what is smoothed");
+    assert!(
+        plain.1 == wide.1 && wide.1.iter().filter(|samples| **samples > 3.0).count() > 1000,
+        "what is lent"
+    );
+    assert!(wide.2.iter().sum::<f32>() > 1.5 * plain.2.iter().sum::<f32>());
 }
 
 /// Of few paths, less error than by either radius; as much light; by every gather alike.

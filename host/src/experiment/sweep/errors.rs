@@ -60,7 +60,7 @@ pub fn measure_error(sweep: &Sweep, task: &Task, cell: &Cell) -> anyhow::Result<
     let off = CellError {
         width,
         height,
-        light_paths: cell.settings(&plan.settings).light_paths,
+        light_paths: mean(rows.iter().map(|row: &Row| row.get("light_paths"))).unwrap_or_default() as u32,
         seeds: plan.seeds,
         reference_frames: error.reference_frames.0,
         picture: write(format!("{identity}.png"), &shown.picture)?,

@@ -1,5 +1,6 @@
 //! `validate`: traces a few light paths that keep their random numbers from frame to frame, and marks where their deposits
-//! changed. In a scene where nothing moves nothing changes, to the bit.
+//! changed. In a scene where nothing moves nothing changes, to the bit; where the number of light
+//! paths does, nothing but the rounding of a flux.
 //!
 //! A path keeps its numbers for eight frames, and paths take turns in drawing new ones; in that frame a path only
 //! remembers. All marks are made where things were in the frame before. They start by power whatever the frame's emission is:

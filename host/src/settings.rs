@@ -1,6 +1,6 @@
 //! The settings of a run, and those of a frame that they make of a scene.
 
-use caustics_kernels::declare::{Caustics, TextureFilter};
+use caustics_kernels::declare::{Caustics, Connections, TextureFilter};
 use caustics_kernels::denoiser::{self, Denoiser};
 use caustics_kernels::emission::{self, Emission};
 use caustics_kernels::gather::variant::Variant;
@@ -9,7 +9,8 @@ use caustics_kernels::interface::balance::FIRST_PATHS;
 use caustics_kernels::interface::caster::Casters;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::{
-    CAUSTICS_ANY, CAUSTICS_FIRST, FrameParams, TEXTURE_FILTER_CONE, TEXTURE_FILTER_FINEST,
+    CAUSTICS_ANY, CAUSTICS_FIRST, CONNECTIONS_POWER, CONNECTIONS_RESAMPLED, FrameParams, TEXTURE_FILTER_CONE,
+    TEXTURE_FILTER_FINEST,
 };
 use caustics_kernels::interface::history::validation_paths;
 use caustics_kernels::method::{Method, Parts};
@@ -57,6 +58,8 @@ pub struct Settings {
     pub emission: &'static Emission,
     /// Which light is the light paths'.
     pub caustics: Caustics,
+    /// How camera paths find lights.
+    pub connections: Connections,
 }
 
 impl Default for Settings {
@@ -79,6 +82,7 @@ impl Default for Settings {
             denoiser: &denoiser::NONE,
             emission: &emission::POWER,
             caustics: Caustics::First,
+            connections: Connections::Resampled,
         }
     }
 }
@@ -142,6 +146,10 @@ impl Settings {
             caustics: match self.caustics {
                 Caustics::First => CAUSTICS_FIRST,
                 Caustics::Any => CAUSTICS_ANY,
+            },
+            connections: match self.connections {
+                Connections::Resampled => CONNECTIONS_RESAMPLED,
+                Connections::Power => CONNECTIONS_POWER,
             },
             moved: 1,
             casters,

@@ -232,7 +232,12 @@ impl Builder {
 
     /// Adds a point light of this intensity (W/sr) in every channel.
     pub fn light(&mut self, position: DVec3, intensity: f32) {
-        self.lights.push(PunctualLight::point(position.as_vec3(), Vec3::splat(intensity)));
+        self.colored_light(position, Vec3::splat(intensity));
+    }
+
+    /// Adds a point light of this intensity (W/sr).
+    pub fn colored_light(&mut self, position: DVec3, intensity: Vec3) {
+        self.lights.push(PunctualLight::point(position.as_vec3(), intensity));
     }
 
     /// Adds a spot light of this intensity (W/sr) in its inner cone; angles to the axis in radians.

@@ -5,7 +5,7 @@
 //! add an axis: a field of [`Cell`], what it sets in a session ([`Cell::settings`] or [`Cell::parts`]), and a row of
 //! [`AXES`].
 
-use caustics_kernels::declare::Caustics;
+use caustics_kernels::declare::{Caustics, Connections};
 use caustics_kernels::gather::variant;
 use caustics_kernels::{denoiser, emission, history, method};
 
@@ -105,11 +105,12 @@ impl Axis {
 }
 
 /// All axes, in the order of tables.
-pub static AXES: [&Axis; 11] = [
+pub static AXES: [&Axis; 12] = [
     &METHOD,
     &GATHER,
     &CAUSTICS,
     &EMISSION,
+    &CONNECTIONS,
     &HISTORY,
     &DENOISER,
     &RUNNER,
@@ -187,6 +188,20 @@ pub static EMISSION: Axis = Axis {
     },
     get: |cell| cell.emission.name.into(),
     set: |cell, name| found(emission::find(name), &mut cell.emission),
+};
+
+/// How camera paths find lights.
+pub static CONNECTIONS: Axis = Axis {
+    key: "connections",
+    head: "connections",
+    about: "How camera paths find lights, up to the collection point",
+    values: Values::Names(|| Connections::ALL.map(|of| (of.name(), of.about())).to_vec()),
+    usual: "resampled",
+    none: "resampled",
+    shown: Shown::Words("", |value| format!("connections {value}")),
+    useless: |_| None,
+    get: |cell| cell.connections.name().into(),
+    set: |cell, name| found(Connections::ALL.into_iter().find(|of| of.name() == name), &mut cell.connections),
 };
 
 /// What the frame before lends.

@@ -1,6 +1,6 @@
 //! Cells: the ways to render that an experiment holds against each other.
 
-use caustics_kernels::declare::Caustics;
+use caustics_kernels::declare::{Caustics, Connections};
 use caustics_kernels::denoiser::Denoiser;
 use caustics_kernels::emission::Emission;
 use caustics_kernels::gather::variant::{self, Variant};
@@ -26,6 +26,8 @@ pub struct Cell {
     pub emission: &'static Emission,
     /// Which light is the light paths'.
     pub caustics: Caustics,
+    /// How camera paths find lights.
+    pub connections: Connections,
     /// What the frame before lends.
     pub history: &'static History,
     /// What smooths the path-traced part.
@@ -145,6 +147,7 @@ impl Cell {
             max_bounces: self.max_bounces,
             emission: self.emission,
             caustics: self.caustics,
+            connections: self.connections,
             history: self.history,
             denoiser: self.denoiser,
             ..common.clone()

@@ -20,6 +20,7 @@ impl Cell {
             gather: Some(usual_gather(&runner)),
             emission: &emission::GUIDED,
             caustics: Settings::default().caustics,
+            connections: Settings::default().connections,
             history: &history::NONE,
             denoiser: &denoiser::NONE,
             paths: Paths::PerPixel(1.0),

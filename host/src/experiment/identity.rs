@@ -38,6 +38,7 @@ pub fn view(scene: &Scene, camera: &str, settings: &Settings) -> String {
         denoiser: _,
         emission: _,
         caustics,
+        connections: _,
     } = settings;
     let viewpoint = scene.camera(Some(camera)).ok();
     format!(

@@ -103,6 +103,38 @@ impl Caustics {
     }
 }
 
+/// How camera paths find lights at their first vertices, up to the collection point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Connections {
+    /// All lights where they are few, else the best of some.
+    Resampled,
+    /// One light a vertex, drawn by its power, as published.
+    Power,
+}
+
+impl Connections {
+    /// Both.
+    pub const ALL: [Connections; 2] = [Connections::Resampled, Connections::Power];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Connections::Resampled => "resampled",
+            Connections::Power => "power",
+        }
+    }
+
+    /// What it is, in one line.
+    pub fn about(self) -> &'static str {
+        match self {
+            Connections::Resampled => {
+                "all of up to four lights, else one of eight candidates by what they would give"
+            }
+            Connections::Power => "one light, drawn by its power",
+        }
+    }
+}
+
 /// Which level of its textures a camera prefix sees; every other path sees the finest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TextureFilter {

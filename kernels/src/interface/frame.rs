@@ -68,6 +68,8 @@ pub struct FrameParams {
     pub history: HistorySettings,
     /// `CAUSTICS_*`.
     pub caustics: u32,
+    /// `CONNECTIONS_*`.
+    pub connections: u32,
     /// 1: something moved since the frame before, or there was none.
     pub moved: u32,
     /// Spheres around what casts caustics, where the emission aims at them.
@@ -89,7 +91,7 @@ pub struct Dispatch {
 }
 
 const _: () = assert!(size_of::<Camera>() == 48);
-const _: () = assert!(size_of::<FrameParams>() == 460);
+const _: () = assert!(size_of::<FrameParams>() == 464);
 
 impl Dispatch {
     /// Invocations there are.
@@ -151,6 +153,11 @@ pub const PILOT: u32 = 8;
 pub const CAUSTICS_FIRST: u32 = 0;
 /// `FrameParams::caustics`: light paths of which any surface is specular.
 pub const CAUSTICS_ANY: u32 = 1;
+
+/// `FrameParams::connections`: all lights, or the best of some, up to the collection point.
+pub const CONNECTIONS_RESAMPLED: u32 = 0;
+/// `FrameParams::connections`: one light a vertex, by its power.
+pub const CONNECTIONS_POWER: u32 = 1;
 
 /// `FrameParams::filters`: rays through pixel centres.
 pub const PIXEL_FILTER_CENTRE: u32 = 0;

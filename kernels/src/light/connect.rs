@@ -1,6 +1,14 @@
 //! Direct connections: from a vertex to a point on a light, with the density of that choice.
+//!
+//! A vertex connects to one light drawn by its power; or, up to the collection point, to all where they are few, and to one of
+//! several candidates where they are many, drawn by what they would give unshadowed: resampled importance sampling [Talbot et
+//! al. 2005, Importance resampling for global illumination]. The balance heuristic against scattering stands inside that target,
+//! and takes the density of all candidates together, whether they are connected to or not: so what finds a light by scattering
+//! can say the same without knowing them.
 
 use crate::interface::features::Features;
+use crate::interface::frame::{CONNECTIONS_POWER, FrameParams};
+use crate::interface::light::Light;
 use crate::interface::scene::SceneTables;
 use crate::light::{choose, connect_to};
 use spirv_std::glam::{Vec3, Vec4};
@@ -35,7 +43,79 @@ impl Connection {
     }
 }
 
-/// Connects `position` to a light.
+/// Lights up to which a vertex connects to each.
+const FEW_LIGHTS: u32 = 4;
+/// Candidates of a connection where there are more.
+const CANDIDATES: u32 = 8;
+/// Candidates of a vertex share their random numbers, shifted by multiples of this [Roberts 2018, The unreasonable effectiveness
+/// of quasirandom sequences]; that of a choice by the golden ratio.
+const SHIFT: Vec4 = Vec4::new(1.0 / CANDIDATES as f32, 0.618_034, 0.754_877_7, 0.569_840_3);
+
+/// Which lights a vertex looks at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Candidates {
+    /// Connections, a shadow ray each.
+    pub connections: u32,
+    /// Candidates of a connection.
+    pub each: u32,
+    /// Whether they are all lights, in turn; else each is drawn by power.
+    pub is_all: bool,
+}
+
+impl Candidates {
+    /// One light, by power.
+    pub const ONE: Candidates = Candidates { connections: 1, each: 1, is_all: false };
+
+    /// Those of a vertex up to the collection point.
+    #[inline(always)]
+    pub fn of(params: &FrameParams) -> Candidates {
+        if params.connections == CONNECTIONS_POWER {
+            Candidates::ONE
+        } else if params.light_count <= FEW_LIGHTS {
+            Candidates { connections: params.light_count, each: 1, is_all: true }
+        } else {
+            Candidates { connections: 1, each: CANDIDATES, is_all: false }
+        }
+    }
+
+    /// How many are on this light, on average, over the chance that one drawn by power is.
+    #[inline(always)]
+    pub fn gain(&self, light: &Light) -> f32 {
+        if self.is_all { 1.0 / light.pdf_light_choice } else { self.each as f32 }
+    }
+
+    /// The candidate of this number, by four numbers that all share. Its density is that of all candidates together.
+    #[inline(always)]
+    pub fn connect(
+        &self,
+        number: u32,
+        scene: SceneTables<'_>,
+        light_count: u32,
+        features: Features,
+        position: Vec3,
+        u: Vec4,
+    ) -> Connection {
+        if light_count == 0 {
+            return Connection::none(position);
+        }
+        let mut u = u + SHIFT * number as f32;
+        u -= u.floor();
+        let mut row = number;
+        if !self.is_all {
+            row = choose(scene.lights, light_count, u.x, u.y);
+        }
+        let light = scene.lights[row as usize];
+        let gain = self.gain(&light);
+        let connection = connect_to(&light, scene, features, position, u.z, u.w);
+        Connection {
+            radiance_over_pdf: connection.radiance_over_pdf / gain,
+            pdf_solid_angle: connection.pdf_solid_angle * gain,
+            ..connection
+        }
+    }
+}
+
+/// Connects `position` to a light drawn by power.
 #[inline(always)]
 pub fn connect(
     scene: SceneTables<'_>,
@@ -44,9 +124,5 @@ pub fn connect(
     position: Vec3,
     u: Vec4,
 ) -> Connection {
-    if light_count == 0 {
-        return Connection::none(position);
-    }
-    let light = scene.lights[choose(scene.lights, light_count, u.x, u.y) as usize];
-    connect_to(&light, scene, features, position, u.z, u.w)
+    Candidates::ONE.connect(0, scene, light_count, features, position, u)
 }

@@ -12,12 +12,12 @@ use crate::interface::point::{PointGeometry, PointShading};
 use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
 use crate::light::area::pdf_solid_angle;
-use crate::light::connect::{Connection, connect};
+use crate::light::connect::{Candidates, Connection};
 use crate::math::cone::RayCone;
-use crate::math::is_finite;
 use crate::math::offset;
 use crate::math::pencil::Pencil;
 use crate::math::rng::{Rng, Stream};
+use crate::math::{is_finite, mean};
 use crate::seam::{Atomics, Slots};
 use crate::surface::class::Classes;
 use crate::surface::media::MediaStack;
@@ -161,7 +161,7 @@ pub fn follow<T: Tracer, C: Atomics>(
         media = enclosing(ray.origin, features, scene, tracer);
     }
     let (mut prefix, mut distance) = (true, 0.0);
-    let (mut pdf_scattered, mut finds_emission) = (0.0, true);
+    let (mut pdf_scattered, mut finds_emission, mut candidates) = (0.0, true, Candidates::ONE);
     let (mut rays, mut shadow_rays, mut overflows, mut unexpected) = (0, 0, 0, 0);
 
     // Vertex `depth` is scattered at; the last one may only emit.
@@ -206,7 +206,8 @@ pub fn follow<T: Tracer, C: Atomics>(
             let mut weight = 1.0;
             if pdf_scattered > 0.0 {
                 let cos = here.to_previous.dot(here.face_normal);
-                let pdf_connected = pdf_solid_angle(&light, hit.distance * hit.distance, cos);
+                let pdf_connected =
+                    pdf_solid_angle(&light, hit.distance * hit.distance, cos) * candidates.gain(&light);
                 weight = pdf_scattered / (pdf_scattered + pdf_connected);
             }
             collected.radiance += throughput * material.emission * weight;
@@ -220,8 +221,10 @@ pub fn follow<T: Tracer, C: Atomics>(
 
         // Direct light on every non-delta lobe, each class for itself.
         let (mut follows, mut finds) = (Classes::ALL, Classes::ALL);
+        candidates = Candidates::of(params);
         if !prefix {
             (follows, finds) = (beyond.follows, beyond.finds);
+            candidates = Candidates::ONE;
         }
         let scattering = ScatteringVertex::new(
             here,
@@ -233,16 +236,30 @@ pub fn follow<T: Tracer, C: Atomics>(
             features,
         );
         let u = rng.next4();
+        let mut choice = 0.0;
+        if candidates.each > 1 {
+            choice = rng.next4().x;
+        }
         if scattering.bsdf.scatters() {
-            let connection = connect(scene, params.light_count, features, here.position, u);
-            let direct = direct_light(&scattering, &connection, finds, features);
-            if direct.max_element() > 0.0 {
-                shadow_rays += 1;
-                let shadow = shadow_ray(&here, &connection);
-                let media = scattering.media_towards(connection.to_light);
-                let left = unblocked(&shadow, media, features, scene, tracer);
-                if left.max_element() > 0.0 {
-                    collected.radiance += throughput * direct * left;
+            let mut number = 0;
+            while number < candidates.connections * candidates.each {
+                let mut chosen = Chosen::new(here.position, choice);
+                let end = number + candidates.each;
+                while number < end {
+                    let candidate =
+                        candidates.connect(number, scene, params.light_count, features, here.position, u);
+                    chosen.add(candidate, direct_light(&scattering, &candidate, finds, features));
+                    number += 1;
+                }
+                let direct = chosen.light();
+                if direct.max_element() > 0.0 {
+                    shadow_rays += 1;
+                    let shadow = shadow_ray(&here, &chosen.connection);
+                    let media = scattering.media_towards(chosen.connection.to_light);
+                    let left = unblocked(&shadow, media, features, scene, tracer);
+                    if left.max_element() > 0.0 {
+                        collected.radiance += throughput * direct * left;
+                    }
                 }
             }
         }
@@ -320,6 +337,52 @@ pub fn follow<T: Tracer, C: Atomics>(
         counters.add(Counter::UnexpectedFaces as u32, unexpected);
     }
     collected
+}
+
+/// One of some candidates, drawn by the light that each would give unshadowed.
+struct Chosen {
+    connection: Connection,
+    /// The light that it would give (W m^-2 sr^-1).
+    light: Vec3,
+    /// The mean of its channels, and that of all.
+    weight: f32,
+    weights: f32,
+    /// Uniform in [0, 1), whatever was chosen.
+    choice: f32,
+}
+
+impl Chosen {
+    #[inline(always)]
+    fn new(position: Vec3, choice: f32) -> Self {
+        Chosen {
+            connection: Connection::none(position),
+            light: Vec3::ZERO,
+            weight: 1.0,
+            weights: 0.0,
+            choice,
+        }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, connection: Connection, light: Vec3) {
+        let weight = mean(light);
+        if weight > 0.0 {
+            self.weights += weight;
+            let chance = weight / self.weights;
+            if self.choice < chance {
+                self.choice /= chance;
+                (self.connection, self.light, self.weight) = (connection, light, weight);
+            } else {
+                self.choice = (self.choice - chance) / (1.0 - chance);
+            }
+        }
+    }
+
+    /// Its light over the chance that it was chosen.
+    #[inline(always)]
+    fn light(&self) -> Vec3 {
+        self.light * (self.weights / self.weight)
+    }
 }
 
 /// Whether the vertex's side of the triangle emits.

@@ -8,7 +8,7 @@ use caustics::scene::Scene;
 use caustics::scene::texture::Role;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
-use caustics_kernels::declare::{Caustics, TextureFilter};
+use caustics_kernels::declare::{Caustics, Connections, TextureFilter};
 use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
 use caustics_kernels::gather::variant::{PHOTONS_GRID, POINTS_RT};
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
@@ -114,7 +114,8 @@ fn agrees(what: &str, scene: &Scene, budget: &Budget) {
 
 /// The same for some thresholds; the reference has the first.
 fn agrees_at(thresholds: &[f32], what: &str, scene: &Scene, budget: &Budget) {
-    let reference = settings(1, thresholds[0]);
+    // What finds lights by candidates is judged by what does not.
+    let reference = Settings { connections: Connections::Power, ..settings(1, thresholds[0]) };
     let truth = Blocks::render(&CPU, scene, &reference, &PATH, &PHOTONS_GRID, budget.samples);
     let mut shares = Vec::new();
     let mut faults = Vec::new();

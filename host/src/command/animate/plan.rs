@@ -133,6 +133,7 @@ impl Plan {
             denoiser,
             emission,
             caustics,
+            connections,
             ..
         } = &self.settings;
         let history_settings = history.settings.map_or("none".into(), |settings| format!("{settings:?}"));
@@ -153,6 +154,7 @@ impl Plan {
             ("denoiser", denoiser.name.to_string()),
             ("emission", emission.name.to_string()),
             ("caustics", caustics.name().to_string()),
+            ("connections", connections.name().to_string()),
             ("fps", self.fps.to_string()),
             ("first_frame", first),
         ];

@@ -1,0 +1,135 @@
+//! How camera paths find lights: all ways have the same mean, and what they leave to noise.
+
+use std::f64::consts::PI;
+
+use caustics::scene::Scene;
+use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
+use caustics_kernels::declare::Connections;
+use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
+use caustics_kernels::interface::material::Material;
+use caustics_kernels::method::path::PATH;
+use caustics_tests::blocks::Blocks;
+use caustics_tests::scenes::*;
+use glam::{DVec3, Vec3};
+
+const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
+
+fn settings(connections: Connections, seed: u32) -> Settings {
+    Settings { width: 64, height: 48, connections, seed, ..Settings::default() }
+}
+
+/// What frames of path tracing find, block by block.
+fn blocks(scene: &Scene, connections: Connections, frames: u32) -> Blocks {
+    let seed = connections as u32;
+    let settings = Settings { pixel_filter: PIXEL_FILTER_BOX, ..settings(connections, seed) };
+    Blocks::render(&CPU, scene, &settings, &PATH, &PHOTONS_GRID, frames)
+}
+
+/// A room in which lobes of every width and lamps of every type and size stand close to each other.
+fn room(lamps: u32) -> Builder {
+    let mut b = Builder::default();
+    let (wall, coat) = (b.material(lambert(0.6)), b.material(coated(0.5, 0.3)));
+    let (plate, rough) =
+        (b.material(metal(0.8, 0.15)), b.material(Material { roughness: 0.3, ..glass(1.5) }));
+    b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+    b.panel(plate, DVec3::new(0.0, -0.4, -0.95), 0.6 * DVec3::X, 0.4 * DVec3::Y);
+    b.panel(coat, DVec3::new(0.0, -0.98, 0.0), 0.6 * DVec3::Z, 0.6 * DVec3::X);
+    b.sphere(rough, DVec3::new(-0.4, -0.6, 0.0), 0.3, 32, 16);
+    for id in 0..lamps {
+        let angle = 2.0 * PI * f64::from(id) / f64::from(lamps);
+        let (size, height) = (0.03 + 0.02 * f64::from(id % 4), 0.9 - 0.35 * f64::from(id % 5));
+        let lamp = b.material(emitter(4.0 + 3.0 * (id % 3) as f32));
+        let centre = DVec3::new(0.7 * angle.cos(), height, 0.7 * angle.sin());
+        b.panel(lamp, centre, size * DVec3::X, size * DVec3::Z);
+    }
+    b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.45, 0.0), 0.9);
+    b
+}
+
+/// Few lights and many, of every type, seen by lobes of every width: the same light, block by block.
+#[test]
+fn every_way_finds_the_same_light() {
+    // Two lamps that are two triangles each; with a spot more than that; with all types.
+    let mut spot = room(2);
+    spot.spot(DVec3::new(0.0, 0.9, 0.0), -DVec3::Y, 0.2, 0.5, 2.0);
+    let mut all = room(7);
+    all.light(DVec3::new(-0.5, 0.7, 0.5), 0.3);
+    all.spot(DVec3::new(0.0, 0.9, 0.0), -DVec3::Y, 0.2, 0.5, 2.0);
+    for (name, scene, frames) in
+        [("few", room(2).build(), 800), ("five", spot.build(), 800), ("many", all.build(), 1200)]
+    {
+        let [resampled, power] = Connections::ALL.map(|way| blocks(&scene, way, frames));
+        let scores = resampled.scores(&power);
+        println!("{name}: {scores:?}");
+        assert!(scores.ratio_error < 0.01, "the test is too blunt");
+        assert!(scores.fault().is_none(), "{name}: {:?}", scores.fault());
+    }
+}
+
+/// Two lamps of different colours over a floor: without anything between them there is nothing to be drawn.
+#[test]
+fn two_point_lights_leave_no_noise() {
+    let mut b = Builder::default();
+    let floor = b.material(lambert(0.6));
+    b.panel(floor, DVec3::ZERO, 9.0 * DVec3::Z, 9.0 * DVec3::X);
+    let lamps = [
+        (DVec3::new(-0.6, 1.0, 0.2), Vec3::new(4.0, 1.0, 0.5)),
+        (DVec3::new(0.7, 1.4, 0.0), Vec3::splat(2.0)),
+    ];
+    for (position, intensity) in lamps {
+        b.colored_light(position, intensity);
+    }
+    b.camera(DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO, 0.6);
+    let scene = b.build();
+    for (way, is_clean) in [(Connections::Resampled, true), (Connections::Power, false)] {
+        let settings = settings(way, 1);
+        let features = scene.features(settings.specular_roughness);
+        let camera = &scene.cameras[0];
+        let mut session =
+            Session::new(&CPU, &scene, camera, &settings, &PATH, &PHOTONS_GRID, features).expect("a session");
+        let mut worst = 0.0f64;
+        for frame in 0..2 {
+            session.frame(frame).expect("a frame runs");
+            let picture = session.picture().expect("a picture");
+            let params = session.params(frame);
+            for (pixel, found) in picture.path.iter().enumerate() {
+                let (column, row) = ((pixel % 64) as f32 + 0.5, (pixel / 64) as f32 + 0.5);
+                let direction = params.camera.direction_of(column, row, &params).as_dvec3();
+                let at =
+                    camera.position.as_dvec3() - direction * (f64::from(camera.position.y) / direction.y);
+                let light = |(position, intensity): (DVec3, Vec3)| {
+                    let along = position - at;
+                    intensity.as_dvec3() * (along.y / along.length().powi(3))
+                };
+                let expected = (light(lamps[0]) + light(lamps[1])) * 0.6 / PI;
+                worst = worst.max(((found.as_dvec3() - expected) / expected).abs().max_element());
+            }
+        }
+        println!("{way:?}: {worst:.1e}");
+        assert_eq!(worst < 1.0e-4, is_clean, "{way:?}: {worst}");
+    }
+}
+
+/// A ceiling of a thousand emitters: candidates leave less than half of the variance of one lamp by power.
+#[test]
+fn of_a_thousand_emitters_near_ones_are_found() {
+    let mut b = Builder::default();
+    let floor = b.material(lambert(0.6));
+    let lamp = b.material(emitter(3.0));
+    b.panel(floor, DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X);
+    for id in 0..500 {
+        let (x, z) = (f64::from(id % 25) * 0.1 - 1.2, f64::from(id / 25) * 0.1 - 0.95);
+        b.panel(lamp, DVec3::new(x, 0.4, z), 0.03 * DVec3::X, 0.03 * DVec3::Z);
+    }
+    b.camera(DVec3::new(0.0, 0.35, 1.0), DVec3::ZERO, 0.6);
+    let scene = b.build();
+    let [resampled, power] = Connections::ALL.map(|way| blocks(&scene, way, 200));
+    let scores = resampled.scores(&power);
+    let variance = |of: &Blocks| (0..48).map(|block| of.block(block).error.powi(2)).sum::<f64>();
+    let ratio = variance(&resampled) / variance(&power);
+    println!("{scores:?}, variance {ratio:.3} of that by power");
+    assert!(scores.fault().is_none(), "{:?}", scores.fault());
+    assert!(ratio < 0.5);
+}

@@ -1,6 +1,6 @@
 //! The settings of a run, and those of a frame that they make of a scene.
 
-use caustics_kernels::declare::{Caustics, Connections, TextureFilter};
+use caustics_kernels::declare::{Caustics, Connections, Fireflies, TextureFilter};
 use caustics_kernels::denoiser::{self, Denoiser};
 use caustics_kernels::emission::{self, Emission};
 use caustics_kernels::gather::variant::Variant;
@@ -60,6 +60,8 @@ pub struct Settings {
     pub caustics: Caustics,
     /// How camera paths find lights.
     pub connections: Connections,
+    /// What is done about rare bright samples of camera paths, in methods that do not converge.
+    pub fireflies: Fireflies,
 }
 
 impl Default for Settings {
@@ -83,6 +85,7 @@ impl Default for Settings {
             emission: &emission::POWER,
             caustics: Caustics::First,
             connections: Connections::Resampled,
+            fireflies: Fireflies::Kept,
         }
     }
 }
@@ -169,13 +172,14 @@ impl Settings {
         }
     }
 
-    /// The parts of a method's frames, less what the method has no use for: without collection points nothing is balanced, and
-    /// what it splats knows no disc.
+    /// The parts of a method's frames, less what the method has no use for: without collection points nothing is balanced, what
+    /// it splats knows no disc, and what converges has no bounds.
     pub fn parts(&self, method: &Method, gather: &'static Variant) -> Parts {
         let Settings { history, denoiser, emission, .. } = *self;
         let balances = self.balances && method.gathers;
         let widens = self.widens && method.chooses_gather;
-        Parts { gather, history, denoiser, emission, balances, widens }
+        let bounds = self.fireflies == Fireflies::Bounded && !method.converges;
+        Parts { gather, history, denoiser, emission, balances, bounds, widens }
     }
 
     /// Light paths of a frame before which nothing is known.

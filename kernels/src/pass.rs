@@ -2,6 +2,7 @@
 //! seams. Imports all but `history`, `filter` and `method`.
 
 pub mod balance;
+pub mod bound;
 pub mod collect;
 pub mod display;
 pub mod resolve;

@@ -138,7 +138,7 @@ pub fn frame_buffers(params: &FrameParams) -> Vec<BufferSpec> {
     let histories = history::ALL.iter().map(|&history| Parts { history, ..usual });
     let denoisers = denoiser::ALL.iter().map(|&denoiser| Parts { denoiser, ..usual });
     let emissions = emission::ALL.iter().map(|&emission| Parts { emission, ..usual });
-    let learning = [Parts { balances: true, widens: true, ..usual }];
+    let learning = [Parts { balances: true, bounds: true, widens: true, ..usual }];
     let all = gathers.chain(histories).chain(denoisers).chain(emissions).chain(learning);
     let steps: Vec<Step> = all.flat_map(|parts| basic::steps(parts, params)).collect();
     buffers(&steps, params)

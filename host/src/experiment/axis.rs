@@ -5,7 +5,7 @@
 //! add an axis: a field of [`Cell`], what it sets in a session ([`Cell::settings`] or [`Cell::parts`]), and a row of
 //! [`AXES`].
 
-use caustics_kernels::declare::{Caustics, Connections};
+use caustics_kernels::declare::{Caustics, Connections, Fireflies};
 use caustics_kernels::gather::variant;
 use caustics_kernels::{denoiser, emission, history, method};
 
@@ -105,13 +105,14 @@ impl Axis {
 }
 
 /// All axes, in the order of tables.
-pub static AXES: [&Axis; 12] = [
+pub static AXES: [&Axis; 13] = [
     &METHOD,
     &GATHER,
     &CAUSTICS,
     &EMISSION,
     &CONNECTIONS,
     &HISTORY,
+    &FIREFLIES,
     &DENOISER,
     &RUNNER,
     &FEATURES,
@@ -216,6 +217,20 @@ pub static HISTORY: Axis = Axis {
     useless: |cell| (!cell.method.lends).then_some("takes no light from the frame before"),
     get: |cell| cell.history.name.into(),
     set: |cell, name| found(history::find(name), &mut cell.history),
+};
+
+/// What is done about rare bright samples of camera paths.
+pub static FIREFLIES: Axis = Axis {
+    key: "fireflies",
+    head: "fireflies",
+    about: "What is done about rare bright samples of camera paths",
+    values: Values::Names(|| Fireflies::ALL.map(|of| (of.name(), of.about())).to_vec()),
+    usual: "kept",
+    none: "kept",
+    shown: Shown::Color,
+    useless: |cell| cell.method.converges.then_some("converges, and must lose no light"),
+    get: |cell| cell.fireflies.name().into(),
+    set: |cell, name| found(Fireflies::ALL.into_iter().find(|of| of.name() == name), &mut cell.fireflies),
 };
 
 /// What smooths the path-traced part.

@@ -1,6 +1,6 @@
 //! Cells: the ways to render that an experiment holds against each other.
 
-use caustics_kernels::declare::{Caustics, Connections};
+use caustics_kernels::declare::{Caustics, Connections, Fireflies};
 use caustics_kernels::denoiser::Denoiser;
 use caustics_kernels::emission::Emission;
 use caustics_kernels::gather::variant::{self, Variant};
@@ -28,6 +28,8 @@ pub struct Cell {
     pub caustics: Caustics,
     /// How camera paths find lights.
     pub connections: Connections,
+    /// What is done about rare bright samples of camera paths.
+    pub fireflies: Fireflies,
     /// What the frame before lends.
     pub history: &'static History,
     /// What smooths the path-traced part.
@@ -148,6 +150,7 @@ impl Cell {
             emission: self.emission,
             caustics: self.caustics,
             connections: self.connections,
+            fireflies: self.fireflies,
             history: self.history,
             denoiser: self.denoiser,
             ..common.clone()

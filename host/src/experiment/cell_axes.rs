@@ -21,6 +21,7 @@ impl Cell {
             emission: &emission::GUIDED,
             caustics: Settings::default().caustics,
             connections: Settings::default().connections,
+            fireflies: Settings::default().fireflies,
             history: &history::NONE,
             denoiser: &denoiser::NONE,
             paths: Paths::PerPixel(1.0),

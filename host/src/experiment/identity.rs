@@ -39,6 +39,7 @@ pub fn view(scene: &Scene, camera: &str, settings: &Settings) -> String {
         emission: _,
         caustics,
         connections: _,
+        fireflies: _,
     } = settings;
     let viewpoint = scene.camera(Some(camera)).ok();
     format!(

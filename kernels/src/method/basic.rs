@@ -16,6 +16,7 @@ pub const BASIC: Method = Method {
     lends: true,
     chooses_gather: true,
     chooses_emission: true,
+    converges: false,
     texture_filter: TextureFilter::Cone,
     keeps: &[],
     frame: |params, index| FrameParams { frame: index, ..params },

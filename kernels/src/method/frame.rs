@@ -9,6 +9,7 @@ use crate::gather::variant::{self, Over, Side, Stage, Variant};
 use crate::interface::frame::{Dispatch, FrameParams, PILOT};
 use crate::method::{Method, Parts};
 use crate::pass::balance::balance;
+use crate::pass::bound::bound;
 use crate::pass::collect::COLLECT;
 use crate::pass::display::DISPLAY;
 use crate::pass::{weigh, widen};
@@ -22,13 +23,16 @@ pub fn frame_steps(
     prepare: Vec<Step>,
     shoot: impl Fn(Batch) -> Vec<Step>,
 ) -> Vec<Step> {
-    let Parts { history, denoiser, emission, balances, widens, .. } = parts;
+    let Parts { history, denoiser, emission, balances, bounds, widens, .. } = parts;
     let shoots = params.light_path_count > 0;
     let mut steps = vec![
         Step::Clear { buffer: "counters" },
         Step::Clear { buffer: "accumulator" },
         Step::of(&COLLECT, params),
     ];
+    if bounds {
+        steps.extend(bound(params));
+    }
     steps.extend((denoiser.steps)(params));
     // A history that follows the light has nothing to follow in the dark.
     let forgets = !shoots && !history.forget.is_empty();
@@ -160,8 +164,15 @@ fn all_steps() -> Vec<Step> {
             for history in history::ALL {
                 for denoiser in denoiser::ALL {
                     for emission in emission::ALL {
-                        let parts =
-                            Parts { gather, history, denoiser, emission, balances: true, widens: true };
+                        let parts = Parts {
+                            balances: true,
+                            bounds: true,
+                            widens: true,
+                            gather,
+                            history,
+                            denoiser,
+                            emission,
+                        };
                         steps.extend((method.steps)(parts, &(method.frame)(params, 0)));
                     }
                 }

@@ -48,6 +48,7 @@ pub const KIM2019: Method = Method {
     lends: false,
     chooses_gather: false,
     chooses_emission: true,
+    converges: false,
     texture_filter: TextureFilter::Cone,
     keeps: &[],
     frame: |params, index| FrameParams { frame: index, ..params },

@@ -26,6 +26,8 @@ pub struct Method {
     pub chooses_gather: bool,
     /// Whether an emission is chosen for it; else it starts light paths in its own way, or has none.
     pub chooses_emission: bool,
+    /// Whether its frames are averaged towards the truth: nothing is bounded in them.
+    pub converges: bool,
     /// Which level of its textures a camera prefix sees where nobody asks for another.
     pub texture_filter: TextureFilter,
     /// Buffers of its own in which something outlives its frame, those of histories aside.
@@ -66,6 +68,8 @@ pub struct Parts {
     pub emission: &'static Emission,
     /// Whether frames say how many light paths those after them shoot (`pass::balance`).
     pub balances: bool,
+    /// Whether rare bright samples of camera paths are bounded (`pass::bound`).
+    pub bounds: bool,
     /// Whether discs are wider where deposits were few (`pass::widen`).
     pub widens: bool,
 }
@@ -86,6 +90,7 @@ impl From<&'static Variant> for Parts {
             denoiser: &denoiser::NONE,
             emission: &emission::POWER,
             balances: false,
+            bounds: false,
             widens: false,
         }
     }

@@ -29,6 +29,7 @@ pub const PATH: Method = Method {
     lends: false,
     chooses_gather: false,
     chooses_emission: false,
+    converges: true,
     texture_filter: TextureFilter::Finest,
     keeps: &[],
     frame: |params, index| FrameParams { frame: index, light_path_count: 0, ..params },

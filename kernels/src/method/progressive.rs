@@ -23,6 +23,7 @@ pub const PROGRESSIVE: Method = Method {
     lends: false,
     chooses_gather: true,
     chooses_emission: true,
+    converges: true,
     texture_filter: TextureFilter::Finest,
     keeps: &[],
     frame: |params, index| FrameParams {

@@ -57,6 +57,7 @@ pub const YANG2021: Method = Method {
     lends: false,
     chooses_gather: false,
     chooses_emission: false,
+    converges: false,
     texture_filter: TextureFilter::Cone,
     keeps: &["density", "density_tree", "density_feedback"],
     frame: |params, index| FrameParams { frame: index, ..params },

@@ -79,6 +79,8 @@ pub struct Collected {
     pub radiance: Vec3,
     /// The part of it that came before the collection point, emission there included (W m^-2 sr^-1).
     pub seen: Vec3,
+    /// The part of it that was found before the first draw from a lobe that has a width (W m^-2 sr^-1).
+    pub steady: Vec3,
     /// Where the collection point is.
     pub geometry: PointGeometry,
     /// What its light is multiplied with.
@@ -111,6 +113,7 @@ pub fn collect(
     #[len = params.pixel_count()] pixel_order: &[u32],
     mut path_radiance: Slots<'_, Vec3>,
     mut seen_radiance: Slots<'_, Vec3>,
+    mut steady_radiance: Slots<'_, Vec3>,
     mut point_geometry: Slots<'_, PointGeometry>,
     mut point_shading: Slots<'_, PointShading>,
 ) {
@@ -118,6 +121,7 @@ pub fn collect(
     let collected = camera_path(pixel, params, features, scene, tracer, counters);
     path_radiance.write(pixel, collected.radiance);
     seen_radiance.write(pixel, collected.seen);
+    steady_radiance.write(pixel, collected.steady);
     point_geometry.write(pixel, collected.geometry);
     point_shading.write(pixel, collected.shading);
 }
@@ -160,7 +164,7 @@ pub fn follow<T: Tracer, C: Atomics>(
     if features.has(Features::ENCLOSED) {
         media = enclosing(ray.origin, features, scene, tracer);
     }
-    let (mut prefix, mut distance) = (true, 0.0);
+    let (mut prefix, mut steady, mut distance) = (true, true, 0.0);
     let (mut pdf_scattered, mut finds_emission, mut candidates) = (0.0, true, Candidates::ONE);
     let (mut rays, mut shadow_rays, mut overflows, mut unexpected) = (0, 0, 0, 0);
 
@@ -264,6 +268,10 @@ pub fn follow<T: Tracer, C: Atomics>(
             }
         }
 
+        if steady {
+            collected.steady = collected.radiance;
+        }
+
         // Scatter; the first non-specular choice makes the collection point.
         let u = rng.next4();
         if !scattering.bsdf.scatters() {
@@ -319,13 +327,18 @@ pub fn follow<T: Tracer, C: Atomics>(
         }
         media = scattered.media;
         pdf_scattered = scattered.sampled.pdf_solid_angle;
+        steady = steady && pdf_scattered == 0.0;
         finds_emission = prefix || beyond.finds.has(scattered.sampled.class);
         ray = scattered.ray;
         depth += 1;
     }
 
+    // Whatever ended the path.
+    if steady {
+        collected.steady = collected.radiance;
+    }
     if !is_finite(collected.radiance.element_sum()) {
-        collected.radiance = Vec3::ZERO;
+        (collected.radiance, collected.steady) = (Vec3::ZERO, Vec3::ZERO);
         counters.add(Counter::NonFinite as u32, 1);
     }
     counters.add(Counter::CameraRays as u32, rays);

@@ -4,6 +4,7 @@ mod animation;
 mod balance;
 mod baselines;
 mod denoiser;
+mod fireflies;
 mod guided;
 mod kim2019;
 mod reuse;

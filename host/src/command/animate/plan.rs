@@ -134,6 +134,7 @@ impl Plan {
             emission,
             caustics,
             connections,
+            fireflies,
             ..
         } = &self.settings;
         let history_settings = history.settings.map_or("none".into(), |settings| format!("{settings:?}"));
@@ -155,6 +156,7 @@ impl Plan {
             ("emission", emission.name.to_string()),
             ("caustics", caustics.name().to_string()),
             ("connections", connections.name().to_string()),
+            ("fireflies", fireflies.name().to_string()),
             ("fps", self.fps.to_string()),
             ("first_frame", first),
         ];

@@ -30,7 +30,7 @@ pub fn all(twin: &mut Twin, scene: &Scene, hardware: bool, table: &mut Table) {
     let first = twin.params;
     for index in 0..2 {
         twin.params = FrameParams { frame: first.frame + index, moved: 1 - index, ..first };
-        let parts = Parts { balances: true, widens: true, ..Parts::from(&PHOTONS_GRID) };
+        let parts = Parts { balances: true, bounds: true, widens: true, ..Parts::from(&PHOTONS_GRID) };
         for step in basic::steps(parts, &twin.params) {
             one(twin, scene, &POWER, step, table);
         }

@@ -1,0 +1,57 @@
+//! `bound.*`: a bound on rare bright samples of camera paths (fireflies), by the pixels around: what a single frame does without
+//! a history. It loses energy, so methods that converge have none.
+//!
+//! Bounded is what was found after the first draw from a lobe that has a width: a lamp in view, or seen in what is smooth, and
+//! direct light on what is seen so, are as steady as their surroundings are not.
+
+#[cfg(not(target_arch = "spirv"))]
+use crate::declare::Step;
+use crate::declare::pass;
+use crate::interface::frame::FrameParams;
+use crate::math::mean;
+use crate::seam::Slots;
+use spirv_std::glam::{Vec2, Vec3};
+
+/// Once a frame, after `collect`.
+#[cfg(not(target_arch = "spirv"))]
+pub fn bound(params: &FrameParams) -> Vec<Step> {
+    vec![Step::of(&BOUND_LIMITS, params), Step::of(&BOUND_SAMPLES, params)]
+}
+
+/// A sample is at most this times the mean around it.
+pub const MOST: f32 = 8.0;
+/// Pixels to each side that are around.
+const AROUND: u32 = 2;
+
+/// The most that a pixel's samples may bring.
+#[pass(name = "bound.limits", over = params.pixel_count(), work = Denoiser)]
+pub fn bound_limits(
+    pixel: u32,
+    params: &FrameParams,
+    path_radiance: &[Vec3],
+    steady_radiance: &[Vec3],
+    #[len = params.pixel_count()] mut sample_limits: Slots<'_, f32>,
+) {
+    let loose = |other: u32| mean(path_radiance[other as usize] - steady_radiance[other as usize]);
+    let sum = params.sum_around(pixel, AROUND, |other| Vec2::new(loose(other), 1.0));
+    let around = (sum.x - loose(pixel)).max(0.0) / (sum.y - 1.0).max(1.0);
+    sample_limits.write(pixel, MOST * around);
+}
+
+/// Takes what is above the limit from a pixel.
+#[pass(name = "bound.samples", over = params.pixel_count(), work = Denoiser)]
+pub fn bound_samples(
+    pixel: u32,
+    #[len = params.pixel_count()] sample_limits: &[f32],
+    steady_radiance: &[Vec3],
+    mut seen_radiance: Slots<'_, Vec3>,
+    mut path_radiance: Slots<'_, Vec3>,
+) {
+    let (radiance, steady) = (path_radiance.read(pixel), steady_radiance[pixel as usize]);
+    let (loose, limit) = (mean(radiance - steady), sample_limits[pixel as usize]);
+    if loose > limit {
+        let bounded = steady + (radiance - steady) * (limit / loose);
+        path_radiance.write(pixel, bounded);
+        seen_radiance.write(pixel, seen_radiance.read(pixel).min(bounded));
+    }
+}

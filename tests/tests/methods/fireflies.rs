@@ -1,0 +1,113 @@
+//! Rare bright samples of camera paths, bounded by the pixels around: what is taken, and what that buys and costs.
+
+use caustics::scene::Scene;
+use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
+use caustics_kernels::declare::Fireflies;
+use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::method::basic::BASIC;
+use caustics_kernels::method::progressive::PROGRESSIVE;
+use caustics_kernels::method::{Method, Parts};
+use caustics_kernels::pass::bound::MOST;
+use caustics_tests::scenes::*;
+use glam::{DVec3, Vec3};
+
+const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
+const SIZE: (usize, usize) = (160, 90);
+
+fn settings(fireflies: Fireflies, seed: u32) -> Settings {
+    let (width, height) = (SIZE.0 as u32, SIZE.1 as u32);
+    Settings { width, height, light_paths: 1000, fireflies, seed, ..Settings::default() }
+}
+
+fn open(scene: &Scene, settings: &Settings, method: &'static Method) -> Session {
+    let features = scene.features(settings.specular_roughness);
+    Session::new(&CPU, scene, &scene.cameras[0], settings, method, &PHOTONS_GRID, features)
+        .expect("a session opens")
+}
+
+/// The path layer of one frame.
+fn layer(scene: &Scene, fireflies: Fireflies, seed: u32) -> Vec<Vec3> {
+    let mut session = open(scene, &settings(fireflies, seed), &BASIC);
+    session.frame(0).expect("a frame runs");
+    session.picture().expect("a picture").path
+}
+
+/// What is above eight times the mean of the 24 pixels around, of what is not steady, is taken from a pixel and from no other.
+#[test]
+fn samples_are_bounded_by_the_pixels_around() {
+    let scene = committed("mirror-room");
+    let kept = layer(&scene, Fireflies::Kept, 1);
+    let mut session = open(&scene, &settings(Fireflies::Bounded, 1), &BASIC);
+    session.frame(0).expect("a frame runs");
+    let bounded = session.picture().expect("a picture").path;
+    let steady: Vec<Vec3> = session.read("steady_radiance").expect("what is steady");
+    let mean = |value: Vec3| f64::from(value.element_sum()) / 3.0;
+    let loose = |pixel: usize| mean(kept[pixel] - steady[pixel]);
+    let mut taken = 0;
+    for pixel in 0..kept.len() {
+        let (column, row) = (pixel % SIZE.0, pixel / SIZE.0);
+        let rows = row.saturating_sub(2)..=(row + 2).min(SIZE.1 - 1);
+        let columns = || column.saturating_sub(2)..=(column + 2).min(SIZE.0 - 1);
+        let around = rows.flat_map(|row| columns().map(move |column| row * SIZE.0 + column));
+        let around: Vec<f64> = around.filter(|other| *other != pixel).map(loose).collect();
+        let limit = f64::from(MOST) * around.iter().sum::<f64>() / around.len() as f64;
+        let expected = mean(steady[pixel]) + loose(pixel).min(limit.max(0.0));
+        let found = mean(bounded[pixel]);
+        assert!((found - expected).abs() <= 1.0e-3 * expected + 1.0e-6, "{pixel}: {found}, {expected}");
+        if bounded[pixel] == kept[pixel] {
+            continue;
+        }
+        taken += 1;
+        // Its colour stays.
+        let (was, is) = (kept[pixel] - steady[pixel], bounded[pixel] - steady[pixel]);
+        assert!((was.normalize() - is.normalize()).length() < 1.0e-2, "{pixel}: {was}, {is}");
+    }
+    println!("{taken} of {} pixels", kept.len());
+    assert!((50..kept.len() / 20).contains(&taken));
+}
+
+/// Where samples are rare and bright, much of the variance goes and little of the light.
+#[test]
+fn bounds_take_variance_and_little_light() {
+    for (name, most_variance, most_light) in
+        [("mirror-room", 0.7, 0.02), ("glossy-room", 0.7, 0.02), ("cornell-box", 1.0, 0.01)]
+    {
+        let scene = committed(name);
+        let [kept, bounded] = Fireflies::ALL.map(|way| {
+            let frames: Vec<Vec<Vec3>> = (0..24).map(|seed| layer(&scene, way, seed)).collect();
+            let value = |frame: &[Vec3], pixel: usize| f64::from(frame[pixel].element_sum());
+            let mean = |pixel| frames.iter().map(|frame| value(frame, pixel)).sum::<f64>() / 24.0;
+            let means: Vec<f64> = (0..frames[0].len()).map(mean).collect();
+            let square = |pixel: usize| {
+                frames.iter().map(|frame| (value(frame, pixel) - means[pixel]).powi(2)).sum::<f64>()
+            };
+            (means.iter().sum::<f64>(), (0..means.len()).map(square).sum::<f64>())
+        });
+        let (light, variance) = (1.0 - bounded.0 / kept.0, bounded.1 / kept.1);
+        println!("{name}: {:.2} % of the light is lost, {variance:.3} of the variance stays", 100.0 * light);
+        assert!(variance < most_variance && (0.0..most_light).contains(&light), "{name}");
+    }
+}
+
+/// A lamp as small as a pixel, seen directly and in a smooth mirror, is no firefly; and what converges has no bounds.
+#[test]
+fn what_is_steady_and_what_converges_stay() {
+    let mut b = Builder::default();
+    let (floor, mirror, lamp) =
+        (b.material(lambert(0.5)), b.material(metal(0.9, 0.0)), b.material(emitter(500.0)));
+    b.panel(floor, DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X);
+    b.panel(mirror, DVec3::new(0.0, 1.0, -2.0), DVec3::X, DVec3::Y);
+    b.panel(lamp, DVec3::new(0.3, 0.8, 0.0), 0.012 * DVec3::X, 0.012 * DVec3::Y);
+    b.camera(DVec3::new(0.0, 1.0, 2.0), DVec3::new(0.0, 0.7, 0.0), 0.8);
+    let scene = b.build();
+    let brightest = |way| layer(&scene, way, 1).into_iter().map(|value| value.x).fold(0.0, f32::max);
+    assert!(
+        brightest(Fireflies::Kept) > 400.0 && brightest(Fireflies::Bounded) == brightest(Fireflies::Kept)
+    );
+    let settings = settings(Fireflies::Bounded, 1);
+    for (method, bounds) in [(&BASIC, true), (&PROGRESSIVE, false)] {
+        let parts: Parts = settings.parts(method, &PHOTONS_GRID);
+        assert_eq!(parts.bounds, bounds, "{}", method.name);
+    }
+}

@@ -350,6 +350,27 @@ pub fn mixed_room() -> Builder {
     b
 }
 
+/// A room in which lobes of every width and lamps of every type and size stand close to each other.
+pub fn room_of_lamps(lamps: u32) -> Builder {
+    let mut b = Builder::default();
+    let (wall, coat) = (b.material(lambert(0.6)), b.material(coated(0.5, 0.3)));
+    let (plate, rough) =
+        (b.material(metal(0.8, 0.15)), b.material(Material { roughness: 0.3, ..glass(1.5) }));
+    b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+    b.panel(plate, DVec3::new(0.0, -0.4, -0.95), 0.6 * DVec3::X, 0.4 * DVec3::Y);
+    b.panel(coat, DVec3::new(0.0, -0.98, 0.0), 0.6 * DVec3::Z, 0.6 * DVec3::X);
+    b.sphere(rough, DVec3::new(-0.4, -0.6, 0.0), 0.3, 32, 16);
+    for id in 0..lamps {
+        let angle = TAU * f64::from(id) / f64::from(lamps);
+        let (size, height) = (0.03 + 0.02 * f64::from(id % 4), 0.9 - 0.35 * f64::from(id % 5));
+        let lamp = b.material(emitter(4.0 + 3.0 * (id % 3) as f32));
+        let centre = DVec3::new(0.7 * angle.cos(), height, 0.7 * angle.sin());
+        b.panel(lamp, centre, size * DVec3::X, size * DVec3::Z);
+    }
+    b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.45, 0.0), 0.9);
+    b
+}
+
 /// A basin of 2 x 2 x 2 m around the origin under a lamp, half full of tinted water: an open sheet that leaves gaps of 1 mm
 /// to the walls.
 pub fn pool(eye: DVec3, target: DVec3) -> Builder {

@@ -128,8 +128,8 @@ impl<C: Axes> AxisOptions<C> {
         self.given.iter().any(|(_, of, _)| *of == axis)
     }
 
-    /// The one way to render, its runner still by its name. What its method has no use for is refused, numbers aside, and what
-    /// is usual.
+    /// The one way to render, its runner still by its name. What its method has no use for is refused: names but the
+    /// one that stands for none, and `auto` where it is not usual.
     pub fn cell(&self) -> Result<Cell, Usage> {
         let mut cell = Cell::of(&BASIC);
         for axis in AXES {

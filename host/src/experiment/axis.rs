@@ -199,7 +199,7 @@ pub static CONNECTIONS: Axis = Axis {
     values: Values::Names(|| Connections::ALL.map(|of| (of.name(), of.about())).to_vec()),
     usual: "resampled",
     none: "resampled",
-    shown: Shown::Words("", |value| format!("connections {value}")),
+    shown: Shown::Words("connect-", |value| format!("connections {value}")),
     useless: |_| None,
     get: |cell| cell.connections.name().into(),
     set: |cell, name| found(Connections::ALL.into_iter().find(|of| of.name() == name), &mut cell.connections),

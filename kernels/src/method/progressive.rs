@@ -1,7 +1,8 @@
 //! Progressive photon mapping with stochastic collection points: frames of OurBasic whose radii shrink, averaged. Each
 //! frame is an estimate of its own, so that its radius needs nothing but its index [Knaus and Zwicker 2011, Progressive
 //! photon mapping: a probabilistic approach]; camera paths are drawn anew every frame [Hachisuka and Jensen 2009]. Frames are
-//! independent where nothing learns; where emissions or numbers of light paths go by earlier frames, they are uncorrelated.
+//! independent where nothing learns; where emissions or numbers of light paths go by earlier frames, they are uncorrelated; where
+//! discs do (`--radius-px auto`), their bias is not.
 //!
 //! Cost: that of OurBasic. Consistent: the blur of a disc falls with its area as N^(alpha - 1), the variance of the mean
 //! as N^-alpha, so with alpha = 2/3 the mean square error of smooth light falls as N^(-2/3). Wrong at any finite N: light is

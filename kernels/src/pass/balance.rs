@@ -43,7 +43,7 @@ const LIGHT_RAY: f32 = 2.3;
 const DEPOSIT: f32 = 1.0;
 /// What a pair of deposit and point costs (rays of camera paths).
 const PAIR: f32 = 0.6;
-/// Variances above this are of light without bounds, and overflow.
+/// What is above this is no variance: light without bounds.
 const MOST_VARIANCE: f32 = 1.0e30;
 /// Numbers of light paths are powers of this, so that roundings of a device seldom decide.
 const GRAIN: f32 = core::f32::consts::SQRT_2;
@@ -81,8 +81,9 @@ pub fn balance_rows(
     balance_rows.write(row, sum / params.width as f32);
 }
 
-/// The square of a pixel's distance from the mean of the two beside it, or of those above and below, the lesser: an edge is in
-/// one of them, noise in both. Of rare bright samples it is the variance; of normal ones less, by a fifth.
+/// The square of a pixel's distance from the mean of the two beside it, or of those above and below, the lesser: an edge along
+/// either axis is in one of them, noise in both. Of rare bright samples it is the variance; of normal ones less, by a fifth; of
+/// what a denoiser has spread, less than that.
 #[inline(always)]
 fn square_from_neighbours(column: u32, row: u32, path_radiance: &[Vec3], params: &FrameParams) -> f32 {
     let light = |column: u32, row: u32| mean(path_radiance[(row * params.width + column) as usize]);
@@ -91,7 +92,13 @@ fn square_from_neighbours(column: u32, row: u32, path_radiance: &[Vec3], params:
     let own = light(column, row);
     let across = own - 0.5 * (light(left, row) + light(right, row));
     let along = own - 0.5 * (light(column, above) + light(column, below));
-    (across * across).min(along * along)
+    if params.width == 1 {
+        along * along
+    } else if params.height == 1 {
+        across * across
+    } else {
+        (across * across).min(along * along)
+    }
 }
 
 /// The light paths of the next frame: as many as of this one where it shows nothing to judge by.

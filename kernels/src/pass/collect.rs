@@ -352,6 +352,9 @@ pub fn follow<T: Tracer, C: Atomics>(
     collected
 }
 
+/// The largest number below one.
+const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+
 /// One of some candidates, drawn by the light that each would give unshadowed.
 struct Chosen {
     connection: Connection,
@@ -370,7 +373,7 @@ impl Chosen {
         Chosen {
             connection: Connection::none(position),
             light: Vec3::ZERO,
-            weight: 1.0,
+            weight: 0.0,
             weights: 0.0,
             choice,
         }
@@ -382,11 +385,12 @@ impl Chosen {
         if weight > 0.0 {
             self.weights += weight;
             let chance = weight / self.weights;
-            if self.choice < chance {
-                self.choice /= chance;
+            // The first is always taken, and what has no bounds, so that it is counted.
+            if self.choice < chance || weight == self.weights {
+                self.choice = (self.choice / chance).min(BELOW_ONE);
                 (self.connection, self.light, self.weight) = (connection, light, weight);
             } else {
-                self.choice = (self.choice - chance) / (1.0 - chance);
+                self.choice = ((self.choice - chance) / (1.0 - chance)).min(BELOW_ONE);
             }
         }
     }
@@ -394,7 +398,7 @@ impl Chosen {
     /// Its light over the chance that it was chosen.
     #[inline(always)]
     fn light(&self) -> Vec3 {
-        self.light * (self.weights / self.weight)
+        if self.weight == self.weights { self.light } else { self.light * (self.weights / self.weight) }
     }
 }
 

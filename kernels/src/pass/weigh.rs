@@ -67,6 +67,8 @@ pub fn kept(frames: f32, params: &FrameParams) -> f32 {
 const DARK: f32 = 0.1;
 /// Squares of light below this have no inverse in an f32.
 const MIN_SQUARE: f32 = 1.0e-37;
+/// Light of a frame counts as this at most (W m^-2 sr^-1): its square has an inverse.
+const MOST_LIGHT: f32 = 1.0e15;
 /// Pixels to each side whose light is a pixel's.
 const AROUND: u32 = 2;
 
@@ -81,7 +83,7 @@ pub fn weigh_seen(
     let before = pixel_sums.read(pixel);
     let keep = kept(before.path_frames, params);
     let now = PixelSum {
-        path: before.path * keep + mean(path_radiance[pixel as usize]),
+        path: before.path * keep + mean(path_radiance[pixel as usize]).min(MOST_LIGHT),
         path_frames: before.path_frames * keep + 1.0,
         caustics: before.caustics * keep,
         caustic_frames: before.caustic_frames * keep,
@@ -97,7 +99,7 @@ pub fn weigh_learn(
     #[len = params.pixel_count()] mut pixel_sums: Slots<'_, PixelSum>,
 ) {
     let sum = pixel_sums.read(pixel);
-    let caustics = sum.caustics + mean(caustic_radiance[pixel as usize]);
+    let caustics = sum.caustics + mean(caustic_radiance[pixel as usize]).min(MOST_LIGHT);
     pixel_sums.write(pixel, PixelSum { caustics, caustic_frames: sum.caustic_frames + 1.0, ..sum });
 }
 

@@ -8,7 +8,6 @@ use caustics::settings::Settings;
 use caustics_kernels::declare::Connections;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
-use caustics_kernels::interface::material::Material;
 use caustics_kernels::method::path::PATH;
 use caustics_tests::blocks::Blocks;
 use caustics_tests::scenes::*;
@@ -27,39 +26,26 @@ fn blocks(scene: &Scene, connections: Connections, frames: u32) -> Blocks {
     Blocks::render(&CPU, scene, &settings, &PATH, &PHOTONS_GRID, frames)
 }
 
-/// A room in which lobes of every width and lamps of every type and size stand close to each other.
-fn room(lamps: u32) -> Builder {
-    let mut b = Builder::default();
-    let (wall, coat) = (b.material(lambert(0.6)), b.material(coated(0.5, 0.3)));
-    let (plate, rough) =
-        (b.material(metal(0.8, 0.15)), b.material(Material { roughness: 0.3, ..glass(1.5) }));
-    b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
-    b.panel(plate, DVec3::new(0.0, -0.4, -0.95), 0.6 * DVec3::X, 0.4 * DVec3::Y);
-    b.panel(coat, DVec3::new(0.0, -0.98, 0.0), 0.6 * DVec3::Z, 0.6 * DVec3::X);
-    b.sphere(rough, DVec3::new(-0.4, -0.6, 0.0), 0.3, 32, 16);
-    for id in 0..lamps {
-        let angle = 2.0 * PI * f64::from(id) / f64::from(lamps);
-        let (size, height) = (0.03 + 0.02 * f64::from(id % 4), 0.9 - 0.35 * f64::from(id % 5));
-        let lamp = b.material(emitter(4.0 + 3.0 * (id % 3) as f32));
-        let centre = DVec3::new(0.7 * angle.cos(), height, 0.7 * angle.sin());
-        b.panel(lamp, centre, size * DVec3::X, size * DVec3::Z);
-    }
-    b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.45, 0.0), 0.9);
-    b
-}
-
 /// Few lights and many, of every type, seen by lobes of every width: the same light, block by block.
 #[test]
 fn every_way_finds_the_same_light() {
     // Two lamps that are two triangles each; with a spot more than that; with all types.
-    let mut spot = room(2);
+    let mut spot = room_of_lamps(2);
     spot.spot(DVec3::new(0.0, 0.9, 0.0), -DVec3::Y, 0.2, 0.5, 2.0);
-    let mut all = room(7);
+    let mut all = room_of_lamps(7);
     all.light(DVec3::new(-0.5, 0.7, 0.5), 0.3);
     all.spot(DVec3::new(0.0, 0.9, 0.0), -DVec3::Y, 0.2, 0.5, 2.0);
-    for (name, scene, frames) in
-        [("few", room(2).build(), 800), ("five", spot.build(), 800), ("many", all.build(), 1200)]
-    {
+    // Parallel light, under an open sky.
+    let mut sky = open_air();
+    for id in 0..4 {
+        sky.light(DVec3::new(f64::from(id) - 1.5, 1.0, 0.5), 0.2);
+    }
+    for (name, scene, frames) in [
+        ("few", room_of_lamps(2).build(), 800),
+        ("five", spot.build(), 800),
+        ("many", all.build(), 1200),
+        ("sky", sky.build(), 400),
+    ] {
         let [resampled, power] = Connections::ALL.map(|way| blocks(&scene, way, frames));
         let scores = resampled.scores(&power);
         println!("{name}: {scores:?}");

@@ -14,7 +14,7 @@ use caustics_kernels::method::path::PATH;
 use caustics_kernels::pass::step::STEP_HIT;
 use caustics_tests::compare::{Tolerance, floats, words};
 use caustics_tests::gpu::{gpu, watched_gpu};
-use caustics_tests::scenes::open_air;
+use caustics_tests::scenes::{open_air, room_of_lamps};
 use caustics_tests::statistics::Mean;
 use caustics_tests::table::Table;
 use caustics_tests::twin::{self, Twin, load};
@@ -54,6 +54,12 @@ fn image_means_agree_within_three_sigma() {
 #[test]
 fn image_means_agree_in_the_open_air() {
     image_means_agree(&open_air().build());
+}
+
+/// More lights than are all connected to.
+#[test]
+fn image_means_agree_among_many_lamps() {
+    image_means_agree(&room_of_lamps(7).build());
 }
 
 /// By one gather a tracer: the others give the same bits, as `gathers_on_the_gpu_equal_each_other` and

@@ -61,3 +61,11 @@ impl Frames {
 pub fn sums(layer: &[Vec3]) -> Vec<f64> {
     layer.iter().map(|v| f64::from(v.element_sum())).collect()
 }
+
+/// The pixels so many to each side of a pixel of a picture of this width and height, as far as there are; itself too.
+pub fn around(pixel: usize, side: usize, (width, height): (usize, usize)) -> Vec<usize> {
+    let (column, row) = (pixel % width, pixel / width);
+    let rows = row.saturating_sub(side)..=(row + side).min(height - 1);
+    let columns = || column.saturating_sub(side)..=(column + side).min(width - 1);
+    rows.flat_map(|row| columns().map(move |column| row * width + column)).collect()
+}

@@ -350,7 +350,7 @@ pub fn mixed_room() -> Builder {
     b
 }
 
-/// A room in which lobes of every width and lamps of every type and size stand close to each other.
+/// A room of 2 x 2 x 2 m in which lobes of every width and so many area lights of several sizes stand close to each other.
 pub fn room_of_lamps(lamps: u32) -> Builder {
     let mut b = Builder::default();
     let (wall, coat) = (b.material(lambert(0.6)), b.material(coated(0.5, 0.3)));

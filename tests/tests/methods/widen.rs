@@ -12,6 +12,7 @@ use caustics_kernels::history::VALIDATED;
 use caustics_kernels::interface::history::HistoryPoint;
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::pass::widen::{ENOUGH, WIDEST};
+use caustics_tests::frames::around;
 use caustics_tests::scenes::*;
 
 const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
@@ -54,17 +55,13 @@ fn discs_are_as_wide_as_deposits_were_few() {
         for (pixel, (radius, base)) in
             radii.iter().zip(&bases).enumerate().filter(|(_, (_, base))| **base > 0.0)
         {
-            let (column, row) = (pixel % SIZE.0, pixel / SIZE.0);
-            let rows = row.saturating_sub(2)..=(row + 2).min(SIZE.1 - 1);
-            let columns = || column.saturating_sub(2)..=(column + 2).min(SIZE.0 - 1);
-            let around: Vec<usize> =
-                rows.flat_map(|row| columns().map(move |column| row * SIZE.0 + column)).collect();
             let taken = |pixel: &usize| {
                 let count = words[pixel * WORDS as usize + WORDS as usize - 1];
                 f64::from(count) / f64::from(scale[*pixel]).powi(2)
             };
             // Where there is no disc, nothing is missing.
-            let discs: Vec<f64> = around.iter().filter(|pixel| before[**pixel] > 0.0).map(taken).collect();
+            let discs: Vec<f64> =
+                around(pixel, 2, SIZE).iter().filter(|pixel| before[**pixel] > 0.0).map(taken).collect();
             let mean = discs.iter().sum::<f64>() / discs.len() as f64;
             let expected = (f64::from(ENOUGH) / mean).sqrt().clamp(1.0, f64::from(WIDEST));
             let found = f64::from(radius / base);

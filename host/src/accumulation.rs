@@ -1,10 +1,16 @@
-//! The mean of independent frames and the variance of that mean, from sums and sums of squares in f64.
+//! The mean of frames and the variance of that mean, in f64: from the squares of independent frames, or from the sums of batches
+//! that frames take turns in, which are independent of each other.
 
 use glam::Vec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::picture::Picture;
+
+/// Batches that the frames of a mean usually take turns in: the fewer, the less noise the mean has, and the more its variance.
+pub const BATCHES: u32 = 4;
+/// Batches there are at most.
+pub const MOST_BATCHES: u32 = 64;
 
 /// Sums of pictures: [`Accumulation::add`] frames, then take [`Accumulation::mean`] and [`Accumulation::variance`].
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -14,8 +20,8 @@ pub struct Accumulation {
     /// Sums of layers: three channels of `path`, three of `caustics`, then `radius`, `depth`, `deposits`; the last four
     /// may be empty.
     sums: [Vec<f64>; 5],
-    /// Sums of the squares of all radiance, three channels.
-    squares: Vec<f64>,
+    /// Of all radiance, three channels: the sums of squares, or the sums of each batch.
+    spread: Vec<Vec<f64>>,
 }
 
 /// Size of the pictures, and how many were added.
@@ -29,9 +35,23 @@ pub struct Shape {
     pub frames: u32,
     /// Whether the pictures have caustics and the other layers of a gather.
     pub gathers: bool,
+    /// Batches that frames take turns in, independent of each other; 0: every frame is independent.
+    pub batches: u32,
+}
+
+impl Shape {
+    /// Frames of a batch.
+    fn frames_of(&self, batch: usize) -> u32 {
+        (self.frames + self.batches - 1 - batch as u32) / self.batches
+    }
 }
 
 impl Accumulation {
+    /// None yet, of frames that take turns in so many batches; 0: of independent frames.
+    pub fn in_batches(batches: u32) -> Accumulation {
+        Accumulation { shape: Shape { batches, ..Shape::default() }, ..Accumulation::default() }
+    }
+
     /// Adds a picture.
     ///
     /// # Panics
@@ -44,6 +64,7 @@ impl Accumulation {
             *self = Accumulation::zero(shape);
         }
         assert_eq!(self.shape, shape, "pictures of one kind are added");
+        let batch = self.shape.frames.checked_rem(self.shape.batches);
         self.shape.frames += 1;
         let beauty = picture.beauty();
         let layers: [&[f32]; 5] = [
@@ -57,8 +78,11 @@ impl Accumulation {
             sum.par_iter_mut().zip(layer).for_each(|(sum, &value)| *sum += f64::from(value));
         }
         let beauty: &[f32] = bytemuck::cast_slice(&beauty);
-        let squares = self.squares.par_iter_mut().zip(beauty);
-        squares.for_each(|(sum, &value)| *sum += f64::from(value) * f64::from(value));
+        let spread = self.spread[batch.unwrap_or(0) as usize].par_iter_mut().zip(beauty);
+        match batch {
+            Some(_) => spread.for_each(|(sum, &value)| *sum += f64::from(value)),
+            None => spread.for_each(|(sum, &value)| *sum += f64::from(value) * f64::from(value)),
+        }
     }
 
     /// Number of frames added so far.
@@ -98,7 +122,7 @@ impl Accumulation {
         if self.shape.frames < 2 {
             return f64::INFINITY;
         }
-        let count = self.squares.len() as f64;
+        let count = 3.0 * (self.shape.width * self.shape.height) as f64;
         let whole = self.beauty().sum::<f64>() / count;
         let floor = (0.1 * whole).powi(2).max(f64::MIN_POSITIVE);
         self.moments().map(|(mean, variance)| variance / (mean * mean + floor)).sum::<f64>() / count
@@ -106,10 +130,20 @@ impl Accumulation {
 
     /// Mean of all radiance and variance of that mean, channel by channel, of two frames or more.
     fn moments(&self) -> impl Iterator<Item = (f64, f64)> {
-        let n = f64::from(self.shape.frames);
-        self.squares.iter().zip(self.beauty()).map(move |(squares, mean)| {
-            // Rounding may leave a constant pixel a little below zero.
-            (mean, (squares / n - mean * mean).max(0.0) / (n - 1.0))
+        let shape = self.shape;
+        let n = f64::from(shape.frames);
+        self.beauty().enumerate().map(move |(i, mean)| {
+            if shape.batches == 0 {
+                // Rounding may leave a constant pixel a little below zero.
+                return (mean, (self.spread[0][i] / n - mean * mean).max(0.0) / (n - 1.0));
+            }
+            // Batches as long as each other; one that is a frame longer has that much more weight.
+            let batches =
+                self.spread.iter().enumerate().map(|(batch, sums)| (shape.frames_of(batch), sums[i]));
+            let square =
+                |(frames, sum): (u32, f64)| f64::from(frames) * (sum / f64::from(frames) - mean).powi(2);
+            let squares: f64 = batches.filter(|(frames, _)| *frames > 0).map(square).sum();
+            (mean, squares / f64::from(shape.batches.min(shape.frames) - 1) / n)
         })
     }
 
@@ -123,19 +157,20 @@ impl Accumulation {
 
     /// All sums as slices of numbers, in the order that [`Accumulation::of`] takes them: for a checkpoint.
     pub fn parts(&self) -> impl Iterator<Item = &[f64]> {
-        self.sums.iter().chain([&self.squares]).map(Vec::as_slice)
+        self.sums.iter().chain(&self.spread).map(Vec::as_slice)
     }
 
     /// Sums of this shape from numbers in the order of [`Accumulation::parts`]; `None` if there are more or fewer than it has.
     pub fn of(shape: Shape, mut values: impl ExactSizeIterator<Item = f64>) -> Option<Accumulation> {
-        let per_pixel = if shape.gathers { 12 } else { 6 };
+        let of_spread = 3 * shape.batches.clamp(1, MOST_BATCHES) as usize;
+        let per_pixel = of_spread + if shape.gathers { 9 } else { 3 };
         // Compared before memory is asked for.
         let count = shape.width.checked_mul(shape.height)?.checked_mul(per_pixel)?;
         if values.len() != count {
             return None;
         }
         let mut sums = Accumulation::zero(shape);
-        for part in sums.sums.iter_mut().chain([&mut sums.squares]) {
+        for part in sums.sums.iter_mut().chain(&mut sums.spread) {
             part.iter_mut().zip(&mut values).for_each(|(sum, value)| *sum = value);
         }
         Some(sums)
@@ -146,7 +181,8 @@ impl Accumulation {
         let pixels = shape.width * shape.height;
         let split = if shape.gathers { pixels } else { 0 };
         let sums = [3 * pixels, 3 * split, split, split, split].map(|count| vec![0.0; count]);
-        Accumulation { shape, sums, squares: vec![0.0; 3 * pixels] }
+        let spread = vec![vec![0.0; 3 * pixels]; shape.batches.clamp(1, MOST_BATCHES) as usize];
+        Accumulation { shape, sums, spread }
     }
 }
 
@@ -177,6 +213,26 @@ mod tests {
         // 1, 3, 5: variance 4 of one, 4 / 3 of the mean.
         assert!((sums.variance().unwrap()[0].x - 4.0 / 3.0).abs() < 1e-6);
         assert!((sums.relative_error() - 4.0 / 3.0 / 9.09).abs() < 1e-6);
+    }
+
+    #[test]
+    fn the_variance_of_batches_is_that_between_them() {
+        let mut sums = Accumulation::in_batches(2);
+        for path in [1.0, 4.0, 3.0, 6.0] {
+            sums.add(&picture(path, 0.0));
+        }
+        // Batches of mean 2 and 5: variance 4.5 of one, half of that of their mean.
+        assert!((sums.variance().unwrap()[0].x - 2.25).abs() < 1e-6);
+        assert_eq!(sums.mean().path[0].x, 3.5);
+        // As few frames as batches, or fewer, are independent.
+        let (mut few, mut independent) = (Accumulation::in_batches(4), Accumulation::default());
+        for path in [1.0, 2.0, 6.0] {
+            few.add(&picture(path, 0.0));
+            independent.add(&picture(path, 0.0));
+        }
+        assert!((few.variance().unwrap()[0].x - independent.variance().unwrap()[0].x).abs() < 1e-6);
+        let values: Vec<f64> = sums.parts().flatten().copied().collect();
+        assert_eq!(Accumulation::of(sums.shape, values.into_iter()), Some(sums));
     }
 
     #[test]

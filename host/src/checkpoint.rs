@@ -207,7 +207,7 @@ mod tests {
     }
 
     /// That of the sums, whatever their frames.
-    const SHAPE: Shape = Shape { width: 3, height: 2, frames: 0, gathers: false };
+    const SHAPE: Shape = Shape { width: 3, height: 2, frames: 0, gathers: false, batches: 0 };
 
     #[test]
     fn what_is_saved_is_loaded() {

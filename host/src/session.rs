@@ -267,6 +267,7 @@ impl Session {
         let params = FrameParams {
             previous_camera: self.previous_camera,
             moved: u32::from(self.moved),
+            sequence: self.settings.sequence(frame),
             ..self.params
         };
         (self.method.frame)(params, frame)

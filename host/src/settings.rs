@@ -1,18 +1,16 @@
 //! The settings of a run, and those of a frame that they make of a scene.
 
-use caustics_kernels::declare::{Caustics, Connections, Fireflies, TextureFilter};
 use caustics_kernels::denoiser::{self, Denoiser};
 use caustics_kernels::emission::{self, Emission};
 use caustics_kernels::gather::variant::Variant;
 use caustics_kernels::history::{self, History};
 use caustics_kernels::interface::balance::FIRST_PATHS;
 use caustics_kernels::interface::caster::Casters;
+use caustics_kernels::interface::choice::{Caustics, Connections, Fireflies, Sampler, TextureFilter};
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::interface::frame::{
-    CAUSTICS_ANY, CAUSTICS_FIRST, CONNECTIONS_POWER, CONNECTIONS_RESAMPLED, FrameParams, TEXTURE_FILTER_CONE,
-    TEXTURE_FILTER_FINEST,
-};
+use caustics_kernels::interface::frame::{FrameParams, TEXTURE_FILTER_CONE, TEXTURE_FILTER_FINEST};
 use caustics_kernels::interface::history::validation_paths;
+use caustics_kernels::interface::sequence::Sequence;
 use caustics_kernels::method::{Method, Parts};
 use glam::Vec3;
 
@@ -60,6 +58,12 @@ pub struct Settings {
     pub caustics: Caustics,
     /// How camera paths find lights.
     pub connections: Connections,
+    /// Where the numbers of camera paths come from. The program's default is `Sampler::Sobol`, with which frames of one batch are no
+    /// independent samples; here they are.
+    pub sampler: Sampler,
+    /// Sequences of the sampler that frames take in turns: who averages frames and wants to know their variance takes several
+    /// (`Accumulation::in_batches`).
+    pub batches: u32,
     /// What is done about rare bright samples of camera paths, in methods that do not converge.
     pub fireflies: Fireflies,
 }
@@ -85,6 +89,8 @@ impl Default for Settings {
             emission: &emission::POWER,
             caustics: Caustics::First,
             connections: Connections::Resampled,
+            sampler: Sampler::Independent,
+            batches: 1,
             fireflies: Fireflies::Kept,
         }
     }
@@ -146,16 +152,11 @@ impl Settings {
             exposure: self.exposure.exp2(),
             background: self.background.unwrap_or(scene.background),
             history: self.history.settings.unwrap_or_default(),
-            caustics: match self.caustics {
-                Caustics::First => CAUSTICS_FIRST,
-                Caustics::Any => CAUSTICS_ANY,
-            },
-            connections: match self.connections {
-                Connections::Resampled => CONNECTIONS_RESAMPLED,
-                Connections::Power => CONNECTIONS_POWER,
-            },
+            caustics: self.caustics as u32,
+            connections: self.connections as u32,
             moved: 1,
             casters,
+            sequence: self.sequence(frame),
             ..FrameParams::default()
         };
         // As many as for the usual number of light paths, where it changes from frame to frame.
@@ -169,6 +170,14 @@ impl Settings {
             params
         } else {
             FrameParams { quantum: params.quantum, ..with_light_paths(params, 0, scene.flux) }
+        }
+    }
+
+    /// Where the numbers of camera paths of a frame stand in their sequences.
+    pub fn sequence(&self, frame: u32) -> Sequence {
+        match self.sampler {
+            Sampler::Independent => Sequence::default(),
+            Sampler::Sobol => Sequence::sobol(self.seed, self.batches, frame),
         }
     }
 

@@ -8,7 +8,7 @@ pub use described::{Access, Bound, OnCpu, Pass, Work};
 #[cfg(not(target_arch = "spirv"))]
 pub(crate) use kinds::named;
 #[cfg(not(target_arch = "spirv"))]
-pub use kinds::{Caustics, Connections, Denoiser, Emission, Fireflies, History, TextureFilter};
+pub use kinds::{Denoiser, Emission, History};
 #[cfg(not(target_arch = "spirv"))]
 pub use on_cpu::{BufferError, Buffers, Call, LocalCounters};
 #[cfg(not(target_arch = "spirv"))]

@@ -2,6 +2,7 @@
 
 pub mod balance;
 pub mod caster;
+pub mod choice;
 pub mod counters;
 pub mod denoiser;
 pub mod density;
@@ -18,6 +19,7 @@ pub mod point;
 pub mod ray;
 pub mod scene;
 pub mod seen;
+pub mod sequence;
 pub mod step;
 pub mod texture;
 pub mod tree;

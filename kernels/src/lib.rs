@@ -43,7 +43,7 @@
 //! whatever way, a collection point, belongs to the light paths; all else to the camera paths, which behind their point follow
 //! every lobe, and find lights by those that are not specular ([`pass::collect::Beyond`]). So one thing decides a path, the lobe
 //! next to the light: no path is counted twice, none is missing, and the sum is full light transport up to `max_bounces`. The
-//! published method gives the light paths what meets a specular lobe first *or later* (`CAUSTICS_ANY`), which is exact too, and
+//! published method gives the light paths what meets a specular lobe first *or later* (`Caustics::Any`), which is exact too, and
 //! noisier: light of a matte wall is found from the camera with ease.
 //!
 //! # What stands where

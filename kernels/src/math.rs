@@ -9,8 +9,8 @@ pub mod offset;
 pub mod pencil;
 pub mod pinhole;
 pub mod quanta;
-
 pub mod rng;
+pub mod sampler;
 pub mod trig;
 pub mod warp;
 

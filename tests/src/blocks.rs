@@ -50,6 +50,16 @@ impl Blocks {
         Blocks { frames: rows, caustic_share: caustic / all }
     }
 
+    /// The same with the means of batches, which frames took in turns, in place of frames.
+    pub fn of_batches(&self, batches: usize) -> Blocks {
+        let mean = |batch: usize| {
+            let rows: Vec<&Vec<f64>> = self.frames.iter().skip(batch).step_by(batches).collect();
+            let mean_of = |block| rows.iter().map(|row| row[block]).sum::<f64>() / rows.len() as f64;
+            (0..self.frames[0].len()).map(mean_of).collect()
+        };
+        Blocks { frames: (0..batches).map(mean).collect(), caustic_share: self.caustic_share }
+    }
+
     /// Mean of one block over the frames.
     pub fn block(&self, block: usize) -> Mean {
         Mean::of(&self.frames.iter().map(|frame| frame[block]).collect::<Vec<_>>())

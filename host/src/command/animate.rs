@@ -7,7 +7,7 @@ use caustics::kernels;
 use caustics::output::lock::Lock;
 use caustics::scene::{self, Scene};
 use caustics::session::Session;
-use caustics_kernels::declare::TextureFilter;
+use caustics_kernels::interface::choice::TextureFilter;
 use serde_json::json;
 
 use self::plan::Plan;

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use caustics::accumulation::{Accumulation, Shape};
+use caustics::accumulation::{Accumulation, BATCHES, Shape};
 use caustics::checkpoint::{self, Checkpoint, Identity};
 use caustics::energy::Energy;
 use caustics::experiment::cell::Cell;
@@ -16,7 +16,7 @@ use caustics::scene::{self, Scene};
 use caustics::session::Session;
 use caustics::settings::Settings;
 use caustics::trace_rate::closest_hits_per_second;
-use caustics_kernels::declare::TextureFilter;
+use caustics_kernels::interface::choice::{Sampler, TextureFilter};
 use caustics_kernels::interface::features::Features;
 use serde_json::json;
 
@@ -52,7 +52,7 @@ impl Job {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let Job { common: options, settings, cell, time, stop } = self;
         let method = cell.method;
-        let settings = settings.of(method);
+        let settings = Settings { batches: BATCHES, ..settings.of(method) };
         if !time.is_finite() {
             return Err(Usage(format!("--time {time}: give a number of seconds")).into());
         }
@@ -90,10 +90,11 @@ impl Job {
         tell!("{}: {} ({reason}), method {}, gather {gather}", scene.name, session.device(), method.name);
         let identity = identity(&scene, &camera.name, &settings, method, gather, &choice, &session);
         let (width, height) = (settings.width as usize, settings.height as usize);
-        let shape = Shape { width, height, frames: 0, gathers: method.gathers };
+        let batches = if settings.sampler == Sampler::Independent { 0 } else { settings.batches };
+        let shape = Shape { width, height, frames: 0, gathers: method.gathers, batches };
         let Checkpoint { mut sums, spent: before, state } = match options.resume {
             true => checkpoint::load(&checkpoint, &identity, shape)?,
-            false => Checkpoint::default(),
+            false => Checkpoint { sums: Accumulation::in_batches(batches), ..Checkpoint::default() },
         };
         if options.resume {
             session.restore(&state)?;
@@ -177,7 +178,7 @@ impl Job {
             let relative_error = sums.relative_error();
             let out = json!({
                 "scene": scene.name, "file": file, "method": method.name, "gather": gather,
-                "denoiser": settings.denoiser.name,
+                "denoiser": settings.denoiser.name, "sampler": settings.sampler.name(),
                 "device": session.device(), "why": reason, "camera": camera.name, "time_s": time,
                 "width": settings.width, "height": settings.height, "frames": sums.frames(),
                 "light_paths": report.light_paths(), "max_bounces": settings.max_bounces,

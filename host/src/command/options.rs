@@ -76,10 +76,10 @@ pub fn check_rays(cell: &Cell, width: u32, height: u32) -> Result<(), Usage> {
 }
 
 /// A texture filter as kernels know it.
-pub fn texture_filter(filter: TextureFilter) -> caustics_kernels::declare::TextureFilter {
+pub fn texture_filter(filter: TextureFilter) -> caustics_kernels::interface::choice::TextureFilter {
     match filter {
-        TextureFilter::Cone => caustics_kernels::declare::TextureFilter::Cone,
-        TextureFilter::Finest => caustics_kernels::declare::TextureFilter::Finest,
+        TextureFilter::Cone => caustics_kernels::interface::choice::TextureFilter::Cone,
+        TextureFilter::Finest => caustics_kernels::interface::choice::TextureFilter::Finest,
     }
 }
 

@@ -5,8 +5,8 @@
 //! add an axis: a field of [`Cell`], what it sets in a session ([`Cell::settings`] or [`Cell::parts`]), and a row of
 //! [`AXES`].
 
-use caustics_kernels::declare::{Caustics, Connections, Fireflies};
 use caustics_kernels::gather::variant;
+use caustics_kernels::interface::choice::{Caustics, Connections, Fireflies, Sampler};
 use caustics_kernels::{denoiser, emission, history, method};
 
 use super::cell::{Cell, FeatureChoice, Paths, Radius, runner_name};
@@ -104,13 +104,32 @@ impl Axis {
     }
 }
 
+/// What is common to the rows of choices: the values of a field of [`Cell`] that is an enum with `ALL`, `name`, `about` and `find`.
+macro_rules! chosen {
+    ($field:ident: $choice:ident) => {
+        Axis {
+            key: stringify!($field),
+            head: stringify!($field),
+            about: "",
+            values: Values::Names(|| $choice::ALL.iter().map(|of| (of.name(), of.about())).collect()),
+            usual: "",
+            none: "",
+            shown: Shown::Color,
+            useless: |_| None,
+            get: |cell| cell.$field.name().into(),
+            set: |cell, name| found($choice::find(name), &mut cell.$field),
+        }
+    };
+}
+
 /// All axes, in the order of tables.
-pub static AXES: [&Axis; 13] = [
+pub static AXES: [&Axis; 14] = [
     &METHOD,
     &GATHER,
     &CAUSTICS,
     &EMISSION,
     &CONNECTIONS,
+    &SAMPLER,
     &HISTORY,
     &FIREFLIES,
     &DENOISER,
@@ -163,16 +182,11 @@ pub static GATHER: Axis = Axis {
 
 /// Which light is the light paths'.
 pub static CAUSTICS: Axis = Axis {
-    key: "caustics",
-    head: "caustics",
     about: "Which light is a caustic, found by light paths",
-    values: Values::Names(|| Caustics::ALL.map(|of| (of.name(), of.about())).to_vec()),
     usual: "first",
     none: "first",
-    shown: Shown::Color,
     useless: |cell| (!cell.method.gathers).then_some("shoots no light paths"),
-    get: |cell| cell.caustics.name().into(),
-    set: |cell, name| found(Caustics::ALL.into_iter().find(|of| of.name() == name), &mut cell.caustics),
+    ..chosen!(caustics: Caustics)
 };
 
 /// How light paths start.
@@ -193,16 +207,20 @@ pub static EMISSION: Axis = Axis {
 
 /// How camera paths find lights.
 pub static CONNECTIONS: Axis = Axis {
-    key: "connections",
-    head: "connections",
     about: "How camera paths find lights, up to the collection point",
-    values: Values::Names(|| Connections::ALL.map(|of| (of.name(), of.about())).to_vec()),
     usual: "resampled",
     none: "resampled",
     shown: Shown::Words("connect-", |value| format!("connections {value}")),
-    useless: |_| None,
-    get: |cell| cell.connections.name().into(),
-    set: |cell, name| found(Connections::ALL.into_iter().find(|of| of.name() == name), &mut cell.connections),
+    ..chosen!(connections: Connections)
+};
+
+/// Where the numbers of camera paths come from.
+pub static SAMPLER: Axis = Axis {
+    about: "Where the random numbers of camera paths come from",
+    usual: "sobol",
+    none: "sobol",
+    shown: Shown::Words("", |value| format!("{value} samples")),
+    ..chosen!(sampler: Sampler)
 };
 
 /// What the frame before lends.
@@ -221,16 +239,11 @@ pub static HISTORY: Axis = Axis {
 
 /// What is done about rare bright samples of camera paths.
 pub static FIREFLIES: Axis = Axis {
-    key: "fireflies",
-    head: "fireflies",
     about: "What is done about rare bright samples of camera paths",
-    values: Values::Names(|| Fireflies::ALL.map(|of| (of.name(), of.about())).to_vec()),
     usual: "kept",
     none: "kept",
-    shown: Shown::Color,
     useless: |cell| cell.method.converges.then_some("converges, and must lose no light"),
-    get: |cell| cell.fireflies.name().into(),
-    set: |cell, name| found(Fireflies::ALL.into_iter().find(|of| of.name() == name), &mut cell.fireflies),
+    ..chosen!(fireflies: Fireflies)
 };
 
 /// What smooths the path-traced part.
@@ -265,16 +278,11 @@ pub static RUNNER: Axis = Axis {
 
 /// Which kernel code is alive.
 pub static FEATURES: Axis = Axis {
-    key: "features",
-    head: "features",
     about: "Which kernel code is alive",
-    values: Values::Names(|| FeatureChoice::ALL.map(|of| (of.name(), of.about())).to_vec()),
     usual: "scene",
     none: "scene",
     shown: Shown::Words("", |value| format!("{value} features")),
-    useless: |_| None,
-    get: |cell| cell.features.name().into(),
-    set: |cell, name| found(FeatureChoice::ALL.into_iter().find(|of| of.name() == name), &mut cell.features),
+    ..chosen!(features: FeatureChoice)
 };
 
 /// Light paths of a frame; other keys for them: [`PATHS_SPELLINGS`].

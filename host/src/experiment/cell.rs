@@ -1,11 +1,11 @@
 //! Cells: the ways to render that an experiment holds against each other.
 
-use caustics_kernels::declare::{Caustics, Connections, Fireflies};
 use caustics_kernels::denoiser::Denoiser;
 use caustics_kernels::emission::Emission;
 use caustics_kernels::gather::variant::{self, Variant};
 use caustics_kernels::history::History;
 use caustics_kernels::interface::balance::MOST_PATHS;
+use caustics_kernels::interface::choice::{Caustics, Connections, Fireflies, Sampler};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::method::{Method, Parts};
 
@@ -28,6 +28,8 @@ pub struct Cell {
     pub caustics: Caustics,
     /// How camera paths find lights.
     pub connections: Connections,
+    /// Where the numbers of camera paths come from.
+    pub sampler: Sampler,
     /// What is done about rare bright samples of camera paths.
     pub fireflies: Fireflies,
     /// What the frame before lends.
@@ -90,7 +92,12 @@ pub enum FeatureChoice {
 
 impl FeatureChoice {
     /// Both.
-    pub const ALL: [FeatureChoice; 2] = [FeatureChoice::Scene, FeatureChoice::All];
+    pub const ALL: &[FeatureChoice] = &[FeatureChoice::Scene, FeatureChoice::All];
+
+    /// That of this name.
+    pub fn find(name: &str) -> Option<FeatureChoice> {
+        Self::ALL.iter().copied().find(|of| of.name() == name)
+    }
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
@@ -150,6 +157,7 @@ impl Cell {
             emission: self.emission,
             caustics: self.caustics,
             connections: self.connections,
+            sampler: self.sampler,
             fireflies: self.fireflies,
             history: self.history,
             denoiser: self.denoiser,

@@ -1,5 +1,6 @@
 //! What the axes say of a cell: what of it matters, what it is known by, its names, its row in results.
 
+use caustics_kernels::interface::choice::Sampler;
 use caustics_kernels::method::Method;
 use caustics_kernels::{denoiser, emission, history};
 
@@ -21,6 +22,7 @@ impl Cell {
             emission: &emission::GUIDED,
             caustics: Settings::default().caustics,
             connections: Settings::default().connections,
+            sampler: Sampler::Sobol,
             fireflies: Settings::default().fireflies,
             history: &history::NONE,
             denoiser: &denoiser::NONE,

@@ -39,6 +39,8 @@ pub fn view(scene: &Scene, camera: &str, settings: &Settings) -> String {
         emission: _,
         caustics,
         connections: _,
+        sampler: _,
+        batches: _,
         fireflies: _,
     } = settings;
     let viewpoint = scene.camera(Some(camera)).ok();

@@ -15,7 +15,7 @@ use glam::Vec3;
 use super::cell::{Cell, usual_gather};
 use super::identity::{self, pose};
 use super::plan::Plan;
-use crate::accumulation::Accumulation;
+use crate::accumulation::{Accumulation, BATCHES};
 use crate::hash::fnv1a;
 use crate::image::Channels;
 use crate::output::exr;
@@ -24,6 +24,7 @@ use crate::picture::Picture;
 use crate::scene::Scene;
 use crate::session::Session;
 use crate::settings::Settings;
+use caustics_kernels::interface::choice::Sampler;
 use caustics_kernels::method::progressive::PROGRESSIVE;
 use caustics_kernels::{denoiser, history};
 
@@ -71,6 +72,8 @@ impl<'a> References<'a> {
             seed: SEED,
             history: &history::NONE,
             denoiser: &denoiser::NONE,
+            sampler: Sampler::Sobol,
+            batches: BATCHES,
             exposure: 0.0,
             ..plan.settings.clone()
         };
@@ -156,7 +159,7 @@ impl<'a> References<'a> {
             usual_gather(runner),
             features,
         )?;
-        let mut sums = Accumulation::default();
+        let mut sums = Accumulation::in_batches(self.settings.batches);
         for frame in 0..self.frames {
             if stopped() {
                 return Ok(None);

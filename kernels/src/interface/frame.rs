@@ -3,6 +3,7 @@
 use crate::interface::caster::Casters;
 use crate::interface::counters::DepositState;
 use crate::interface::history::HistorySettings;
+use crate::interface::sequence::Sequence;
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::{Vec2, Vec3};
 
@@ -66,14 +67,16 @@ pub struct FrameParams {
     pub background: Vec3,
     /// Settings of the history.
     pub history: HistorySettings,
-    /// `CAUSTICS_*`.
+    /// Which light is the light paths': `Caustics`.
     pub caustics: u32,
-    /// `CONNECTIONS_*`.
+    /// How camera paths find lights: `Connections`.
     pub connections: u32,
     /// 1: something moved since the frame before, or there was none.
     pub moved: u32,
     /// Spheres around what casts caustics, where the emission aims at them.
     pub casters: Casters,
+    /// Where the numbers of camera paths stand in their sequences.
+    pub sequence: Sequence,
 }
 
 /// Where a dispatch stands in its pass: the push constants of every pass.
@@ -91,7 +94,7 @@ pub struct Dispatch {
 }
 
 const _: () = assert!(size_of::<Camera>() == 48);
-const _: () = assert!(size_of::<FrameParams>() == 464);
+const _: () = assert!(size_of::<FrameParams>() == 608);
 
 impl Dispatch {
     /// Invocations there are.
@@ -148,16 +151,6 @@ pub const INVOCATIONS_PER_ROW: u32 = 1 << 21;
 
 /// One light path in so many is of the pilot of a frame, where it has one.
 pub const PILOT: u32 = 8;
-
-/// `FrameParams::caustics`: light paths whose first surface is specular.
-pub const CAUSTICS_FIRST: u32 = 0;
-/// `FrameParams::caustics`: light paths of which any surface is specular.
-pub const CAUSTICS_ANY: u32 = 1;
-
-/// `FrameParams::connections`: all lights, or the best of some, up to the collection point.
-pub const CONNECTIONS_RESAMPLED: u32 = 0;
-/// `FrameParams::connections`: one light a vertex, by its power.
-pub const CONNECTIONS_POWER: u32 = 1;
 
 /// `FrameParams::filters`: rays through pixel centres.
 pub const PIXEL_FILTER_CENTRE: u32 = 0;

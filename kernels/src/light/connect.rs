@@ -6,11 +6,13 @@
 //! and takes the density of all candidates together, whether they are connected to or not: so what finds a light by scattering
 //! can say the same without knowing them.
 
+use crate::interface::choice::Connections;
 use crate::interface::features::Features;
-use crate::interface::frame::{CONNECTIONS_POWER, FrameParams};
+use crate::interface::frame::FrameParams;
 use crate::interface::light::Light;
 use crate::interface::scene::SceneTables;
 use crate::light::{choose, connect_to};
+use crate::math::mean;
 use spirv_std::glam::{Vec3, Vec4};
 
 /// A point on a light as a vertex sees it.
@@ -69,7 +71,7 @@ impl Candidates {
     /// Those of a vertex up to the collection point.
     #[inline(always)]
     pub fn of(params: &FrameParams) -> Candidates {
-        if params.connections == CONNECTIONS_POWER {
+        if params.connections == Connections::Power as u32 {
             Candidates::ONE
         } else if params.light_count <= FEW_LIGHTS {
             Candidates { connections: params.light_count, each: 1, is_all: true }
@@ -115,14 +117,56 @@ impl Candidates {
     }
 }
 
-/// Connects `position` to a light drawn by power.
-#[inline(always)]
-pub fn connect(
-    scene: SceneTables<'_>,
-    light_count: u32,
-    features: Features,
-    position: Vec3,
-    u: Vec4,
-) -> Connection {
-    Candidates::ONE.connect(0, scene, light_count, features, position, u)
+/// The largest number below one.
+const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+
+/// One of the candidates of a connection, drawn by the light that each would give unshadowed [Chao 1982, A general purpose unequal
+/// probability sampling plan].
+pub struct Reservoir {
+    /// The one that was drawn.
+    pub connection: Connection,
+    /// The light that it would give (W m^-2 sr^-1).
+    light: Vec3,
+    /// The mean of its channels, and that of all.
+    weight: f32,
+    weights: f32,
+    /// Uniform in [0, 1), whatever was chosen.
+    choice: f32,
+}
+
+impl Reservoir {
+    /// None yet; `choice` is uniform in [0, 1).
+    #[inline(always)]
+    pub fn new(position: Vec3, choice: f32) -> Self {
+        Reservoir {
+            connection: Connection::none(position),
+            light: Vec3::ZERO,
+            weight: 0.0,
+            weights: 0.0,
+            choice,
+        }
+    }
+
+    /// Takes a candidate, or passes it by.
+    #[inline(always)]
+    pub fn add(&mut self, connection: Connection, light: Vec3) {
+        let weight = mean(light);
+        if weight > 0.0 {
+            self.weights += weight;
+            let chance = weight / self.weights;
+            // The first is always taken, and what has no bounds, so that it is counted.
+            if self.choice < chance || weight == self.weights {
+                self.choice = (self.choice / chance).min(BELOW_ONE);
+                (self.connection, self.light, self.weight) = (connection, light, weight);
+            } else {
+                self.choice = ((self.choice - chance) / (1.0 - chance)).min(BELOW_ONE);
+            }
+        }
+    }
+
+    /// Its light over the chance that it was chosen.
+    #[inline(always)]
+    pub fn light(&self) -> Vec3 {
+        if self.weight == self.weights { self.light } else { self.light * (self.weights / self.weight) }
+    }
 }

@@ -38,16 +38,35 @@ impl Rng {
     /// Four independent numbers, uniform in [0, 1), multiples of 2^-24.
     #[inline]
     pub fn next4(&mut self) -> Vec4 {
-        let bits = pcg4d(UVec4::new(self.path, self.frame, self.dimension, self.key));
+        units(self.next_bits(self.frame))
+    }
+
+    /// The bits of the next four numbers, were this the frame.
+    #[inline]
+    pub fn next_bits(&mut self, frame: u32) -> UVec4 {
+        let bits = pcg4d(UVec4::new(self.path, frame, self.dimension, self.key));
         self.dimension += 1;
-        Vec4::new(unit(bits.x), unit(bits.y), unit(bits.z), unit(bits.w))
+        bits
+    }
+
+    /// How many times four numbers were drawn.
+    #[inline]
+    pub fn dimension(&self) -> u32 {
+        self.dimension
+    }
+
+    /// The frame that it was made for.
+    #[inline]
+    pub fn frame(&self) -> u32 {
+        self.frame
     }
 }
 
-/// Uniform in [0, 1) from 32 random bits.
+/// Uniform in [0, 1) from 32 random bits each.
 #[inline]
-fn unit(bits: u32) -> f32 {
-    (bits >> 8) as f32 * (1.0 / 16_777_216.0)
+pub fn units(bits: UVec4) -> Vec4 {
+    let unit = |bits: u32| (bits >> 8) as f32 * (1.0 / 16_777_216.0);
+    Vec4::new(unit(bits.x), unit(bits.y), unit(bits.z), unit(bits.w))
 }
 
 /// PCG4D: four words in, four well-mixed words out.

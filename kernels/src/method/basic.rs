@@ -1,7 +1,8 @@
 //! OurBasic: collect, shoot and gather, resolve, display. No light outlives its frame [Moreau and Doggett 2022].
 #![cfg(not(target_arch = "spirv"))]
 
-use crate::declare::{Step, TextureFilter};
+use crate::declare::Step;
+use crate::interface::choice::TextureFilter;
 use crate::interface::frame::FrameParams;
 use crate::method::frame::{self, frame_steps};
 use crate::method::{Method, Parts};

@@ -6,14 +6,16 @@
 //! leaks between surfaces whose distances from the eye agree within 1 %. Beyond that a pixel at a slant takes the depth of
 //! its plane, where its neighbours see that plane too.
 
-use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
-use crate::declare::{Step, TextureFilter};
+use crate::declare::Step;
+use crate::declare::pass;
 use crate::gather::accumulator::{self, Sum};
 use crate::gather::contribution::contribution;
 use crate::gather::score::{self, score};
 #[cfg(not(target_arch = "spirv"))]
 use crate::gather::variant::Over;
+#[cfg(not(target_arch = "spirv"))]
+use crate::interface::choice::TextureFilter;
 use crate::interface::features::Features;
 use crate::interface::frame::{Camera, Dispatch, FrameParams};
 use crate::interface::material::Material;

@@ -1,7 +1,8 @@
 //! What a method is.
 
-use crate::declare::{Denoiser, Emission, History, Step, TextureFilter, named};
+use crate::declare::{Denoiser, Emission, History, Step, named};
 use crate::gather::variant::Variant;
+use crate::interface::choice::TextureFilter;
 use crate::interface::frame::FrameParams;
 use crate::pass::{balance, weigh, widen};
 use crate::{denoiser, emission, history};

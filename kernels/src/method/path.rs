@@ -1,9 +1,11 @@
 //! `reference`: plain path tracing of everything, a sample a pixel. It is `collect` that follows specular lobes behind the
 //! collection point too, and so finds by chance what light paths and the gather find on purpose. Unbiased.
 
+#[cfg(not(target_arch = "spirv"))]
+use crate::declare::Step;
 use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
-use crate::declare::{Step, TextureFilter};
+use crate::interface::choice::TextureFilter;
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::scene::SceneTables;

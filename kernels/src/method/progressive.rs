@@ -9,7 +9,7 @@
 //! still blurred by the last radii, and halved within them at borders.
 #![cfg(not(target_arch = "spirv"))]
 
-use crate::declare::TextureFilter;
+use crate::interface::choice::TextureFilter;
 use crate::interface::frame::FrameParams;
 use crate::method::Method;
 use crate::method::basic::steps;

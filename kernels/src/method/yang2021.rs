@@ -7,11 +7,13 @@
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
-use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
-use crate::declare::{Step, TextureFilter};
+use crate::declare::Step;
+use crate::declare::pass;
 use crate::gather::accumulator::{self, Sum};
 use crate::gather::contribution::{contribution, is_same_surface};
+#[cfg(not(target_arch = "spirv"))]
+use crate::interface::choice::TextureFilter;
 use crate::interface::features::Features;
 use crate::interface::frame::{Dispatch, FrameParams};
 use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};

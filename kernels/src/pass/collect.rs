@@ -3,21 +3,23 @@
 
 use crate::declare::pass;
 use crate::interface::NONE;
+use crate::interface::choice::Caustics;
 use crate::interface::counters::Counter;
 use crate::interface::features::Features;
-use crate::interface::frame::{CAUSTICS_ANY, FrameParams, PIXEL_FILTER_BOX, TEXTURE_FILTER_FINEST};
+use crate::interface::frame::{FrameParams, PIXEL_FILTER_BOX, TEXTURE_FILTER_FINEST};
 use crate::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAGS_SCATTER_TEXTURE, Material};
 use crate::interface::packed::to_signed_shares;
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
 use crate::light::area::pdf_solid_angle;
-use crate::light::connect::{Candidates, Connection};
+use crate::light::connect::{Candidates, Connection, Reservoir};
 use crate::math::cone::RayCone;
+use crate::math::is_finite;
 use crate::math::offset;
 use crate::math::pencil::Pencil;
 use crate::math::rng::{Rng, Stream};
-use crate::math::{is_finite, mean};
+use crate::math::sampler::next4;
 use crate::seam::{Atomics, Slots};
 use crate::surface::class::Classes;
 use crate::surface::media::MediaStack;
@@ -65,7 +67,7 @@ impl Beyond {
     #[inline(always)]
     pub fn of(params: &FrameParams) -> Beyond {
         let mut follows = Classes::ALL;
-        if params.caustics == CAUSTICS_ANY {
+        if params.caustics == Caustics::Any as u32 {
             follows = Classes::NON_SPECULAR;
         }
         Beyond { follows, finds: Classes::NON_SPECULAR }
@@ -90,7 +92,7 @@ pub struct Collected {
 /// The camera ray through a pixel; draws from `rng` in any case, so that filters share all other numbers.
 #[inline(always)]
 pub fn camera_ray(params: &FrameParams, pixel: u32, rng: &mut Rng) -> Ray {
-    let u = rng.next4();
+    let u = next4(rng, &params.sequence);
     let (mut x, mut y) = (0.5, 0.5);
     if params.has_filter(PIXEL_FILTER_BOX) {
         (x, y) = (u.x, u.y);
@@ -239,27 +241,27 @@ pub fn follow<T: Tracer, C: Atomics>(
             params.specular_roughness,
             features,
         );
-        let u = rng.next4();
+        let u = next4(&mut rng, &params.sequence);
         let mut choice = 0.0;
         if candidates.each > 1 {
-            choice = rng.next4().x;
+            choice = next4(&mut rng, &params.sequence).x;
         }
         if scattering.bsdf.scatters() {
             let mut number = 0;
             while number < candidates.connections * candidates.each {
-                let mut chosen = Chosen::new(here.position, choice);
+                let mut reservoir = Reservoir::new(here.position, choice);
                 let end = number + candidates.each;
                 while number < end {
                     let candidate =
                         candidates.connect(number, scene, params.light_count, features, here.position, u);
-                    chosen.add(candidate, direct_light(&scattering, &candidate, finds, features));
+                    reservoir.add(candidate, direct_light(&scattering, &candidate, finds, features));
                     number += 1;
                 }
-                let direct = chosen.light();
+                let direct = reservoir.light();
                 if direct.max_element() > 0.0 {
                     shadow_rays += 1;
-                    let shadow = shadow_ray(&here, &chosen.connection);
-                    let media = scattering.media_towards(chosen.connection.to_light);
+                    let shadow = shadow_ray(&here, &reservoir.connection);
+                    let media = scattering.media_towards(reservoir.connection.to_light);
                     let left = unblocked(&shadow, media, features, scene, tracer);
                     if left.max_element() > 0.0 {
                         collected.radiance += throughput * direct * left;
@@ -273,7 +275,7 @@ pub fn follow<T: Tracer, C: Atomics>(
         }
 
         // Scatter; the first non-specular choice makes the collection point.
-        let u = rng.next4();
+        let u = next4(&mut rng, &params.sequence);
         if !scattering.bsdf.scatters() {
             break;
         }
@@ -350,56 +352,6 @@ pub fn follow<T: Tracer, C: Atomics>(
         counters.add(Counter::UnexpectedFaces as u32, unexpected);
     }
     collected
-}
-
-/// The largest number below one.
-const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
-
-/// One of some candidates, drawn by the light that each would give unshadowed.
-struct Chosen {
-    connection: Connection,
-    /// The light that it would give (W m^-2 sr^-1).
-    light: Vec3,
-    /// The mean of its channels, and that of all.
-    weight: f32,
-    weights: f32,
-    /// Uniform in [0, 1), whatever was chosen.
-    choice: f32,
-}
-
-impl Chosen {
-    #[inline(always)]
-    fn new(position: Vec3, choice: f32) -> Self {
-        Chosen {
-            connection: Connection::none(position),
-            light: Vec3::ZERO,
-            weight: 0.0,
-            weights: 0.0,
-            choice,
-        }
-    }
-
-    #[inline(always)]
-    fn add(&mut self, connection: Connection, light: Vec3) {
-        let weight = mean(light);
-        if weight > 0.0 {
-            self.weights += weight;
-            let chance = weight / self.weights;
-            // The first is always taken, and what has no bounds, so that it is counted.
-            if self.choice < chance || weight == self.weights {
-                self.choice = (self.choice / chance).min(BELOW_ONE);
-                (self.connection, self.light, self.weight) = (connection, light, weight);
-            } else {
-                self.choice = ((self.choice - chance) / (1.0 - chance)).min(BELOW_ONE);
-            }
-        }
-    }
-
-    /// Its light over the chance that it was chosen.
-    #[inline(always)]
-    fn light(&self) -> Vec3 {
-        if self.weight == self.weights { self.light } else { self.light * (self.weights / self.weight) }
-    }
 }
 
 /// Whether the vertex's side of the triangle emits.

@@ -1,12 +1,13 @@
 //! `shoot.*`: traces light sub-paths. Every hit after at least one specular event deposits its flux; that event is the first,
-//! or with `CAUSTICS_ANY` any. An emission declares the pass by `shoot_pass`.
+//! or with `Caustics::Any` any. An emission declares the pass by `shoot_pass`.
 
 pub mod ledger;
 pub mod receive;
 
+use crate::interface::choice::Caustics;
 use crate::interface::counters::Counter;
 use crate::interface::features::Features;
-use crate::interface::frame::{CAUSTICS_ANY, FrameParams};
+use crate::interface::frame::FrameParams;
 use crate::interface::material::FLAGS_SCATTER_TEXTURE;
 use crate::interface::point::{DepositGeometry, DepositLight};
 use crate::interface::scene::SceneTables;
@@ -149,7 +150,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
             ledger.pass(before, flux);
         }
         let mut followed = Classes::ALL;
-        if hit_count == 1 && params.caustics != CAUSTICS_ANY {
+        if hit_count == 1 && params.caustics != Caustics::Any as u32 {
             followed = Classes::SPECULAR;
         }
         let scattering = ScatteringVertex::new(

@@ -8,7 +8,7 @@ use crate::interface::frame::FrameParams;
 use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
 use crate::interface::step::{EmitStep, SampleStep, ScatterIn, ScatterOut};
-use crate::light::connect::connect;
+use crate::light::connect::Candidates;
 use crate::light::emit::Emit;
 use crate::light::power::ByPower;
 use crate::math::rng::{Rng, Stream};
@@ -132,7 +132,8 @@ pub fn emit<E: Emit>(
 ) -> EmitStep {
     let mut rng = Rng::new(Stream::Light, params.seed, index, params.frame);
     let leaving = emit.sample(&mut rng);
-    let connection = connect(scene, params.light_count, features, Vec3::ZERO, rng.next4());
+    let u = rng.next4();
+    let connection = Candidates::ONE.connect(0, scene, params.light_count, features, Vec3::ZERO, u);
     EmitStep {
         ray: leaving.ray,
         flux: leaving.flux,

@@ -6,6 +6,7 @@ mod paths;
 mod steps;
 
 use caustics::settings::Settings;
+use caustics_kernels::interface::choice::Sampler;
 use caustics_tests::gpu::gpu;
 use caustics_tests::lobes;
 use caustics_tests::table::Table;
@@ -13,7 +14,14 @@ use caustics_tests::twin::{Twin, load};
 
 /// A small view whose points are large enough to take thousands of deposits.
 fn settings() -> Settings {
-    Settings { width: 160, height: 90, light_paths: 131_072, radius_px: 3.0, ..Settings::default() }
+    Settings {
+        width: 160,
+        height: 90,
+        light_paths: 131_072,
+        radius_px: 3.0,
+        sampler: Sampler::Sobol,
+        ..Settings::default()
+    }
 }
 
 #[test]

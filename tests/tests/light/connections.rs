@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
-use caustics_kernels::declare::Connections;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::interface::choice::Connections;
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_kernels::method::path::PATH;
 use caustics_tests::blocks::Blocks;
@@ -46,7 +46,8 @@ fn every_way_finds_the_same_light() {
         ("many", all.build(), 1200),
         ("sky", sky.build(), 400),
     ] {
-        let [resampled, power] = Connections::ALL.map(|way| blocks(&scene, way, frames));
+        let [resampled, power] =
+            [Connections::Resampled, Connections::Power].map(|way| blocks(&scene, way, frames));
         let scores = resampled.scores(&power);
         println!("{name}: {scores:?}");
         assert!(scores.ratio_error < 0.01, "the test is too blunt");
@@ -111,7 +112,7 @@ fn of_a_thousand_emitters_near_ones_are_found() {
     }
     b.camera(DVec3::new(0.0, 0.35, 1.0), DVec3::ZERO, 0.6);
     let scene = b.build();
-    let [resampled, power] = Connections::ALL.map(|way| blocks(&scene, way, 200));
+    let [resampled, power] = [Connections::Resampled, Connections::Power].map(|way| blocks(&scene, way, 200));
     let scores = resampled.scores(&power);
     let variance = |of: &Blocks| (0..48).map(|block| of.block(block).error.powi(2)).sum::<f64>();
     let ratio = variance(&resampled) / variance(&power);

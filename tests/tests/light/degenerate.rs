@@ -9,7 +9,7 @@ use caustics::counters::Counters;
 use caustics::picture::Picture;
 use caustics::scene::{LightShape, PunctualLight, Scene, SceneError, SceneParts};
 use caustics::settings::Settings;
-use caustics_kernels::declare::Caustics;
+use caustics_kernels::interface::choice::Caustics;
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};

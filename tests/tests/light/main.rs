@@ -7,6 +7,7 @@ mod energy;
 mod invariances;
 mod known_answers;
 mod modes;
+mod samplers;
 mod split;
 mod starving;
 mod truth;

@@ -3,8 +3,8 @@
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
-use caustics_kernels::declare::Fireflies;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::interface::choice::Fireflies;
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::progressive::PROGRESSIVE;
 use caustics_kernels::method::{Method, Parts};
@@ -72,7 +72,7 @@ fn bounds_take_variance_and_little_light() {
         [("mirror-room", 0.7, 0.02), ("glossy-room", 0.7, 0.02), ("cornell-box", 1.0, 0.01)]
     {
         let scene = committed(name);
-        let [kept, bounded] = Fireflies::ALL.map(|way| {
+        let [kept, bounded] = [Fireflies::Kept, Fireflies::Bounded].map(|way| {
             let frames: Vec<Vec<Vec3>> = (0..24).map(|seed| layer(&scene, way, seed)).collect();
             let value = |frame: &[Vec3], pixel: usize| f64::from(frame[pixel].element_sum());
             let mean = |pixel| frames.iter().map(|frame| value(frame, pixel)).sum::<f64>() / 24.0;
@@ -101,7 +101,7 @@ fn what_is_steady_and_what_converges_stay() {
     b.panel(lamp, DVec3::new(-0.6, 0.8, 0.0), -0.03 * DVec3::X, 0.03 * DVec3::Y);
     b.camera(DVec3::new(0.0, 1.0, 2.0), DVec3::new(0.0, 0.7, 0.0), 0.8);
     let scene = b.build();
-    let [kept, bounded] = Fireflies::ALL.map(|way| layer(&scene, way, 1));
+    let [kept, bounded] = [Fireflies::Kept, Fireflies::Bounded].map(|way| layer(&scene, way, 1));
     let bright: Vec<usize> = (0..kept.len()).filter(|pixel| kept[*pixel].x > 400.0).collect();
     let columns = || bright.iter().map(|pixel| pixel % SIZE.0);
     // In two places.

@@ -11,8 +11,8 @@ use caustics::experiment::cell::Cell;
 use caustics::output::target::TargetError;
 use caustics::scene::{self, Scene};
 use caustics::settings::Settings;
-use caustics_kernels::declare::TextureFilter;
 use caustics_kernels::history;
+use caustics_kernels::interface::choice::TextureFilter;
 use caustics_kernels::method::Method;
 
 use super::pattern::Pattern;
@@ -134,6 +134,8 @@ impl Plan {
             emission,
             caustics,
             connections,
+            sampler,
+            batches,
             fireflies,
             ..
         } = &self.settings;
@@ -156,6 +158,8 @@ impl Plan {
             ("emission", emission.name.to_string()),
             ("caustics", caustics.name().to_string()),
             ("connections", connections.name().to_string()),
+            ("sampler", sampler.name().to_string()),
+            ("batches", batches.to_string()),
             ("fireflies", fireflies.name().to_string()),
             ("fps", self.fps.to_string()),
             ("first_frame", first),

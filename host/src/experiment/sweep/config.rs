@@ -1,6 +1,6 @@
 //! The file of a sweep: TOML. An error names the line and shows the key.
 
-use caustics_kernels::declare::TextureFilter;
+use caustics_kernels::interface::choice::TextureFilter;
 use serde::Deserialize;
 use toml::Spanned;
 

@@ -1,6 +1,6 @@
 //! Values of a sweep's file, each of which knows what it may be.
 
-use caustics_kernels::declare::TextureFilter;
+use caustics_kernels::interface::choice::TextureFilter;
 use serde::de::Error;
 use serde::{Deserialize, Deserializer};
 
@@ -34,8 +34,8 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for NonEmpty<T> {
 impl<'de> Deserialize<'de> for Filter {
     fn deserialize<D: Deserializer<'de>>(text: D) -> Result<Self, D::Error> {
         let name = String::deserialize(text)?;
-        let found = TextureFilter::ALL.into_iter().find(|known| known.name() == name);
-        let names = || TextureFilter::ALL.map(TextureFilter::name).join(", ");
+        let found = TextureFilter::find(&name);
+        let names = || TextureFilter::ALL.iter().map(|known| known.name()).collect::<Vec<_>>().join(", ");
         found.map(Filter).ok_or_else(|| {
             D::Error::custom(format!("no texture filter is called {name}; known are {}", names()))
         })

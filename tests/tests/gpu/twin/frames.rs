@@ -3,9 +3,9 @@
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
-use caustics_kernels::declare::Caustics;
 use caustics_kernels::gather::accumulator::WORDS;
 use caustics_kernels::gather::variant::{self, Variant};
+use caustics_kernels::interface::choice::Caustics;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::method::Parts;
 use caustics_kernels::method::basic;

@@ -3,7 +3,7 @@
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::light::area::pdf_solid_angle;
-use caustics_kernels::light::connect::connect;
+use caustics_kernels::light::connect::Candidates;
 use caustics_kernels::light::emit::Emit;
 use caustics_kernels::math::PI;
 use caustics_kernels::math::rng::{Rng, Stream};
@@ -40,7 +40,7 @@ fn connections_follow_their_density() {
     let (mut to_points, mut bad) = (0, 0);
     for path in 0..SAMPLES {
         let u = Rng::new(Stream::Camera, 10, path, 0).next4();
-        let c = connect(world.tables(), lights, world.features, Vec3::ZERO, u);
+        let c = Candidates::ONE.connect(0, world.tables(), lights, world.features, Vec3::ZERO, u);
         if c.radiance_over_pdf == Vec3::ZERO {
             continue; // the dark side of a lamp
         }

@@ -5,7 +5,7 @@ use caustics::scene::texture::Role;
 use caustics::settings::Settings;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::texture::MaterialTextures;
-use caustics_kernels::light::connect::connect;
+use caustics_kernels::light::connect::Candidates;
 use caustics_kernels::light::emit::Emit;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_tests::direct::*;
@@ -97,8 +97,14 @@ fn connections_and_light_paths_agree() {
             .map(|path| {
                 let mut rng = Rng::new(Stream::Camera, 6, path, 0);
                 let place = low + (high - low) * rng.next4().truncate();
-                let connection =
-                    connect(scene.tables(), scene.lights.len() as u32, features, place, rng.next4());
+                let connection = Candidates::ONE.connect(
+                    0,
+                    scene.tables(),
+                    scene.lights.len() as u32,
+                    features,
+                    place,
+                    rng.next4(),
+                );
                 f64::from(connection.radiance_over_pdf.x * connection.to_light.y.max(0.0))
             })
             .collect();

@@ -3,7 +3,7 @@
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
 use caustics::settings::Settings;
-use caustics_kernels::declare::Caustics;
+use caustics_kernels::interface::choice::Caustics;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::texture::MaterialTextures;

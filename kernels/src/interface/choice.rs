@@ -1,0 +1,87 @@
+//! Choices between a few ways that are no files of their own: their values as kernels compare them, and as users name them.
+
+/// A choice: its values, with their names and what they are.
+macro_rules! choice {
+    (
+        $(#[$about:meta])* $choice:ident
+        $($(#[$of_value:meta])* $value:ident $name:literal $says:literal)*
+    ) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[repr(u32)]
+        pub enum $choice {
+            $($(#[$of_value])* $value,)*
+        }
+
+        #[cfg(not(target_arch = "spirv"))]
+        impl $choice {
+            /// Every value.
+            pub const ALL: &[$choice] = &[$($choice::$value),*];
+
+            /// Its name on the command line.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $($choice::$value => $name,)*
+                }
+            }
+
+            /// What it is, in one line.
+            pub fn about(self) -> &'static str {
+                match self {
+                    $($choice::$value => $says,)*
+                }
+            }
+
+            /// The value of this name.
+            pub fn find(name: &str) -> Option<$choice> {
+                Self::ALL.iter().copied().find(|value| value.name() == name)
+            }
+        }
+    };
+}
+
+choice! {
+    /// Which light is a caustic, and so the light paths'; all other is found from the camera.
+    Caustics
+    /// What meets a specular lobe first. Light of diffuse surfaces that meets one later is found by connections to those
+    /// surfaces, with far less noise, unless what is lit first is small and bright.
+    First "first" "light whose first surface is specular; the camera finds the rest"
+    /// What meets a specular lobe anywhere, as published [Moreau and Doggett 2022].
+    Any "any" "light that met anything specular before its collection point, as published"
+}
+
+choice! {
+    /// How camera paths find lights at their first vertices, up to the collection point.
+    Connections
+    /// All lights where they are few, else the best of some.
+    Resampled "resampled" "all of up to four lights, else one of eight candidates by what they would give"
+    /// One light a vertex, drawn by its power, as published.
+    Power "power" "one light, drawn by its power"
+}
+
+choice! {
+    /// Where the random numbers of camera paths come from.
+    Sampler
+    /// Every number is independent of all others.
+    Independent "independent" "every number by itself"
+    /// A pixel's frames take turns in low-discrepancy sequences: the more they are, the more evenly they fill.
+    Sobol "sobol" "a pixel's frames spread evenly, by Owen-scrambled Sobol sequences"
+}
+
+choice! {
+    /// What is done about rare bright samples of camera paths.
+    Fireflies
+    /// Nothing: frames are right in the mean.
+    Kept "kept" "nothing: frames are right in the mean"
+    /// They are bounded by the pixels around, and their energy is lost.
+    Bounded "bounded" "at most eight times the mean around, which loses one or two hundredths of the light"
+}
+
+choice! {
+    /// Which level of its textures a camera prefix sees; every other path sees the finest.
+    TextureFilter
+    /// That of the pixel's ray cone: one ray a pixel does not flicker, and materials are not what they are close by.
+    Cone "cone" "that of the pixel's ray cone"
+    /// The finest: rays over the whole pixel must average it, and then its picture is right.
+    Finest "finest" "the finest, always"
+}

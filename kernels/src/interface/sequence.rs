@@ -1,0 +1,23 @@
+//! Where the numbers of a frame stand in low-discrepancy sequences.
+
+use bytemuck::{Pod, Zeroable};
+use spirv_std::glam::UVec4;
+
+/// Groups of four numbers of a path that come from sequences; later ones are independent.
+pub const SEQUENCE_GROUPS: usize = 8;
+
+/// A point of each group's sequence: the same in all pixels, each of which scrambles them by itself.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Sequence {
+    /// Four coordinates of each point, the first binary digit in the lowest bit.
+    pub points: [UVec4; SEQUENCE_GROUPS],
+    /// Groups that there are: none where all numbers are independent.
+    pub groups: u32,
+    /// Which of the sequences that frames take in turns.
+    pub batch: u32,
+    /// Zero.
+    pub padding: [u32; 2],
+}
+
+const _: () = assert!(size_of::<Sequence>() == 16 * SEQUENCE_GROUPS + 16);

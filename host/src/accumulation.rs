@@ -36,6 +36,7 @@ pub struct Shape {
     /// Whether the pictures have caustics and the other layers of a gather.
     pub gathers: bool,
     /// Batches that frames take turns in, independent of each other; 0: every frame is independent.
+    #[serde(default)]
     pub batches: u32,
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use caustics::exposure::Exposure;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use thiserror::Error;
@@ -10,6 +11,7 @@ mod animate;
 mod axes;
 mod bench;
 mod compare;
+mod preset;
 mod report;
 mod sweep;
 
@@ -17,6 +19,7 @@ pub use animate::Animate;
 pub use axes::{Averaged, AxisOptions, PathTraced};
 pub use bench::{Bench, Quantity};
 pub use compare::{Compare, Limit};
+pub use preset::Preset;
 pub use report::Report;
 pub use sweep::Sweep;
 
@@ -29,7 +32,7 @@ pub struct Usage(pub String);
 #[derive(Debug, Parser)]
 #[command(version, propagate_version = true)]
 #[command(before_help = "Examples:
-  caustics render mirror-room -o room.exr --png room.png
+  caustics render still-life -o picture.exr --png picture.png
   caustics render mirror-room -o room.exr --runner gpu --gather points-rt --json")]
 pub struct Cli {
     /// What to do.
@@ -129,9 +132,9 @@ pub struct View {
     /// Name of the camera (default: the first)
     #[arg(long)]
     pub camera: Option<String>,
-    /// Exposure of the PNG (stops)
-    #[arg(long, default_value_t = 0.0)]
-    pub exposure: f32,
+    /// Exposure of the PNG (stops, or auto for what suits the picture)
+    #[arg(long, default_value = "auto")]
+    pub exposure: Exposure,
     /// Radiance behind everything, as R,G,B; it is seen and lights nothing [default: what the scene says, else 0,0,0]
     #[arg(long)]
     pub background: Option<String>,
@@ -175,8 +178,8 @@ pub struct Common {
 #[derive(Args, Debug)]
 #[command(allow_negative_numbers = true)]
 #[command(before_help = "Examples:
-  caustics render mirror-room -o room.exr --png room.png
-  caustics render path/to/scene.glb -o out.exr --frames 64 --width 1920 --height 1080
+  caustics render still-life -o picture.exr --png picture.png
+  caustics render path/to/scene.glb -o out.exr --preset final --width 1920 --height 1080
   caustics render mirror-room -o truth.exr --method progressive --frames 1000 --pixel-filter box")]
 pub struct Render {
     /// What every command that renders has.
@@ -188,9 +191,12 @@ pub struct Render {
     /// How to render.
     #[command(flatten)]
     pub axes: AxisOptions<Averaged>,
-    /// Independent frames to average
-    #[arg(long, default_value_t = 1)]
-    pub frames: u32,
+    /// All that no other option says [default: preview where none says how to render, else frame]
+    #[arg(long, value_enum)]
+    pub preset: Option<Preset>,
+    /// Frames to average [default: what the preset says]
+    #[arg(long)]
+    pub frames: Option<u32>,
 }
 
 /// Options of `reference`.

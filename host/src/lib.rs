@@ -33,6 +33,7 @@ pub mod checkpoint;
 pub mod counters;
 pub mod energy;
 pub mod experiment;
+pub mod exposure;
 pub mod file;
 mod frame_memory;
 #[doc(hidden)]

@@ -343,6 +343,12 @@ impl Session {
         Ok(Energy::from_words(&words, self.params.quantum))
     }
 
+    /// Sets the exposure of [`Session::display`] (stops).
+    pub fn expose(&mut self, stops: f32) {
+        self.settings.exposure = stops;
+        self.params.exposure = stops.exp2();
+    }
+
     /// Tone-maps a picture (a mean of frames, say) with the exposure of the settings: display colours from 0 to 1, row by row.
     pub fn display(&mut self, picture: &Picture) -> Result<Vec<Vec3>, SessionError> {
         self.runner.write("path_radiance", cast_slice(&picture.path))?;

@@ -41,6 +41,7 @@ pub struct Document {
     materials: Vec<Value>,
     meshes: Vec<Value>,
     cameras: Vec<Value>,
+    lights: Vec<Value>,
     nodes: Vec<Value>,
     images: Vec<Value>,
     /// Nodes that stand below another.
@@ -185,6 +186,34 @@ impl Document {
         Node(self.nodes.len() - 1)
     }
 
+    /// Adds a spot light that shines from `place` at `target`: its colour times its intensity on the axis (W sr^-1), the angles
+    /// between the axis and where it begins to fade and is dark (rad).
+    pub fn spot(
+        &mut self,
+        name: &str,
+        place: DVec3,
+        target: DVec3,
+        color: [f64; 3],
+        intensity: f64,
+        cone: [f64; 2],
+    ) -> Node {
+        self.extensions.push("KHR_lights_punctual".into());
+        self.nodes.push(json!({
+            "extensions": { "KHR_lights_punctual": { "light": self.lights.len() } },
+            "name": name,
+            "rotation": looking(place, target).as_quat().to_array(),
+            "translation": place.to_array(),
+        }));
+        self.lights.push(json!({
+            "color": color,
+            "intensity": intensity,
+            "name": name,
+            "spot": { "innerConeAngle": cone[0], "outerConeAngle": cone[1] },
+            "type": "spot",
+        }));
+        Node(self.nodes.len() - 1)
+    }
+
     fn view(&mut self, bytes: &[u8], target: u32) -> usize {
         let view = self.plain_view(bytes);
         self.views[view]["target"] = target.into();
@@ -261,6 +290,9 @@ impl Document {
         });
         if !self.channels.is_empty() {
             document["animations"] = json!([{ "channels": self.channels, "samplers": self.samplers }]);
+        }
+        if !self.lights.is_empty() {
+            document["extensions"] = json!({ "KHR_lights_punctual": { "lights": self.lights } });
         }
         if !self.images.is_empty() {
             let textures = (0..self.images.len()).map(|image| json!({ "source": image }));

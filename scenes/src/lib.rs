@@ -20,6 +20,7 @@ mod moving;
 mod picture;
 mod ring;
 mod room;
+mod still_life;
 mod textured;
 mod uplight;
 mod walls;
@@ -27,7 +28,8 @@ mod walls;
 use cornell::Detail;
 
 /// Names of the scenes.
-pub const NAMES: [&str; 14] = [
+pub const NAMES: [&str; 15] = [
+    "still-life",
     "mirror-room",
     "glossy-room",
     "ring",
@@ -55,6 +57,9 @@ pub fn description(name: &str) -> Option<&'static str> {
     Some(match name {
         "mirror-room" => {
             "A glass ball and a metal ring behind a screen: their caustics are seen only in a wall mirror."
+        }
+        "still-life" => {
+            "Coloured glass and brass: caustics seen in a mirror and through a pane, in warm and cool light."
         }
         "glossy-room" => "mirror-room with a mirror of roughness 0.15.",
         "uplight" => "A lamp lights a spot of the ceiling, which a glass ball gathers on the floor.",
@@ -110,6 +115,11 @@ fn files(name: &str) -> Option<Vec<(&'static str, Vec<u8>)>> {
         "cornell-10k" => (cornell::build(Detail::of(10_000)), CORNELL_CUT),
         "cornell-100k" => (cornell::build(Detail::of(100_000)), CORNELL_CUT),
         "cornell-1m" => (cornell::build(Detail::of(1_000_000)), CORNELL_CUT),
+        "still-life" => {
+            let (document, pictures) = still_life::build();
+            images = pictures;
+            (document, include_str!("notes/still-life.md"))
+        }
         "textured-room" => {
             let (document, pictures) = textured::build();
             images = pictures;

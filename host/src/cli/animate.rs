@@ -16,7 +16,7 @@ use super::bench::frames;
   caustics animate moving-caster -o frames/caster-####.exr --history none --frames 0..24 --fps 24")]
 #[command(mut_arg("history", |arg| arg.help("What the frame before lends to collection points [default: validated with --method basic, else none]")))]
 #[command(mut_arg("output", |arg| arg.help("The EXR files to write; a run of # is the frame's number: frames/####.exr")))]
-#[command(mut_arg("exposure", |arg| arg.help("Exposure of the PNGs (stops)")))]
+#[command(mut_arg("exposure", |arg| arg.help("Exposure of the PNGs (stops, or auto for what suits the first frame)")))]
 #[command(mut_arg("checkpoint_every", |arg| arg.help("Time between writes of what a history keeps (s)")))]
 #[command(mut_arg("force", |arg| arg.help("Remove the frames that are there and render all anew")))]
 #[command(mut_arg("png", |arg| arg.long("png-file").hide(true)), mut_arg("resume", |arg| arg.hide(true)))]

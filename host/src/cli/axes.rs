@@ -2,7 +2,9 @@
 
 use std::marker::PhantomData;
 
-use caustics::experiment::axis::{self, AUTO, AXES, Axis, PATHS_PER_PIXEL, Values, spelled};
+use caustics::experiment::axis::{
+    self, AUTO, AXES, Axis, FEATURES, MAX_BOUNCES, PATHS_PER_PIXEL, RUNNER, Values, spelled,
+};
 use caustics::experiment::cell::Cell;
 use caustics::experiment::sweep::matrix_table::MatrixTable;
 use caustics_kernels::method::basic::BASIC;
@@ -128,12 +130,23 @@ impl<C: Axes> AxisOptions<C> {
         self.given.iter().any(|(_, of, _)| *of == axis)
     }
 
+    /// Whether anything was said of how to render, but for where and how far.
+    pub fn says_how(&self) -> bool {
+        self.given.iter().any(|(_, axis, _)| ![&RUNNER, &FEATURES, &MAX_BOUNCES].contains(axis))
+    }
+
     /// The one way to render, its runner still by its name. What its method has no use for is refused: names but the
     /// one that stands for none, and `auto` where it is not usual.
     pub fn cell(&self) -> Result<Cell, Usage> {
+        self.cell_of(&[])
+    }
+
+    /// The same with other values where none was given.
+    pub fn cell_of(&self, usual: &[(&Axis, &str)]) -> Result<Cell, Usage> {
         let mut cell = Cell::of(&BASIC);
-        for axis in AXES {
-            axis.set(&mut cell, axis.usual).map_err(Usage)?;
+        let values = AXES.into_iter().map(|axis| (axis, axis.usual)).chain(usual.iter().copied());
+        for (axis, value) in values {
+            axis.set(&mut cell, value).map_err(Usage)?;
         }
         for (key, _, values) in &self.given {
             let Some((axis, value)) = values.last().and_then(|value| spelled(key, value)) else { continue };

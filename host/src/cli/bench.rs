@@ -15,7 +15,7 @@ use super::{Machine, View};
   caustics bench mirror-room --gather photons-grid,brute --light-paths 65536 --width 480 --height 270
   caustics bench animated-light --history none,validated --frames 0..12 --width 1920 --height 1080 -o time
   caustics bench animated-light --history none,paper,validated --measure error --frames 0..48 --width 240 --height 135 -o error")]
-#[command(mut_arg("exposure", |arg| arg.help("Exposure of the display that FLIP looks at, and of PNGs (stops)")))]
+#[command(mut_arg("exposure", |arg| arg.default_value("0").help("Exposure of the display that FLIP looks at, and of PNGs (stops)")))]
 #[command(mut_arg("pixel_filter", |arg| arg.help("Where in a pixel its rays go [default: centre]")))]
 #[command(mut_arg("texture_filter", |arg| arg.help("Which level of its textures the camera sees, in all cells and the references alike [default: cone]")))]
 #[command(mut_arg("seed", |arg| arg.help("First seed of all random numbers")))]

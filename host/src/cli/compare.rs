@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use caustics::exposure::Exposure;
 use caustics::metric::METRICS;
 use caustics::metric::comparison::Metric;
 use caustics::metric::flip::PIXELS_PER_DEGREE;
@@ -31,9 +32,9 @@ pub struct Compare {
     /// Exit with 3 if a metric is above a value or has none; may be given several times
     #[arg(long, value_name = "METRIC=VALUE", value_parser = limit)]
     pub fail_above: Vec<Limit>,
-    /// Exposure of EXR files for flip_ldr (stops)
-    #[arg(long, default_value_t = 0.0)]
-    pub exposure: f64,
+    /// Exposure of EXR files for flip_ldr (stops, or auto for what suits the reference)
+    #[arg(long, default_value = "auto")]
+    pub exposure: Exposure,
     /// Pixels per degree of visual angle for FLIP
     #[arg(long, default_value_t = PIXELS_PER_DEGREE)]
     pub pixels_per_degree: f64,

@@ -8,6 +8,7 @@ use caustics::experiment::store::{Results, create};
 use caustics::experiment::sweep::config::{self, Config, ErrorTable, TimeTable};
 use caustics::experiment::sweep::value::{Count, Filter, Positive, Side};
 use caustics::experiment::table::table;
+use caustics::exposure::Exposure;
 use toml::Spanned;
 
 use super::options::{check_size, color, texture_filter};
@@ -63,12 +64,17 @@ fn config(options: &Bench) -> anyhow::Result<Config> {
     if !options.axes.has(&PATHS_PER_PIXEL) {
         matrix.add("light_paths", PATHS_PER_PIXEL.usual).map_err(Usage)?;
     }
+    let Exposure::Stops(exposure) = view.exposure else {
+        return Err(
+            Usage("--exposure auto: bench measures many pictures; give one number of stops".into()).into()
+        );
+    };
     let (width, height, count) = (Side(view.width), Side(view.height), Count(frames.len() as u32));
     let config = Config {
         fps: Positive(options.fps),
         first_frame: frames.start,
         seed: view.seed,
-        exposure: view.exposure,
+        exposure,
         texture_filter: Filter(texture_filter(view.texture_filter.unwrap_or(TextureFilter::Cone))),
         specular_roughness: view.specular_roughness,
         pixel_filter: match view.pixel_filter {

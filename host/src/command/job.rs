@@ -156,8 +156,10 @@ impl Job {
         // All that can fail comes before the first file is in its place.
         let variance = sums.variance().map(|variance| (variance, sums.frames()));
         let exr = exr::encode(&picture, variance, &attributes)?;
+        let stops = options.view.exposure.stops(picture.beauty().iter().map(|color| color.as_dvec3()));
         let png = match png_target {
             Some(target) => {
+                session.expose(stops);
                 let colors = session.display(&picture)?;
                 Some((target, png::encode(settings.width, settings.height, &colors)?))
             }
@@ -185,6 +187,7 @@ impl Job {
                 "radius_px": settings.radius_px, "widens": settings.widens,
                 "specular_roughness": settings.specular_roughness,
                 "texture_filter": settings.texture_filter.map(TextureFilter::name),
+                "exposure": stops,
                 "seed": settings.seed, "features": feature_names(features), "triangles": scene.triangles.len(),
                 "commit": env!("CAUSTICS_COMMIT"), "kernels": kernels::SOURCES,
                 "frame_ms": report.frame_ms(), "pass_ms": report.pass_ms(), "rates": rates,

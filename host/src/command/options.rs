@@ -27,9 +27,6 @@ pub fn settings(options: &View, cell: &Cell, frames: u32) -> Result<Settings, Us
     if !(0.0..=1.0).contains(&options.specular_roughness) {
         return Err(Usage(format!("--specular-roughness {}: give 0 to 1", options.specular_roughness)));
     }
-    if !(-64.0..=64.0).contains(&options.exposure) {
-        return Err(Usage(format!("--exposure {}: give -64 to 64 stops", options.exposure)));
-    }
     let background = options.background.as_deref().map(color).transpose()?;
     Ok(cell.settings(&Settings {
         width,
@@ -44,7 +41,6 @@ pub fn settings(options: &View, cell: &Cell, frames: u32) -> Result<Settings, Us
             None => PIXEL_FILTER_CENTRE,
         },
         texture_filter: options.texture_filter.map(texture_filter),
-        exposure: options.exposure,
         background,
         ..Settings::default()
     }))

@@ -5,13 +5,18 @@ use std::process::ExitCode;
 use super::job::Job;
 use super::options::settings;
 use super::stop::Stop;
-use crate::cli::Render;
+use crate::cli::{Preset, Render};
 
 /// Averages frames of a method.
 pub fn run(options: Render) -> anyhow::Result<ExitCode> {
-    let Render { common, axes, time, frames } = options;
-    let cell = axes.cell()?;
-    let settings = settings(&common.view, &cell, frames)?;
-    let stop = Stop { frames: Some(frames), ..Stop::default() };
+    let Render { common, axes, time, preset, frames } = options;
+    let says_how = frames.is_some() || axes.says_how();
+    let preset = preset.unwrap_or(if says_how { Preset::Frame } else { Preset::Preview });
+    let cell = axes.cell_of(&preset.values())?;
+    let most = frames.unwrap_or(preset.frames());
+    let settings = settings(&common.view, &cell, most)?;
+    // A number of frames is a number of frames.
+    let relative_error = preset.relative_error().filter(|_| frames.is_none());
+    let stop = Stop { frames: Some(most), relative_error, ..Stop::default() };
     Job { common, settings, cell, time, stop }.run()
 }

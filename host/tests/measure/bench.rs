@@ -235,8 +235,17 @@ fn errors_are_those_of_compare() {
         assert_eq!(code, 0, "{stderr}");
     }
     let measured = |layer: &str, name: &str| {
-        let (code, stdout, stderr) =
-            desk.run(&["compare", "7.exr", "8.exr", reference, "--layer", layer, "--json"]);
+        let (code, stdout, stderr) = desk.run(&[
+            "compare",
+            "7.exr",
+            "8.exr",
+            reference,
+            "--layer",
+            layer,
+            "--exposure",
+            "0",
+            "--json",
+        ]);
         assert_eq!(code, 0, "{stderr}");
         serde_json::from_str::<Value>(&stdout).unwrap()["metrics"][name].as_f64().unwrap()
     };
@@ -271,10 +280,13 @@ fn shown_change(seeds: &[u32]) -> f64 {
     use caustics::metric::pixels::Pixels;
     use caustics::session::{RunnerChoice, Session};
     use caustics_kernels::gather::variant::PHOTONS_GRID;
+    use caustics_kernels::interface::choice::Sampler;
 
     let scene = Scene::load(&resolve("mirror-room").unwrap()).unwrap();
     let of_seed = |&seed: &u32| {
-        let settings = Settings { width: 40, height: 24, light_paths: 1920, seed, ..Settings::default() };
+        let sampler = Sampler::Sobol;
+        let settings =
+            Settings { width: 40, height: 24, light_paths: 1920, seed, sampler, ..Settings::default() };
         let features = scene.features(settings.specular_roughness);
         let (choice, camera) = (RunnerChoice::Cpu { threads: 1 }, &scene.cameras[0]);
         let mut session =

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use assert_cmd::Command;
 use caustics::experiment::axis::{HISTORY, METHOD, PATHS_PER_PIXEL};
-use caustics::experiment::error::{FLIP, FLIP_CAUSTICS, RELMSE_CAUSTICS};
+use caustics::experiment::error::{CAUSTICS_VARIANCE, FLIP, FLIP_CAUSTICS, RELMSE_CAUSTICS};
 use caustics::experiment::result::CellResult;
 use caustics::experiment::store;
 use caustics::scene;
@@ -255,7 +255,8 @@ fn errors_fall_with_the_paths_and_histories_are_measured_at_their_last_frame() {
         many.get(&RELMSE_CAUSTICS).unwrap() < few.get(&RELMSE_CAUSTICS).unwrap() / 4.0,
         "{few:?} {many:?}"
     );
-    assert!(many.get(&FLIP_CAUSTICS).unwrap() < few.get(&FLIP_CAUSTICS).unwrap());
+    // FLIP is no witness: it calls missing caustics a smaller error than speckled ones.
+    assert!(many.get(&CAUSTICS_VARIANCE).unwrap() < few.get(&CAUSTICS_VARIANCE).unwrap() / 8.0);
     // The mean of three frames has less noise than one.
     let kept = of("validated", 0.125);
     assert!(

@@ -8,6 +8,7 @@ use std::time::Duration;
 use caustics::checkpoint::Identity;
 use caustics::experiment::axis::HISTORY;
 use caustics::experiment::cell::Cell;
+use caustics::exposure::Exposure;
 use caustics::output::target::TargetError;
 use caustics::scene::{self, Scene};
 use caustics::settings::Settings;
@@ -36,6 +37,8 @@ pub struct Plan {
     pub fps: f64,
     /// Time between states on disk.
     pub every: Duration,
+    /// Exposure of the PNGs.
+    pub exposure: Exposure,
     /// Whether each EXR file has a PNG file beside it.
     pub pngs: bool,
 }
@@ -66,6 +69,7 @@ impl Plan {
             frames: options.frames.clone().unwrap_or_default(),
             fps: *fps,
             every: duration("--checkpoint-every", common.checkpoint_every)?,
+            exposure: common.view.exposure,
             pngs: options.pngs || options.video,
         })
     }

@@ -28,6 +28,8 @@ pub struct Run {
     pub camera: String,
     /// What renders.
     pub session: Session,
+    /// Exposure of the PNGs (stops), once it is known.
+    pub exposure: Option<f32>,
     /// All that decides the bits.
     pub identity: Identity,
     /// Whether what a history lends is on disk.
@@ -145,6 +147,12 @@ impl Run {
     }
 
     fn write_png(&mut self, frame: u32, picture: &Picture) -> anyhow::Result<()> {
+        // One for all frames: that of the first.
+        if self.exposure.is_none() {
+            let first = kept::picture(&self.plan.pattern, self.plan.frames.start)?.beauty();
+            self.exposure = Some(self.plan.exposure.stops(first.iter().map(|color| color.as_dvec3())));
+        }
+        self.session.expose(self.exposure.unwrap_or_default());
         let colors = self.session.display(picture)?;
         let bytes = png::encode(self.plan.settings.width, self.plan.settings.height, &colors)?;
         let path = self.plan.pattern.frame(frame, "png");

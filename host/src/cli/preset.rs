@@ -1,0 +1,41 @@
+//! Presets of `render`.
+
+use caustics::experiment::axis::{AUTO, Axis, METHOD, RADIUS_PX};
+use caustics_kernels::method::progressive::PROGRESSIVE;
+use clap::ValueEnum;
+
+/// A choice of all that nobody gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Preset {
+    /// One raw frame, as a real-time renderer would show it: one path a pixel
+    Frame,
+    /// A clean picture in seconds: the mean of a few frames of progressive photon mapping
+    Preview,
+    /// A converged picture: until the estimated relative error falls below 1e-3, 1024 frames at most
+    Final,
+}
+
+impl Preset {
+    /// Values of axes that it brings.
+    pub fn values(self) -> Vec<(&'static Axis, &'static str)> {
+        match self {
+            Preset::Frame => vec![],
+            Preset::Preview => vec![(&METHOD, PROGRESSIVE.name), (&RADIUS_PX, AUTO)],
+            Preset::Final => vec![(&METHOD, PROGRESSIVE.name)],
+        }
+    }
+
+    /// Frames that it averages, at most.
+    pub fn frames(self) -> u32 {
+        match self {
+            Preset::Frame => 1,
+            Preset::Preview => 16,
+            Preset::Final => 1024,
+        }
+    }
+
+    /// The estimated relative mean square error at which it stops.
+    pub fn relative_error(self) -> Option<f64> {
+        (self == Preset::Final).then_some(1e-3)
+    }
+}

@@ -307,8 +307,7 @@ fn the_first_command_makes_the_picture_of_the_readme() {
         Pixels::of_layer(&channels, "", Region::whole(&channels)).unwrap()
     };
     let made = pixels(&folder.path().join(arguments.last().unwrap()));
-    let shown =
-        readme.split("](").find_map(|part| Some(part.split_once('\n')?.0.strip_suffix(".png)")?)).unwrap();
+    let shown = readme.split("](").find_map(|part| part.split_once('\n')?.0.strip_suffix(".png)")).unwrap();
     let shown = pixels(&root.join(format!("{shown}.png")));
     let flip = |a: &Pixels, b: &Pixels| flip_ldr(a, b, Encoding::Srgb, 0.0, PIXELS_PER_DEGREE).mean();
     let error = flip(&made, &shown);

@@ -25,6 +25,14 @@ fn main() {
             .all(|name| module(name).is_some() && locked(&format!("\"{name}\"")) == module(name));
     println!("cargo::rustc-env=CAUSTICS_KERNELS_FRESH={}", u8::from(fresh));
     println!("cargo::rustc-env=CAUSTICS_KERNELS_HASH={}", sources.unwrap_or_default());
+    let compiler = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let compiler = std::process::Command::new(compiler).arg("--version").output();
+    // Without its date: "rustc 1.95.0".
+    let compiler = compiler.map_or("unknown compiler".into(), |output| {
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        text.split_whitespace().take(2).collect::<Vec<_>>().join(" ")
+    });
+    println!("cargo::rustc-env=CAUSTICS_COMPILER={compiler}");
     let commit = std::process::Command::new("git").args(["rev-parse", "--short=12", "HEAD"]).output();
     let commit = commit.ok().filter(|output| output.status.success());
     let commit =

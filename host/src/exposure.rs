@@ -10,7 +10,7 @@ pub enum Exposure {
     /// What suits the picture.
     Auto,
     /// So many stops.
-    Stops(f32),
+    Stops(f64),
 }
 
 impl FromStr for Exposure {
@@ -27,7 +27,7 @@ impl FromStr for Exposure {
 
 impl Exposure {
     /// The stops for a picture of these radiances.
-    pub fn stops(self, radiance: impl Iterator<Item = DVec3>) -> f32 {
+    pub fn stops(self, radiance: impl Iterator<Item = DVec3>) -> f64 {
         match self {
             Exposure::Auto => automatic(radiance),
             Exposure::Stops(stops) => stops,
@@ -42,7 +42,7 @@ const LIGHT_GREY: f64 = 0.3;
 
 /// The stops that bring the logarithmic mean of all luminance to a middle grey, or, if that is less, the luminance that a twentieth of
 /// the pixels exceeds to a light grey; in steps of a tenth. Black pixels do not count; 0 where all are black.
-fn automatic(radiance: impl Iterator<Item = DVec3>) -> f32 {
+fn automatic(radiance: impl Iterator<Item = DVec3>) -> f64 {
     let luminance = |color: DVec3| color.dot(DVec3::new(0.2126, 0.7152, 0.0722));
     let mut seen: Vec<f64> =
         radiance.map(luminance).filter(|value| value.is_finite() && *value > 0.0).collect();
@@ -53,14 +53,14 @@ fn automatic(radiance: impl Iterator<Item = DVec3>) -> f32 {
     let bright = *seen.select_nth_unstable_by(rank, f64::total_cmp).1;
     let mean = seen.iter().map(|value| value.log2()).sum::<f64>() / seen.len() as f64;
     let stops = (MIDDLE_GREY.log2() - mean).min((LIGHT_GREY / bright).log2());
-    (10.0 * stops.clamp(-64.0, 64.0)).round() as f32 / 10.0
+    (10.0 * stops.clamp(-64.0, 64.0)).round() / 10.0
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn grey(values: &[f64]) -> f32 {
+    fn grey(values: &[f64]) -> f64 {
         Exposure::Auto.stops(values.iter().map(|value| DVec3::splat(*value)))
     }
 

@@ -41,6 +41,7 @@ pub mod fuzzing;
 pub mod hash;
 pub mod image;
 pub mod kernels;
+mod machine;
 mod memory;
 pub mod metric;
 pub mod output;

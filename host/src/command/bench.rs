@@ -74,7 +74,7 @@ fn config(options: &Bench) -> anyhow::Result<Config> {
         fps: Positive(options.fps),
         first_frame: frames.start,
         seed: view.seed,
-        exposure,
+        exposure: exposure as f32,
         texture_filter: Filter(texture_filter(view.texture_filter.unwrap_or(TextureFilter::Cone))),
         specular_roughness: view.specular_roughness,
         pixel_filter: match view.pixel_filter {

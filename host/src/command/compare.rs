@@ -33,7 +33,7 @@ pub fn run(options: &Compare) -> anyhow::Result<ExitCode> {
         tell!("warning: {}: {count} pixels are NaN or infinite", path.display());
     }
     let of_reference = estimates.pop().ok_or_else(|| Usage("no files".into()))?;
-    let exposure = f64::from(options.exposure.stops(of_reference.mean.values.iter().copied()));
+    let exposure = options.exposure.stops(of_reference.mean.values.iter().copied());
     let viewing = Viewing { encoding, exposure, pixels_per_degree: options.pixels_per_degree };
     let report = MetricReport::of(&estimates, &of_reference, &viewing);
 

@@ -159,7 +159,7 @@ impl Job {
         let stops = options.view.exposure.stops(picture.beauty().iter().map(|color| color.as_dvec3()));
         let png = match png_target {
             Some(target) => {
-                session.expose(stops);
+                session.expose(stops as f32);
                 let colors = session.display(&picture)?;
                 Some((target, png::encode(settings.width, settings.height, &colors)?))
             }

@@ -212,6 +212,9 @@ pub struct Provenance {
     pub kernels: String,
     /// Device and driver.
     pub device: String,
+    /// Processor, memory, system and compiler; empty in results that are older than this field.
+    #[serde(default)]
+    pub machine: String,
     /// First seed.
     pub seed: u32,
     /// Time that measuring the cell took (s).

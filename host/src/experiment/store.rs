@@ -10,9 +10,9 @@ use glam::Vec3;
 
 use super::result::{CellResult, Provenance};
 use crate::file;
-use crate::kernels;
 use crate::output::png;
 use crate::output::target::Target;
+use crate::{kernels, machine};
 
 /// The folder of the results in a folder.
 pub fn cells(folder: &Path) -> PathBuf {
@@ -145,6 +145,7 @@ pub fn provenance(device: String, seed: u32, wall_s: f64) -> Provenance {
         commit: env!("CAUSTICS_COMMIT").into(),
         kernels: kernels::SOURCES.into(),
         device,
+        machine: machine::description().into(),
         seed,
         wall_s,
         unix_s: now.map_or(0, |time| time.as_secs()),

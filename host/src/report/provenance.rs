@@ -22,6 +22,7 @@ pub fn distinct(cells: &[Measured]) -> Vec<(&'static str, BTreeMap<String, usize
         ("commit", count(|of| of.commit.clone())),
         ("kernels", count(|of| of.kernels.clone())),
         ("device and driver", count(|of| of.device.clone())),
+        ("machine and compiler", count(|of| of.machine.clone())),
         ("first seed", count(|of| of.seed.to_string())),
     ];
     all.into_iter().filter(|(_, values)| !values.is_empty()).collect()

@@ -29,7 +29,7 @@ pub struct Run {
     /// What renders.
     pub session: Session,
     /// Exposure of the PNGs (stops), once it is known.
-    pub exposure: Option<f32>,
+    pub exposure: Option<f64>,
     /// All that decides the bits.
     pub identity: Identity,
     /// Whether what a history lends is on disk.
@@ -152,7 +152,7 @@ impl Run {
             let first = kept::picture(&self.plan.pattern, self.plan.frames.start)?.beauty();
             self.exposure = Some(self.plan.exposure.stops(first.iter().map(|color| color.as_dvec3())));
         }
-        self.session.expose(self.exposure.unwrap_or_default());
+        self.session.expose(self.exposure.unwrap_or_default() as f32);
         let colors = self.session.display(picture)?;
         let bytes = png::encode(self.plan.settings.width, self.plan.settings.height, &colors)?;
         let path = self.plan.pattern.frame(frame, "png");

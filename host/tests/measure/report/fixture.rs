@@ -131,6 +131,7 @@ fn cell(scene: &str, names: [&str; 4], paths: f64, ms: f64, error: f64, is_movin
             commit: "0123abc".into(),
             kernels: "8f3c5b7a90d1e2f4".into(),
             device: "CPU, 2 threads".into(),
+            machine: "Some CPU, 2 threads, 16.0 GiB, Debian GNU/Linux 12, x86_64, rustc 1.95.0".into(),
             seed: 0,
             wall_s: 12.5,
             unix_s: 1_790_000_000 + (paths * 600.0) as u64,

@@ -9,8 +9,6 @@ use crate::picture::Picture;
 
 /// Batches that the frames of a mean usually take turns in: the fewer, the less noise the mean has, and the more its variance.
 pub const BATCHES: u32 = 4;
-/// Batches there are at most.
-pub const MOST_BATCHES: u32 = 64;
 
 /// Sums of pictures: [`Accumulation::add`] frames, then take [`Accumulation::mean`] and [`Accumulation::variance`].
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -163,8 +161,8 @@ impl Accumulation {
 
     /// Sums of this shape from numbers in the order of [`Accumulation::parts`]; `None` if there are more or fewer than it has.
     pub fn of(shape: Shape, mut values: impl ExactSizeIterator<Item = f64>) -> Option<Accumulation> {
-        let of_spread = 3 * shape.batches.clamp(1, MOST_BATCHES) as usize;
-        let per_pixel = of_spread + if shape.gathers { 9 } else { 3 };
+        let of_spread = 3usize.checked_mul(shape.batches.max(1) as usize)?;
+        let per_pixel = of_spread.checked_add(if shape.gathers { 9 } else { 3 })?;
         // Compared before memory is asked for.
         let count = shape.width.checked_mul(shape.height)?.checked_mul(per_pixel)?;
         if values.len() != count {
@@ -182,7 +180,7 @@ impl Accumulation {
         let pixels = shape.width * shape.height;
         let split = if shape.gathers { pixels } else { 0 };
         let sums = [3 * pixels, 3 * split, split, split, split].map(|count| vec![0.0; count]);
-        let spread = vec![vec![0.0; 3 * pixels]; shape.batches.clamp(1, MOST_BATCHES) as usize];
+        let spread = vec![vec![0.0; 3 * pixels]; shape.batches.max(1) as usize];
         Accumulation { shape, sums, spread }
     }
 }

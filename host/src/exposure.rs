@@ -4,6 +4,8 @@ use std::str::FromStr;
 
 use glam::DVec3;
 
+use crate::picture::Picture;
+
 /// An exposure as a person gives it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exposure {
@@ -26,6 +28,11 @@ impl FromStr for Exposure {
 }
 
 impl Exposure {
+    /// The stops for a picture.
+    pub fn of(self, picture: &Picture) -> f64 {
+        self.stops(picture.beauty().iter().map(|color| color.as_dvec3()))
+    }
+
     /// The stops for a picture of these radiances.
     pub fn stops(self, radiance: impl Iterator<Item = DVec3>) -> f64 {
         match self {

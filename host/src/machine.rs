@@ -3,6 +3,8 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
+use crate::memory::field;
+
 /// Processor, its threads, memory, system and compiler, as far as the system says: "AMD EPYC, 2 threads, 15.6 GiB, Debian GNU/Linux 12,
 /// x86_64, rustc 1.95.0".
 pub fn description() -> &'static str {
@@ -19,9 +21,8 @@ fn description_in(root: &Path) -> String {
     };
     let processor = value(&read("proc/cpuinfo"), "model name", ':');
     let threads = std::thread::available_parallelism().ok().map(|threads| format!("{threads} threads"));
-    let memory = value(&read("proc/meminfo"), "MemTotal", ':');
-    let kib = memory.and_then(|memory| memory.split_whitespace().next()?.parse::<f64>().ok());
-    let memory = kib.map(|kib| format!("{:.1} GiB", kib / f64::from(1 << 20)));
+    let kib = field(&read("proc/meminfo"), "MemTotal:");
+    let memory = kib.map(|kib| format!("{:.1} GiB", kib as f64 / f64::from(1 << 20)));
     let system = value(&read("etc/os-release"), "PRETTY_NAME", '=');
     let system = system.unwrap_or_else(|| std::env::consts::OS.into());
     let others = [system, std::env::consts::ARCH.into(), env!("CAUSTICS_COMPILER").into()];

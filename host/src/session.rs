@@ -28,7 +28,7 @@ use crate::vulkan::passes::DeviceOptions;
 use caustics_kernels::declare::{BufferSpec, Step};
 use caustics_kernels::method::Method;
 use caustics_kernels::method::Parts;
-use caustics_kernels::method::frame::frame_buffers;
+use caustics_kernels::method::frame::{frame_buffers, look_back};
 
 /// Which runner to open.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -149,6 +149,8 @@ pub struct Session {
     light_paths: u32,
     /// The eye of the frame before.
     previous_camera: Camera,
+    /// Index of the frame before, if there was one.
+    previous_frame: Option<u32>,
     upload: Upload,
     /// Whether something moved since the last frame, or there was none.
     moved: bool,
@@ -191,7 +193,8 @@ impl Session {
         let buffers = frame_buffers(method, parts, &largest);
         let is_kept = |name| method.kept(parts).any(|kept| kept == name);
         let kept = buffers.iter().filter(|spec| is_kept(spec.name)).copied().collect();
-        let of_history = parts.history.settings.map_or(Features(0), |_| Features::HISTORY);
+        let has_history = parts.history.settings.is_some() || parts.keeps_path;
+        let of_history = if has_history { Features::HISTORY } else { Features(0) };
         let mut runner = open(choice, scene, features | of_history, &buffers)?;
         runner.write("pixel_order", cast_slice(&pixel_order(params.width, params.height)))?;
         let previous_camera = params.camera;
@@ -206,6 +209,7 @@ impl Session {
             flux: scene.flux,
             light_paths,
             previous_camera,
+            previous_frame: None,
             upload,
             moved: true,
             kept,
@@ -215,7 +219,6 @@ impl Session {
     /// Moves the session to another time: takes a scene that [`Scene::pose`] has moved, and a camera of it, and uploads what
     /// changed. Call it before each frame of an animation, since a history needs to know how things moved.
     pub fn pose(&mut self, scene: &Scene, camera: &SceneCamera) -> Result<(), SessionError> {
-        self.previous_camera = self.params.camera;
         self.flux = scene.flux;
         self.params = self.settings.params(scene, camera, 0);
         self.moved |= self.params.camera != self.previous_camera;
@@ -235,18 +238,20 @@ impl Session {
         Ok(state)
     }
 
-    /// Continues from the state that a session with the same scene and settings had. The session must stand at the pose of the
-    /// frame after which [`Session::state`] was called.
+    /// Continues from the state that a session with the same scene and settings had after a frame. The session must stand at the
+    /// pose of that frame.
     ///
     /// # Errors
     ///
     /// If a buffer is missing or has another size.
-    pub fn restore(&mut self, state: &[(String, Vec<u8>)]) -> Result<(), SessionError> {
+    pub fn restore(&mut self, frame: u32, state: &[(String, Vec<u8>)]) -> Result<(), SessionError> {
         for spec in &self.kept {
             let found = state.iter().find(|(name, bytes)| name == spec.name && bytes.len() == spec.bytes);
             let (name, bytes) = found.ok_or(SessionError::State { buffer: spec.name })?;
             self.runner.write(name, bytes)?;
         }
+        self.previous_camera = self.params.camera;
+        self.previous_frame = Some(frame);
         self.moved = false;
         self.take_light_paths()
     }
@@ -278,12 +283,30 @@ impl Session {
         if self.params.light_path_count > 0 {
             self.params = with_light_paths(self.params, self.light_paths, self.flux);
         }
+        let mut times = self.look_back()?;
         let params = self.params(index);
-        let times = self.runner.run(&params, &(self.method.steps)(self.parts, &params))?;
+        times.extend(self.runner.run(&params, &(self.method.steps)(self.parts, &params))?);
         self.previous_camera = self.params.camera;
+        self.previous_frame = Some(index);
         self.moved = false;
         self.take_light_paths()?;
         Ok(times)
+    }
+
+    /// If something moved, looks at the scene of today as the frame before would see it.
+    fn look_back(&mut self) -> Result<Vec<StepTime>, SessionError> {
+        let Some(frame) = self.previous_frame.filter(|_| self.moved) else { return Ok(Vec::new()) };
+        let params = FrameParams {
+            camera: self.previous_camera,
+            sequence: self.settings.sequence(frame),
+            ..self.params
+        };
+        let params = (self.method.frame)(params, frame);
+        let steps = look_back(self.parts, &params);
+        if steps.is_empty() {
+            return Ok(Vec::new());
+        }
+        Ok(self.runner.run(&params, &steps)?)
     }
 
     /// Takes the number of light paths that frames so far say is best for the next.

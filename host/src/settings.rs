@@ -6,7 +6,9 @@ use caustics_kernels::gather::variant::Variant;
 use caustics_kernels::history::{self, History};
 use caustics_kernels::interface::balance::FIRST_PATHS;
 use caustics_kernels::interface::caster::Casters;
-use caustics_kernels::interface::choice::{Caustics, Connections, Fireflies, Sampler, TextureFilter};
+use caustics_kernels::interface::choice::{
+    Caustics, Connections, Fireflies, PathHistory, Sampler, TextureFilter,
+};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::{FrameParams, TEXTURE_FILTER_CONE, TEXTURE_FILTER_FINEST};
 use caustics_kernels::interface::history::validation_paths;
@@ -64,6 +66,8 @@ pub struct Settings {
     /// Sequences of the sampler that frames take in turns: who averages frames and wants to know their variance takes several
     /// (`Accumulation::in_batches`).
     pub batches: u32,
+    /// What the frame before lends of path-traced light, in methods that do not converge.
+    pub path_history: PathHistory,
     /// What is done about rare bright samples of camera paths, in methods that do not converge.
     pub fireflies: Fireflies,
 }
@@ -91,6 +95,7 @@ impl Default for Settings {
             connections: Connections::Resampled,
             sampler: Sampler::Independent,
             batches: 1,
+            path_history: PathHistory::None,
             fireflies: Fireflies::Kept,
         }
     }
@@ -181,14 +186,23 @@ impl Settings {
         }
     }
 
+    /// Batches that frames of these settings are averaged in (`Accumulation::in_batches`).
+    pub fn batches_of_frames(&self) -> u32 {
+        match self.sampler {
+            Sampler::Independent => 0,
+            Sampler::Sobol => self.batches,
+        }
+    }
+
     /// The parts of a method's frames, less what the method has no use for: without collection points nothing is balanced, what
-    /// it splats knows no disc, and what converges has no bounds.
+    /// it splats knows no disc, and what converges has no bounds and takes no path-traced light from the frame before.
     pub fn parts(&self, method: &Method, gather: &'static Variant) -> Parts {
         let Settings { history, denoiser, emission, .. } = *self;
         let balances = self.balances && method.gathers;
         let widens = self.widens && method.chooses_gather;
         let bounds = self.fireflies == Fireflies::Bounded && !method.converges;
-        Parts { gather, history, denoiser, emission, balances, bounds, widens }
+        let keeps_path = self.path_history == PathHistory::Validated && method.gathers && !method.converges;
+        Parts { gather, history, denoiser, emission, balances, bounds, keeps_path, widens }
     }
 
     /// Light paths of a frame before which nothing is known.

@@ -2,6 +2,9 @@
 //! history is a file and a line here: its passes, and what it is as data. Imports `interface`, `math`, `gather`, `pass`.
 
 pub mod cells;
+pub mod demodulate;
+pub mod nearest;
+pub mod path;
 pub mod reprojected;
 pub mod resolve_history;
 pub mod window;

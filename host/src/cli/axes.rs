@@ -44,7 +44,7 @@ impl Axes for OneWay {
 impl Axes for Averaged {
     const LISTS: bool = false;
     fn has(key: &str) -> bool {
-        !["equal_time_ms", "history"].contains(&key)
+        !["equal_time_ms", "history", "path_history"].contains(&key)
     }
 }
 

@@ -70,17 +70,16 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     let _lock = Lock::take(&plan.pattern.whole("state"))?;
     let shared = pose_independent(&scene, &name, &plan.settings, plan.method(), gather, &choice, &session);
     let identity = plan.identity(shared);
-    let mut run =
-        Run { plan, scene, camera: name, session, exposure: None, identity, keeper: Keeper::new("a state") };
+    let mut run = Run { plan, scene, camera: name, session, identity, keeper: Keeper::new("a state") };
     if common.force {
         run.forget()?;
     }
     let plan = &run.plan;
     let missing = kept::missing(&plan.pattern, &plan.frames, &run.identity, plan.pngs)?;
-    if plan.pngs {
+    let (records, done) = run.render(&missing, &is_interrupted)?;
+    if done && run.plan.pngs {
         run.write_kept_pngs(&missing)?;
     }
-    let (records, done) = run.render(&missing, &is_interrupted)?;
     let (counters, frame_ms) = sums(&records);
     for warning in counters.warnings() {
         tell!("warning: {warning}");

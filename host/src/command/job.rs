@@ -16,7 +16,7 @@ use caustics::scene::{self, Scene};
 use caustics::session::Session;
 use caustics::settings::Settings;
 use caustics::trace_rate::closest_hits_per_second;
-use caustics_kernels::interface::choice::{Sampler, TextureFilter};
+use caustics_kernels::interface::choice::TextureFilter;
 use caustics_kernels::interface::features::Features;
 use serde_json::json;
 
@@ -90,14 +90,16 @@ impl Job {
         tell!("{}: {} ({reason}), method {}, gather {gather}", scene.name, session.device(), method.name);
         let identity = identity(&scene, &camera.name, &settings, method, gather, &choice, &session);
         let (width, height) = (settings.width as usize, settings.height as usize);
-        let batches = if settings.sampler == Sampler::Independent { 0 } else { settings.batches };
+        let batches = settings.batches_of_frames();
         let shape = Shape { width, height, frames: 0, gathers: method.gathers, batches };
         let Checkpoint { mut sums, spent: before, state } = match options.resume {
             true => checkpoint::load(&checkpoint, &identity, shape)?,
             false => Checkpoint { sums: Accumulation::in_batches(batches), ..Checkpoint::default() },
         };
-        if options.resume {
-            session.restore(&state)?;
+        if options.resume
+            && let Some(last) = sums.frames().checked_sub(1)
+        {
+            session.restore(last, &state)?;
         }
         let mut keeper = Keeper::new("a checkpoint");
 
@@ -156,7 +158,7 @@ impl Job {
         // All that can fail comes before the first file is in its place.
         let variance = sums.variance().map(|variance| (variance, sums.frames()));
         let exr = exr::encode(&picture, variance, &attributes)?;
-        let stops = options.view.exposure.stops(picture.beauty().iter().map(|color| color.as_dvec3()));
+        let stops = options.view.exposure.of(&picture);
         let png = match png_target {
             Some(target) => {
                 session.expose(stops as f32);

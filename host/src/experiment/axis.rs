@@ -6,7 +6,7 @@
 //! [`AXES`].
 
 use caustics_kernels::gather::variant;
-use caustics_kernels::interface::choice::{Caustics, Connections, Fireflies, Sampler};
+use caustics_kernels::interface::choice::{Caustics, Connections, Fireflies, PathHistory, Sampler};
 use caustics_kernels::{denoiser, emission, history, method};
 
 use super::cell::{Cell, FeatureChoice, Paths, Radius, runner_name};
@@ -123,7 +123,7 @@ macro_rules! chosen {
 }
 
 /// All axes, in the order of tables.
-pub static AXES: [&Axis; 14] = [
+pub static AXES: [&Axis; 15] = [
     &METHOD,
     &GATHER,
     &CAUSTICS,
@@ -131,6 +131,7 @@ pub static AXES: [&Axis; 14] = [
     &CONNECTIONS,
     &SAMPLER,
     &HISTORY,
+    &PATH_HISTORY,
     &FIREFLIES,
     &DENOISER,
     &RUNNER,
@@ -235,6 +236,21 @@ pub static HISTORY: Axis = Axis {
     useless: |cell| (!cell.method.lends).then_some("takes no light from the frame before"),
     get: |cell| cell.history.name.into(),
     set: |cell, name| found(history::find(name), &mut cell.history),
+};
+
+/// What the frame before lends of path-traced light.
+pub static PATH_HISTORY: Axis = Axis {
+    head: "path history",
+    about: "What the frame before lends of the light that camera paths found",
+    usual: "none",
+    none: "none",
+    shown: Shown::Color,
+    useless: |cell| {
+        let converges = cell.method.converges.then_some("converges: its frames are averaged");
+        converges
+            .or((!cell.method.gathers).then_some("makes no collection points, which a history looks for"))
+    },
+    ..chosen!(path_history: PathHistory)
 };
 
 /// What is done about rare bright samples of camera paths.

@@ -5,7 +5,7 @@ use caustics_kernels::emission::Emission;
 use caustics_kernels::gather::variant::{self, Variant};
 use caustics_kernels::history::History;
 use caustics_kernels::interface::balance::MOST_PATHS;
-use caustics_kernels::interface::choice::{Caustics, Connections, Fireflies, Sampler};
+use caustics_kernels::interface::choice::{Caustics, Connections, Fireflies, PathHistory, Sampler};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::method::{Method, Parts};
 
@@ -30,6 +30,8 @@ pub struct Cell {
     pub connections: Connections,
     /// Where the numbers of camera paths come from.
     pub sampler: Sampler,
+    /// What the frame before lends of path-traced light.
+    pub path_history: PathHistory,
     /// What is done about rare bright samples of camera paths.
     pub fireflies: Fireflies,
     /// What the frame before lends.
@@ -158,6 +160,7 @@ impl Cell {
             caustics: self.caustics,
             connections: self.connections,
             sampler: self.sampler,
+            path_history: self.path_history,
             fireflies: self.fireflies,
             history: self.history,
             denoiser: self.denoiser,

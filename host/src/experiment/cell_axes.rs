@@ -23,6 +23,7 @@ impl Cell {
             caustics: Settings::default().caustics,
             connections: Settings::default().connections,
             sampler: Sampler::Sobol,
+            path_history: Settings::default().path_history,
             fireflies: Settings::default().fireflies,
             history: &history::NONE,
             denoiser: &denoiser::NONE,

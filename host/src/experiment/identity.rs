@@ -41,6 +41,7 @@ pub fn view(scene: &Scene, camera: &str, settings: &Settings) -> String {
         connections: _,
         sampler: _,
         batches: _,
+        path_history: _,
         fireflies: _,
     } = settings;
     let viewpoint = scene.camera(Some(camera)).ok();

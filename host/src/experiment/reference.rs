@@ -159,7 +159,7 @@ impl<'a> References<'a> {
             usual_gather(runner),
             features,
         )?;
-        let mut sums = Accumulation::in_batches(self.settings.batches);
+        let mut sums = Accumulation::in_batches(self.settings.batches_of_frames());
         for frame in 0..self.frames {
             if stopped() {
                 return Ok(None);

@@ -366,6 +366,10 @@ fn pngs_are_those_of_the_frames_whenever_they_are_written() {
         let said = later.animate("animated-light", &[options, &["--png"]].concat());
         assert!(said.contains("nothing to render"));
         assert_same(&later, &at_once);
+        // Their exposure is that of the first frame, also where that one is missing.
+        later.remove(&["00.exr", "00.png", "01.png"]);
+        later.animate("animated-light", &[options, &["--png"]].concat());
+        assert_same(&later, &at_once);
         later.animate("animated-light", &[options, &["--png", "--exposure", "2"]].concat());
         assert_eq!(later.files()["01.exr"], at_once.files()["01.exr"]);
         assert_ne!(later.files()["01.png"], at_once.files()["01.png"]);

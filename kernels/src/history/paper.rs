@@ -57,7 +57,7 @@ pub fn reuse_paper(
     mut reprojected: Slots<'_, Reprojected>,
 ) {
     let (point, shading) = (&point_geometry[pixel as usize], &point_shading[pixel as usize]);
-    let history = PreviousFrame { points: history_points, mean: history_mean };
+    let history = PreviousFrame { points: history_points, light: history_mean };
     let found = overlapping(pixel, point, shading, instances, history, params);
     reprojected.write(pixel, Reprojected { radius: point.radius, ..found });
 }
@@ -112,7 +112,7 @@ impl Look for Overlap {
         {
             let width = PAPER_SIGMA * self.borrower.radius;
             let weight = (-0.5 * square / (width * width)).exp();
-            self.sum += history.mean[pixel as usize] * weight;
+            self.sum += history.light[pixel as usize] * weight;
             self.weights += weight;
         }
     }

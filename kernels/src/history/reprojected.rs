@@ -21,15 +21,21 @@ pub struct ReprojectedPoint {
 }
 
 impl ReprojectedPoint {
-    /// Where the instance of a point was.
+    /// Where the point is.
     #[inline(always)]
-    pub fn new(point: &PointGeometry, shading: &PointShading, instances: &[Instance]) -> Self {
-        let mut point_before = ReprojectedPoint {
+    pub fn in_place(point: &PointGeometry, shading: &PointShading) -> Self {
+        ReprojectedPoint {
             position: point.position,
             normal: point.normal,
             radius: point.radius,
             material: shading.material,
-        };
+        }
+    }
+
+    /// Where the instance of a point was.
+    #[inline(always)]
+    pub fn new(point: &PointGeometry, shading: &PointShading, instances: &[Instance]) -> Self {
+        let mut point_before = ReprojectedPoint::in_place(point, shading);
         if shading.instance != 0 {
             let motion = instances[shading.instance as usize].to_previous;
             point_before.position = motion.point(point.position);

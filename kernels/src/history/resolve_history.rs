@@ -2,16 +2,15 @@
 
 use crate::declare::pass;
 use crate::gather::accumulator::{self, Sum};
-use crate::gather::contribution::contribution;
+use crate::history::demodulate::{MIN_REFLECTANCE, demodulated, head_on};
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::history::{HistoryPoint, HistorySettings, Reprojected};
 use crate::interface::material::Material;
-use crate::interface::point::{DepositLight, PointGeometry, PointShading};
+use crate::interface::point::{PointGeometry, PointShading};
 use crate::math::{PI, octahedral};
 use crate::pass::resolve;
 use crate::seam::Slots;
-use crate::surface::textured::material_of;
 use spirv_std::glam::Vec3;
 
 /// A pixel's caustic, and its part of the history.
@@ -24,9 +23,6 @@ pub struct Blended {
     /// The light that it lends (see `Reprojected::mean`).
     pub mean: Vec3,
 }
-
-/// Reflectance below which light cannot be told from what a point reflects (1/sr).
-const MIN_REFLECTANCE: f32 = 1.0e-4;
 
 /// Radiance of the caustic at each pixel, blended with what was lent.
 #[pass(name = "resolve.history", over = params.pixel_count(), work = Resolve)]
@@ -76,13 +72,9 @@ pub fn blend(
     out.radiance = resolve::radiance(point, shading, sum);
     let fresh = (sum / point.radius) / (PI * point.radius);
 
-    // What a Lambertian point reflects is the product of its light and this, to the bit; what others reflect, nearly.
     let mut reflectance = Vec3::ONE;
     if settings.demodulates != 0 {
-        let head_on =
-            DepositLight { to_light: shading.shading_normal, flux: Vec3::ONE, ..Default::default() };
-        let material = material_of(shading, materials, features);
-        reflectance = contribution(shading, material, &head_on, params.specular_roughness, features);
+        reflectance = head_on(shading, materials, params, features);
     }
     if reflectance.max_element() < MIN_REFLECTANCE {
         return out;
@@ -102,16 +94,6 @@ pub fn blend(
         samples: reprojected.samples + 1.0,
     };
     out
-}
-
-/// Light over reflectance; a channel that is not reflected is taken for the mean of the others.
-#[inline(always)]
-fn demodulated(radiance: Vec3, reflectance: Vec3) -> Vec3 {
-    let is_seen = |r: f32| if r >= MIN_REFLECTANCE { 1.0 } else { 0.0 };
-    let seen = Vec3::new(is_seen(reflectance.x), is_seen(reflectance.y), is_seen(reflectance.z));
-    let light = seen * radiance / reflectance.max(Vec3::splat(MIN_REFLECTANCE));
-    let mean = light.element_sum() / seen.element_sum();
-    light + (Vec3::ONE - seen) * mean
 }
 
 #[cfg(test)]

@@ -6,20 +6,18 @@ use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::{History, Step};
 use crate::history::cells::{self, Change, LightFrame};
+use crate::history::nearest::{Nearest, most_by_view};
 use crate::history::reprojected::ReprojectedPoint;
 #[cfg(not(target_arch = "spirv"))]
 use crate::history::resolve_history::RESOLVE_HISTORY;
-use crate::history::window::{Look, PreviousFrame, WIDE_HALF_WIDTH, for_each_around, project, seen_from};
+use crate::history::window::{PreviousFrame, project, seen_from};
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::history::{HistoryPoint, HistorySettings, Reprojected};
 use crate::interface::instance::Instance;
 use crate::interface::material::Material;
 use crate::interface::point::{PointGeometry, PointShading};
-use crate::math::octahedral;
 use crate::seam::Slots;
-use crate::surface::class::{self, Classes};
-use crate::surface::textured::material_of;
 use spirv_std::glam::Vec3;
 
 pub mod validate;
@@ -27,16 +25,10 @@ pub mod validate;
 #[cfg(not(target_arch = "spirv"))]
 use validate::VALIDATE;
 
-/// Radii of lender and borrower differ at most by this factor.
-const MAX_RADIUS_RATIO: f32 = 1.5;
-/// A lender this near, relative to the radius, is nearer than any other: half a pixel.
-const NEAREST_RADII: f32 = 0.85;
 /// Share of the light that is lost a frame, above which nothing is lent.
 const MAX_LOST: f32 = 0.25;
 /// Share of the light by which that of a place which fades may be late.
 const MAX_LATE: f32 = 0.02;
-/// Turn of the view that light of a glossy lobe stands, relative to the lobe's width (squared roughness).
-const VIEW_LAG: f32 = 0.5;
 
 #[cfg(not(target_arch = "spirv"))]
 /// Light of the nearest previous point, counted by the frames that it holds, as far as light paths with the same random
@@ -78,7 +70,7 @@ pub fn reuse_validated(
     mut reprojected: Slots<'_, Reprojected>,
 ) {
     let (point, shading) = (&point_geometry[pixel as usize], &point_shading[pixel as usize]);
-    let history = PreviousFrame { points: history_points, mean: history_mean };
+    let history = PreviousFrame { points: history_points, light: history_mean };
     let found =
         nearest(pixel, point, shading, materials, instances, history, validation_cells, params, features);
     reprojected.write(pixel, Reprojected { radius: point.radius, ..found });
@@ -115,37 +107,22 @@ fn nearest(
             borrower.normal = point.normal;
         }
     }
-    let mut visit = Nearest { borrower, pixel: 0, square: f32::MAX, reach: settings.reach, found: false };
+    let mut visit = Nearest::new(borrower, settings.reach);
     let before = &params.previous_camera;
     let at = project(seen_from(before, pixel, point, shading, borrower.position, params), before, params);
-    for_each_around(at, 0, params, history, &mut visit);
-    if !visit.is_near() {
-        for_each_around(at, 1, params, history, &mut visit);
-    }
-    if !visit.found && point.depth > 1 {
-        for_each_around(at, WIDE_HALF_WIDTH, params, history, &mut visit);
-    }
+    visit.search(at, point.depth, params, history);
     if !visit.found {
         return Reprojected::default();
     }
     let lender = history.points[visit.pixel as usize];
 
-    let mut most = most_samples(&change, settings);
-    let material = material_of(shading, materials, features);
-    if is_glossy(&material, params.specular_roughness) {
-        let mut to_viewer = shading.to_viewer;
-        if shading.instance != 0 {
-            to_viewer = instances[shading.instance as usize].to_previous.vector(to_viewer).normalize();
-        }
-        let turn = (to_viewer - octahedral::decode(lender.to_viewer)).length();
-        most = most.min(VIEW_LAG * material.roughness * material.roughness / turn.max(1.0e-9));
-    }
-    let samples = lender.samples.min(most);
+    let by_view = most_by_view(&lender, shading, materials, instances, params, features);
+    let samples = lender.samples.min(by_view).min(most_samples(&change, settings));
     if samples <= 0.0 {
         return Reprojected::default();
     }
     Reprojected {
-        mean: history.mean[visit.pixel as usize],
+        mean: history.light[visit.pixel as usize],
         samples,
         offset: lender.position - borrower.position,
         ..Reprojected::default()
@@ -169,54 +146,6 @@ fn most_samples(change: &Change, settings: &HistorySettings) -> f32 {
         most = most.min(settings.lag / change.moved);
     }
     most
-}
-
-/// Whether what a point reflects depends on the view by more than a factor.
-#[inline(always)]
-fn is_glossy(material: &Material, specular_roughness: f32) -> bool {
-    let reflects = material.metallic > 0.0 || material.specular > 0.0;
-    reflects && class::reflection(material.roughness, specular_roughness) == Classes::NON_SPECULAR
-}
-
-/// Looks for the nearest point.
-struct Nearest {
-    borrower: ReprojectedPoint,
-    pixel: u32,
-    square: f32,
-    reach: f32,
-    found: bool,
-}
-
-impl Nearest {
-    /// Whether no other point is likely to be nearer.
-    #[inline(always)]
-    fn is_near(&self) -> bool {
-        let near = NEAREST_RADII * self.borrower.radius;
-        self.square <= near * near
-    }
-}
-
-impl Look for Nearest {
-    #[inline(always)]
-    fn look(&mut self, history: PreviousFrame<'_>, pixel: u32) {
-        let lender = history.points[pixel as usize];
-        let along = lender.position - self.borrower.position;
-        let square = along.length_squared();
-        let reach = self.reach * lender.radius;
-        let (small, large) =
-            (lender.radius.min(self.borrower.radius), lender.radius.max(self.borrower.radius));
-        if square < self.square
-            && lender.samples > 0.0
-            && square <= reach * reach
-            && large <= MAX_RADIUS_RATIO * small
-            && lender.material == self.borrower.material
-            && self.borrower.accepts(&lender, along)
-        {
-            self.pixel = pixel;
-            self.square = square;
-            self.found = true;
-        }
-    }
 }
 
 #[cfg(test)]

@@ -53,28 +53,35 @@ pub fn project(from_eye: Vec3, camera: &Camera, params: &FrameParams) -> Vec2 {
 }
 
 /// What the frame before left, by pixel.
-#[derive(Clone, Copy)]
-pub struct PreviousFrame<'a> {
+pub struct PreviousFrame<'a, L = Vec3> {
     /// Its points.
     pub points: &'a [HistoryPoint],
     /// Their light.
-    pub mean: &'a [Vec3],
+    pub light: &'a [L],
 }
 
+impl<L> Clone for PreviousFrame<'_, L> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<L> Copy for PreviousFrame<'_, L> {}
+
 /// What is done with a pixel of the frame before; buffers stand beside it, as in `gather::Visit`.
-pub trait Look {
+pub trait Look<L = Vec3> {
     /// Looks at a pixel.
-    fn look(&mut self, history: PreviousFrame<'_>, pixel: u32);
+    fn look(&mut self, history: PreviousFrame<'_, L>, pixel: u32);
 }
 
 /// Looks at the pixels whose centres lie within `half` pixels of the one that holds `at`, row by row.
 #[inline(always)]
-pub fn for_each_around<L: Look>(
+pub fn for_each_around<L, V: Look<L>>(
     at: Vec2,
     half: i32,
     params: &FrameParams,
-    history: PreviousFrame<'_>,
-    look: &mut L,
+    history: PreviousFrame<'_, L>,
+    look: &mut V,
 ) {
     // Truncation rounds up below zero, where no pixel is: step back.
     let column = at.x as i32 - if at.x < 0.0 { 1 } else { 0 };
@@ -187,7 +194,7 @@ mod tests {
 
     fn around(at: Vec2, half: i32, params: &FrameParams) -> Vec<u32> {
         let mut pixels = Pixels(vec![]);
-        for_each_around(at, half, params, PreviousFrame { points: &[], mean: &[] }, &mut pixels);
+        for_each_around(at, half, params, PreviousFrame { points: &[], light: &[] }, &mut pixels);
         pixels.0
     }
 

@@ -69,6 +69,15 @@ choice! {
 }
 
 choice! {
+    /// What the frame before lends of the light that camera paths found.
+    PathHistory
+    /// Nothing.
+    None "none" "nothing: path-traced light does not outlive its frame"
+    /// As many frames' worth as paths that are traced again say still hold.
+    Validated "validated" "up to 32 frames that still hold by paths traced again, in a still view all of them"
+}
+
+choice! {
     /// What is done about rare bright samples of camera paths.
     Fireflies
     /// Nothing: frames are right in the mean.

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::Vec3;
 
-/// Levels of the filter; level l reaches 2 * 2^l pixels.
+/// Levels of the filter, an odd number; level l reaches 2^l pixels.
 pub const DENOISER_LEVELS: u32 = 5;
 
 /// Features of a pixel's collection point, by which the filter tells with whom the pixel exchanges light.
@@ -16,12 +16,12 @@ pub struct DenoiserGuide {
     pub radius: f32,
     /// The unit normal of its face, on the viewer's side.
     pub normal: Vec3,
-    /// Index into the materials, or `NONE`: this pixel neither gives nor takes.
-    pub material: u32,
+    /// A number of the point's camera vertex, instance and material, or `NONE`: this pixel neither gives nor takes.
+    pub surface: u32,
     /// What light at the point is multiplied with: throughput times texture, positive.
     pub share: Vec3,
-    /// Camera vertex (8 bits) and instance (24 bits).
-    pub place: u32,
+    /// One over the sum of its channels.
+    pub inverse_share: f32,
 }
 
 const _: () = assert!(size_of::<DenoiserGuide>() == 48);

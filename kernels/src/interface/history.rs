@@ -1,7 +1,7 @@
 //! What outlives a frame: collection points with the light they gathered, and deposits to judge by whether it still holds.
 
 use bytemuck::{Pod, Zeroable};
-use spirv_std::glam::Vec3;
+use spirv_std::glam::{Vec2, Vec3};
 
 /// A collection point of the frame before.
 #[repr(C)]
@@ -61,6 +61,50 @@ pub struct ValidationDeposit {
     pub instance: u32,
 }
 
+/// Light that reaches a collection point along camera paths, over what the point reflects head on (W m^-2).
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct PathLight {
+    /// Mean of what comes straight from lights.
+    pub direct: Vec3,
+    /// Frames' worth that it holds, or counts where it is lent; 0: there is none.
+    pub direct_samples: f32,
+    /// Mean of what comes from surfaces.
+    pub indirect: Vec3,
+    /// The same of that.
+    pub indirect_samples: f32,
+}
+
+impl PathLight {
+    /// Whether there is any.
+    #[inline(always)]
+    pub fn exists(&self) -> bool {
+        self.direct_samples + self.indirect_samples > 0.0
+    }
+}
+
+/// Path-traced light that the frame before lends to a collection point.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct PathLent {
+    /// The light; none where it counts no frames.
+    pub light: PathLight,
+    /// From the point to the mean position of that light (m).
+    pub offset: Vec3,
+    /// Mean square of what a frame finds, direct and indirect light and all channels together.
+    pub square: f32,
+}
+
+/// A path of the frame before, traced again.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Retraced {
+    /// Light that it found in the frame before, all channels of `PathLight` together, direct and indirect (W m^-2).
+    pub before: Vec2,
+    /// Light that it finds now (W m^-2).
+    pub now: Vec2,
+}
+
 /// Light paths of a frame for each validation path.
 pub const PATHS_PER_VALIDATION: u32 = 8;
 /// Deposits that a validation path remembers.
@@ -82,4 +126,5 @@ pub fn validation_paths(light_path_count: u32) -> u32 {
 const _: () = assert!(size_of::<HistoryPoint>() == 32);
 const _: () = assert!(size_of::<Reprojected>() == 32);
 const _: () = assert!(size_of::<HistorySettings>() == 16);
+const _: () = assert!(size_of::<PathLight>() == 32);
 const _: () = assert!(size_of::<ValidationDeposit>() == 20);

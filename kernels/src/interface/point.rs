@@ -52,6 +52,17 @@ pub struct PointShading {
     pub astigmatism: u32,
 }
 
+/// Direct light at a collection point.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct PointDirect {
+    /// Radiance at the eye of what the point's non-specular class reflects of light that comes straight from lights
+    /// (W m^-2 sr^-1).
+    pub radiance: Vec3,
+    /// Chance of that class, which the path beyond the point has the inverse of in its throughput.
+    pub chance: f32,
+}
+
 /// Where a deposit lies: all that a gather reads of deposits it does not take.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -92,5 +103,6 @@ pub enum Side {
 
 const _: () = assert!(size_of::<PointGeometry>() == 32);
 const _: () = assert!(size_of::<PointShading>() == 64);
+const _: () = assert!(size_of::<PointDirect>() == 16);
 const _: () = assert!(size_of::<DepositGeometry>() == 32);
 const _: () = assert!(size_of::<DepositLight>() == 32);

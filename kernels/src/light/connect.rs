@@ -120,13 +120,30 @@ impl Candidates {
 /// The largest number below one.
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
+/// Light that a vertex sends on, by the class of the lobe that does (W m^-2 sr^-1).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ByClass {
+    /// By lobes that end a camera prefix.
+    pub non_specular: Vec3,
+    /// By others.
+    pub specular: Vec3,
+}
+
+impl ByClass {
+    /// By all lobes.
+    #[inline(always)]
+    pub fn sum(&self) -> Vec3 {
+        self.non_specular + self.specular
+    }
+}
+
 /// One of the candidates of a connection, drawn by the light that each would give unshadowed [Chao 1982, A general purpose unequal
 /// probability sampling plan].
 pub struct Reservoir {
     /// The one that was drawn.
     pub connection: Connection,
-    /// The light that it would give (W m^-2 sr^-1).
-    light: Vec3,
+    /// The light that it would give.
+    light: ByClass,
     /// The mean of its channels, and that of all.
     weight: f32,
     weights: f32,
@@ -140,7 +157,7 @@ impl Reservoir {
     pub fn new(position: Vec3, choice: f32) -> Self {
         Reservoir {
             connection: Connection::none(position),
-            light: Vec3::ZERO,
+            light: ByClass::default(),
             weight: 0.0,
             weights: 0.0,
             choice,
@@ -149,8 +166,8 @@ impl Reservoir {
 
     /// Takes a candidate, or passes it by.
     #[inline(always)]
-    pub fn add(&mut self, connection: Connection, light: Vec3) {
-        let weight = mean(light);
+    pub fn add(&mut self, connection: Connection, light: ByClass) {
+        let weight = mean(light.sum());
         if weight > 0.0 {
             self.weights += weight;
             let chance = weight / self.weights;
@@ -166,7 +183,11 @@ impl Reservoir {
 
     /// Its light over the chance that it was chosen.
     #[inline(always)]
-    pub fn light(&self) -> Vec3 {
-        if self.weight == self.weights { self.light } else { self.light * (self.weights / self.weight) }
+    pub fn light(&self) -> ByClass {
+        if self.weight == self.weights {
+            return self.light;
+        }
+        let scale = self.weights / self.weight;
+        ByClass { non_specular: self.light.non_specular * scale, specular: self.light.specular * scale }
     }
 }

@@ -6,6 +6,7 @@ use std::sync::LazyLock;
 
 use crate::declare::{BufferSpec, Emission, INDEX, Step, Work, buffers};
 use crate::gather::variant::{self, Over, Side, Stage, Variant};
+use crate::history::path;
 use crate::interface::frame::{Dispatch, FrameParams, PILOT};
 use crate::method::{Method, Parts};
 use crate::pass::balance::balance;
@@ -23,15 +24,21 @@ pub fn frame_steps(
     prepare: Vec<Step>,
     shoot: impl Fn(Batch) -> Vec<Step>,
 ) -> Vec<Step> {
-    let Parts { history, denoiser, emission, balances, bounds, widens, .. } = parts;
+    let Parts { history, denoiser, emission, balances, bounds, keeps_path, widens, .. } = parts;
     let shoots = params.light_path_count > 0;
     let mut steps = vec![
         Step::Clear { buffer: "counters" },
         Step::Clear { buffer: "accumulator" },
         Step::of(&COLLECT, params),
     ];
+    if keeps_path {
+        steps.extend(path::lend(params));
+    }
     if bounds {
         steps.extend(bound(params));
+    }
+    if keeps_path {
+        steps.extend(path::blend(params));
     }
     steps.extend((denoiser.steps)(params));
     // A history that follows the light has nothing to follow in the dark.
@@ -72,6 +79,11 @@ pub fn frame_steps(
     }
     steps.push(Step::of(&DISPLAY, params));
     steps
+}
+
+/// The steps before a frame before which something moved. They run with the settings of the last frame, in the scene of this one.
+pub fn look_back(parts: Parts, params: &FrameParams) -> Vec<Step> {
+    if parts.keeps_path { path::look_back(params) } else { Vec::new() }
 }
 
 /// Light paths whose deposits the deposit buffers hold.
@@ -167,13 +179,16 @@ fn all_steps() -> Vec<Step> {
                         let parts = Parts {
                             balances: true,
                             bounds: true,
+                            keeps_path: true,
                             widens: true,
                             gather,
                             history,
                             denoiser,
                             emission,
                         };
-                        steps.extend((method.steps)(parts, &(method.frame)(params, 0)));
+                        let params = (method.frame)(params, 0);
+                        steps.extend(look_back(parts, &params));
+                        steps.extend((method.steps)(parts, &params));
                     }
                 }
             }
@@ -185,5 +200,7 @@ fn all_steps() -> Vec<Step> {
 /// The buffers of a frame of a method.
 pub fn frame_buffers(method: &Method, parts: Parts, params: &FrameParams) -> Vec<BufferSpec> {
     let params = (method.frame)(*params, 0);
-    buffers(&(method.steps)(parts, &params), &params)
+    let mut steps = look_back(parts, &params);
+    steps.extend((method.steps)(parts, &params));
+    buffers(&steps, &params)
 }

@@ -2,6 +2,7 @@
 
 use crate::declare::{Denoiser, Emission, History, Step, named};
 use crate::gather::variant::Variant;
+use crate::history::path;
 use crate::interface::choice::TextureFilter;
 use crate::interface::frame::FrameParams;
 use crate::pass::{balance, weigh, widen};
@@ -46,7 +47,8 @@ impl Method {
         let weighs = if parts.weighs() { &weigh::KEPT } else { none };
         let balances = if parts.balances { &balance::KEPT } else { none };
         let widens = if parts.widens { &widen::KEPT } else { none };
-        let all = [self.keeps, parts.history.keeps, parts.emission.keeps, weighs, balances, widens];
+        let path = if parts.keeps_path { &path::KEPT } else { none };
+        let all = [self.keeps, parts.history.keeps, parts.emission.keeps, weighs, balances, widens, path];
         all.into_iter().flatten().copied()
     }
 
@@ -71,6 +73,8 @@ pub struct Parts {
     pub balances: bool,
     /// Whether rare bright samples of camera paths are bounded (`pass::bound`).
     pub bounds: bool,
+    /// Whether path-traced light outlives its frame (`history::path`).
+    pub keeps_path: bool,
     /// Whether discs are wider where deposits were few (`pass::widen`).
     pub widens: bool,
 }
@@ -92,6 +96,7 @@ impl From<&'static Variant> for Parts {
             emission: &emission::POWER,
             balances: false,
             bounds: false,
+            keeps_path: false,
             widens: false,
         }
     }

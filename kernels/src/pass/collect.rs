@@ -9,11 +9,11 @@ use crate::interface::features::Features;
 use crate::interface::frame::{FrameParams, PIXEL_FILTER_BOX, TEXTURE_FILTER_FINEST};
 use crate::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAGS_SCATTER_TEXTURE, Material};
 use crate::interface::packed::to_signed_shares;
-use crate::interface::point::{PointGeometry, PointShading};
+use crate::interface::point::{PointDirect, PointGeometry, PointShading};
 use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
 use crate::light::area::pdf_solid_angle;
-use crate::light::connect::{Candidates, Connection, Reservoir};
+use crate::light::connect::{ByClass, Candidates, Connection, Reservoir};
 use crate::math::cone::RayCone;
 use crate::math::is_finite;
 use crate::math::offset;
@@ -79,8 +79,11 @@ impl Beyond {
 pub struct Collected {
     /// Radiance that is no caustic (W m^-2 sr^-1).
     pub radiance: Vec3,
-    /// The part of it that came before the collection point, emission there included (W m^-2 sr^-1).
+    /// The part of it that is no light which the non-specular class of the collection point reflects: what came before the point,
+    /// its emission, and direct light on its specular class (W m^-2 sr^-1).
     pub seen: Vec3,
+    /// The direct light among what that class reflects.
+    pub direct: PointDirect,
     /// The part of it that was found before the first draw from a lobe that has a width (W m^-2 sr^-1).
     pub steady: Vec3,
     /// Where the collection point is.
@@ -116,6 +119,7 @@ pub fn collect(
     mut path_radiance: Slots<'_, Vec3>,
     mut seen_radiance: Slots<'_, Vec3>,
     mut steady_radiance: Slots<'_, Vec3>,
+    mut point_direct: Slots<'_, PointDirect>,
     mut point_geometry: Slots<'_, PointGeometry>,
     mut point_shading: Slots<'_, PointShading>,
 ) {
@@ -124,6 +128,7 @@ pub fn collect(
     path_radiance.write(pixel, collected.radiance);
     seen_radiance.write(pixel, collected.seen);
     steady_radiance.write(pixel, collected.steady);
+    point_direct.write(pixel, collected.direct);
     point_geometry.write(pixel, collected.geometry);
     point_shading.write(pixel, collected.shading);
 }
@@ -221,10 +226,6 @@ pub fn follow<T: Tracer, C: Atomics>(
         if depth > params.max_bounces {
             break;
         }
-        if prefix {
-            collected.seen = collected.radiance;
-        }
-
         // Direct light on every non-delta lobe, each class for itself.
         let (mut follows, mut finds) = (Classes::ALL, Classes::ALL);
         candidates = Candidates::of(params);
@@ -246,6 +247,9 @@ pub fn follow<T: Tracer, C: Atomics>(
         if candidates.each > 1 {
             choice = next4(&mut rng, &params.sequence).x;
         }
+        if prefix {
+            (collected.seen, collected.direct.radiance) = (collected.radiance, Vec3::ZERO);
+        }
         if scattering.bsdf.scatters() {
             let mut number = 0;
             while number < candidates.connections * candidates.each {
@@ -258,13 +262,18 @@ pub fn follow<T: Tracer, C: Atomics>(
                     number += 1;
                 }
                 let direct = reservoir.light();
-                if direct.max_element() > 0.0 {
+                let both = direct.sum();
+                if both.max_element() > 0.0 {
                     shadow_rays += 1;
                     let shadow = shadow_ray(&here, &reservoir.connection);
                     let media = scattering.media_towards(reservoir.connection.to_light);
                     let left = unblocked(&shadow, media, features, scene, tracer);
                     if left.max_element() > 0.0 {
-                        collected.radiance += throughput * direct * left;
+                        collected.radiance += throughput * both * left;
+                        if prefix {
+                            collected.seen += throughput * direct.specular * left;
+                            collected.direct.radiance += throughput * direct.non_specular * left;
+                        }
                     }
                 }
             }
@@ -292,6 +301,7 @@ pub fn follow<T: Tracer, C: Atomics>(
                     normal: here.face_normal,
                     depth,
                 };
+                collected.direct.chance = chance;
                 collected.shading = PointShading {
                     to_viewer: here.to_previous,
                     material: here.material,
@@ -340,7 +350,8 @@ pub fn follow<T: Tracer, C: Atomics>(
         collected.steady = collected.radiance;
     }
     if !is_finite(collected.radiance.element_sum()) {
-        (collected.radiance, collected.steady) = (Vec3::ZERO, Vec3::ZERO);
+        (collected.radiance, collected.seen, collected.steady) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
+        collected.direct = PointDirect::default();
         counters.add(Counter::NonFinite as u32, 1);
     }
     counters.add(Counter::CameraRays as u32, rays);
@@ -360,7 +371,7 @@ fn emits(vertex: &Vertex, material: &Material) -> bool {
     vertex.front || material.flags & FLAG_EMIT_BOTH_SIDES != 0
 }
 
-/// Reflected or transmitted light of a connection, weighted against finding the light by scattering (balance
+/// Reflected or transmitted light of a connection, each class for itself, weighted against finding the light by scattering (balance
 /// heuristic).
 #[inline(always)]
 fn direct_light(
@@ -368,22 +379,23 @@ fn direct_light(
     connection: &Connection,
     classes: Classes,
     features: Features,
-) -> Vec3 {
-    let mut sum = Vec3::ZERO;
+) -> ByClass {
+    let mut sum = ByClass::default();
     if connection.radiance_over_pdf.max_element() > 0.0 {
         let cos = connection.to_light.dot(scattering.vertex.shading_normal).abs();
         let above = connection.to_light.dot(scattering.vertex.face_normal) > 0.0;
         if features.has(Features::ROUGH_GLASS) && !above && classes.has(Classes::SPECULAR) {
             // Through the surface; radiance is compressed as where a path scatters.
             let eta = scattering.bsdf.eta;
-            return connection.radiance_over_pdf
+            sum.specular = connection.radiance_over_pdf
                 * weighted(scattering, connection, Classes::SPECULAR)
                 * (cos * eta * eta);
+            return sum;
         }
         let light = connection.radiance_over_pdf * if above { cos } else { 0.0 };
-        sum = light * weighted(scattering, connection, Classes::NON_SPECULAR);
+        sum.non_specular = light * weighted(scattering, connection, Classes::NON_SPECULAR);
         if classes.has(Classes::SPECULAR) {
-            sum += light * weighted(scattering, connection, Classes::SPECULAR);
+            sum.specular = light * weighted(scattering, connection, Classes::SPECULAR);
         }
     }
     sum

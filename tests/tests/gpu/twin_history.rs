@@ -1,5 +1,6 @@
 //! Twin tests of the histories: a frame of an animation step by step on equal inputs, and a few frames on each runner's own.
 
+mod path;
 mod sequence;
 mod steps;
 
@@ -27,6 +28,8 @@ struct Animation {
     uploads: [Upload; 2],
     /// The eye of the frame before.
     camera: Camera,
+    /// Whether path-traced light outlives its frame.
+    keeps_path: bool,
 }
 
 impl Animation {
@@ -44,7 +47,7 @@ impl Animation {
         let twin = Twin::open(gpu, hardware, &scene, &settings);
         let uploads = [Upload::new(&scene), Upload::new(&scene)];
         let camera = twin.params.camera;
-        Animation { scene, settings, twin, uploads, camera }
+        Animation { scene, settings, twin, uploads, camera, keeps_path: false }
     }
 
     /// Starts again, with nothing to remember.
@@ -68,8 +71,12 @@ impl Animation {
     }
 
     fn steps(&self, params: &FrameParams) -> Vec<Step> {
-        let history = self.settings.history;
-        basic::steps(Parts { history, ..Parts::from(&PHOTONS_GRID) }, params)
+        basic::steps(self.parts(), params)
+    }
+
+    fn parts(&self) -> Parts {
+        let (history, keeps_path) = (self.settings.history, self.keeps_path);
+        Parts { history, keeps_path, ..Parts::from(&PHOTONS_GRID) }
     }
 }
 
@@ -85,6 +92,15 @@ fn runners_agree_on_light_that_moves() {
 fn runners_agree_on_light_that_is_carried_along() {
     let Some(gpu) = watched_gpu() else { return };
     runners_agree(&gpu, &[false], "moving-receiver", 200_000);
+}
+
+/// A lamp that swings, and the path-traced light that is kept.
+#[test]
+fn runners_agree_on_path_traced_light_that_is_kept() {
+    let Some(gpu) = watched_gpu() else { return };
+    for &hardware in gpu.tracers() {
+        path::steps_agree(&mut Animation::open(&gpu, hardware, "animated-light", 1000));
+    }
 }
 
 fn runners_agree(gpu: &Gpu, tracers: &[bool], scene: &str, light_paths: u32) {

@@ -14,6 +14,7 @@ use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::path::PATH;
 use caustics_tests::blocks::Blocks;
 use caustics_tests::scenes::*;
+use caustics_tests::statistics::Mean;
 use caustics_tests::twin::load;
 use glam::DVec3;
 
@@ -40,7 +41,7 @@ fn under_a_lamp() -> Scene {
     b.build()
 }
 
-/// What the committed rooms have of mirrors, glass, textures and lamps, block by block, in both layers and by chance alone.
+/// The light of mirrors, glass, textures and lamps in three rooms: means of blocks differ by chance alone, in both layers.
 #[test]
 fn every_sampler_finds_the_same_light() {
     for (name, method, frames) in
@@ -78,9 +79,8 @@ fn variance(scene: &Scene, sampler: Sampler, batches: u32, counts: &[u32]) -> Ve
         let pixels = means[0].path.len();
         let of_pixel = |pixel: usize| {
             let values: Vec<f64> = means.iter().map(|mean| f64::from(mean.path[pixel].x)).collect();
-            let mean = values.iter().sum::<f64>() / values.len() as f64;
-            let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-            if mean > 0.0 { squares / (values.len() - 1) as f64 / (mean * mean) } else { 0.0 }
+            let Mean { value, error } = Mean::of(&values);
+            if value > 0.0 { values.len() as f64 * (error / value).powi(2) } else { 0.0 }
         };
         (0..pixels).map(of_pixel).sum::<f64>() / pixels as f64
     };

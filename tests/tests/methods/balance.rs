@@ -178,7 +178,7 @@ fn numbers_of_light_paths_repeat_and_go_on() {
                 let state: Vec<_> =
                     session.state().unwrap().into_iter().map(|(n, b)| (n.to_string(), b)).collect();
                 session = open(threads, &scene, &settings(&GUIDED, 3), &BASIC);
-                session.restore(&state).expect("a state");
+                session.restore(frame, &state).expect("a state");
             }
         }
         (paths, session.read::<Vec3>("caustic_radiance").expect("caustics"))

@@ -155,7 +155,7 @@ fn a_state_that_is_restored_goes_on() {
         }
         let state: Vec<_> = whole.state().unwrap().into_iter().map(|(n, b)| (n.to_string(), b)).collect();
         let mut resumed = open(&CPU, &scene, &settings, &BASIC);
-        resumed.restore(&state).expect("a state");
+        resumed.restore(2, &state).expect("a state");
         pose(&mut whole, &mut scene, time(3));
         pose(&mut resumed, &mut scene, time(3));
         assert!(caustics(&mut whole, 3) == caustics(&mut resumed, 3), "moves: {moves}");
@@ -207,7 +207,7 @@ fn a_caster_that_jumps_is_found_again() {
                 let state: Vec<_> =
                     before.state().unwrap().into_iter().map(|(n, b)| (n.to_string(), b)).collect();
                 let mut after = open(&CPU, &there, &settings, &BASIC);
-                after.restore(&state).expect("a state");
+                after.restore(still - 1, &state).expect("a state");
                 // As an animation would say.
                 after.jump();
                 (still..still + frames).map(|frame| caustics(&mut after, frame)).next_back().expect("a frame")

@@ -7,6 +7,7 @@ mod denoiser;
 mod fireflies;
 mod guided;
 mod kim2019;
+mod path_history;
 mod reuse;
 mod stability;
 mod widen;

@@ -220,7 +220,7 @@ fn a_map_that_is_restored_goes_on() {
     let state: Vec<_> = whole.state().unwrap().into_iter().map(|(n, b)| (n.to_string(), b)).collect();
     whole.frame(3).unwrap();
     let mut resumed = open(&scene, &settings, &YANG2021, 0);
-    resumed.restore(&state).unwrap();
+    resumed.restore(2, &state).unwrap();
     resumed.frame(3).unwrap();
     let picture = |session: &mut Session| session.read::<Vec3>("caustic_radiance").unwrap();
     assert!(picture(&mut whole) == picture(&mut resumed));

@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use caustics::checkpoint::Identity;
-use caustics::experiment::axis::HISTORY;
+use caustics::experiment::axis::{HISTORY, PATH_HISTORY};
 use caustics::experiment::cell::Cell;
 use caustics::exposure::Exposure;
 use caustics::output::target::TargetError;
 use caustics::scene::{self, Scene};
 use caustics::settings::Settings;
 use caustics_kernels::history;
-use caustics_kernels::interface::choice::TextureFilter;
+use caustics_kernels::interface::choice::{PathHistory, TextureFilter};
 use caustics_kernels::method::Method;
 
 use super::pattern::Pattern;
@@ -60,6 +60,9 @@ impl Plan {
         let mut cell = axes.cell()?;
         if !axes.has(&HISTORY) && cell.method.lends {
             cell.history = &history::VALIDATED;
+        }
+        if !axes.has(&PATH_HISTORY) && cell.history.settings.is_some() {
+            cell.path_history = PathHistory::Validated;
         }
         let settings = settings(&common.view, &cell, 1)?.of(cell.method);
         Ok(Plan {
@@ -140,6 +143,7 @@ impl Plan {
             connections,
             sampler,
             batches,
+            path_history,
             fireflies,
             ..
         } = &self.settings;
@@ -164,6 +168,7 @@ impl Plan {
             ("connections", connections.name().to_string()),
             ("sampler", sampler.name().to_string()),
             ("batches", batches.to_string()),
+            ("path_history", path_history.name().to_string()),
             ("fireflies", fireflies.name().to_string()),
             ("fps", self.fps.to_string()),
             ("first_frame", first),

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use caustics::checkpoint::{Identity, difference};
+use caustics::exposure::Exposure;
 use caustics::file::read_file;
 use caustics::output::target::{Target, remove};
 use caustics::output::{exr, png};
@@ -28,8 +29,6 @@ pub struct Run {
     pub camera: String,
     /// What renders.
     pub session: Session,
-    /// Exposure of the PNGs (stops), once it is known.
-    pub exposure: Option<f64>,
     /// All that decides the bits.
     pub identity: Identity,
     /// Whether what a history lends is on disk.
@@ -70,7 +69,7 @@ impl Run {
             if (begin..first).contains(&state.frame) {
                 // The next frame looks back at what stood where in this one.
                 self.pose(state.frame)?;
-                self.session.restore(&state.buffers)?;
+                self.session.restore(state.frame, &state.buffers)?;
                 begin = state.frame + 1;
             }
         }
@@ -147,12 +146,12 @@ impl Run {
     }
 
     fn write_png(&mut self, frame: u32, picture: &Picture) -> anyhow::Result<()> {
-        // One for all frames: that of the first.
-        if self.exposure.is_none() {
-            let first = kept::picture(&self.plan.pattern, self.plan.frames.start)?.beauty();
-            self.exposure = Some(self.plan.exposure.stops(first.iter().map(|color| color.as_dvec3())));
+        // One for all frames: that of the first, which is written before all others.
+        if self.plan.exposure == Exposure::Auto {
+            let first = kept::picture(&self.plan.pattern, self.plan.frames.start)?;
+            self.plan.exposure = Exposure::Stops(self.plan.exposure.of(&first));
         }
-        self.session.expose(self.exposure.unwrap_or_default() as f32);
+        self.session.expose(self.plan.exposure.of(picture) as f32);
         let colors = self.session.display(picture)?;
         let bytes = png::encode(self.plan.settings.width, self.plan.settings.height, &colors)?;
         let path = self.plan.pattern.frame(frame, "png");

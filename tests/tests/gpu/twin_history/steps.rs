@@ -161,7 +161,14 @@ fn remembered(twin: &mut Twin) -> Vec<Difference> {
         assert!(scale > 0.0);
         found.push(floats(buffer, 3, &cpu, &gpu, Tolerance { absolute: 1.0e-4 * scale, ..NEAR }));
     }
-    let (cpu, gpu) = twin.rows::<HistoryPoint>("history_points");
+    found.extend(points(twin, "history_points"));
+    found
+}
+
+/// Points as the next frame finds them.
+pub fn points(twin: &mut Twin, buffer: &str) -> Vec<Difference> {
+    let (cpu, gpu) = twin.rows::<HistoryPoint>(buffer);
+    let mut found = vec![];
     let column = |points: &[HistoryPoint], of: fn(&HistoryPoint) -> Vec3| -> Vec<f32> {
         points.iter().flat_map(|point| of(point).to_array()).collect()
     };

@@ -1,0 +1,502 @@
+//! `path.*`: a history of the path-traced light at collection points, beside that of their caustics.
+//!
+//! Kept is what the non-specular class of a point reflects of the light that camera paths find, over the path's throughput and
+//! the point's reflectance, direct light apart from the rest: the chance of the class is in the throughput of the rest alone.
+//! What a path saw before its point, and what a specular class reflects there, is of this frame. Kept light is found where the
+//! previous camera saw the point, at the nearest point there of the same surface; in a still view, in the pixel itself. A mean over
+//! neighbours would blur more with every frame; the mean position of what a point holds bounds how far that lies from it.
+//!
+//! Whether it still holds is not guessed: of every 5 by 5 pixels one path of the frame before is traced again, with the same
+//! camera and random numbers, in the scene of today. Where nothing changed it finds the same light, to rounding; what differs
+//! says how many frames kept light may count. In a still view nothing is traced, and all frames count alike.
+//!
+//! Cost: a twenty-fifth of `collect` where something moved; 68 bytes a pixel of state. Wrong: a pixel keeps one point's light,
+//! so where a path may pass a surface or be reflected by it the kept light is that of the last choice, and else the nearest
+//! pixel's; whatever lies beside a change is as noisy as without a history.
+
+#[cfg(not(target_arch = "spirv"))]
+use crate::declare::Step;
+use crate::declare::pass;
+use crate::history::demodulate::{MIN_REFLECTANCE, demodulated, head_on};
+use crate::history::nearest::{Nearest, most_by_view};
+use crate::history::reprojected::ReprojectedPoint;
+use crate::history::window::{PreviousFrame, project, seen_from};
+use crate::interface::features::Features;
+use crate::interface::frame::FrameParams;
+use crate::interface::history::{HistoryPoint, PathLent, PathLight, Retraced};
+use crate::interface::instance::Instance;
+use crate::interface::material::Material;
+use crate::interface::point::{PointDirect, PointGeometry, PointShading};
+use crate::interface::scene::SceneTables;
+use crate::math::{is_finite, octahedral};
+use crate::pass::collect::camera_path;
+use crate::seam::{Slots, Uncounted};
+use crate::trace::Tracer;
+use spirv_std::glam::{Vec2, Vec3};
+
+#[cfg(target_arch = "spirv")]
+use spirv_std::num_traits::Float;
+
+/// What outlives a frame.
+#[cfg(not(target_arch = "spirv"))]
+pub const KEPT: [&str; 4] = ["path_points", "path_light", "path_square", "path_brightness"];
+
+/// Before a frame, if something moved, and with the settings of the frame before it: paths that are traced again.
+#[cfg(not(target_arch = "spirv"))]
+pub fn look_back(params: &FrameParams) -> Vec<Step> {
+    vec![Step::of(&PATH_RETRACE, params)]
+}
+
+/// Once a frame, after `collect`.
+#[cfg(not(target_arch = "spirv"))]
+pub fn lend(params: &FrameParams) -> Vec<Step> {
+    let judge = (params.moved != 0).then(|| Step::of(&PATH_JUDGE, params));
+    judge.into_iter().chain([Step::of(&PATH_LEND, params)]).collect()
+}
+
+/// Once a frame, when what this frame found is final.
+#[cfg(not(target_arch = "spirv"))]
+pub fn blend(params: &FrameParams) -> Vec<Step> {
+    vec![Step::of(&PATH_BLEND, params)]
+}
+
+/// Pixels to a side of a block, of which one is traced again.
+pub const BLOCK: u32 = 5;
+/// Which that is moves on by so many from frame to frame: prime to the pixels of a block.
+const STRIDE: u32 = 7;
+/// Frames' worth that kept light counts at most where something moves.
+pub const MOST_FRAMES: f32 = 32.0;
+/// The same in a still view: whole numbers stay exact.
+const MOST_STILL_FRAMES: f32 = 4_194_304.0;
+/// The same of light that a mesh carries along.
+const MOST_CARRIED_FRAMES: f32 = 1.0;
+/// Distance up to which a point lends, seen head on (radii).
+const REACH: f32 = 1.3;
+/// Least cosine that this is projected with.
+const MIN_SLANT_COS: f32 = 0.05;
+/// Frames' worth from which on light knows its variance.
+const LEAST_KNOWN_FRAMES: f32 = 4.0;
+/// Relative difference that two compilations of one computation may make.
+const ROUNDING: f32 = 1.0e-3;
+
+/// Blocks along a row of the picture.
+#[inline(always)]
+fn blocks_per_row(params: &FrameParams) -> u32 {
+    params.width.div_ceil(BLOCK)
+}
+
+/// Blocks of the picture.
+#[inline(always)]
+pub fn block_count(params: &FrameParams) -> u32 {
+    blocks_per_row(params) * params.height.div_ceil(BLOCK)
+}
+
+/// Traces a path of each block again.
+#[pass(name = "path.retrace", over = block_count(params), work = Reuse)]
+pub fn path_retrace(
+    block: u32,
+    params: &FrameParams,
+    features: Features,
+    scene: SceneTables<'_>,
+    tracer: &mut impl Tracer,
+    #[len = params.pixel_count()] path_points: &[HistoryPoint],
+    #[len = params.pixel_count()] path_brightness: &[Vec2],
+    mut path_retraced: Slots<'_, Retraced>,
+) {
+    let turn = params.frame % (BLOCK * BLOCK) * STRIDE % (BLOCK * BLOCK);
+    let column = block % blocks_per_row(params) * BLOCK + turn % BLOCK;
+    let row = block / blocks_per_row(params) * BLOCK + turn / BLOCK;
+    let mut retraced = Retraced::default();
+    if column < params.width && row < params.height {
+        let pixel = row * params.width + column;
+        let point = path_points[pixel as usize];
+        if point.samples > 0.0 {
+            let path = camera_path(pixel, params, features, scene, tracer, &mut Uncounted);
+            // What is another surface, the history will not find.
+            if path.geometry.exists() && path.shading.material == point.material {
+                let light = path.radiance - path.seen;
+                let found = arriving(light, &path.direct, &path.shading, scene.materials, params, features);
+                let now = brightness(&found, path.direct.chance);
+                retraced = Retraced { before: path_brightness[pixel as usize], now };
+            }
+        }
+    }
+    path_retraced.write(block, retraced);
+}
+
+/// How many frames kept light may count in each block.
+#[pass(name = "path.judge", over = block_count(params), work = Reuse)]
+pub fn path_judge(
+    block: u32,
+    params: &FrameParams,
+    #[len = block_count(params)] path_retraced: &[Retraced],
+    mut path_most: Slots<'_, Vec2>,
+) {
+    let mut most = Vec2::splat(MOST_FRAMES);
+    let mut window = 0;
+    while window < 3 {
+        let side = [1, 3, 7][window as usize];
+        let changes = Changes::around(block, side, params, path_retraced);
+        most = most.min(changes.most_frames());
+        window += 1;
+    }
+    path_most.write(block, most);
+}
+
+/// What paths that were traced again around a place found, of direct and of indirect light.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Changes {
+    /// Sum of their light in the frame before.
+    before: Vec2,
+    /// Sum of their light now.
+    now: Vec2,
+    /// Sum of the greater of both.
+    greater: Vec2,
+    /// Sum of differences, whatever their sign.
+    differences: Vec2,
+    /// Sum of their squares.
+    squares: Vec2,
+}
+
+/// Share of the light by which that of a place may be late.
+const MAX_LATE: f32 = 0.01;
+/// Share of it by which single paths' light may be: what one loses another gains, as where the edge of a shadow moves.
+const MAX_PATHS_LATE: f32 = 0.05;
+/// Share of the light that changed, above which nothing is lent.
+const MAX_CHANGED: f32 = 0.25;
+/// Standard deviations of changes that come and go by chance, which say nothing of their sum.
+const NOISE_SIGMAS: f32 = 1.2;
+
+impl Changes {
+    /// Those of the blocks so many to each side.
+    #[inline(always)]
+    fn around(block: u32, side: u32, params: &FrameParams, retraced: &[Retraced]) -> Changes {
+        let (width, height) = (blocks_per_row(params), params.height.div_ceil(BLOCK));
+        let (column, row) = (block % width, block / width);
+        let mut sum = Changes::default();
+        let mut y = row.max(side) - side;
+        while y <= (row + side).min(height - 1) {
+            let mut x = column.max(side) - side;
+            while x <= (column + side).min(width - 1) {
+                sum.add(&retraced[(y * width + x) as usize]);
+                x += 1;
+            }
+            y += 1;
+        }
+        sum
+    }
+
+    #[inline(always)]
+    fn add(&mut self, path: &Retraced) {
+        let greater = path.before.max(path.now);
+        // What rounding may make is no difference.
+        let difference = ((path.now - path.before).abs() - greater * ROUNDING).max(Vec2::ZERO);
+        self.before += path.before;
+        self.now += path.now;
+        self.greater += greater;
+        self.differences += difference;
+        self.squares += difference * difference;
+    }
+
+    /// Frames that each kind of light may count.
+    #[inline(always)]
+    fn most_frames(&self) -> Vec2 {
+        Vec2::new(
+            most_of_kind(self.before.x, self.now.x, self.greater.x, self.differences.x, self.squares.x),
+            most_of_kind(self.before.y, self.now.y, self.greater.y, self.differences.y, self.squares.y),
+        )
+    }
+}
+
+/// Frames that light may count, so that it is late by a part of its brightness at most: n frames' worth are n frames late.
+#[inline(always)]
+fn most_of_kind(before: f32, now: f32, greater: f32, differences: f32, squares: f32) -> f32 {
+    if differences <= 0.0 {
+        return MOST_FRAMES;
+    }
+    let beyond_chance = (now - before).abs() - NOISE_SIGMAS * squares.sqrt();
+    let most = most_frames(beyond_chance / before.max(now), MAX_LATE);
+    most.min(most_frames(differences / greater, MAX_PATHS_LATE))
+}
+
+/// Frames that light may count where so large a share of it changes in a frame, to be late by a share of at most so much.
+#[inline(always)]
+fn most_frames(changed: f32, late: f32) -> f32 {
+    if changed <= 0.0 {
+        return MOST_FRAMES;
+    }
+    (late * (1.0 / changed - 1.0 / MAX_CHANGED)).clamp(0.0, MOST_FRAMES)
+}
+
+/// What the frame before lends to each pixel.
+#[pass(name = "path.lend", over = params.pixel_count(), work = Reuse)]
+pub fn path_lend(
+    pixel: u32,
+    params: &FrameParams,
+    features: Features,
+    path_radiance: &[Vec3],
+    seen_radiance: &[Vec3],
+    point_direct: &[PointDirect],
+    point_geometry: &[PointGeometry],
+    point_shading: &[PointShading],
+    materials: &[Material],
+    instances: &[Instance],
+    path_points: &[HistoryPoint],
+    path_light: &[PathLight],
+    path_square: &[f32],
+    #[len = block_count(params)] path_most: &[Vec2],
+    mut path_brightness: Slots<'_, Vec2>,
+    mut path_lent: Slots<'_, PathLent>,
+) {
+    let i = pixel as usize;
+    let (point, shading, direct) = (&point_geometry[i], &point_shading[i], &point_direct[i]);
+    let (mut found, mut lent) = (PathLight::default(), PathLent::default());
+    if point.exists() {
+        let light = path_radiance[i] - seen_radiance[i];
+        found = arriving(light, direct, shading, materials, params, features);
+    }
+    if found.exists() {
+        let history = PreviousFrame { points: path_points, light: path_light };
+        let lender =
+            lender(pixel, point, shading, materials, instances, history, path_most, params, features);
+        if lender.most.max_element() > 0.0 {
+            let light = path_light[lender.pixel as usize];
+            lent = PathLent {
+                light: PathLight {
+                    direct_samples: light.direct_samples.min(lender.most.x),
+                    indirect_samples: light.indirect_samples.min(lender.most.y),
+                    ..light
+                },
+                offset: lender.offset,
+                square: path_square[lender.pixel as usize],
+            };
+        }
+    }
+    path_brightness.write(pixel, brightness(&found, direct.chance));
+    path_lent.write(pixel, lent);
+}
+
+/// The point that lends.
+#[derive(Clone, Copy, Default)]
+struct Lender {
+    /// Its pixel.
+    pixel: u32,
+    /// Frames that its direct and its indirect light may count; zeros: there is none.
+    most: Vec2,
+    /// From the point that borrows to the mean position of that light (m).
+    offset: Vec3,
+}
+
+/// The point of the frame before that lends to that of a pixel.
+///
+/// What lies on a mesh that moved is looked for where it is: light that stays in the world while surfaces move below it is what paths
+/// that are traced again compare. What carries its light along is not found by them, and lends a frame's worth.
+#[inline(always)]
+fn lender(
+    pixel: u32,
+    point: &PointGeometry,
+    shading: &PointShading,
+    materials: &[Material],
+    instances: &[Instance],
+    history: PreviousFrame<'_, PathLight>,
+    path_most: &[Vec2],
+    params: &FrameParams,
+    features: Features,
+) -> Lender {
+    // Pixels side by side see a surface at a slant further apart than a disc is wide.
+    let cos = shading.to_viewer.dot(point.normal).abs().max(MIN_SLANT_COS);
+    let reach = REACH / cos.sqrt();
+    let mut borrower = ReprojectedPoint::in_place(point, shading);
+    let mut nearest = Nearest::new(borrower, reach);
+    let mut most = Vec2::splat(MOST_STILL_FRAMES);
+    if params.moved == 0 {
+        // Rays over the whole pixel are further apart.
+        nearest.prefer(pixel, history);
+        if !nearest.found {
+            nearest.search(centre(pixel, params), point.depth, params, history);
+        }
+    } else {
+        let before = &params.previous_camera;
+        let at = project(seen_from(before, pixel, point, shading, borrower.position, params), before, params);
+        nearest.search(at, point.depth, params, history);
+        most = most_at(at, path_most, params);
+        if !nearest.found && shading.instance != 0 {
+            borrower = ReprojectedPoint::new(point, shading, instances);
+            nearest = Nearest::new(borrower, reach);
+            let seen = seen_from(before, pixel, point, shading, borrower.position, params);
+            let at = project(seen, before, params);
+            nearest.search(at, point.depth, params, history);
+            most = most_at(at, path_most, params).min(Vec2::splat(MOST_CARRIED_FRAMES));
+        }
+    }
+    if !nearest.found {
+        return Lender::default();
+    }
+    let point = history.points[nearest.pixel as usize];
+    let by_view = most_by_view(&point, shading, materials, instances, params, features);
+    Lender {
+        pixel: nearest.pixel,
+        most: most.min(Vec2::splat(by_view)),
+        offset: point.position - borrower.position,
+    }
+}
+
+/// Frames that light may count at a place in the frame before (px).
+#[inline(always)]
+fn most_at(at: Vec2, path_most: &[Vec2], params: &FrameParams) -> Vec2 {
+    let column = at.x.clamp(0.0, params.width as f32 - 1.0) as u32;
+    let row = at.y.clamp(0.0, params.height as f32 - 1.0) as u32;
+    path_most[(row / BLOCK * blocks_per_row(params) + column / BLOCK) as usize]
+}
+
+/// Centre of a pixel (px).
+#[inline(always)]
+fn centre(pixel: u32, params: &FrameParams) -> Vec2 {
+    Vec2::new((pixel % params.width) as f32 + 0.5, (pixel / params.width) as f32 + 0.5)
+}
+
+/// Light of this frame and what was lent, shown and kept: of each kind (n old + new) / (n + 1).
+#[pass(name = "path.blend", over = params.pixel_count(), work = Reuse)]
+pub fn path_blend(
+    pixel: u32,
+    params: &FrameParams,
+    features: Features,
+    seen_radiance: &[Vec3],
+    point_direct: &[PointDirect],
+    point_geometry: &[PointGeometry],
+    point_shading: &[PointShading],
+    materials: &[Material],
+    path_lent: &[PathLent],
+    mut path_radiance: Slots<'_, Vec3>,
+    mut path_points: Slots<'_, HistoryPoint>,
+    mut path_light: Slots<'_, PathLight>,
+    mut path_square: Slots<'_, f32>,
+    mut path_noise: Slots<'_, f32>,
+) {
+    let i = pixel as usize;
+    let (point, shading, direct) = (&point_geometry[i], &point_shading[i], &point_direct[i]);
+    let (mut kept, mut light, mut square) = (HistoryPoint::default(), PathLight::default(), 0.0);
+    if point.exists() {
+        let found = path_radiance.read(pixel) - seen_radiance[i];
+        light = arriving(found, direct, shading, materials, params, features);
+    }
+    if light.exists() {
+        let found = brightness(&light, direct.chance).element_sum();
+        square = found * found;
+        let PathLent { light: lent, offset, square: lent_square } = path_lent[i];
+        let shares = Vec2::new(1.0 / (lent.direct_samples + 1.0), 1.0 / (lent.indirect_samples + 1.0));
+        if lent.exists() {
+            light = PathLight {
+                direct: lent.direct + (light.direct - lent.direct) * shares.x,
+                direct_samples: lent.direct_samples + 1.0,
+                indirect: lent.indirect + (light.indirect - lent.indirect) * shares.y,
+                indirect_samples: lent.indirect_samples + 1.0,
+            };
+            square = lent_square + (square - lent_square) * shares.max_element();
+            let reflected = shading.throughput * head_on(shading, materials, params, features);
+            let shown = reflected * (light.direct * direct.chance + light.indirect);
+            path_radiance.write(pixel, seen_radiance[i] + shown);
+        }
+        kept = HistoryPoint {
+            position: point.position + offset * (1.0 - shares.x),
+            radius: point.radius,
+            normal: octahedral::encode(point.normal),
+            to_viewer: octahedral::encode(shading.to_viewer),
+            material: shading.material,
+            samples: light.direct_samples,
+        };
+    }
+    path_points.write(pixel, kept);
+    path_light.write(pixel, light);
+    path_square.write(pixel, square);
+    path_noise.write(pixel, noise(&light, direct.chance, square));
+}
+
+/// One plus the variance of the mean of all frames over its square; 0 where they are too few to tell.
+#[inline(always)]
+fn noise(light: &PathLight, chance: f32, square: f32) -> f32 {
+    let samples = light.direct_samples.min(light.indirect_samples);
+    let mean = brightness(light, chance).element_sum();
+    if samples < LEAST_KNOWN_FRAMES {
+        return 0.0;
+    }
+    // What is black has been so in all frames.
+    let one = if mean > 0.0 { (square / (mean * mean) - 1.0).max(0.0) } else { 0.0 };
+    1.0 + one / (samples - 1.0)
+}
+
+/// The light that arrives at a point whose non-specular class sends so much to the eye; none where that cannot be told.
+#[inline(always)]
+fn arriving(
+    light: Vec3,
+    direct: &PointDirect,
+    shading: &PointShading,
+    materials: &[Material],
+    params: &FrameParams,
+    features: Features,
+) -> PathLight {
+    let reflected = shading.throughput * head_on(shading, materials, params, features);
+    let known = (reflected * direct.chance.min(1.0)).max_element();
+    if !is_finite(light.element_sum()) || !is_finite(reflected.element_sum()) || known < MIN_REFLECTANCE {
+        return PathLight::default();
+    }
+    // Of a sample that was bounded, what is left is direct light first.
+    let from_lights = direct.radiance.min(light);
+    PathLight {
+        direct: demodulated(from_lights, reflected * direct.chance),
+        direct_samples: 1.0,
+        indirect: demodulated(light - from_lights, reflected),
+        indirect_samples: 1.0,
+    }
+}
+
+/// All channels of direct and of indirect light, as the eye sees them but for what the point and the path to it leave of them.
+#[inline(always)]
+fn brightness(light: &PathLight, chance: f32) -> Vec2 {
+    Vec2::new(light.direct.element_sum() * chance, light.indirect.element_sum())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What paths say of which so many of 49 went from `before` to `now`, and the others rest at `before`.
+    fn changes(count: u32, before: f32, now: f32) -> Changes {
+        let mut changes = Changes::default();
+        for path in 0..49 {
+            let now = if path < count { now } else { before };
+            changes.add(&Retraced { before: Vec2::new(before, 1.0), now: Vec2::new(now, 1.0) });
+        }
+        changes
+    }
+
+    #[test]
+    fn light_at_rest_counts_long_and_so_does_what_rounding_changed() {
+        assert_eq!(Changes::default().most_frames(), Vec2::splat(MOST_FRAMES));
+        assert_eq!(changes(0, 2.0, 2.0).most_frames(), Vec2::splat(MOST_FRAMES));
+        assert_eq!(changes(49, 2.0, 2.001).most_frames(), Vec2::splat(MOST_FRAMES));
+    }
+
+    #[test]
+    fn light_that_changes_is_late_by_a_part_of_its_brightness() {
+        for change in [0.01, 0.02, 0.05, 0.1, 0.2] {
+            for now in [1.0 - change, 1.0 / (1.0 - change)] {
+                let most = changes(49, 1.0, now).most_frames();
+                // 49 paths that change alike are beyond chance but for 1.2 / 7 of the change.
+                assert!(most.x * change <= MAX_LATE / (1.0 - 1.2 / 7.0), "{change}: {most}");
+                assert_eq!(most.y, MOST_FRAMES, "the other kind rests");
+            }
+        }
+        for change in [0.3, 0.5, 1.0] {
+            assert_eq!(changes(49, 1.0, 1.0 - change).most_frames().x, 0.0);
+            assert_eq!(changes(49, 1.0 - change, 1.0).most_frames().x, 0.0);
+        }
+    }
+
+    #[test]
+    fn a_single_path_that_changed_shortens_and_ends_nothing() {
+        let most = changes(1, 1.0, 0.0).most_frames().x;
+        assert!(1.0 < most && most < 4.0, "{most}");
+        assert_eq!(changes(20, 1.0, 0.0).most_frames().x, 0.0);
+    }
+}

@@ -1,0 +1,67 @@
+//! The passes that keep path-traced light: before each both runners hold the same, after it what it wrote is compared.
+
+use caustics_kernels::declare::Step;
+use caustics_kernels::history::NONE;
+use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::method::frame::look_back;
+use caustics_tests::compare::{Difference, Tolerance, floats};
+use caustics_tests::table::Table;
+
+use super::{Animation, steps};
+
+const PATHS: &str = "0.5 % of the paths may diverge, as in the twin test of camera paths; a judgement is of up to 225 of them";
+const FLIPS: &str = "the nearest lender may be another one of two that are as near, or one on the bound";
+
+/// Compares the fourth frame of an animation, pass by pass.
+pub fn steps_agree(animation: &mut Animation) {
+    animation.keeps_path = true;
+    animation.restart(&NONE);
+    let mut table = Table::new("path-traced light that is kept, CPU against GPU");
+    let mut before: Option<FrameParams> = None;
+    for frame in 0..4 {
+        let params = animation.pose(frame);
+        let past = before.map(|before| FrameParams { light_count: params.light_count, ..before });
+        let mut all: Vec<(FrameParams, Step)> = Vec::new();
+        if let Some(past) = past {
+            all.extend(look_back(animation.parts(), &past).into_iter().map(|step| (past, step)));
+        }
+        all.extend(animation.steps(&params).into_iter().map(|step| (params, step)));
+        for (params, step) in all {
+            if frame < 3 {
+                animation.twin.cpu.run(&params, &[step]).expect("the CPU runs the step");
+            } else {
+                one(animation, &params, step, &mut table);
+            }
+        }
+        before = Some(params);
+    }
+    table.finish();
+}
+
+/// Runs a step: on both if it is of this history, else on the CPU.
+fn one(animation: &mut Animation, params: &FrameParams, step: Step, table: &mut Table) {
+    let twin = &mut animation.twin;
+    let pass = match step {
+        Step::Dispatch { pass, .. } if pass.name.starts_with("path.") => pass,
+        _ => {
+            twin.cpu.run(params, &[step]).expect("the CPU runs the step");
+            return;
+        }
+    };
+    twin.copy_to_gpu();
+    twin.run(params, &[step]);
+    for bound in pass.written() {
+        if bound.name == "path_points" {
+            table.add(pass.name, steps::points(twin, bound.name));
+            continue;
+        }
+        let (cpu, gpu) = twin.rows::<f32>(bound.name);
+        let written = cpu.iter().filter(|value| **value != 0.0).count();
+        assert!(written > cpu.len() / 8, "{}: {written} of {}", bound.name, cpu.len());
+        let scale = cpu.iter().map(|value| value.abs()).sum::<f32>() / cpu.len() as f32;
+        let (share, reason) = if pass.name == "path.retrace" { (5.0e-3, PATHS) } else { (2.0e-3, FLIPS) };
+        let tolerance = Tolerance::relative(1.0e-3, scale, reason).except(share, reason);
+        let found: Difference = floats(bound.name, 1, &cpu, &gpu, tolerance);
+        table.add(pass.name, [found]);
+    }
+}

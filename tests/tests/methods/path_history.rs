@@ -1,0 +1,224 @@
+//! The history of path-traced light: what it must equal, what it must notice, and what it must not lose.
+
+use caustics::accumulation::Accumulation;
+use caustics::scene::Scene;
+use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
+use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::history::path::MOST_FRAMES;
+use caustics_kernels::interface::choice::{PathHistory, Sampler};
+use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
+use caustics_kernels::interface::history::{HistoryPoint, PathLight, Retraced};
+use caustics_kernels::method::basic::BASIC;
+use caustics_tests::frames::sums;
+use caustics_tests::moving::Moving;
+use caustics_tests::scenes::{Builder, coated, committed, emitter, lambert};
+use caustics_tests::statistics::Mean;
+use glam::{DVec3, Vec2, Vec3};
+
+const FPS: f64 = 24.0;
+const ALL: [PathHistory; 2] = [PathHistory::None, PathHistory::Validated];
+
+fn settings(path_history: PathHistory, seed: u32) -> Settings {
+    Settings { width: 96, height: 54, light_paths: 100, path_history, seed, ..Settings::default() }
+}
+
+fn session(scene: &Scene, settings: &Settings, threads: usize) -> Session {
+    let features = scene.features(settings.specular_roughness);
+    let choice = RunnerChoice::Cpu { threads };
+    Session::new(&choice, scene, &scene.cameras[0], settings, &BASIC, &PHOTONS_GRID, features)
+        .expect("a session opens")
+}
+
+/// The path-traced light of so many frames of an animation.
+fn animation(scene: &Scene, settings: &Settings, count: u32) -> Vec<Vec<Vec3>> {
+    let mut scene = scene.clone();
+    scene.pose(0.0).expect("a pose");
+    let mut session = session(&scene, settings, 0);
+    let frame = |frame: u32| {
+        scene.pose(f64::from(frame) / FPS).expect("a pose");
+        session.pose(&scene, &scene.cameras[0].clone()).expect("a pose");
+        session.frame(frame).expect("a frame runs");
+        session.read("path_radiance").expect("path-traced light")
+    };
+    (0..count).map(frame).collect()
+}
+
+fn total(layer: &[Vec3]) -> f64 {
+    sums(layer).iter().sum()
+}
+
+/// A corner of two colours beneath a square lamp: nothing specular.
+fn corner() -> Scene {
+    let mut b = Builder::default();
+    let (floor, wall, lamp) = (b.material(lambert(0.6)), b.material(lambert(0.3)), b.material(emitter(5.0)));
+    b.panel(floor, DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X);
+    b.panel(wall, -1.5 * DVec3::Z, 3.0 * DVec3::X, 3.0 * DVec3::Y);
+    b.panel(lamp, DVec3::new(0.3, 1.5, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
+    b.camera(DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO, 0.6);
+    b.build()
+}
+
+/// Known answer: where no choice is specular, frame n of a still view is the mean of the first n frames without a history.
+#[test]
+fn a_still_view_shows_the_mean_of_its_frames() {
+    let scene = corner();
+    for pixel_filter in [0, PIXEL_FILTER_BOX] {
+        let [mut raw, mut kept] =
+            ALL.map(|of| session(&scene, &Settings { pixel_filter, ..settings(of, 3) }, 0));
+        let mut mean = Accumulation::default();
+        for frame in 0..24 {
+            for session in [&mut raw, &mut kept] {
+                session.frame(frame).expect("a frame runs");
+            }
+            mean.add(&raw.picture().expect("a picture"));
+            let (shown, mean) = (kept.picture().expect("a picture").path, mean.mean().path);
+            let points: Vec<HistoryPoint> = kept.read("path_points").expect("points");
+            let (mut same, mut seen) = (0_u32, 0_u32);
+            for (pixel, point) in points.iter().enumerate().filter(|(_, point)| point.samples > 0.0) {
+                seen += 1;
+                // 24 additions of f32.
+                let close = (shown[pixel] - mean[pixel]).length() <= 4e-6 * mean[pixel].length();
+                same += u32::from(close && point.samples == frame as f32 + 1.0);
+            }
+            // Rays over the whole pixel meet two surfaces along an edge: there the history is a neighbour's.
+            let least = if pixel_filter == PIXEL_FILTER_BOX { 0.95 } else { 1.0 };
+            assert!(
+                seen > 3000 && f64::from(same) >= least * f64::from(seen),
+                "frame {frame}: {same} of {seen}"
+            );
+        }
+    }
+}
+
+/// In a scene at rest every path that is traced again finds the same bits, however the camera moves, and light counts long.
+#[test]
+fn what_rests_is_found_again_to_the_bit() {
+    for sampler in [Sampler::Independent, Sampler::Sobol] {
+        let settings = Settings { sampler, ..settings(PathHistory::Validated, 1) };
+        let mut scene = committed("animated-camera");
+        let mut session = session(&scene, &settings, 0);
+        for frame in 0..6 {
+            scene.pose(f64::from(frame) / FPS).expect("a pose");
+            session.pose(&scene, &scene.cameras[0].clone()).expect("a pose");
+            session.frame(frame).expect("a frame runs");
+        }
+        let retraced: Vec<Retraced> = session.read("path_retraced").expect("paths traced again");
+        let lit = retraced.iter().filter(|path| path.before.x > 0.0).count();
+        assert!(lit > retraced.len() / 2, "{lit} of {}", retraced.len());
+        assert!(retraced.iter().all(|path| path.before == path.now));
+        let most: Vec<Vec2> = session.read("path_most").expect("what blocks allow");
+        assert!(most.iter().all(|most| *most == Vec2::splat(MOST_FRAMES)));
+        let light: Vec<PathLight> = session.read("path_light").expect("a history");
+        let long = light.iter().filter(|light| light.direct_samples > 3.0).count();
+        assert!(long > light.len() / 2, "{long} of {} pixels have a history", light.len());
+    }
+}
+
+/// Light that goes out is noticed by the paths that found it, also where it is a part of all: less than a hundredth of what went
+/// out is left in the third frame.
+#[test]
+fn a_lamp_that_goes_out_leaves_no_ghost() {
+    let (scene, step, count) = (committed("light-off"), 12, 18);
+    let [none, kept] = ALL.map(|of| animation(&scene, &settings(of, 0), count));
+    let mean = |layers: &[Vec<Vec3>]| layers.iter().map(|l| total(l)).sum::<f64>() / layers.len() as f64;
+    let (on, off) = (mean(&none[..step]), mean(&none[step..]));
+    assert!(off < 0.9 * on, "the lamp makes a part of the light: {off} of {on}");
+    for k in 0..count as usize - step {
+        // Frames since the step are the same paths without a history.
+        let residual = (total(&kept[step + k]) - mean(&none[step..=step + k])) / (on - off);
+        println!("frame {k} after the step: {residual:.4}");
+        assert!(k < 2 || residual.abs() < 0.01, "frame {k}: {residual}");
+    }
+}
+
+/// What the history keeps of the light of scenes where something moves, over that without, and its squared error to the truth. One
+/// has a lamp whose light is noise; in the others direct light has next to none, and the edges of shadows that move may blur.
+#[test]
+fn what_moves_keeps_its_light() {
+    let moving = |moving: Moving| (format!("{moving:?}"), moving.scene());
+    let scenes = [
+        (("animated-light".into(), committed("animated-light")), 0.85),
+        (moving(Moving::Camera), 1.0),
+        (moving(Moving::Lamp), 1.1),
+        (moving(Moving::MetalCaster), 1.1),
+        (moving(Moving::GlassCaster), 1.1),
+        (moving(Moving::Receiver), 1.1),
+    ];
+    for ((name, scene), most) in scenes {
+        let (frames, seeds) = (16, 4);
+        let truth = truth(&scene, 256, frames);
+        let (mut energies, mut errors) = (Vec::new(), [0.0; 2]);
+        for seed in 0..seeds {
+            let [none, kept] = ALL.map(|of| animation(&scene, &settings(of, seed), frames));
+            let energy = |frames: &[Vec<Vec3>]| frames.iter().map(|layer| total(layer)).sum::<f64>();
+            energies.push(energy(&kept) / energy(&none));
+            for (error, run) in errors.iter_mut().zip([&none, &kept]) {
+                *error += squares(&run[frames as usize - 1], &truth);
+            }
+        }
+        let (energy, error) = (Mean::of(&energies), errors[1] / errors[0]);
+        println!("{name}: energy {:.4} +- {:.4}, squared error {error:.3}", energy.value, energy.error);
+        assert!((energy.value - 1.0).abs() < 0.01 && energy.error < 0.003, "{name}: {energy:?}");
+        assert!(error < most, "{name}: squared error {error} of none");
+    }
+}
+
+/// The light of the last frame, over whole pixels.
+fn truth(scene: &Scene, samples: u32, frames: u32) -> Vec<Vec3> {
+    let mut scene = scene.clone();
+    scene.pose(f64::from(frames - 1) / FPS).expect("a pose");
+    let settings = Settings {
+        pixel_filter: PIXEL_FILTER_BOX,
+        sampler: Sampler::Sobol,
+        ..settings(PathHistory::None, 77)
+    };
+    let mut session = session(&scene, &settings, 0);
+    let mut sum = Accumulation::default();
+    for frame in 0..samples {
+        session.frame(frame).expect("a frame runs");
+        sum.add(&session.picture().expect("a picture"));
+    }
+    sum.mean().path
+}
+
+/// Sum of squared differences of what displays can show: brighter than that are lamps alone.
+fn squares(layer: &[Vec3], truth: &[Vec3]) -> f64 {
+    let pairs = layer.iter().zip(truth);
+    pairs.map(|(a, b)| f64::from((a.min(Vec3::ONE) - b.min(Vec3::ONE)).length_squared())).sum()
+}
+
+/// In the frame behind a cut nothing is lent, to the bit, and one thread finds what two do.
+#[test]
+fn a_cut_equals_no_history() {
+    let scene = committed("camera-cut");
+    let [none, kept] = ALL.map(|of| animation(&scene, &settings(of, 0), 14));
+    assert!(none[0] == kept[0] && none[12] == kept[12]);
+    assert!(none[11] != kept[11] && none[13] != kept[13], "there is a history elsewhere");
+}
+
+/// Light of a class that is chosen by chance, as below a coat, is the same in the mean: direct light is lent without the chance of the
+/// class, all other light with it.
+#[test]
+fn what_lies_below_a_coat_keeps_its_light() {
+    let mut b = Builder::default();
+    let floor = b.material(coated(0.6, 0.1));
+    let (wall, lamp) = (b.material(lambert(0.5)), b.material(emitter(5.0)));
+    b.panel(floor, DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X);
+    b.panel(wall, -1.5 * DVec3::Z, 3.0 * DVec3::X, 3.0 * DVec3::Y);
+    b.panel(lamp, DVec3::new(0.3, 1.5, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
+    // Seen at a slant: the coat is chosen often.
+    b.camera(DVec3::new(0.0, 0.3, 2.0), DVec3::ZERO, 0.6);
+    let scene = b.build();
+    let of = |path_history| {
+        let run = |seed| {
+            let mut session = session(&scene, &settings(path_history, seed), 0);
+            (0..6).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
+            total(&session.picture().expect("a picture").path)
+        };
+        Mean::of(&(0..48).map(run).collect::<Vec<f64>>())
+    };
+    let [none, kept] = ALL.map(of);
+    println!("{none:?} {kept:?}");
+    assert!(none.agrees(&kept, 3.0) && kept.error < 0.002 * kept.value, "{none:?} {kept:?}");
+}

@@ -12,13 +12,16 @@ use super::{Animation, steps};
 const PATHS: &str = "0.5 % of the paths may diverge, as in the twin test of camera paths; a judgement is of up to 225 of them";
 const FLIPS: &str = "the nearest lender may be another one of two that are as near, or one on the bound";
 
-/// Compares the fourth frame of an animation, pass by pass.
-pub fn steps_agree(animation: &mut Animation) {
+/// Frames before the one that is compared: enough that light which did not change knows its variance.
+const FRAMES_BEFORE: u32 = 6;
+
+/// Compares a frame of an animation, pass by pass. What is named is zero in all of this scene's pixels, nothing else is.
+pub fn steps_agree(animation: &mut Animation, zero: &[&str]) {
     animation.keeps_path = true;
     animation.restart(&NONE);
     let mut table = Table::new("path-traced light that is kept, CPU against GPU");
     let mut before: Option<FrameParams> = None;
-    for frame in 0..4 {
+    for frame in 0..=FRAMES_BEFORE {
         let params = animation.pose(frame);
         let past = before.map(|before| FrameParams { light_count: params.light_count, ..before });
         let mut all: Vec<(FrameParams, Step)> = Vec::new();
@@ -27,10 +30,10 @@ pub fn steps_agree(animation: &mut Animation) {
         }
         all.extend(animation.steps(&params).into_iter().map(|step| (params, step)));
         for (params, step) in all {
-            if frame < 3 {
+            if frame < FRAMES_BEFORE {
                 animation.twin.cpu.run(&params, &[step]).expect("the CPU runs the step");
             } else {
-                one(animation, &params, step, &mut table);
+                one(animation, &params, step, zero, &mut table);
             }
         }
         before = Some(params);
@@ -39,7 +42,7 @@ pub fn steps_agree(animation: &mut Animation) {
 }
 
 /// Runs a step: on both if it is of this history, else on the CPU.
-fn one(animation: &mut Animation, params: &FrameParams, step: Step, table: &mut Table) {
+fn one(animation: &mut Animation, params: &FrameParams, step: Step, zero: &[&str], table: &mut Table) {
     let twin = &mut animation.twin;
     let pass = match step {
         Step::Dispatch { pass, .. } if pass.name.starts_with("path.") => pass,
@@ -57,7 +60,11 @@ fn one(animation: &mut Animation, params: &FrameParams, step: Step, table: &mut 
         }
         let (cpu, gpu) = twin.rows::<f32>(bound.name);
         let written = cpu.iter().filter(|value| **value != 0.0).count();
-        assert!(written > cpu.len() / 8, "{}: {written} of {}", bound.name, cpu.len());
+        if zero.contains(&bound.name) {
+            assert_eq!(written, 0, "{}", bound.name);
+        } else {
+            assert!(written > cpu.len() / 8, "{}: {written} of {}", bound.name, cpu.len());
+        }
         let scale = cpu.iter().map(|value| value.abs()).sum::<f32>() / cpu.len() as f32;
         let (share, reason) = if pass.name == "path.retrace" { (5.0e-3, PATHS) } else { (2.0e-3, FLIPS) };
         let tolerance = Tolerance::relative(1.0e-3, scale, reason).except(share, reason);

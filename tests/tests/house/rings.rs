@@ -21,10 +21,10 @@ const KERNELS: &[&[&str]] = &[
 /// Those of the host's library, then of its program.
 const HOST: &[&[&str]] = &[
     &["hash", "kernels", "memory", "text"],
-    &["file", "vulkan", "counters", "energy", "picture"],
+    &["file", "vulkan", "counters", "energy", "picture", "machine"],
     &["scene", "output", "sealed"],
     &["settings", "accumulation", "image"],
-    &["metric"],
+    &["metric", "exposure"],
     &["runner", "checkpoint"],
     &["upload", "frame_memory"],
     &["session"],

@@ -6,10 +6,13 @@
 //!
 //! To add a measure: a function of [`Seen`] and a row of [`MEASURES`]; results, CSV, `bench` and the report loop over it.
 
+use std::cell::OnceCell;
+
 use glam::Vec3;
 
 use super::gain::mean_variance;
 use crate::image::Encoding;
+use crate::metric::caustic_region::CausticRegion;
 use crate::metric::error_map::ErrorMap;
 use crate::metric::flip::PIXELS_PER_DEGREE;
 use crate::metric::flip_ldr::flip_ldr;
@@ -30,7 +33,28 @@ pub struct Measure {
     /// Whether a report draws speed against it.
     pub charted: bool,
     /// Its value; none where a picture is not finite, or what it is relative to is black or absent.
-    pub of: fn(&Seen) -> Option<f64>,
+    pub of: fn(&Seen) -> Option<Found>,
+}
+
+/// A value found in a frame of several seeds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// The mean over the seeds.
+    pub value: f64,
+    /// Its standard error, where two seeds or more have a value each.
+    pub standard_error: Option<f64>,
+}
+
+impl Found {
+    /// The mean of values that are all there; one a seed.
+    fn of(values: impl Iterator<Item = Option<f64>>) -> Option<Found> {
+        let values = values.collect::<Option<Vec<f64>>>()?;
+        let count = values.len() as f64;
+        let value = values.iter().sum::<f64>() / count;
+        let squares = values.iter().map(|one| (one - value).powi(2)).sum::<f64>();
+        let standard_error = (values.len() > 1).then(|| (squares / (count * (count - 1.0))).sqrt());
+        value.is_finite().then_some(Found { value, standard_error })
+    }
 }
 
 impl Measure {
@@ -38,11 +62,26 @@ impl Measure {
     pub fn slug(&self) -> String {
         self.key.replace('_', "-")
     }
+
+    /// What its standard error is called in a frame's row.
+    pub fn standard_error_key(&self) -> String {
+        format!("{}_standard_error", self.key)
+    }
 }
 
 /// All measures, in the order of tables. Each is better the smaller it is.
-pub static MEASURES: [&Measure; 7] =
-    [&FLIP, &FLIP_CAUSTICS, &RELMSE, &RELMSE_CAUSTICS, &FLICKER, &FLICKER_CAUSTICS, &CAUSTICS_VARIANCE];
+pub static MEASURES: [&Measure; 10] = [
+    &FLIP,
+    &FLIP_CAUSTIC_REGION,
+    &FLIP_CAUSTICS,
+    &RELMSE,
+    &RELMSE_TRIMMED,
+    &RELMSE_TRIMMED_CAUSTIC_REGION,
+    &RELMSE_CAUSTICS,
+    &FLICKER,
+    &FLICKER_CAUSTICS,
+    &CAUSTICS_VARIANCE,
+];
 
 /// FLIP of the picture.
 pub static FLIP: Measure = Measure {
@@ -51,7 +90,22 @@ pub static FLIP: Measure = Measure {
     about: "Mean FLIP, the difference that a person sees between picture and reference, 0 to 1",
     wrong: "it forgives light that is lost evenly: look at relMSE beside it",
     charted: true,
-    of: |seen| seen.mean(|now| flip(&now.whole, &seen.truth.whole, seen.exposure)),
+    of: |seen| seen.mean(|now| Some(now.flip_map(seen.truth, seen.exposure)?.mean())),
+};
+
+/// FLIP of the picture, where caustics are.
+pub static FLIP_CAUSTIC_REGION: Measure = Measure {
+    key: "flip_caustic_region",
+    head: "FLIP in the caustic region",
+    about: "Mean FLIP of the picture over the pixels in which caustics are a fifth of the reference's light",
+    wrong: "caustics that are where the reference has none are not seen",
+    charted: true,
+    of: |seen| {
+        seen.mean(|now| {
+            let map = now.flip_map(seen.truth, seen.exposure)?;
+            Some(seen.truth.region.as_ref()?.mean(&map.values))
+        })
+    },
 };
 
 /// FLIP of the caustics.
@@ -72,6 +126,31 @@ pub static RELMSE: Measure = Measure {
     wrong: "ten pixels can be nine tenths of it",
     charted: true,
     of: |seen| seen.mean(|now| relative(&now.whole, &seen.truth.whole)),
+};
+
+/// Relative mean squared error of the picture without its worst pixels.
+pub static RELMSE_TRIMMED: Measure = Measure {
+    key: "relmse_trimmed",
+    head: "trimmed relMSE",
+    about: "Relative mean squared error of the picture, without the worst 0.1 % of the pixels",
+    wrong: "fireflies are left out",
+    charted: true,
+    of: |seen| seen.mean(|now| finite(relmse::trimmed(&errors(&now.whole, &seen.truth.whole)?))),
+};
+
+/// The same where caustics are.
+pub static RELMSE_TRIMMED_CAUSTIC_REGION: Measure = Measure {
+    key: "relmse_trimmed_caustic_region",
+    head: "trimmed relMSE in the caustic region",
+    about: "The same over the pixels in which caustics are a fifth of the reference's light",
+    wrong: "caustics that are where the reference has none are not seen; fireflies are left out",
+    charted: true,
+    of: |seen| {
+        seen.mean(|now| {
+            let errors = errors(&now.whole, &seen.truth.whole)?;
+            finite(relmse::trimmed(&seen.truth.region.as_ref()?.pick(&errors)))
+        })
+    },
 };
 
 /// Relative mean squared error of the caustics.
@@ -122,7 +201,7 @@ pub static CAUSTICS_VARIANCE: Measure = Measure {
     charted: false,
     of: |seen| {
         let layers: Vec<&[Vec3]> = seen.now.iter().map(|now| now.radiance.as_slice()).collect();
-        mean_variance(&layers)
+        Some(Found { value: mean_variance(&layers)?, standard_error: None })
     },
 };
 
@@ -147,15 +226,15 @@ impl<'a> Seen<'a> {
     }
 
     /// The mean over the seeds, if all have a value.
-    fn mean(&self, of: impl Fn(&MeasuredPicture) -> Option<f64>) -> Option<f64> {
-        mean(self.now.iter().map(of))
+    fn mean(&self, of: impl Fn(&MeasuredPicture) -> Option<f64>) -> Option<Found> {
+        Found::of(self.now.iter().map(of))
     }
 
     /// The mean change since the frame before, beyond that of the reference.
-    fn change(&self, of: &dyn Fn(&MeasuredPicture, &MeasuredPicture) -> Option<f64>) -> Option<f64> {
+    fn change(&self, of: &dyn Fn(&MeasuredPicture, &MeasuredPicture) -> Option<f64>) -> Option<Found> {
         let truth = of(self.truth, self.truth_before?)?;
         let pairs = self.now.iter().zip(self.before);
-        Some(mean(pairs.map(|(now, before)| of(now, before)))? - truth)
+        Found::of(pairs.map(|(now, before)| Some(of(now, before)? - truth)))
     }
 }
 
@@ -176,6 +255,10 @@ pub struct MeasuredPicture {
     caustics_in_place: Option<Pixels>,
     /// Radiance of the caustics.
     radiance: Vec<Vec3>,
+    /// Where caustics are seen.
+    region: Option<CausticRegion>,
+    /// FLIP of its pixels, once it was asked for.
+    flip: OnceCell<Option<ErrorMap>>,
 }
 
 impl MeasuredPicture {
@@ -191,17 +274,23 @@ impl MeasuredPicture {
             of(pairs.map(|(path, caustics)| *path + *caustics).collect())
         };
         let split = !picture.caustics.is_empty();
+        let whole = of(picture.beauty());
+        let caustics = split.then(|| of(picture.caustics.clone()));
+        let region = caustics.as_ref().and_then(|caustics| CausticRegion::of(&whole, caustics));
         MeasuredPicture {
-            whole: of(picture.beauty()),
-            caustics: split.then(|| of(picture.caustics.clone())),
+            whole,
+            caustics,
             caustics_in_place: split.then(in_place),
             radiance: picture.caustics.clone(),
+            region,
+            flip: OnceCell::new(),
         }
     }
 
-    /// FLIP of each pixel of the picture, if it is finite; `exposure` is that of the display (stops).
-    pub fn flip_map(&self, reference: &MeasuredPicture, exposure: f64) -> Option<ErrorMap> {
-        flip_map(&self.whole, &reference.whole, exposure)
+    /// FLIP of each pixel of the picture, if it is finite; `exposure` is that of the display (stops). It is computed once: the
+    /// reference of a picture is that of its frame, and an experiment has one exposure.
+    pub fn flip_map(&self, reference: &MeasuredPicture, exposure: f64) -> Option<&ErrorMap> {
+        self.flip.get_or_init(|| flip_map(&self.whole, &reference.whole, exposure)).as_ref()
     }
 }
 
@@ -215,8 +304,16 @@ fn flip_map(image: &Pixels, reference: &Pixels, exposure: f64) -> Option<ErrorMa
 }
 
 fn relative(image: &Pixels, reference: &Pixels) -> Option<f64> {
-    let value = relmse::relmse(&relmse::errors(image, reference));
-    (value.is_finite() && relmse::least_square(reference) > 0.0).then_some(value)
+    finite(relmse::relmse(&errors(image, reference)?))
+}
+
+/// Relative squared error of each pixel, if there is something to relate it to.
+fn errors(image: &Pixels, reference: &Pixels) -> Option<Vec<f64>> {
+    (relmse::least_square(reference) > 0.0).then(|| relmse::errors(image, reference))
+}
+
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
 }
 
 #[cfg(test)]
@@ -229,7 +326,11 @@ mod tests {
     }
 
     /// Measures of pictures, those before, and of truths.
-    fn seen(now: &[&Picture], before: &[&Picture], truths: [&Picture; 2]) -> [Option<f64>; 7] {
+    fn seen(
+        now: &[&Picture],
+        before: &[&Picture],
+        truths: [&Picture; 2],
+    ) -> impl Fn(&Measure) -> Option<f64> {
         let of = |pictures: &[&Picture], truth: &Picture| -> Vec<MeasuredPicture> {
             pictures.iter().map(|picture| MeasuredPicture::new(picture, truth)).collect()
         };
@@ -242,29 +343,48 @@ mod tests {
             truth_before: Some(&truth_before),
             exposure: 0.0,
         };
-        MEASURES.map(|measure| (measure.of)(&seen))
+        let found = MEASURES.map(|measure| (measure.key, (measure.of)(&seen)));
+        move |measure| found.iter().find(|(key, _)| *key == measure.key)?.1.map(|found| found.value)
     }
 
-    fn alone(picture: &Picture, truth: &Picture) -> [Option<f64>; 4] {
-        let [flip, flip_caustics, relmse, relmse_caustics, ..] = seen(&[picture], &[], [truth, truth]);
-        [flip, flip_caustics, relmse, relmse_caustics]
+    fn alone<const N: usize>(
+        picture: &Picture,
+        truth: &Picture,
+        measures: [&Measure; N],
+    ) -> [Option<f64>; N] {
+        measures.map(seen(&[picture], &[], [truth, truth]))
     }
+
+    const ERRORS: [&Measure; 7] = [
+        &FLIP,
+        &FLIP_CAUSTIC_REGION,
+        &FLIP_CAUSTICS,
+        &RELMSE,
+        &RELMSE_TRIMMED,
+        &RELMSE_TRIMMED_CAUSTIC_REGION,
+        &RELMSE_CAUSTICS,
+    ];
 
     #[test]
     fn a_picture_is_no_way_from_itself_and_a_brighter_one_is() {
         let truth = picture(0.2, 0.1);
-        assert_eq!(alone(&truth, &truth), [Some(0.0); 4]);
-        let [flip, flip_caustics, relmse, relmse_caustics] =
-            alone(&picture(0.2, 0.2), &truth).map(Option::unwrap);
+        assert_eq!(alone(&truth, &truth, ERRORS), [Some(0.0); 7]);
+        let [flip, flip_region, flip_caustics, relmse, trimmed, trimmed_region, relmse_caustics] =
+            alone(&picture(0.2, 0.2), &truth, ERRORS).map(Option::unwrap);
         assert!(flip > 0.01 && relmse_caustics > 0.5, "{flip} {relmse_caustics}");
         assert_eq!(flip, flip_caustics, "all that is wrong are the caustics");
         // Twice the caustics, a third more of all: squares of 1 and 1/3, but for eps.
         assert!(relmse < relmse_caustics / 8.0);
+        // A third of each pixel are caustics; in so few pixels none is the worst thousandth.
+        for (region, whole) in [(flip_region, flip), (trimmed, relmse), (trimmed_region, relmse)] {
+            assert!((region / whole - 1.0).abs() < 1e-12, "{region} {whole}");
+        }
     }
 
     #[test]
     fn errors_of_the_path_are_none_of_the_caustics() {
-        let [flip, flip_caustics, _, relmse_caustics] = alone(&picture(0.4, 0.1), &picture(0.2, 0.1));
+        let measures = [&FLIP, &FLIP_CAUSTICS, &RELMSE_CAUSTICS];
+        let [flip, flip_caustics, relmse_caustics] = alone(&picture(0.4, 0.1), &picture(0.2, 0.1), measures);
         assert!(flip.unwrap() > 0.01);
         assert_eq!(flip_caustics.zip(relmse_caustics), Some((0.0, 0.0)));
     }
@@ -272,21 +392,36 @@ mod tests {
     #[test]
     fn what_is_not_there_has_no_measure() {
         let dark = picture(0.2, 0.0);
-        assert_eq!(alone(&picture(0.2, 0.1), &dark)[3], None);
-        let wrong = alone(&picture(f32::NAN, 0.0), &dark);
-        assert_eq!(wrong[..3], [None, Some(0.0), None]);
+        let measures = [&RELMSE_CAUSTICS, &FLIP_CAUSTIC_REGION, &RELMSE_TRIMMED_CAUSTIC_REGION];
+        assert_eq!(alone(&picture(0.2, 0.1), &dark, measures), [None; 3]);
+        let measures = [&FLIP, &FLIP_CAUSTICS, &RELMSE];
+        assert_eq!(alone(&picture(f32::NAN, 0.0), &dark, measures), [None, Some(0.0), None]);
         let whole = Picture { caustics: vec![], ..dark.clone() };
-        assert_eq!(alone(&whole, &dark)[1], None);
+        assert_eq!(alone(&whole, &dark, [&FLIP_CAUSTICS]), [None]);
     }
 
     #[test]
     fn flicker_is_change_beyond_that_of_the_truth_and_variance_is_between_seeds() {
         let [dim, bright] = [picture(0.2, 0.1), picture(0.2, 0.2)];
-        let measures = seen(&[&bright], &[&dim], [&dim, &bright]);
-        assert_eq!(measures[4..], [Some(0.0), Some(0.0), None], "it changes as the truth does");
-        let measures = seen(&[&bright, &dim], &[&dim, &dim], [&dim, &dim]);
-        assert!(measures[4].unwrap() > 0.01 && measures[5] == measures[4] && measures[6].unwrap() > 0.0);
-        assert_eq!(seen(&[&dim, &dim], &[&dim, &dim], [&dim, &dim])[4..], [Some(0.0), Some(0.0), Some(0.0)]);
-        assert_eq!(seen(&[&bright], &[], [&dim, &bright])[4], None, "no frame before");
+        let measures = [&FLICKER, &FLICKER_CAUSTICS, &CAUSTICS_VARIANCE];
+        let found = measures.map(seen(&[&bright], &[&dim], [&dim, &bright]));
+        assert_eq!(found, [Some(0.0), Some(0.0), None], "it changes as the truth does");
+        let [flicker, of_caustics, variance] =
+            measures.map(seen(&[&bright, &dim], &[&dim, &dim], [&dim, &dim])).map(Option::unwrap);
+        assert!(flicker > 0.01 && of_caustics == flicker && variance > 0.0);
+        assert_eq!(measures.map(seen(&[&dim, &dim], &[&dim, &dim], [&dim, &dim])), [Some(0.0); 3]);
+        let found = [&FLICKER].map(seen(&[&bright], &[], [&dim, &bright]));
+        assert_eq!(found, [None], "no frame before");
+    }
+
+    #[test]
+    fn seeds_that_differ_have_a_standard_error() {
+        let values = [1.0, 2.0, 6.0].map(Some);
+        // Deviations -2, -1 and 3 of the mean 3.
+        let expected = Found { value: 3.0, standard_error: Some((14.0_f64 / 6.0).sqrt()) };
+        assert_eq!(Found::of(values.into_iter()), Some(expected));
+        assert_eq!(Found::of([Some(2.0)].into_iter()), Some(Found { value: 2.0, standard_error: None }));
+        assert_eq!(Found::of([Some(2.0), None].into_iter()), None);
+        assert_eq!(Found::of(std::iter::empty()), None);
     }
 }

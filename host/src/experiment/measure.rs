@@ -16,6 +16,7 @@ use super::identity;
 use super::plan::Plan;
 use super::reference::References;
 use super::row::Row;
+use crate::metric::error_map::ErrorMap;
 use crate::picture::Picture;
 use crate::scene::Scene;
 use crate::session::Session;
@@ -180,7 +181,9 @@ fn compare(
     let exposure = f64::from(plan.settings.exposure);
     let seen = Seen { now: &now, before: &run.before, truth: &truth.measured, truth_before, exposure };
     for measure in MEASURES {
-        row.set(measure.key, (measure.of)(&seen));
+        let found = (measure.of)(&seen);
+        row.set(measure.key, found.map(|found| found.value));
+        row.set(&measure.standard_error_key(), found.and_then(|found| found.standard_error));
     }
     if row.frame + 1 == plan.frames.end
         && let (Some(session), [picture, ..], [first, ..]) =
@@ -190,7 +193,7 @@ fn compare(
         run.shown = Some(Shown {
             picture: session.display(picture)?,
             reference: session.display(&truth.picture)?,
-            error_map: first.flip_map(&truth.measured, exposure).map(|map| map.to_colors()),
+            error_map: first.flip_map(&truth.measured, exposure).map(ErrorMap::to_colors),
         });
     }
     run.before = now;

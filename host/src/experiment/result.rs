@@ -166,12 +166,20 @@ pub struct CellError {
     pub error_map: Option<String>,
     /// The reference of that frame as PNG.
     pub reference: Option<String>,
+    /// Standard errors of measures between seeds, by their keys; empty where there is one seed.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub standard_errors: BTreeMap<String, f64>,
     /// Measures of error by their keys.
     #[serde(flatten)]
     pub values: BTreeMap<String, Option<f64>>,
 }
 
 impl CellError {
+    /// The standard error of a measure between seeds.
+    pub fn standard_error(&self, measure: &Measure) -> Option<f64> {
+        self.standard_errors.get(measure.key).copied()
+    }
+
     /// The value of a measure.
     pub fn get(&self, measure: &Measure) -> Option<f64> {
         self.values.get(measure.key).copied().flatten()

@@ -50,6 +50,11 @@ pub enum NoValue {
     /// Nothing to relate an error to.
     #[error("the reference is black")]
     BlackReference,
+    /// The pixels where caustics are seen are not known, or there are none.
+    #[error(
+        "the reference has no layer caustics beside all its light, or no pixel of which they are a fifth"
+    )]
+    NoCausticRegion,
     /// The image's noise is not known.
     #[error("it takes several runs of the image, or a variance layer of it")]
     NoImageNoise,

@@ -87,16 +87,19 @@ pub struct Estimate {
     pub mean: Pixels,
     /// Variance of `mean`, per pixel and channel, if it is known; pixels are taken as independent.
     pub variance: Option<Pixels>,
+    /// What of `mean` are caustics, if it is all light and they are known apart.
+    pub caustics: Option<Pixels>,
 }
 
 impl Estimate {
     /// A layer and its variance, if the file has it: `variance.R` and so on for the beauty layer, `NAME.variance.R` for
-    /// another. None without the layer.
+    /// another. With the beauty layer come its caustics, if the file has them. None without the layer.
     pub fn of_layer(picture: &Channels, layer: &str, region: Region) -> Option<Estimate> {
         let variance = if layer.is_empty() { "variance".into() } else { format!("{layer}.variance") };
         Some(Estimate {
             mean: Pixels::of_layer(picture, layer, region)?,
             variance: Pixels::of_layer(picture, &variance, region),
+            caustics: if layer.is_empty() { Pixels::of_layer(picture, "caustics", region) } else { None },
         })
     }
 }

@@ -51,7 +51,11 @@ impl Noise {
         let mean = pixels(expected.width, expected.height, |i| {
             DVec3::from_array(expected.values[i].to_array().map(&mut lane))
         });
-        Estimate { mean, variance: Some(expected.map(|value| value * value * deviation * deviation)) }
+        Estimate {
+            mean,
+            variance: Some(expected.map(|value| value * value * deviation * deviation)),
+            caustics: None,
+        }
     }
 }
 
@@ -73,7 +77,7 @@ fn constant_pictures_have_known_errors() {
     assert!(close(relmse::trimmed(&errors), expected));
     assert!(close(percentile(&errors, 0.999), expected));
     assert!(close(smape(&image, &reference), 0.2));
-    let estimate = |mean| Estimate { mean, variance: None };
+    let estimate = |mean| Estimate { mean, ..Estimate::default() };
     assert!(close(energy(&[estimate(image)], &estimate(reference)).ratio, 1.5));
 }
 
@@ -92,7 +96,7 @@ fn relative_metrics_do_not_change_with_the_unit() {
     let (image, reference) = (Noise(1).draw(&varied(), 0.3).mean, varied());
     let metrics = |image: &Pixels, reference: &Pixels| {
         let errors = relmse::errors(image, reference);
-        let estimate = |mean: &Pixels| Estimate { mean: mean.clone(), variance: None };
+        let estimate = |mean: &Pixels| Estimate { mean: mean.clone(), ..Estimate::default() };
         let ratio = energy(&[estimate(image)], &estimate(reference)).ratio;
         [
             relmse::relmse(&errors),
@@ -203,7 +207,7 @@ fn squared_errors_split_into_bias_and_variance() {
         assert!((found.variance - 0.1089).abs() < 4.0 * error, "{found:?}");
         assert!(close(found.reference_variance, 0.0025), "{found:?}");
     }
-    let silent = without_variance(vec![Estimate { mean: truth.clone(), variance: None }]);
+    let silent = without_variance(vec![Estimate { mean: truth.clone(), ..Estimate::default() }]);
     assert_eq!(split(&silent, &silent[0], |_| DVec3::ONE), None);
 }
 
@@ -280,7 +284,8 @@ fn z_needs_noise_that_is_known() {
     assert_eq!(one(&known, &wrong), Err(NoValue::BadVariance));
 
     // Without noise nothing is tested, unless there is a difference.
-    let silent = |value: f64| Estimate { mean: constant(value), variance: Some(constant(0.0)) };
+    let silent =
+        |value: f64| Estimate { mean: constant(value), variance: Some(constant(0.0)), caustics: None };
     let test = one(&silent(1.0), &silent(1.0)).unwrap();
     assert_eq!((test.blocks, test.probability), (0, 1.0));
     let test = one(&silent(1.001), &silent(1.0)).unwrap();
@@ -292,6 +297,7 @@ fn reports_hold_every_metric_once_and_in_order() {
     let mut noise = Noise(7);
     let expected = pixels(20, 18, |i| DVec3::splat(1.0 + (i % 5) as f64));
     let (reference, image) = (noise.draw(&expected, 0.05), noise.draw(&expected, 0.1));
+    let reference = Estimate { caustics: Some(expected.clone()), ..reference };
     let runs = [image.clone(), noise.draw(&expected, 0.1)];
     let full = MetricReport::of(&runs, &reference, &Viewing::default());
     let names: Vec<_> = full.values.iter().map(|(metric, _)| metric.name).collect();
@@ -326,7 +332,7 @@ fn reports_hold_every_metric_once_and_in_order() {
             .to_string()
             .contains("EXR")
     );
-    let black = Estimate { mean: expected.map(|_| DVec3::ZERO), variance: None };
+    let black = Estimate { mean: expected.map(|_| DVec3::ZERO), ..Estimate::default() };
     let black = MetricReport::of(&runs, &black, &Viewing::default());
     for name in ["flip_hdr", "relmse", "relmse_p999", "relmse_bias2", "energy_ratio"] {
         assert!(black.get(name).is_err(), "{name}");
@@ -347,6 +353,32 @@ fn pixels_that_are_not_finite_leave_nothing_defined() {
             for (metric, value) in &report.values {
                 assert_eq!(*value, Err(NoValue::NonFinite(2)), "{}", metric.name);
             }
+        }
+    }
+}
+
+#[test]
+fn errors_of_the_caustic_region_are_those_of_its_pixels() {
+    // Caustics are half the light of every second column, and a tenth of it between.
+    let mean = constant(2.0);
+    let caustics = pixels(9, 5, |i| DVec3::splat(if i % 9 % 2 == 0 { 1.0 } else { 0.2 }));
+    let reference = Estimate { mean, caustics: Some(caustics), variance: None };
+    let of = |wrong: usize| {
+        let mean = pixels(9, 5, |i| DVec3::splat(if i % 9 % 2 == wrong { 3.0 } else { 2.0 }));
+        MetricReport::of(&[Estimate { mean, ..Estimate::default() }], &reference, &Viewing::default())
+    };
+    let expected = 1.0 / (4.0 + 0.2 * 0.2);
+    for name in ["relmse_caustic_region", "relmse_trimmed_caustic_region"] {
+        assert!(close(of(0).get(name).unwrap(), expected), "{name}: all pixels of the region are wrong");
+        assert_eq!(of(1).get(name), Ok(0.0), "{name}: what is wrong is beside it");
+    }
+    let flip = |wrong| of(wrong).get("flip_ldr_caustic_region").unwrap() / of(wrong).get("flip_ldr").unwrap();
+    assert!(flip(0) > 1.0 && flip(1) < 1.0, "FLIP of a pixel is largest where it is wrong");
+    for caustics in [None, Some(constant(0.3))] {
+        let reference = Estimate { caustics, ..reference.clone() };
+        let report = MetricReport::of(std::slice::from_ref(&reference), &reference, &Viewing::default());
+        for name in ["flip_ldr_caustic_region", "relmse_caustic_region", "relmse_trimmed_caustic_region"] {
+            assert_eq!(report.get(name), Err(NoValue::NoCausticRegion), "{name}");
         }
     }
 }

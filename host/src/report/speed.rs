@@ -24,6 +24,8 @@ struct Mark<'a> {
     series: usize,
     ms: f64,
     error: f64,
+    /// Standard error of `error` between seeds; 0 where there is one.
+    error_off: f64,
     is_on_front: bool,
 }
 
@@ -42,12 +44,14 @@ pub fn chart(scene: &Scene, names: &Names, measure: &'static Measure) -> Option<
     let mut marks: Vec<Mark> = Vec::new();
     let (mut untimed, mut zero) = (0, 0);
     for cell in &scene.cells {
-        let error = cell.result.error.as_ref().and_then(|error| error.get(measure));
+        let errors = cell.result.error.as_ref();
+        let error = errors.and_then(|error| error.get(measure));
+        let error_off = errors.and_then(|error| error.standard_error(measure)).unwrap_or_default();
         let ms = cell.result.time.as_ref().map(|time| time.total_ms.median);
         match (ms, error) {
             (Some(ms), Some(error)) if ms > 0.0 && error > 0.0 && (ms * error).is_finite() => {
                 let series = names.series(&cell.result.cell);
-                marks.push(Mark { cell, series, ms, error, is_on_front: false });
+                marks.push(Mark { cell, series, ms, error, error_off, is_on_front: false });
             }
             (Some(_), Some(_)) => zero += 1,
             _ => untimed += 1,
@@ -82,6 +86,9 @@ pub fn chart(scene: &Scene, names: &Names, measure: &'static Measure) -> Option<
     }
     if marks.iter().any(|mark| mark.cell.result.cell.text(&FEATURES) == "all") {
         notes.push("Hollow marks have all code alive, what the scene does not need too.".into());
+    }
+    if marks.iter().any(|mark| mark.error_off > 0.0) {
+        notes.push("Bars: standard error between seeds, and quartiles of the frame's time.".into());
     }
     let mut series: Vec<usize> = marks.iter().map(|mark| mark.series).collect();
     series.sort_unstable();
@@ -137,11 +144,30 @@ fn draw(
             (area.draw(&x, "median time of a frame [ms] →", &y, &format!("↑ {}", measure.head)))
             @for family in families(marks) { (line(&family, marks, names, &x, &y)) }
             @for (index, front) in fronts.iter().enumerate() { (stairs(front, index, marks, &area, &x, &y)) }
+            @for mark in marks { (bars(mark, &area, &x, &y)) }
             g class="marks" { @for mark in marks { (draw_mark(mark, names, &x, &y)) } }
         },
         _ => Markup::default(),
     };
     Drawing { width: size.width(), height: size.height(), content }
+}
+
+/// How sure the mark's place is.
+fn bars(mark: &Mark, area: &Area, x: &Axis, y: &Axis) -> Markup {
+    let (left, top) = (at(x.place(mark.ms)), at(y.place(mark.error)));
+    let within_x = |ms: f64| at(x.place(ms).clamp(area.left, area.right));
+    let within_y = |error: f64| at(y.place(error).clamp(area.top, area.bottom));
+    let mut path = String::new();
+    if let Some(time) = &mark.cell.result.time {
+        // A time of 0 has no logarithm.
+        let ms = time.total_ms;
+        path += &format!("M{} {top} H{}", within_x(ms.lower.max(1e-9)), within_x(ms.upper));
+    }
+    if mark.error_off > 0.0 {
+        let least = (mark.error - mark.error_off).max(1e-9 * mark.error);
+        path += &format!(" M{left} {} V{}", within_y(least), within_y(mark.error + mark.error_off));
+    }
+    html! { path .bars d=(path) {} }
 }
 
 fn draw_mark(mark: &Mark, names: &Names, x: &Axis, y: &Axis) -> Markup {

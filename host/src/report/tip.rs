@@ -16,7 +16,11 @@ pub fn tip(cell: &Measured, names: &Names) -> String {
         lines.push(format!("timed at {}×{}, {} light paths", time.width, time.height, time.light_paths));
     }
     if let Some(error) = &cell.result.error {
-        let value = |measure: &Measure| Some(format!("{} {}", measure.head, number(error.get(measure)?)));
+        let value = |measure: &Measure| {
+            let off =
+                error.standard_error(measure).map_or(String::new(), |off| format!(" ± {}", number(off)));
+            Some(format!("{} {}{off}", measure.head, number(error.get(measure)?)))
+        };
         lines.extend(MEASURES.into_iter().filter_map(value));
         lines.push(format!("errors at {}×{}, {} seeds", error.width, error.height, error.seeds));
     }

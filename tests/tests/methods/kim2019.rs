@@ -121,7 +121,7 @@ fn kim_is_as_good_as_our_basic_where_a_caustic_is_seen_directly() {
     let flip = |pictures: &[Picture]| -> Vec<f64> {
         let of = |picture| {
             let measured = MeasuredPicture::new(&with(caustics(picture)), &truth);
-            (FLIP_CAUSTICS.of)(&Seen::one(&measured, &reference)).unwrap()
+            (FLIP_CAUSTICS.of)(&Seen::one(&measured, &reference)).unwrap().value
         };
         pictures.iter().map(of).collect()
     };

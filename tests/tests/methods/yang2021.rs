@@ -125,7 +125,7 @@ fn a_frame_is_no_further_from_the_truth_than_ourbasics() {
             .iter()
             .map(|(picture, _)| {
                 let measured = MeasuredPicture::new(picture, &reference);
-                (FLIP_CAUSTICS.of)(&Seen::one(&measured, &measured_reference)).expect("finite pictures")
+                (FLIP_CAUSTICS.of)(&Seen::one(&measured, &measured_reference)).expect("finite pictures").value
             })
             .collect();
         Mean::of(&errors)

@@ -6,7 +6,7 @@ use anyhow::Context;
 
 use super::task::{Sweep, Task, joined};
 use crate::experiment::cell::Cell;
-use crate::experiment::error::{FLIP, MEASURES, RELMSE, mean};
+use crate::experiment::error::{FLIP, MEASURES, Measure, RELMSE, mean};
 use crate::experiment::measure::measure;
 use crate::experiment::reference::{Kept, References};
 use crate::experiment::result::{CellError, FrameResult};
@@ -71,8 +71,11 @@ pub fn measure_error(sweep: &Sweep, task: &Task, cell: &Cell) -> anyhow::Result<
         reference: write(format!("reference-{}.png", fnv1a(truth.bytes())), &shown.reference)?,
         ..CellError::default()
     };
-    let of_rows = |key| mean(rows.iter().map(|row: &Row| row.get(key)).skip(skipped(key, &rows)));
-    let off = MEASURES.iter().fold(off, |off, measure| off.with(measure, of_rows(measure.key)));
+    let of_rows = |key: &str| mean(rows.iter().map(|row: &Row| row.get(key)).skip(skipped(key, &rows)));
+    let mut off = MEASURES.iter().fold(off, |off, measure| off.with(measure, of_rows(measure.key)));
+    // Frames of one seed share what a history keeps: their mean is taken to be no surer than one of them.
+    let sure = |measure: &&Measure| Some((measure.key.to_string(), of_rows(&measure.standard_error_key())?));
+    off.standard_errors = MEASURES.iter().filter_map(sure).collect();
     let mut result = sweep.result(task, cell);
     if plan.every_frame {
         let frame = |row: &Row| FrameResult {

@@ -1,0 +1,90 @@
+//! The caustic region: the pixels in which caustics are at least a fifth of the reference's luminance, and errors of the whole
+//! light there. Caustics are often a small part of a picture; over all of it, a method that leaves them out may look good.
+
+use super::comparison::{Better, Comparison, Metric, NoValue, Value};
+use super::flip::color::luminance;
+use super::pixels::{Estimate, Pixels};
+use super::{flip_ldr, relmse};
+
+/// FLIP at one exposure, over the caustic region.
+pub static FLIP_LDR_CAUSTIC_REGION: Metric = Metric {
+    name: "flip_ldr_caustic_region",
+    about: "What a person sees of the difference at one exposure, mean over the caustic region",
+    unit: "1",
+    better: Better::Lower,
+    wrong: "caustics that are where the reference has none are not seen",
+    compute: |comparison| {
+        let map = flip_ldr::map(comparison);
+        let region = region(comparison)?;
+        map.0.as_ref().map(|map| region.mean(&map.values)).ok_or(NoValue::NoImage)
+    },
+};
+
+/// Relative mean squared error over the caustic region.
+pub static RELMSE_CAUSTIC_REGION: Metric = Metric {
+    name: "relmse_caustic_region",
+    about: "Relative mean squared error over the caustic region",
+    unit: "1",
+    better: Better::Lower,
+    wrong: "caustics that are where the reference has none are not seen; one firefly can be most of it",
+    compute: |comparison| errors(comparison, relmse::relmse),
+};
+
+/// Relative mean squared error over the caustic region, without its worst 0.1 % of the pixels.
+pub static RELMSE_TRIMMED_CAUSTIC_REGION: Metric = Metric {
+    name: "relmse_trimmed_caustic_region",
+    about: "Relative mean squared error over the caustic region, without its worst 0.1 % of the pixels",
+    unit: "1",
+    better: Better::Lower,
+    wrong: "caustics that are where the reference has none are not seen; fireflies are left out",
+    compute: |comparison| errors(comparison, relmse::trimmed),
+};
+
+/// Least part of a pixel's luminance that caustics have in the region.
+const LEAST_PART: f64 = 0.2;
+
+/// Pixels in which caustics are a large part of the light.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CausticRegion {
+    pixels: Vec<usize>,
+}
+
+impl CausticRegion {
+    /// The region of a picture whose caustics are known; none if it has no pixels.
+    pub fn of(whole: &Pixels, caustics: &Pixels) -> Option<CausticRegion> {
+        let pairs = whole.values.iter().zip(&caustics.values).enumerate();
+        let is_in = |light: f64, caustics: f64| caustics > 0.0 && caustics >= LEAST_PART * light;
+        let pixels = pairs
+            .filter(|(_, (whole, caustics))| is_in(luminance(**whole), luminance(**caustics)))
+            .map(|(pixel, _)| pixel)
+            .collect::<Vec<_>>();
+        (!pixels.is_empty()).then_some(CausticRegion { pixels })
+    }
+
+    /// Those of a picture's values that are in the region.
+    pub fn pick(&self, values: &[f64]) -> Vec<f64> {
+        self.pixels.iter().map(|&pixel| values[pixel]).collect()
+    }
+
+    /// The mean of a picture's values over the region.
+    pub fn mean(&self, values: &[f64]) -> f64 {
+        self.pick(values).iter().sum::<f64>() / self.pixels.len() as f64
+    }
+}
+
+/// The region of a comparison.
+fn region(comparison: &Comparison<'_>) -> Result<CausticRegion, NoValue> {
+    let region = comparison.shared(|Comparison { reference, .. }| {
+        let caustics = reference.caustics.as_ref();
+        caustics.and_then(|caustics| CausticRegion::of(&reference.mean, caustics))
+    });
+    (*region).clone().ok_or(NoValue::NoCausticRegion)
+}
+
+/// A mean of the relative squared errors in the region, mean over runs.
+fn errors(comparison: &Comparison<'_>, mean: fn(&[f64]) -> f64) -> Value {
+    let region = region(comparison)?;
+    let reference = &comparison.reference.mean;
+    let of_run = |run: &Estimate| mean(&region.pick(&relmse::errors(&run.mean, reference)));
+    Ok(comparison.runs.iter().map(of_run).sum::<f64>() / comparison.runs.len() as f64)
+}

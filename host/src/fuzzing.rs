@@ -64,8 +64,13 @@ pub fn sweep(bytes: &[u8]) -> bool {
 /// The JSON of a cell's result, and a report of it.
 pub fn result(bytes: &[u8]) -> bool {
     store::parse(bytes, "0123456789abcdef").is_ok_and(|result| {
-        let request =
-            Request { folders: Vec::new(), title: "Report".into(), pictures: 4, output: "a.html".into() };
+        let request = Request {
+            folders: Vec::new(),
+            baseline: Vec::new(),
+            title: "Report".into(),
+            pictures: 4,
+            output: "a.html".into(),
+        };
         report::of_results(vec![plain(&result), result], &request).is_ok()
     })
 }

@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use maud::{Markup, html};
 
 mod axis;
+mod baseline;
 mod cells;
 mod features;
 mod figure;
@@ -16,6 +17,7 @@ mod growth;
 mod load;
 mod name;
 mod number;
+mod overview;
 mod page;
 mod pareto;
 mod passes;
@@ -46,6 +48,8 @@ use table::{Table, csv};
 pub struct Request {
     /// Folders of results.
     pub folders: Vec<PathBuf>,
+    /// Folders of results that these are held against, cell by cell.
+    pub baseline: Vec<PathBuf>,
     /// The page's title.
     pub title: String,
     /// Pictures of a scene, at most.
@@ -92,24 +96,44 @@ impl Report {
 /// Makes the report.
 pub fn report(request: &Request) -> anyhow::Result<Report> {
     let (cells, warnings) = load::load(&request.folders)?;
-    let report = of_cells(&cells, request)?;
-    Ok(Report { warnings: [warnings, report.warnings].concat(), ..report })
+    let (before, of_before) = match &request.baseline[..] {
+        [] => Default::default(),
+        folders => load::load(folders)?,
+    };
+    let report = of_cells(&cells, &before, request)?;
+    Ok(Report { warnings: [warnings, of_before, report.warnings].concat(), ..report })
 }
 
 /// Makes the report of results that lie in no folder.
 pub(crate) fn of_results(results: Vec<CellResult>, request: &Request) -> anyhow::Result<Report> {
     let measured = |result| Measured { result, folder: "/no folder".into() };
-    of_cells(&results.into_iter().map(measured).collect::<Vec<_>>(), request)
+    of_cells(&results.into_iter().map(measured).collect::<Vec<_>>(), &[], request)
 }
 
-fn of_cells(cells: &[Measured], request: &Request) -> anyhow::Result<Report> {
+fn of_cells(cells: &[Measured], before: &[Measured], request: &Request) -> anyhow::Result<Report> {
     let names = Names::new(cells);
     let scenes = scene::scenes(cells);
     let mut report = Report { cells: cells.len(), ..Report::default() };
     let mut pictures = Pictures::default();
     let mut sections = Vec::new();
+    if let Some(overview) = overview::overview(&scenes, &names) {
+        let content = report.table(&overview.table, &overview.table.title, &overview.sentence)?;
+        sections.push(Section { id: "overview".into(), title: "Over all scenes".into(), content });
+    }
+    if !request.baseline.is_empty() {
+        let content = match baseline::changes(before, cells, &names) {
+            Some(table) => {
+                let note = "Standard errors are those between seeds, and of the medians of times. Times of two runs were not \
+                            taken in turns: what else the machine did differs too.";
+                report.table(&table, "Cells that both have", note)?
+            }
+            None => html! { p .note { "No cell of these results has the same settings and size before." } },
+        };
+        sections.push(Section { id: "baseline".into(), title: "Before and after".into(), content });
+    }
     for scene in &scenes {
-        let content = of_scene(scene, &names, &mut pictures, request.pictures, &mut report)?;
+        let content =
+            of_scene(scene, &names.among(&scene.cells), &mut pictures, request.pictures, &mut report)?;
         sections.push(Section { id: format!("scene-{}", scene.slug), title: scene.title.clone(), content });
     }
     if let Some((figures, table)) = growth::growth(cells) {

@@ -97,6 +97,7 @@ fn config(options: &Bench) -> anyhow::Result<Config> {
             reference_frames: Count(options.reference_frames),
             frames: count,
             every_frame: options.every_frame,
+            compared_frames: None,
         }),
         matrix: vec![Spanned::new(0..0, matrix)],
     };

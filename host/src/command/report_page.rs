@@ -16,6 +16,7 @@ pub fn run(options: &Report) -> anyhow::Result<ExitCode> {
     let page = Target::claim(&options.output, options.force)?;
     let request = Request {
         folders: options.folders.clone(),
+        baseline: options.baseline.clone(),
         title: options.title.clone(),
         pictures: options.pictures,
         output: options.output.display().to_string(),

@@ -111,6 +111,9 @@ pub fn measure(
                     compare(plan, run, row, &truth, truth_before.as_ref())?;
                 }
                 truth_before = Some(truth.measured);
+            } else {
+                // Flicker is between a frame and the one before.
+                truth_before = None;
             }
         }
         each(rows)?;

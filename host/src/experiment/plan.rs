@@ -4,6 +4,17 @@ use std::ops::Range;
 
 use crate::settings::Settings;
 
+/// Frames whose errors are measured.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Compared {
+    /// The last one.
+    Last,
+    /// Every one.
+    Every,
+    /// These; the first frame is 0.
+    These(Vec<u32>),
+}
+
 /// What is measured.
 #[derive(Clone, Debug)]
 pub struct Plan {
@@ -21,8 +32,8 @@ pub struct Plan {
     pub warm_up: u32,
     /// Whether times are recorded.
     pub time: bool,
-    /// Whether errors of every frame are measured; else of the last.
-    pub every_frame: bool,
+    /// The frames whose errors are measured.
+    pub compared: Compared,
     /// Independent runs of each cell: seeds from that of the settings on.
     pub seeds: u32,
 }
@@ -35,6 +46,10 @@ impl Plan {
 
     /// Whether errors of a frame are measured.
     pub fn compares(&self, frame: u32) -> bool {
-        self.every_frame || frame + 1 == self.frames.end
+        match &self.compared {
+            Compared::Last => frame + 1 == self.frames.end,
+            Compared::Every => true,
+            Compared::These(frames) => frames.contains(&(frame - self.frames.start)),
+        }
     }
 }

@@ -82,6 +82,7 @@ pub fn quartiles(values: &[f64]) -> Option<Quartiles> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::experiment::plan::Compared;
     use crate::settings::Settings;
     use caustics_kernels::method::basic::BASIC;
 
@@ -94,7 +95,7 @@ mod tests {
             moment: Some(0.0),
             warm_up: 0,
             time: true,
-            every_frame: false,
+            compared: Compared::Last,
             seeds: 1,
         }
     }

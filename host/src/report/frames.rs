@@ -67,7 +67,12 @@ fn figure(scene: &Scene, names: &Names, measure: &Drawn) -> Option<Figure> {
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         points
     };
-    let cells = scene.chosen(names, LINES, |cell| !points(cell).is_empty());
+    let all: Vec<&Measured> = scene.cells.iter().copied().filter(|cell| !points(cell).is_empty()).collect();
+    let cells = if all.len() <= LINES {
+        all.clone()
+    } else {
+        scene.chosen(names, LINES, |cell| !points(cell).is_empty())
+    };
     let mut lines: Vec<Line> = Vec::new();
     for cell in &cells {
         let series = names.series(&cell.result.cell);
@@ -75,8 +80,7 @@ fn figure(scene: &Scene, names: &Names, measure: &Drawn) -> Option<Figure> {
         let dash = DASHES[lines.iter().filter(|line| line.color == color).count() % DASHES.len()];
         lines.push(Line { name: names.label(cell), color, dash, series, points: points(cell) });
     }
-    let count = scene.cells.iter().filter(|cell| !points(cell).is_empty()).count();
-    let notes = match count - lines.len() {
+    let notes = match all.len() - lines.len() {
         0 => vec![],
         left => vec![format!("{left} more cells have frames: here is one of each kind.")],
     };

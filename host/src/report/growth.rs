@@ -13,7 +13,7 @@ use super::number::{at, number, short};
 use super::plot::Area;
 use super::table::{Column, Table, Value};
 use crate::experiment::axis::{self, AXES, MAX_BOUNCES, PATHS_PER_PIXEL, Shown};
-use crate::experiment::result::{CellConfig, CellTime, Quartiles};
+use crate::experiment::result::{CellConfig, CellTime, Provenance, Quartiles};
 
 /// Fewest values of a quantity that an exponent is fitted to.
 const FEWEST: usize = 4;
@@ -110,15 +110,17 @@ pub fn growth(cells: &[Measured]) -> Option<(Vec<Figure>, Table)> {
     (!all.is_empty()).then(|| (figures, table(&all)))
 }
 
-/// What a series is of: its name, and one run on one device.
-type Place<'a> = (Name, &'a Path, &'a str);
+/// What a series is of: its name, and one run of one program on one machine.
+type Place<'a> = (Name, &'a Path, [&'a str; 4]);
 
 fn series(cells: &[Measured], quantity: &'static Quantity) -> Vec<Growth> {
     let mut series: BTreeMap<Place, Vec<(f64, &CellTime)>> = BTreeMap::new();
     for cell in cells {
         let Some(time) = &cell.result.time else { continue };
         let Some(name) = name(&cell.result.cell, time, quantity) else { continue };
-        let place = (name, cell.folder.as_path(), cell.result.provenance.device.as_str());
+        let Provenance { commit, kernels, device, machine, .. } = &cell.result.provenance;
+        let origin = [commit, kernels, device, machine].map(String::as_str);
+        let place = (name, cell.folder.as_path(), origin);
         series.entry(place).or_default().push(((quantity.of)(&cell.result.cell, time), time));
     }
     let mut all = Vec::new();

@@ -2,8 +2,8 @@
 
 use super::load::Measured;
 use super::number::short;
-use crate::experiment::axis::{AXES, Axis, METHOD, PATHS_PER_PIXEL, Shown, Values};
-use crate::experiment::result::CellConfig;
+use crate::experiment::axis::{AXES, Axis, METHOD, Shown, Values};
+use crate::experiment::result::{CellConfig, Provenance};
 
 /// Number of colours in `report.css`.
 pub const COLORS: usize = 10;
@@ -68,13 +68,37 @@ fn says(name: &str) -> bool {
 }
 
 /// Names, colours and shapes of all cells of a report.
-#[derive(Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Names {
     kinds: Vec<String>,
     gathers: Vec<String>,
     series: Vec<Series>,
     varies: Vec<&'static Axis>,
     sizes_vary: bool,
+    origins_vary: Vec<&'static Origin>,
+}
+
+/// What may tell apart where cells were measured.
+type Origin = fn(&Provenance) -> String;
+
+const ORIGINS: [Origin; 4] = [
+    |of| short_hash("commit", &of.commit),
+    |of| short_hash("kernels", &of.kernels),
+    |of| of.device.clone(),
+    |of| of.machine.clone(),
+];
+
+/// The start of a hash, and what it is of.
+fn short_hash(of: &str, hash: &str) -> String {
+    let is_hash = hash.len() > 12 && hash.chars().take(12).all(|letter| letter.is_ascii_hexdigit());
+    if hash.is_empty() {
+        String::new()
+    } else if is_hash {
+        let dirty = if hash.ends_with("-dirty") { "-dirty" } else { "" };
+        format!("{of} {}{dirty}", &hash[..8])
+    } else {
+        format!("{of} {hash}")
+    }
 }
 
 impl Names {
@@ -90,12 +114,26 @@ impl Names {
         gathers.push(String::new());
         gathers.sort();
         gathers.dedup();
-        let cell = |index: usize| &cells[index].result.cell;
-        let differs =
-            |axis: &&Axis| (1..cells.len()).any(|index| cell(index).text(axis) != cell(0).text(axis));
-        let varies = AXES.into_iter().filter(differs).collect();
-        let sizes_vary = (1..cells.len()).any(|index| size(&cells[index]) != size(&cells[0]));
-        Names { kinds, gathers, series, varies, sizes_vary }
+        let names = Names { kinds, gathers, series, ..Names::default() };
+        names.among(&cells.iter().collect::<Vec<_>>())
+    }
+
+    /// The same colours and shapes, and words for what differs among some of the cells only.
+    pub fn among(&self, cells: &[&Measured]) -> Names {
+        let differ = |of: &dyn Fn(&Measured) -> String| cells.iter().any(|cell| of(cell) != of(cells[0]));
+        let origins = ORIGINS.iter();
+        Names {
+            varies: AXES.into_iter().filter(|axis| differ(&|cell| cell.result.cell.text(axis))).collect(),
+            sizes_vary: differ(&|cell| size(cell)),
+            origins_vary: origins.filter(|origin| differ(&|cell| origin(&cell.result.provenance))).collect(),
+            ..self.clone()
+        }
+    }
+
+    /// Where a cell was measured, as far as the cells differ in it: commit, kernels, device, machine.
+    pub fn origin(&self, cell: &Measured) -> String {
+        let words = self.origins_vary.iter().map(|origin| origin(&cell.result.provenance));
+        words.filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" · ")
     }
 
     /// Index of the cell's series.
@@ -125,7 +163,7 @@ impl Names {
 
     /// The cell's name among all cells of its scene.
     pub fn label(&self, cell: &Measured) -> String {
-        let size = size(cell);
+        let (size, origin) = (size(cell), self.origin(cell));
         let cell = &cell.result.cell;
         let mut parts = vec![Series::of(cell).name()];
         for axis in AXES {
@@ -136,8 +174,7 @@ impl Names {
                 Values::Names(_) if cell.text(axis) == axis.none => continue,
                 Values::Names(_) => cell.text(axis),
             };
-            // Light paths are what most cells of a chart differ in.
-            if !text.is_empty() && (*axis == PATHS_PER_PIXEL || self.varies.contains(&axis)) {
+            if !text.is_empty() && self.varies.contains(&axis) {
                 parts.push(words(&text));
             }
         }
@@ -147,6 +184,9 @@ impl Names {
         if cell.texture_filter == "finest" {
             parts.push("finest textures".into());
         }
+        if !origin.is_empty() {
+            parts.push(origin);
+        }
         parts.join(" · ")
     }
 }
@@ -154,7 +194,7 @@ impl Names {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::axis::{DENOISER, FEATURES, GATHER, HISTORY, RUNNER};
+    use crate::experiment::axis::{DENOISER, FEATURES, GATHER, HISTORY, PATHS_PER_PIXEL, RUNNER};
     use crate::experiment::result::{CellError, CellResult};
     use std::collections::BTreeSet;
 
@@ -199,5 +239,23 @@ mod tests {
         let label = "basic + paper · brute · gpu-software · all features · 0.5 paths/px · 64×36";
         assert_eq!(names.label(&cells[1]), label);
         assert_eq!(names.of(0).name(), "basic + paper · brute");
+    }
+
+    #[test]
+    fn cells_of_another_commit_or_device_are_told_apart() {
+        let mut cells = [cell("basic", "", ""), cell("basic", "", ""), cell("path", "", "")];
+        let commit = |letter: &str| format!("{}-dirty", letter.repeat(40));
+        for (cell, letter) in cells.iter_mut().zip(["a", "b", "b"]) {
+            cell.result.provenance.commit = commit(letter);
+            cell.result.provenance.device = "CPU, 2 threads".into();
+        }
+        let names = Names::new(&cells);
+        assert_eq!(names.label(&cells[0]), "basic · commit aaaaaaaa-dirty");
+        assert_eq!(names.label(&cells[1]), "basic · commit bbbbbbbb-dirty");
+        let alike = names.among(&[&cells[1], &cells[2]]);
+        assert_eq!(alike.label(&cells[1]), "basic");
+        assert_eq!(alike.origin(&cells[1]), "");
+        cells[1].result.provenance.device = "a GPU".into();
+        assert_eq!(Names::new(&cells[1..]).label(&cells[1]), "basic · a GPU");
     }
 }

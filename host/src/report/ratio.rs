@@ -15,10 +15,10 @@ pub fn ratios(scene: &Scene, names: &Names) -> Option<Table> {
     }
     let first_name =
         |cell: &Measured| cell.result.time.as_ref().map(|time| time.first.clone()).unwrap_or_default();
+    let run = |cell: &Measured| (first_name(cell), names.origin(cell));
     // The first cell of a run is held against itself: its ratio is 1 to the bit.
     let first = |cell: &Measured| {
-        let mut firsts =
-            cells.iter().filter(|other| first_name(other) == first_name(cell) && ratio(other) == Some(1.0));
+        let mut firsts = cells.iter().filter(|other| run(other) == run(cell) && ratio(other) == Some(1.0));
         match (firsts.next(), firsts.next()) {
             (Some(first), None) => Some(*first),
             _ => None,

@@ -55,8 +55,8 @@ impl<'a> Scene<'a> {
         };
         let mut chosen: Vec<&'a Measured> = Vec::new();
         for cell in able {
-            let series = names.series(&cell.result.cell);
-            match chosen.iter_mut().find(|other| names.series(&other.result.cell) == series) {
+            let kind = |cell: &Measured| (names.series(&cell.result.cell), names.origin(cell));
+            match chosen.iter_mut().find(|other| kind(other) == kind(cell)) {
                 Some(other) if rank(cell) < rank(other) => *other = cell,
                 Some(_) => {}
                 None => chosen.push(cell),

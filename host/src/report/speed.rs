@@ -60,7 +60,7 @@ pub fn chart(scene: &Scene, names: &Names, measure: &'static Measure) -> Option<
     if marks.is_empty() {
         return None;
     }
-    let fronts = fronts(&marks);
+    let fronts = fronts(&marks, names);
     for &index in fronts.iter().flatten() {
         marks[index].is_on_front = true;
     }
@@ -78,11 +78,11 @@ pub fn chart(scene: &Scene, names: &Names, measure: &'static Measure) -> Option<
     if fronts.len() > 1 {
         let of = |(index, front): (usize, &Vec<usize>)| {
             let comparable_group =
-                front.first().map_or(String::new(), |&first| comparable_group(&marks[first]));
+                front.first().map_or(String::new(), |&first| comparable_group(&marks[first], names));
             format!("{comparable_group} {}", DASHES[index % DASHES.len()].0)
         };
         let all: Vec<String> = fronts.iter().enumerate().map(of).collect();
-        notes.push(format!("Each runner and size has a front of its own: {}.", all.join(", ")));
+        notes.push(format!("What was not measured alike has a front of its own: {}.", all.join(", ")));
     }
     if marks.iter().any(|mark| mark.cell.result.cell.text(&FEATURES) == "all") {
         notes.push("Hollow marks have all code alive, what the scene does not need too.".into());
@@ -109,13 +109,15 @@ pub fn chart(scene: &Scene, names: &Names, measure: &'static Measure) -> Option<
     Some(Chart { measure, figure, front: front.collect() })
 }
 
-/// What competes with each other: times of other machines and of other sizes do not.
-fn comparable_group(mark: &Mark) -> String {
-    format!("{} {}", mark.cell.result.cell.text(&RUNNER), size(mark.cell)).trim().into()
+/// What competes with each other: times of other programs, machines and sizes do not.
+fn comparable_group(mark: &Mark, names: &Names) -> String {
+    let parts = [mark.cell.result.cell.text(&RUNNER), size(mark.cell), names.origin(mark.cell)];
+    parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ")
 }
 
 /// Indices of the marks of each comparable_group's front.
-fn fronts(marks: &[Mark]) -> Vec<Vec<usize>> {
+fn fronts(marks: &[Mark], names: &Names) -> Vec<Vec<usize>> {
+    let comparable_group = |mark: &Mark| comparable_group(mark, names);
     let mut groups: Vec<String> = marks.iter().map(comparable_group).collect();
     groups.sort_unstable();
     groups.dedup();
@@ -142,7 +144,7 @@ fn draw(
     let content = match (x, y) {
         (Some(x), Some(y)) => html! {
             (area.draw(&x, "median time of a frame [ms] →", &y, &format!("↑ {}", measure.head)))
-            @for family in families(marks) { (line(&family, marks, names, &x, &y)) }
+            @for family in families(marks, names) { (line(&family, marks, names, &x, &y)) }
             @for (index, front) in fronts.iter().enumerate() { (stairs(front, index, marks, &area, &x, &y)) }
             @for mark in marks { (bars(mark, &area, &x, &y)) }
             g class="marks" { @for mark in marks { (draw_mark(mark, names, &x, &y)) } }
@@ -188,11 +190,11 @@ fn draw_mark(mark: &Mark, names: &Names, x: &Axis, y: &Axis) -> Markup {
 }
 
 /// Cells that differ in their number of paths only, in its order.
-fn families(marks: &[Mark]) -> Vec<Vec<usize>> {
+fn families(marks: &[Mark], names: &Names) -> Vec<Vec<usize>> {
     let key = |index: usize| {
         let mut config = marks[index].cell.result.cell.clone();
         config.set(&PATHS_PER_PIXEL, "0");
-        (config, comparable_group(&marks[index]))
+        (config, comparable_group(&marks[index], names))
     };
     let mut families: Vec<Vec<usize>> = Vec::new();
     let paths = |index: usize| marks[index].cell.result.cell.number(&PATHS_PER_PIXEL);
@@ -309,7 +311,7 @@ mod tests {
         assert_eq!(
             chart.figure.notes,
             [
-                "Each runner and size has a front of its own: cpu 2×4 solid, cpu 8×4 dashed, gpu-hardware 8×4 dotted."
+                "What was not measured alike has a front of its own: cpu 2×4 solid, cpu 8×4 dashed, gpu-hardware 8×4 dotted."
             ]
         );
         assert_eq!(chart.figure.rows.len(), 6);

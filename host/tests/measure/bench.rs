@@ -10,7 +10,7 @@ use caustics::experiment::error::{
     CAUSTICS_VARIANCE, FLICKER, FLICKER_CAUSTICS, FLIP, MEASURES, RELMSE, RELMSE_CAUSTICS,
 };
 use caustics::experiment::measure::measure;
-use caustics::experiment::plan::Plan;
+use caustics::experiment::plan::{Compared, Plan};
 use caustics::experiment::result::CellResult;
 use caustics::experiment::row::Row;
 use caustics::experiment::store;
@@ -177,7 +177,7 @@ fn each_cell_has_the_first_turn_in_turn() {
         moment: Some(0.0),
         warm_up: 0,
         time: true,
-        every_frame: false,
+        compared: Compared::Last,
         seeds: 1,
     };
     let mut rows: Vec<Row> = Vec::new();

@@ -254,7 +254,7 @@ fn what_cannot_be_read_or_written_is_named() {
     let first = std::fs::read(desk.path("report.html")).unwrap();
     refuses(&desk, &["results", "-o", "report.html"], 2, "--force");
     std::fs::remove_file(desk.path("report.html")).unwrap();
-    refuses(&desk, &["results", "-o", "report.html"], 2, ".svg exists");
+    refuses(&desk, &["results", "-o", "report.html"], 2, ".csv exists");
     desk.page(&["results", "--force"]);
     assert_eq!(
         std::fs::read(desk.path("report.html")).unwrap(),
@@ -313,6 +313,30 @@ fn names_and_numbers_at_the_end_of_what_there_is_are_drawn() {
         }
     }
     assert!(count > 2);
+}
+
+#[test]
+fn what_differs_from_a_baseline_is_in_a_table_and_all_scenes_are_on_top() {
+    let desk = Desk::new();
+    let mut cells = fixture::write(&desk.path("after"));
+    fixture::write(&desk.path("before"));
+    let changed = &mut cells[0];
+    let flip = changed.error.as_ref().unwrap().get(&FLIP).unwrap();
+    let error = changed.error.as_mut().unwrap();
+    error.values.insert(FLIP.key.into(), Some(2.0 * flip));
+    let identity = changed.identity.clone();
+    fixture::save(&desk.path("after"), changed);
+    let (_, page) = desk.page(&["after", "--baseline", "before"]);
+    let sections: Vec<&str> =
+        select(&page, "main > section").iter().map(|node| node.attr("id").unwrap()).collect();
+    assert_eq!(sections[..2], ["overview", "baseline"]);
+    assert!(text_of(&page, "#overview .note").contains("held against"));
+    let changes = rows(&desk.path("report_files/baseline.csv"));
+    let differ: Vec<_> = changes.iter().filter(|row| row["verdict"] != "the same").collect();
+    assert_eq!(differ.len(), 1, "{identity}: {differ:?}");
+    assert!(differ[0]["measure"] == "FLIP" && differ[0]["ratio"] == "2", "{differ:?}");
+    let (code, stderr) = desk.report(&["after", "--baseline", "nowhere", "-o", "other.html"]);
+    assert!(code == 1 && stderr.contains("nowhere"), "{code} {stderr}");
 }
 
 /// Leaves a report for `.ci/report-browser`, which opens it in a browser.

@@ -5,7 +5,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::matrix_table::MatrixTable;
-use super::value::{Count, Filter, Positive, Side};
+use super::value::{Count, Filter, NonEmpty, Positive, Side};
 use crate::experiment::reference::SEED;
 use crate::settings::Settings;
 
@@ -100,6 +100,9 @@ pub struct ErrorTable {
     /// Whether every frame of still scenes is measured too.
     #[serde(default)]
     pub every_frame: bool,
+    /// Of all scenes only these frames are measured, and have a reference; the first is 0.
+    #[serde(default)]
+    pub compared_frames: Option<NonEmpty<u32>>,
 }
 
 impl Config {
@@ -135,6 +138,13 @@ impl Config {
         let last = self.seed.checked_add(seeds - 1);
         if last.is_none_or(|last| (self.seed..=last).contains(&SEED)) {
             return Err(format!("seed = {}: references have the seed {SEED}; give another", self.seed));
+        }
+        if let Some(error) = &self.error
+            && let Some(frames) = &error.compared_frames
+            && let Some(wrong) = frames.0.iter().find(|frame| **frame >= error.frames.0)
+        {
+            let count = error.frames.0;
+            return Err(format!("compared_frames: of {count} frames none is {wrong}; the first is 0"));
         }
         let mut count = 0_u64;
         for matrix in &self.matrix {
@@ -242,5 +252,14 @@ mod tests {
         let error = many(101).unwrap_err();
         assert!(error.contains("line 5") && error.contains("1030301 cells"), "{error}");
         assert!(Config::parse(&GOOD.replace("[time]\nwidth = 64\nheight = 36\n", "")).is_err());
+        let compared = |frames: &str| {
+            let error =
+                format!("[error]\nwidth = 64\nheight = 36\nframes = 8\ncompared_frames = {frames}\n\n[[");
+            Config::parse(&GOOD.replacen("[[", &error, 1))
+        };
+        assert!(compared("[0, 7]").is_ok());
+        let error = compared("[0, 8]").unwrap_err();
+        assert!(error.contains("compared_frames") && error.contains('8'), "{error}");
+        assert!(compared("[]").is_err());
     }
 }

@@ -8,6 +8,7 @@ use super::task::{Sweep, Task, joined};
 use crate::experiment::cell::Cell;
 use crate::experiment::error::{FLIP, MEASURES, Measure, RELMSE, mean};
 use crate::experiment::measure::measure;
+use crate::experiment::plan::Compared;
 use crate::experiment::reference::{Kept, References};
 use crate::experiment::result::{CellError, FrameResult};
 use crate::experiment::row::Row;
@@ -77,7 +78,7 @@ pub fn measure_error(sweep: &Sweep, task: &Task, cell: &Cell) -> anyhow::Result<
     let sure = |measure: &&Measure| Some((measure.key.to_string(), of_rows(&measure.standard_error_key())?));
     off.standard_errors = MEASURES.iter().filter_map(sure).collect();
     let mut result = sweep.result(task, cell);
-    if plan.every_frame {
+    if plan.compared != Compared::Last {
         let frame = |row: &Row| FrameResult {
             frame: row.frame,
             total_ms: None,

@@ -12,7 +12,7 @@ use crate::experiment::cell::{Cell, Paths};
 use crate::experiment::cell_axes::name_all;
 use crate::experiment::identity::{posed, view};
 use crate::experiment::matrix::{Cells, keep_one_of_each};
-use crate::experiment::plan::Plan;
+use crate::experiment::plan::{Compared, Plan};
 use crate::hash::fnv1a;
 use crate::scene::{self, Scene};
 use crate::session::RunnerChoice;
@@ -130,7 +130,7 @@ impl Part {
             moment: (!self.moves(config)).then_some(config.moment_s.unwrap_or(0.0)),
             warm_up: 0,
             time: false,
-            every_frame: false,
+            compared: Compared::Last,
             seeds: 1,
         }
     }
@@ -152,11 +152,15 @@ impl Part {
         let plan = self.plan(config);
         let first = if self.moves(config) { config.first_frame } else { 0 };
         let end = first + error.frames.0;
-        let every_frame = self.moves(config) || error.every_frame;
-        let is_alone = !every_frame && cell.method.kept(cell.parts()).next().is_none();
+        let compared = match &error.compared_frames {
+            Some(frames) => Compared::These(frames.0.clone()),
+            None if self.moves(config) || error.every_frame => Compared::Every,
+            None => Compared::Last,
+        };
+        let is_alone = compared == Compared::Last && cell.method.kept(cell.parts()).next().is_none();
         let frames = if is_alone { end - 1..end } else { first..end };
         let settings = Settings { width: error.width.0, height: error.height.0, ..plan.settings };
-        Some(Plan { settings, frames, every_frame, seeds: error.seeds.0, ..plan })
+        Some(Plan { settings, frames, compared, seeds: error.seeds.0, ..plan })
     }
 
     /// Hash of all that decides what is measured of a cell.

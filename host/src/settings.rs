@@ -183,6 +183,7 @@ impl Settings {
         match self.sampler {
             Sampler::Independent => Sequence::default(),
             Sampler::Sobol => Sequence::sobol(self.seed, self.batches, frame),
+            Sampler::Blue => Sequence::moved(self.seed, self.batches, frame, self.width),
         }
     }
 
@@ -190,7 +191,7 @@ impl Settings {
     pub fn batches_of_frames(&self) -> u32 {
         match self.sampler {
             Sampler::Independent => 0,
-            Sampler::Sobol => self.batches,
+            Sampler::Sobol | Sampler::Blue => self.batches,
         }
     }
 

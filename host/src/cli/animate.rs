@@ -15,6 +15,8 @@ use super::bench::frames;
   caustics animate animated-light -o frames/####.exr --video
   caustics animate moving-caster -o frames/caster-####.exr --history none --frames 0..24 --fps 24")]
 #[command(mut_arg("history", |arg| arg.help("What the frame before lends to collection points [default: validated with --method basic, else none]")))]
+#[command(mut_arg("denoiser", |arg| arg.help("What smooths the path-traced part, caustics excepted [default: atrous with a --path-history, else none]")))]
+#[command(mut_arg("sampler", |arg| arg.help("Where the random numbers of camera paths come from [default: sobol with a --path-history, else blue]")))]
 #[command(mut_arg("path_history", |arg| arg.help("What the frame before lends of the light that camera paths found [default: validated with a --history, else none]")))]
 #[command(mut_arg("output", |arg| arg.help("The EXR files to write; a run of # is the frame's number: frames/####.exr")))]
 #[command(mut_arg("exposure", |arg| arg.help("Exposure of the PNGs (stops, or auto for what suits the first frame)")))]

@@ -12,7 +12,7 @@ pub fn run(options: Render) -> anyhow::Result<ExitCode> {
     let Render { common, axes, time, preset, frames } = options;
     let says_how = frames.is_some() || axes.says_how();
     let preset = preset.unwrap_or(if says_how { Preset::Frame } else { Preset::Preview });
-    let cell = axes.cell_of(&preset.values())?;
+    let cell = axes.cell_of(&preset.values(frames))?;
     let most = frames.unwrap_or(preset.frames());
     let settings = settings(&common.view, &cell, most)?;
     // A number of frames is a number of frames.

@@ -10,7 +10,7 @@
 //! camera and random numbers, in the scene of today. Where nothing changed it finds the same light, to rounding; what differs
 //! says how many frames kept light may count. In a still view nothing is traced, and all frames count alike.
 //!
-//! Cost: a twenty-fifth of `collect` where something moved; 68 bytes a pixel of state. Wrong: a pixel keeps one point's light,
+//! Cost: a twenty-fifth of `collect` where something moved; 76 bytes a pixel of state. Wrong: a pixel keeps one point's light,
 //! so where a path may pass a surface or be reflected by it the kept light is that of the last choice, and else the nearest
 //! pixel's; whatever lies beside a change is as noisy as without a history.
 

@@ -66,6 +66,8 @@ choice! {
     Independent "independent" "every number by itself"
     /// A pixel's frames take turns in low-discrepancy sequences: the more they are, the more evenly they fill.
     Sobol "sobol" "a pixel's frames spread evenly, by Owen-scrambled Sobol sequences"
+    /// The same, and of each frame the pixels beside each other.
+    Blue "blue" "the same, and pixels beside each other spread evenly too: their noise is fine and evens out"
 }
 
 choice! {

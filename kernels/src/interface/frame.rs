@@ -94,7 +94,7 @@ pub struct Dispatch {
 }
 
 const _: () = assert!(size_of::<Camera>() == 48);
-const _: () = assert!(size_of::<FrameParams>() == 608);
+const _: () = assert!(size_of::<FrameParams>() == 736);
 
 impl Dispatch {
     /// Invocations there are.

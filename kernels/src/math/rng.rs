@@ -55,6 +55,12 @@ impl Rng {
         self.dimension
     }
 
+    /// The path that it was made for.
+    #[inline]
+    pub fn path(&self) -> u32 {
+        self.path
+    }
+
     /// The frame that it was made for.
     #[inline]
     pub fn frame(&self) -> u32 {

@@ -7,6 +7,12 @@
 //! constants of Vegdahl 2021, Building a better LK hash], so that pixels are independent and each number is uniform. A number is
 //! a function of (seed, pixel, frame, dimension) as before: in any order, on any runner.
 //!
+//! Or pixels beside each other share what is still even: all are scrambled alike, and each pixel's points are moved by a point of
+//! the same sequence, that of the pixel's place on a curve through the picture that fills squares first [Ahmed and Wonka 2020,
+//! Screen-space blue-noise diffusion of Monte Carlo sampling error]. In every frame the numbers of a square of pixels then fill
+//! the unit square evenly, so that their errors differ and cancel for an eye or a denoiser; in every pixel those of its frames do.
+//! Neighbours meet again in other frames of a batch: over very many frames squares of pixels gain less than single ones.
+//!
 //! Points of one sequence are no independent samples and say nothing of their variance. So frames take turns in `batches`
 //! sequences, and the variance is that between these.
 
@@ -20,7 +26,48 @@ pub fn next4(rng: &mut Rng, sequence: &Sequence) -> Vec4 {
     let group = rng.dimension();
     let is_in = group < sequence.groups;
     let bits = rng.next_bits(if is_in { sequence.batch } else { rng.frame() });
-    if is_in { units(scrambled(sequence.points[group as usize], bits)) } else { units(bits) }
+    if !is_in {
+        units(bits)
+    } else if sequence.width == 0 {
+        units(scrambled(sequence.points[group as usize], bits))
+    } else {
+        let seeds = sequence.seeds[group as usize];
+        let pixel = rng.path();
+        let place = place(pixel % sequence.width, pixel / sequence.width);
+        let moved = sequence.points[group as usize] ^ point_of_place(place, seeds);
+        units(scrambled(moved, seeds))
+    }
+}
+
+/// The place of a pixel on the curve: bits of its column and row in turns, the first digits in the highest bits.
+#[inline(always)]
+fn place(column: u32, row: u32) -> u32 {
+    let spread = |bits: u32| {
+        let bits = (bits | bits << 8) & 0x00ff_00ff;
+        let bits = (bits | bits << 4) & 0x0f0f_0f0f;
+        let bits = (bits | bits << 2) & 0x3333_3333;
+        (bits | bits << 1) & 0x5555_5555
+    };
+    spread(column) | spread(row) << 1
+}
+
+/// The first two coordinates of two Sobol points of a place on the curve, of either in another order within each square.
+#[inline(always)]
+fn point_of_place(place: u32, seeds: UVec4) -> UVec4 {
+    let shuffled = |seed: u32| laine_karras(place.reverse_bits(), seed).reverse_bits();
+    let (first, second) = (shuffled(seeds.z), shuffled(seeds.x));
+    UVec4::new(first, second_coordinate(first), second, second_coordinate(second))
+}
+
+/// The second coordinate of a Sobol point, the first binary digit in the lowest bit: the polynomial of the index's digits in
+/// x + 1 instead of x.
+#[inline(always)]
+fn second_coordinate(index: u32) -> u32 {
+    let digits = index ^ (index >> 1 & 0x5555_5555);
+    let digits = digits ^ (digits >> 2 & 0x3333_3333);
+    let digits = digits ^ (digits >> 4 & 0x0f0f_0f0f);
+    let digits = digits ^ (digits >> 8 & 0x00ff_00ff);
+    digits ^ digits >> 16
 }
 
 /// Scrambles the digits of four numbers, each by those before it, and puts the first digits into the highest bits. The lowest bits
@@ -68,7 +115,15 @@ mod points {
                 let place = laine_karras(index.reverse_bits(), order).reverse_bits();
                 *point = UVec4::from_array([0, 1, 2, 3].map(|lane| coordinate(place, lane).reverse_bits()));
             }
-            Sequence { points, groups: SEQUENCE_GROUPS as u32, batch, padding: [0; 2] }
+            let groups = SEQUENCE_GROUPS as u32;
+            Sequence { points, groups, batch, ..Sequence::default() }
+        }
+
+        /// The same points, moved in each pixel of a picture so wide.
+        pub fn moved(seed: u32, batches: u32, frame: u32, width: u32) -> Sequence {
+            let sequence = Sequence::sobol(seed, batches, frame);
+            let of_group = |group| pcg4d(UVec4::new(group as u32, sequence.batch, seed, 0x626c_7565));
+            Sequence { seeds: std::array::from_fn(of_group), width, ..sequence }
         }
     }
 
@@ -133,6 +188,94 @@ mod points {
                         assert_eq!(cells, (0..count).collect::<Vec<_>>(), "block {block} intervals {wide}");
                     }
                 }
+            }
+        }
+
+        /// The same where pixels of a row of 64 share an even set.
+        fn draw_moved(pixel: u32, group: usize, frame: u32) -> Vec4 {
+            let sequence = Sequence::moved(5, 2, frame, 64);
+            let mut rng = Rng::new(Stream::Camera, 5, pixel, frame);
+            (0..=group).map(|_| next4(&mut rng, &sequence)).last().unwrap()
+        }
+
+        /// Whether as many numbers fill every elementary interval of the pair of lanes that starts at `lane`.
+        fn fills(points: &[Vec4], lane: usize) -> bool {
+            let log = points.len().ilog2();
+            assert_eq!(points.len(), 1 << log);
+            (0..=log).all(|wide| {
+                let cell = |u: &Vec4| {
+                    let (x, y) = (u[lane] * (1 << wide) as f32, u[lane + 1] * (1 << (log - wide)) as f32);
+                    (x as u32) << (log - wide) | y as u32
+                };
+                let mut cells: Vec<u32> = points.iter().map(cell).collect();
+                cells.sort_unstable();
+                cells == (0..1 << log).collect::<Vec<_>>()
+            })
+        }
+
+        #[test]
+        fn moved_points_fill_the_square_over_pixels_of_a_frame_and_over_frames_of_a_pixel() {
+            for (group, side, frame) in [(0, 8, 0), (3, 4, 9), (SEQUENCE_GROUPS - 1, 16, 2)] {
+                for (column, row) in [(0, 0), (side, 3 * side), (2 * side, side)] {
+                    let pixels = (0..side * side).map(|i| (row + i / side) * 64 + column + i % side);
+                    let points: Vec<Vec4> = pixels.map(|pixel| draw_moved(pixel, group, frame)).collect();
+                    assert!(fills(&points, 0) && fills(&points, 2), "{group} {side} {column} {row}");
+                }
+            }
+            for pixel in [0, 77, 4000] {
+                // Frames of one of two batches; their points have four coordinates, of which the first two fill squares.
+                let points: Vec<Vec4> = (0..32).map(|frame| draw_moved(pixel, 1, 2 * frame)).collect();
+                assert!(fills(&points, 0), "{pixel}");
+            }
+            // Squares that are not those of the curve are not filled: the test can fail.
+            let points: Vec<Vec4> = (0..16).map(|i| draw_moved((1 + i / 4) * 64 + 1 + i % 4, 0, 0)).collect();
+            assert!(!fills(&points, 0));
+        }
+
+        #[test]
+        fn moved_numbers_are_uniform_over_seeds() {
+            // A pixel's number is uniform over seeds, and two neighbours' first numbers are never near each other.
+            let count = 20_000;
+            let (mut sum, mut square, mut nearest) = (Vec4::ZERO, Vec4::ZERO, 1.0f32);
+            // How many pairs of numbers of different lanes lie in each of 4 by 4 cells.
+            let mut cells = [[0u32; 16]; 6];
+            for seed in 0..count {
+                let sequence = Sequence::moved(seed, 4, 1, 64);
+                let of = |pixel| {
+                    let mut rng = Rng::new(Stream::Camera, seed, pixel, 1);
+                    next4(&mut rng, &sequence)
+                };
+                let (u, beside) = (of(130), of(131));
+                sum += u - 0.5;
+                square += (u - 0.5) * (u - 0.5);
+                let pairs = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)];
+                for (cells, (a, b)) in cells.iter_mut().zip(pairs) {
+                    cells[(u[a] * 4.0) as usize * 4 + (u[b] * 4.0) as usize] += 1;
+                }
+                let halves = |u: Vec4| ((u.x * 2.0) as u32, (u.y * 2.0) as u32);
+                nearest = nearest.min(if halves(u) == halves(beside) { 0.0 } else { 1.0 });
+            }
+            let n = count as f32;
+            assert!((sum / n).abs().max_element() < 4.5 * (1.0f32 / 12.0).sqrt() / n.sqrt(), "{sum}");
+            assert!((square / n - 1.0 / 12.0).abs().max_element() < 4.5 * (1.0f32 / 180.0).sqrt() / n.sqrt());
+            assert_eq!(nearest, 1.0, "two of a square of four share a quarter");
+            // Chi squared of 15 degrees of freedom: mean 15, deviation 5.5.
+            let expected = f64::from(count) / 16.0;
+            for cells in cells {
+                let chi: f64 =
+                    cells.iter().map(|&found| (f64::from(found) - expected).powi(2) / expected).sum();
+                assert!(chi < 44.0, "{chi}: {cells:?}");
+            }
+        }
+
+        #[test]
+        fn the_second_coordinate_is_that_of_the_directions() {
+            for index in [0, 1, 2, 3, 7, 100, 0x1234_5678, u32::MAX] {
+                assert_eq!(
+                    super::super::second_coordinate(index),
+                    coordinate(index, 1).reverse_bits(),
+                    "{index}"
+                );
             }
         }
 

@@ -51,12 +51,14 @@ fn every_sampler_finds_the_same_light() {
         let blocks = |sampler, batches, seed| {
             Blocks::render(&CPU, &scene, &settings(sampler, batches, seed), method, &PHOTONS_GRID, frames)
         };
-        // As many batches as a test of normal numbers wants.
-        let sobol = blocks(Sampler::Sobol, 64, 1).of_batches(64);
-        let scores = sobol.scores(&blocks(Sampler::Independent, 1, 2));
-        println!("{name}: {scores:?}");
-        assert!(scores.ratio_error < 0.03, "the test is too blunt");
-        assert!(scores.fault().is_none(), "{name}: {:?}", scores.fault());
+        let independent = blocks(Sampler::Independent, 1, 2);
+        for sampler in [Sampler::Sobol, Sampler::Blue] {
+            // As many batches as a test of normal numbers wants.
+            let scores = blocks(sampler, 64, 1).of_batches(64).scores(&independent);
+            println!("{name} {sampler:?}: {scores:?}");
+            assert!(scores.ratio_error < 0.03, "the test is too blunt");
+            assert!(scores.fault().is_none(), "{name} {sampler:?}: {:?}", scores.fault());
+        }
     }
 }
 
@@ -101,6 +103,40 @@ fn smooth_light_converges_faster_than_by_chance() {
     assert!(slope(&sobol) < -1.4, "{}", slope(&sobol));
     assert!(slope(&batches) < -1.3, "{}", slope(&batches));
     assert!(sobol[3] < 0.1 * independent[3] && batches[3] < 0.2 * independent[3]);
+}
+
+/// In one frame of smooth light, blocks of pixels are far less noisy where pixels share an even set; each pixel is as noisy.
+#[test]
+fn noise_of_neighbours_evens_out() {
+    let scene = under_a_lamp();
+    let (width, height, side, runs) = (64, 48, 4, 24);
+    // Variance between seeds of the means of blocks, over that mean squared.
+    let variance = |sampler, side: usize| {
+        let frames: Vec<Picture> = (0..runs)
+            .map(|seed| {
+                let mut session = session(&scene, &settings(sampler, 1, seed), &PATH);
+                session.frame(0).expect("a frame runs");
+                session.picture().expect("a picture")
+            })
+            .collect();
+        let block = |frame: &Picture, left: usize, top: usize| {
+            let rows =
+                (top..top + side).flat_map(|row| (left..left + side).map(move |column| row * width + column));
+            rows.map(|pixel| f64::from(frame.path[pixel].x)).sum::<f64>()
+        };
+        let blocks = (0..height / side)
+            .flat_map(|row| (0..width / side).map(move |column| (column * side, row * side)));
+        let relative = blocks.filter_map(|(left, top)| {
+            let values: Vec<f64> = frames.iter().map(|frame| block(frame, left, top)).collect();
+            let Mean { value, error } = Mean::of(&values);
+            (value > 0.0).then(|| (error / value).powi(2))
+        });
+        relative.sum::<f64>()
+    };
+    let ratio = |side| variance(Sampler::Blue, side) / variance(Sampler::Sobol, side);
+    let (of_blocks, of_pixels) = (ratio(side), ratio(1));
+    println!("blocks {of_blocks}, pixels {of_pixels}");
+    assert!(of_blocks < 0.5 && (of_pixels - 1.0).abs() < 0.1, "blocks {of_blocks}, pixels {of_pixels}");
 }
 
 /// The variance between batches is that of the mean; that between frames, as if they were independent, is far more.

@@ -6,15 +6,15 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use caustics::checkpoint::Identity;
-use caustics::experiment::axis::{HISTORY, PATH_HISTORY};
+use caustics::experiment::axis::{DENOISER, HISTORY, PATH_HISTORY, SAMPLER};
 use caustics::experiment::cell::Cell;
 use caustics::exposure::Exposure;
 use caustics::output::target::TargetError;
 use caustics::scene::{self, Scene};
 use caustics::settings::Settings;
-use caustics_kernels::history;
-use caustics_kernels::interface::choice::{PathHistory, TextureFilter};
+use caustics_kernels::interface::choice::{PathHistory, Sampler, TextureFilter};
 use caustics_kernels::method::Method;
+use caustics_kernels::{denoiser, history};
 
 use super::pattern::Pattern;
 use crate::cli::{Animate, Usage};
@@ -63,6 +63,13 @@ impl Plan {
         }
         if !axes.has(&PATH_HISTORY) && cell.history.settings.is_some() {
             cell.path_history = PathHistory::Validated;
+        }
+        match cell.path_history {
+            // Longer histories gain more from numbers that are even over frames; they and a denoiser go together.
+            PathHistory::Validated if !axes.has(&DENOISER) => cell.denoiser = &denoiser::ATROUS,
+            // Frames that nothing connects are looked at one by one.
+            PathHistory::None if !axes.has(&SAMPLER) => cell.sampler = Sampler::Blue,
+            _ => {}
         }
         let settings = settings(&common.view, &cell, 1)?.of(cell.method);
         Ok(Plan {

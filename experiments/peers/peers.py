@@ -202,9 +202,10 @@ def cell(identity, row, options):
     error = size | {"seeds": options.seeds, "reference_frames": options.truth_frames, "picture": None}
     error |= {"error_map": None, "reference": None} | known
     error["standard_errors"] = {key: value for key, value in off.items() if value is not None}
-    provenance = {"commit": row["version"], "kernels": "", "device": f"{options.threads} threads", "seed": 0}
+    # One machine, one run: the renderers' versions do not tell cells apart.
+    provenance = {"commit": "", "kernels": "", "device": f"{options.threads} threads", "seed": 0}
     provenance |= {"machine": platform.platform(), "wall_s": row["seconds"] * options.seeds, "unix_s": int(time.time())}
-    return {"identity": identity, "cell": config, "time": time_of, "error": error, "frames": [], "provenance": provenance}
+    return {"identity": identity, "cell": config, "time": time_of, "error": error, "frames": [], "provenance": provenance, "note": row["version"]}
 
 
 if __name__ == "__main__":

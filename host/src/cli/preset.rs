@@ -17,12 +17,11 @@ pub enum Preset {
 }
 
 impl Preset {
-    /// Values of axes that it brings where so many frames are asked for, if a number is.
-    pub fn values(self, frames: Option<u32>) -> Vec<(&'static Axis, &'static str)> {
+    /// Values of axes that it brings.
+    pub fn values(self) -> Vec<(&'static Axis, &'static str)> {
         match self {
             // The noise of one frame is for the eye to even out.
-            Preset::Frame if frames.is_none_or(|count| count == 1) => vec![(&SAMPLER, Sampler::Blue.name())],
-            Preset::Frame => vec![],
+            Preset::Frame => vec![(&SAMPLER, Sampler::Blue.name())],
             Preset::Preview => vec![(&METHOD, PROGRESSIVE.name), (&RADIUS_PX, AUTO)],
             Preset::Final => vec![(&METHOD, PROGRESSIVE.name)],
         }

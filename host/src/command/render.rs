@@ -11,8 +11,10 @@ use crate::cli::{Preset, Render};
 pub fn run(options: Render) -> anyhow::Result<ExitCode> {
     let Render { common, axes, time, preset, frames } = options;
     let says_how = frames.is_some() || axes.says_how();
+    // Frames that nobody asked for by name are as `bench` and `animate` have them, to be averaged.
+    let usual = preset.or((!says_how).then_some(Preset::Preview)).map_or(vec![], Preset::values);
     let preset = preset.unwrap_or(if says_how { Preset::Frame } else { Preset::Preview });
-    let cell = axes.cell_of(&preset.values(frames))?;
+    let cell = axes.cell_of(&usual)?;
     let most = frames.unwrap_or(preset.frames());
     let settings = settings(&common.view, &cell, most)?;
     // A number of frames is a number of frames.

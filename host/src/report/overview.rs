@@ -24,7 +24,7 @@ struct Kind<'a> {
     cells: Vec<(usize, &'a Measured)>,
 }
 
-/// The overview; none where no two kinds of cells share a scene.
+/// The overview; none where fewer than two kinds have all the scenes of the most common one.
 pub fn overview(scenes: &[Scene], names: &Names) -> Option<Overview> {
     let mut kinds: Vec<Kind> = Vec::new();
     for (index, scene) in scenes.iter().enumerate() {
@@ -41,7 +41,7 @@ pub fn overview(scenes: &[Scene], names: &Names) -> Option<Overview> {
     // The first of those that most scenes have.
     let base = kinds.iter().rev().max_by_key(|kind| (kind.cells.len(), is_first(kind)))?;
     let compared: Vec<&Kind> = kinds.iter().filter(|kind| shared(kind, base) > 0).collect();
-    if compared.len() < 2 {
+    if compared.iter().filter(|kind| shared(kind, base) == base.cells.len()).count() < 2 {
         return None;
     }
     let column = |head, key: &str, of: &dyn Fn(&Kind) -> Value| Column {

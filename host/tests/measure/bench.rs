@@ -7,7 +7,8 @@ use assert_cmd::Command;
 use caustics::experiment::axis::{FEATURES, GATHER, HISTORY, MAX_BOUNCES, METHOD, RADIUS_PX};
 use caustics::experiment::cell::Cell;
 use caustics::experiment::error::{
-    CAUSTICS_VARIANCE, FLICKER, FLICKER_CAUSTICS, FLIP, MEASURES, RELMSE, RELMSE_CAUSTICS,
+    CAUSTICS_VARIANCE, FLICKER, FLICKER_CAUSTICS, FLIP, FLIP_CAUSTIC_REGION, MEASURES, RELMSE,
+    RELMSE_CAUSTICS, RELMSE_TRIMMED, RELMSE_TRIMMED_CAUSTIC_REGION,
 };
 use caustics::experiment::measure::measure;
 use caustics::experiment::plan::{Compared, Plan};
@@ -255,6 +256,9 @@ fn errors_are_those_of_compare() {
         assert!((own - theirs).abs() <= 1e-12 * theirs, "{own} {theirs}");
     };
     same(error.get(&FLIP), measured("beauty", "flip_ldr"));
+    same(error.get(&FLIP_CAUSTIC_REGION), measured("beauty", "flip_ldr_caustic_region"));
+    same(error.get(&RELMSE_TRIMMED), measured("beauty", "relmse_trimmed"));
+    same(error.get(&RELMSE_TRIMMED_CAUSTIC_REGION), measured("beauty", "relmse_trimmed_caustic_region"));
     same(error.get(&RELMSE_CAUSTICS), measured("caustics", "relmse"));
     // The whole is kept as the sum of its layers, rounded once more.
     let relmse = (error.get(&RELMSE).unwrap(), measured("beauty", "relmse"));

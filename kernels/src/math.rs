@@ -11,6 +11,7 @@ pub mod pinhole;
 pub mod quanta;
 pub mod rng;
 pub mod sampler;
+pub mod spherical_triangle;
 pub mod trig;
 pub mod warp;
 

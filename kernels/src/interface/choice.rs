@@ -57,6 +57,8 @@ choice! {
     Resampled "resampled" "all of up to four lights, else one of eight candidates by what they would give"
     /// One light a vertex, drawn by its power, as published.
     Power "power" "one light, drawn by its power"
+    /// One light a vertex, each as likely as the others: what the other ways are held against.
+    Uniform "uniform" "one light, all alike"
 }
 
 choice! {

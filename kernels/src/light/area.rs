@@ -1,4 +1,5 @@
-//! Area lights: triangles that emit, uniform over their area, by the cosine.
+//! Area lights: triangles that emit, uniform over their area, by the cosine. Connections to one that is near are uniform over
+//! the solid angle that it fills: over its area, the nearest of its points would be drawn too rarely for what they give.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -11,11 +12,17 @@ use crate::interface::triangle::Triangle;
 use crate::light::connect::Connection;
 use crate::light::emit::{EmissionSample, Towards};
 use crate::math::frame::ShadingFrame;
+use crate::math::spherical_triangle::SphericalTriangle;
 use crate::math::{PI, offset, warp};
 use crate::texture::emission::emission_at;
 use spirv_std::glam::{Vec2, Vec3, Vec4};
 
-/// A uniform point of a triangle.
+/// A triangle is near where its middle is less than its longer edge at the first corner away, times the root of this.
+const NEAR: f32 = 4.0;
+/// Solid angles below this (sr) are those of what is seen edge-on; it gives next to nothing.
+const MIN_SOLID_ANGLE: f32 = 1.0e-3;
+
+/// A point of a triangle.
 struct Place {
     /// Weights of the corners b and c.
     weights: Vec2,
@@ -29,8 +36,30 @@ struct Place {
 
 impl Place {
     #[inline(always)]
-    fn new(triangle: &Triangle, u: f32, v: f32) -> Place {
-        let weights = warp::uniform_triangle(u, v);
+    fn uniform(triangle: &Triangle, u: f32, v: f32) -> Place {
+        Place::of(triangle, warp::uniform_triangle(u, v))
+    }
+
+    /// What is seen from a position in a direction that meets the triangle, less rounding.
+    #[inline(always)]
+    fn seen(triangle: &Triangle, position: Vec3, direction: Vec3) -> Place {
+        let (edge_b, edge_c) = (triangle.b - triangle.a, triangle.c - triangle.a);
+        let normal = edge_b.cross(edge_c);
+        let mut weights = Vec2::ZERO;
+        let approach = direction.dot(normal);
+        if approach != 0.0 {
+            let from_a = position - triangle.a;
+            let met = from_a - direction * (from_a.dot(normal) / approach);
+            let square = normal.length_squared();
+            weights = Vec2::new(met.cross(edge_c).dot(normal), edge_b.cross(met).dot(normal)) / square;
+            weights = weights.clamp(Vec2::ZERO, Vec2::ONE);
+            weights /= (weights.x + weights.y).max(1.0);
+        }
+        Place::of(triangle, weights)
+    }
+
+    #[inline(always)]
+    fn of(triangle: &Triangle, weights: Vec2) -> Place {
         let (edge_b, edge_c) = (triangle.b - triangle.a, triangle.c - triangle.a);
         Place {
             weights,
@@ -50,7 +79,7 @@ pub fn leave(
     place: Vec4,
     direction: Vec4,
 ) -> EmissionSample {
-    let mut place = Place::new(&scene.triangles[light.triangle as usize], place.z, place.w);
+    let mut place = Place::uniform(&scene.triangles[light.triangle as usize], place.z, place.w);
     if light.sides == 2 && direction.z < 0.5 {
         place.normal = -place.normal;
     }
@@ -79,7 +108,7 @@ fn start(
 /// Where a path starts.
 #[inline(always)]
 pub fn place_on(light: &Light, scene: SceneTables<'_>, place: Vec4) -> Vec3 {
-    Place::new(&scene.triangles[light.triangle as usize], place.z, place.w).position
+    Place::uniform(&scene.triangles[light.triangle as usize], place.z, place.w).position
 }
 
 /// A path in a direction, from the side that it leaves.
@@ -91,7 +120,7 @@ pub fn towards(
     place: Vec4,
     direction: Vec3,
 ) -> Towards {
-    let mut place = Place::new(&scene.triangles[light.triangle as usize], place.z, place.w);
+    let mut place = Place::uniform(&scene.triangles[light.triangle as usize], place.z, place.w);
     let mut cos = direction.dot(place.normal);
     if light.sides == 2 && cos < 0.0 {
         (place.normal, cos) = (-place.normal, -cos);
@@ -110,7 +139,13 @@ pub fn connect(
     u: f32,
     v: f32,
 ) -> Connection {
-    let place = Place::new(&scene.triangles[light.triangle as usize], u, v);
+    let triangle = &scene.triangles[light.triangle as usize];
+    let near = near(triangle, position);
+    let place = if near.solid_angle > 0.0 {
+        Place::seen(triangle, position, near.sample(u, v))
+    } else {
+        Place::uniform(triangle, u, v)
+    };
     let along = place.position - position;
     let square = along.length_squared();
     let to_light = along / square.sqrt();
@@ -118,7 +153,7 @@ pub fn connect(
     if square == 0.0 || cos == 0.0 || (cos < 0.0 && light.sides != 2) {
         return Connection::none(position);
     }
-    let pdf_solid_angle = pdf_solid_angle(light, square, cos);
+    let pdf_solid_angle = density(light, near.solid_angle, square, cos);
     let share = emission_at(scene, features, light.triangle, place.weights.x, place.weights.y);
     Connection {
         target: offset::leave(place.position, place.normal, -to_light, place.clearance),
@@ -129,8 +164,35 @@ pub fn connect(
     }
 }
 
-/// Density (1/sr) with which `connect` finds a point of a triangle light at this squared distance (m^2).
+/// The triangle as it is seen from a position that it is near to; else its solid angle is 0. A function of both alone, so that a
+/// path which finds a lamp by scattering knows how its vertex would have connected to it.
 #[inline(always)]
-pub fn pdf_solid_angle(light: &Light, square: f32, cos: f32) -> f32 {
-    light.pdf_light_choice / light.area * square / cos.abs()
+fn near(triangle: &Triangle, position: Vec3) -> SphericalTriangle {
+    let (a, b, c) = (triangle.a - position, triangle.b - position, triangle.c - position);
+    let edge = (b - a).length_squared().max((c - a).length_squared());
+    let mut seen = SphericalTriangle::default();
+    if ((a + b + c) / 3.0).length_squared() < NEAR * edge {
+        seen = SphericalTriangle::new(a, b, c);
+        // Also what is no number: the position is a corner.
+        if !(seen.solid_angle > MIN_SOLID_ANGLE) {
+            seen.solid_angle = 0.0;
+        }
+    }
+    seen
+}
+
+/// Density (1/sr) with which a connection from a position finds a point of a triangle light at this squared distance (m^2).
+#[inline(always)]
+pub fn pdf_solid_angle(light: &Light, scene: SceneTables<'_>, position: Vec3, square: f32, cos: f32) -> f32 {
+    density(light, near(&scene.triangles[light.triangle as usize], position).solid_angle, square, cos)
+}
+
+/// The same by the solid angle of a near one.
+#[inline(always)]
+fn density(light: &Light, solid_angle: f32, square: f32, cos: f32) -> f32 {
+    if solid_angle > 0.0 {
+        light.pdf_light_choice / solid_angle
+    } else {
+        light.pdf_light_choice / light.area * square / cos.abs()
+    }
 }

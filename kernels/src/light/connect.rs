@@ -54,36 +54,41 @@ const CANDIDATES: u32 = 8;
 const SHIFT: Vec4 = Vec4::new(1.0 / CANDIDATES as f32, 0.618_034, 0.754_877_7, 0.569_840_3);
 
 /// Which lights a vertex looks at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidates {
     /// Connections, a shadow ray each.
     pub connections: u32,
     /// Candidates of a connection.
     pub each: u32,
-    /// Whether they are all lights, in turn; else each is drawn by power.
+    /// Whether they are all lights, in turn.
     pub is_all: bool,
+    /// Chance of each light to be one candidate, where that is the same for all; 0 where each is drawn by its power.
+    pub chance: f32,
 }
 
 impl Candidates {
     /// One light, by power.
-    pub const ONE: Candidates = Candidates { connections: 1, each: 1, is_all: false };
+    pub const ONE: Candidates = Candidates { connections: 1, each: 1, is_all: false, chance: 0.0 };
 
     /// Those of a vertex up to the collection point.
     #[inline(always)]
     pub fn of(params: &FrameParams) -> Candidates {
-        if params.connections == Connections::Power as u32 {
+        let count = params.light_count;
+        if params.connections == Connections::Power as u32 || count == 0 {
             Candidates::ONE
-        } else if params.light_count <= FEW_LIGHTS {
-            Candidates { connections: params.light_count, each: 1, is_all: true }
+        } else if params.connections == Connections::Uniform as u32 {
+            Candidates { chance: 1.0 / count as f32, ..Candidates::ONE }
+        } else if count <= FEW_LIGHTS {
+            Candidates { connections: count, is_all: true, chance: 1.0, ..Candidates::ONE }
         } else {
-            Candidates { connections: 1, each: CANDIDATES, is_all: false }
+            Candidates { each: CANDIDATES, ..Candidates::ONE }
         }
     }
 
     /// How many are on this light, on average, over the chance that one drawn by power is.
     #[inline(always)]
     pub fn gain(&self, light: &Light) -> f32 {
-        if self.is_all { 1.0 / light.pdf_light_choice } else { self.each as f32 }
+        if self.chance > 0.0 { self.chance / light.pdf_light_choice } else { self.each as f32 }
     }
 
     /// The candidate of this number, by four numbers that all share. Its density is that of all candidates together.
@@ -104,7 +109,11 @@ impl Candidates {
         u -= u.floor();
         let mut row = number;
         if !self.is_all {
-            row = choose(scene.lights, light_count, u.x, u.y);
+            row = if self.chance > 0.0 {
+                ((u.x * light_count as f32) as u32).min(light_count - 1)
+            } else {
+                choose(scene.lights, light_count, u.x, u.y)
+            };
         }
         let light = scene.lights[row as usize];
         let gain = self.gain(&light);

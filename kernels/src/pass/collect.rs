@@ -173,6 +173,7 @@ pub fn follow<T: Tracer, C: Atomics>(
     }
     let (mut prefix, mut steady, mut distance) = (true, true, 0.0);
     let (mut pdf_scattered, mut finds_emission, mut candidates) = (0.0, true, Candidates::ONE);
+    let mut previous = ray.origin;
     let (mut rays, mut shadow_rays, mut overflows, mut unexpected) = (0, 0, 0, 0);
 
     // Vertex `depth` is scattered at; the last one may only emit.
@@ -217,8 +218,9 @@ pub fn follow<T: Tracer, C: Atomics>(
             let mut weight = 1.0;
             if pdf_scattered > 0.0 {
                 let cos = here.to_previous.dot(here.face_normal);
+                let square = hit.distance * hit.distance;
                 let pdf_connected =
-                    pdf_solid_angle(&light, hit.distance * hit.distance, cos) * candidates.gain(&light);
+                    pdf_solid_angle(&light, scene, previous, square, cos) * candidates.gain(&light);
                 weight = pdf_scattered / (pdf_scattered + pdf_connected);
             }
             collected.radiance += throughput * material.emission * weight;
@@ -341,6 +343,7 @@ pub fn follow<T: Tracer, C: Atomics>(
         pdf_scattered = scattered.sampled.pdf_solid_angle;
         steady = steady && pdf_scattered == 0.0;
         finds_emission = prefix || beyond.finds.has(scattered.sampled.class);
+        previous = here.position;
         ray = scattered.ray;
         depth += 1;
     }

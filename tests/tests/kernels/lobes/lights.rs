@@ -9,7 +9,7 @@ use caustics_kernels::math::PI;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::trace::Tracer;
 use caustics_tests::chi_square::{Fit, SphereCells};
-use caustics_tests::direct::World;
+use caustics_tests::direct::{World, mean_and_error};
 use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
 
@@ -65,6 +65,39 @@ fn connections_follow_their_density() {
     assert!((f64::from(to_points) / f64::from(SAMPLES) - chance).abs() < 4.0 * error);
 }
 
+/// Irradiance by a lamp overhead, in units of its radiance: connections have the known mean; and where the lamp is near, no more
+/// noise than the cosine and the choice between its triangles leave: over its area, the lowest of these would deviate by 6.6.
+#[test]
+fn connections_to_near_lamps_have_no_peaks() {
+    for (height, most) in [(0.05, 1.1), (0.4, 0.8), (0.9, 0.5), (8.0, 0.1)] {
+        let mut b = Builder::default();
+        let lamp = b.material(emitter(1.0));
+        b.panel(lamp, DVec3::new(0.3, height, 0.2), 0.5 * DVec3::X, 0.5 * DVec3::Z);
+        b.camera(DVec3::ZERO, DVec3::Z, 1.0);
+        let scene = b.build();
+        let world = World::new(&scene, &Default::default());
+        let irradiance = |path| {
+            let u = Rng::new(Stream::Camera, 12, path, 0).next4();
+            let c = Candidates::ONE.connect(0, world.tables(), 2, world.features, Vec3::ZERO, u);
+            f64::from(c.radiance_over_pdf.x * c.to_light.y)
+        };
+        let found: Vec<f64> = (0..SAMPLES).map(irradiance).collect();
+        let (mean, error) = mean_and_error(&found);
+        // By the edges of the lamp [Lambert 1760].
+        let corner = |x: f64, z: f64| DVec3::new(x, height, z).normalize();
+        let corners = [corner(-0.2, -0.3), corner(-0.2, 0.7), corner(0.8, 0.7), corner(0.8, -0.3)];
+        let edge = |i: usize| {
+            let (from, to) = (corners[i], corners[(i + 1) % 4]);
+            0.5 * from.cross(to).normalize().y * from.angle_between(to)
+        };
+        let expected = (0..4).map(edge).sum::<f64>().abs();
+        let deviation = error * f64::from(SAMPLES).sqrt() / mean;
+        println!("{height} m: {mean:.5} +- {error:.5}, known {expected:.5}; deviation {deviation:.3}");
+        assert!((mean - expected).abs() < 4.0 * error + 1.0e-5 * expected);
+        assert!(deviation < most, "{height} m: {deviation}");
+    }
+}
+
 /// Density of connecting along a direction from the origin.
 fn density(world: &World<'_>, direction: Vec3) -> f32 {
     let hit = world.tracer().closest(&Ray::endless(Vec3::ZERO, direction));
@@ -77,7 +110,7 @@ fn density(world: &World<'_>, direction: Vec3) -> f32 {
     if cos < 0.0 && light.sides != 2 {
         return 0.0;
     }
-    pdf_solid_angle(&light, hit.distance * hit.distance, cos)
+    pdf_solid_angle(&light, world.tables(), Vec3::ZERO, hit.distance * hit.distance, cos)
 }
 
 /// Starts fall into lights by their power, into the quarters of a triangle and into cells of cos^2 evenly, and each

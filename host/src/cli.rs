@@ -135,6 +135,15 @@ pub struct View {
     /// Exposure of the PNG (stops, or auto for what suits the picture)
     #[arg(long, default_value = "auto")]
     pub exposure: Exposure,
+    /// Light from all around: a latitude-longitude picture (.hdr or .exr), or one radiance as R,G,B [default: what the scene says]
+    #[arg(long)]
+    pub environment: Option<String>,
+    /// By how much that picture is turned around the y axis, from +z towards +x (degrees)
+    #[arg(long, default_value_t = 0.0, requires = "environment")]
+    pub environment_rotation: f32,
+    /// Factor on its radiance
+    #[arg(long, default_value_t = 1.0, requires = "environment")]
+    pub environment_scale: f32,
     /// Radiance behind everything, as R,G,B; it is seen and lights nothing [default: what the scene says, else 0,0,0]
     #[arg(long)]
     pub background: Option<String>,

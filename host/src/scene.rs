@@ -18,6 +18,7 @@ use glam::{DVec3, Vec3};
 use crate::hash::fnv1a;
 
 pub use self::camera::SceneCamera;
+pub use self::environment::{EnvironmentMap, EnvironmentTables};
 pub use self::casters::Cuts;
 pub use self::error::SceneError;
 pub use self::find::{MADE, names, resolve};
@@ -33,6 +34,7 @@ mod buffers;
 mod camera;
 mod casters;
 mod corner;
+mod environment;
 mod error;
 mod features;
 mod find;
@@ -67,6 +69,10 @@ pub struct Scene {
     pub material_names: Vec<String>,
     /// Emitters of positive power with their alias table; empty in a dark scene.
     pub lights: Vec<Light>,
+    /// Lights without an area, as the file has them; those that move are in `motion`.
+    pub(crate) punctual_lights: Vec<PunctualLight>,
+    /// Light from all around.
+    pub environment: EnvironmentTables,
     /// Textures, in the order of the triangles and the materials.
     pub textures: texture::TextureData,
     /// Instances: the world, then the meshes that move.
@@ -147,7 +153,16 @@ impl Scene {
             texels_2: self.textures.chunk(2),
             texels_3: self.textures.chunk(3),
         };
-        let Scene { triangles, surfaces, materials, lights, .. } = self;
-        SceneTables { triangles, surfaces, materials, lights, textures }
+        let Scene { triangles, surfaces, materials, lights, environment, .. } = self;
+        SceneTables {
+            triangles,
+            surfaces,
+            materials,
+            lights,
+            environment: &environment.rows,
+            environment_texels: &environment.texels,
+            environment_tree: &environment.tree,
+            textures,
+        }
     }
 }

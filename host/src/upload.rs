@@ -36,6 +36,7 @@ impl Upload {
         let now = Upload::new(scene);
         if now.lights != self.lights {
             runner.write("lights", cast_slice(&scene.lights))?;
+            runner.write("environment", cast_slice(&scene.environment.rows))?;
         }
         if now.light_ids != self.light_ids {
             // The rows of emitters that stand still, from the first to the last.

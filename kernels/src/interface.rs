@@ -6,6 +6,7 @@ pub mod choice;
 pub mod counters;
 pub mod denoiser;
 pub mod density;
+pub mod environment;
 pub mod features;
 pub mod frame;
 pub mod guide;

@@ -86,6 +86,25 @@ macro_rules! types {
 }
 for_each_light!(types);
 
+/// The light of a row as a path leaves it by the uniform numbers of `leave`, and those of its place then: of an environment,
+/// parallel light from a direction, which takes the numbers that its place had.
+#[inline(always)]
+fn drawn(
+    scene: SceneTables<'_>,
+    features: Features,
+    row: u32,
+    place: Vec4,
+    direction: Vec4,
+) -> (Light, Vec4) {
+    let mut light = scene.lights[row as usize];
+    let mut place = place;
+    if features.has(Features::ENVIRONMENT) && light.kind == Features::ENVIRONMENT.0 {
+        light = environment::drawn(&light, scene, place.z, place.w);
+        place = environment::place_across(place, direction);
+    }
+    (light, place)
+}
+
 /// Where on a light a path starts, by the first four uniform numbers of `leave` (m); of parallel light, the middle of its disc.
 #[inline(always)]
 fn place_on(light: &Light, scene: SceneTables<'_>, place: Vec4) -> Vec3 {

@@ -16,7 +16,7 @@ use self::run::Run;
 use super::identity::pose_independent;
 use super::interrupt;
 use super::keeper::Keeper;
-use super::options::camera;
+use super::options::{camera, put_into_environment};
 use super::pick::pick;
 use super::say::say;
 use super::scene::feature_names;
@@ -37,7 +37,8 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     let mut plan = Plan::new(options)?;
     let file = scene::resolve(&common.scene)?;
     let is_interrupted = interrupt::watch()?;
-    let scene = Scene::load(&file)?;
+    let mut scene = Scene::load(&file)?;
+    put_into_environment(&mut scene, &common.view)?;
     plan.set_frames(&scene, &file)?;
     let video = plan.pattern.whole("mp4");
     if options.video {

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use caustics::experiment::axis::PATHS_PER_PIXEL;
 use caustics::experiment::result::CellResult;
 use caustics::experiment::store::{Results, create};
-use caustics::experiment::sweep::config::{self, Config, ErrorTable, TimeTable};
+use caustics::experiment::sweep::config::{self, Config, EnvironmentTable, ErrorTable, TimeTable};
 use caustics::experiment::sweep::value::{Count, Filter, Positive, Side};
 use caustics::experiment::table::table;
 use caustics::exposure::Exposure;
@@ -82,6 +82,11 @@ fn config(options: &Bench) -> anyhow::Result<Config> {
             Some(PixelFilter::Centre) | None => config::PixelFilter::Centre,
         },
         background: view.background.as_deref().map(color).transpose()?.map(|color| color.to_array()),
+        environment: view.environment.clone().map(|source| EnvironmentTable {
+            source,
+            rotation: view.environment_rotation,
+            scale: view.environment_scale,
+        }),
         moment_s: options.moment,
         time: of(Quantity::Time).then_some(TimeTable {
             width,

@@ -24,7 +24,7 @@ use super::bar::bar;
 use super::identity::identity;
 use super::interrupt;
 use super::keeper::Keeper;
-use super::options::{camera, check_outputs, check_scene_files, duration};
+use super::options::{camera, check_outputs, check_scene_files, duration, put_into_environment};
 use super::pick::pick;
 use super::report::Report;
 use super::say::say;
@@ -76,6 +76,7 @@ impl Job {
         }
 
         let mut scene = Scene::load(&file)?;
+        put_into_environment(&mut scene, &options.view)?;
         scene.pose(time)?;
         let camera = camera(&scene, options.view.camera.as_deref())?;
         let (choice, variant, reason) =

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use caustics::checkpoint;
 use caustics::experiment::cell::Cell;
-use caustics::scene::{Scene, SceneCamera};
+use caustics::scene::{EnvironmentMap, Scene, SceneCamera};
 use caustics::settings::Settings;
 use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
 use glam::Vec3;
@@ -44,6 +44,15 @@ pub fn settings(options: &View, cell: &Cell, frames: u32) -> Result<Settings, Us
         background,
         ..Settings::default()
     }))
+}
+
+/// Puts a scene into the environment that was asked for, if one was.
+pub fn put_into_environment(scene: &mut Scene, view: &View) -> anyhow::Result<()> {
+    if let Some(name) = &view.environment {
+        let map = EnvironmentMap::named(name)?;
+        scene.set_environment(map.placed(view.environment_scale, view.environment_rotation))?;
+    }
+    Ok(())
 }
 
 /// Refuses a picture without pixels, or too large a one.

@@ -6,13 +6,16 @@ use super::Scene;
 
 impl Scene {
     /// The tables by the names that kernels bind them with.
-    pub fn buffers(&self) -> [(&'static str, &[u8]); 15] {
+    pub fn buffers(&self) -> [(&'static str, &[u8]); 18] {
         let textures = &self.textures;
         [
             ("triangles", cast_slice(&self.triangles)),
             ("surfaces", cast_slice(&self.surfaces)),
             ("materials", cast_slice(&self.materials)),
             ("lights", cast_slice(&self.lights)),
+            ("environment", cast_slice(&self.environment.rows)),
+            ("environment_texels", cast_slice(&self.environment.texels)),
+            ("environment_tree", cast_slice(&self.environment.tree)),
             ("instances", cast_slice(&self.instances)),
             ("object_triangles", cast_slice(&self.object_triangles)),
             ("nodes", cast_slice(&self.nodes)),

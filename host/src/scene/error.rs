@@ -55,6 +55,14 @@ pub enum SceneError {
         /// The extension.
         extension: String,
     },
+    /// An environment cannot be used.
+    #[error("environment {file}: {what}")]
+    Environment {
+        /// Its file, or the scene.
+        file: String,
+        /// What is wrong, and what to do.
+        what: String,
+    },
     /// A buffer is missing, too short, or not to be had.
     #[error("{file}: buffer {buffer} {what}; restore the file beside the .gltf or export the scene again")]
     Buffer {

@@ -32,6 +32,10 @@ impl Scene {
         }
         for light in &self.lights {
             features = features | Features(light.kind);
+            if light.kind == Features::ENVIRONMENT.0 {
+                // What is drawn of it is parallel light.
+                features = features | Features::DIRECTIONAL_LIGHTS;
+            }
         }
         if self.surfaces.iter().any(|surface| surface.normal_a != Vec3::ZERO) {
             features = features | Features::SMOOTH_NORMALS;
@@ -68,7 +72,7 @@ impl Scene {
             let away = normal * offset::clearance(offset::magnitude(*a, *b, *c));
             [middle + away, if light.sides == 2 { middle - away } else { middle + away }]
         };
-        let at_lights = self.lights.iter().filter(|light| !light.is_parallel()).flat_map(beside);
+        let at_lights = self.lights.iter().filter(|light| !light.is_endless()).flat_map(beside);
         let at_cameras = self.cameras.iter().map(|camera| camera.position);
         at_cameras.chain(at_lights).any(&mut is_inside)
     }

@@ -19,6 +19,7 @@ mod accessor;
 mod animation;
 mod buffer;
 mod document;
+mod environment;
 pub mod files;
 mod geometry;
 mod huge;
@@ -118,6 +119,9 @@ fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
     };
     let mut scene = parts.build()?;
     scene.dropped_triangles += geometry.dropped;
+    if let Some(map) = environment::read(&document)? {
+        scene.set_environment(map)?;
+    }
     if scene.lights.is_empty() && !scene.motion.as_ref().is_some_and(Motion::has_light) {
         return Err(SceneError::NoLight { file: file.into() });
     }

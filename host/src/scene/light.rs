@@ -40,12 +40,13 @@ pub fn emitters(scene: SceneTables<'_>) -> Vec<Emitter> {
         .collect()
 }
 
-/// Emitters of positive power in the order of triangles, then punctual lights, with their alias table; and the emitted
-/// flux of each channel (W).
+/// Emitters of positive power in the order of triangles, then punctual lights, then the environment, with their alias table; and
+/// the emitted flux of each channel (W).
 pub fn table(
     scene: SceneTables<'_>,
     emitters: &[Emitter],
     punctual_lights: &[PunctualLight],
+    environment: Option<(Light, DVec3)>,
 ) -> (Vec<Light>, Vec3) {
     let SceneTables { triangles, surfaces, materials, .. } = scene;
     let of_triangles = emitters.iter().map(|&Emitter { triangle: id, mean }| {
@@ -67,7 +68,7 @@ pub fn table(
 
     // Leave out what is dark, or so dim beside the rest that f32 cannot hold its chance.
     let power = |flux: DVec3| flux.element_sum() / 3.0;
-    let all: Vec<_> = of_triangles.chain(of_punctual).filter(|&(_, flux)| power(flux) > 0.0).collect();
+    let all: Vec<_> = of_triangles.chain(of_punctual).chain(environment).filter(|&(_, flux)| power(flux) > 0.0).collect();
     let total: f64 = all.iter().map(|&(_, flux)| power(flux)).sum();
     let (mut lights, fluxes): (Vec<_>, Vec<_>) =
         all.into_iter().filter(|&(_, flux)| power(flux) >= 1e-30 * total).unzip();
@@ -132,9 +133,9 @@ mod tests {
     fn dark_lights_are_left_out() {
         let point = |intensity| PunctualLight::point(Vec3::ZERO, intensity);
         let empty = Scene::default();
-        let (lights, flux) = table(empty.tables(), &[], &[point(Vec3::ZERO), point(Vec3::ONE)]);
+        let (lights, flux) = table(empty.tables(), &[], &[point(Vec3::ZERO), point(Vec3::ONE)], None);
         assert_eq!(lights.len(), 1);
         assert!((flux.x - 12.566_371).abs() < 1e-5);
-        assert!(table(empty.tables(), &[], &[point(Vec3::ZERO)]).0.is_empty());
+        assert!(table(empty.tables(), &[], &[point(Vec3::ZERO)], None).0.is_empty());
     }
 }

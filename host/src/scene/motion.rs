@@ -64,9 +64,9 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Rows that the light table can have at most.
+    /// Rows that the light table can have at most: those of the lights, and the environment.
     pub fn most_lights(&self) -> usize {
-        self.emitters.len() + self.lights.len()
+        self.emitters.len() + self.lights.len() + 1
     }
 
     /// Whether there can be light at some time.

@@ -88,7 +88,10 @@ impl SceneParts {
         };
         tree.append_to(&mut scene.nodes, &mut scene.blocks);
         match self.motion {
-            None => scene.light(&light::emitters(scene.tables()), &self.lights),
+            None => {
+                scene.punctual_lights = self.lights;
+                scene.light_again()?;
+            }
             Some(motion) => set_in_motion(&mut scene, motion, top, levels)?,
         }
         scene.mark_hanging_sheets();

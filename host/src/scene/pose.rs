@@ -28,9 +28,28 @@ impl Scene {
         posed
     }
 
+    /// Makes the light table of a scene whose environment is another; what moves then stands where it does at time 0.
+    pub(super) fn light_again(&mut self) -> Result<(), SceneError> {
+        match self.motion.take() {
+            None => {
+                let punctual_lights = std::mem::take(&mut self.punctual_lights);
+                self.light(&light::emitters(self.tables()), &punctual_lights);
+                self.punctual_lights = punctual_lights;
+                Ok(())
+            }
+            Some(mut motion) => {
+                let posed = motion.pose(self, 0.0);
+                self.motion = Some(motion);
+                posed
+            }
+        }
+    }
+
     /// Writes the light table, and its ids into the triangles that emit.
     pub(super) fn light(&mut self, emitters: &[Emitter], punctual_lights: &[PunctualLight]) {
-        let (lights, flux) = light::table(self.tables(), emitters, punctual_lights);
+        self.place_environment();
+        let (lights, flux) =
+            light::table(self.tables(), emitters, punctual_lights, self.environment.light());
         for emitter in emitters {
             self.surfaces[emitter.triangle as usize].light = NONE;
         }

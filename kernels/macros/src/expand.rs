@@ -7,11 +7,14 @@ use syn::{Ident, LitInt};
 use crate::declaration::{Declaration, Parameter, Role};
 
 /// The tables that `SceneTables` holds beside those of textures.
-const SCENE: [(&str, &str); 4] = [
+const SCENE: [(&str, &str); 7] = [
     ("triangles", "triangle::Triangle"),
     ("surfaces", "triangle::TriangleSurface"),
     ("materials", "material::Material"),
     ("lights", "light::Light"),
+    ("environment", "environment::Environment"),
+    ("environment_texels", "environment::EnvironmentTexel"),
+    ("environment_tree", "environment::EnvironmentSum"),
 ];
 /// Those of `TextureTables`.
 const TEXTURES: [(&str, &str); 7] = [

@@ -1,5 +1,6 @@
 //! The light table: every emitter with its alias-table row and its chance of being chosen.
 
+use crate::interface::features::Features;
 use crate::interface::ray::Ray;
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::Vec3;
@@ -9,12 +10,12 @@ use spirv_std::glam::Vec3;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Light {
     /// Position of a point or spot light (m); centre of the disc that a directional light's paths start on (m), which
-    /// lies before the whole scene. Unused by triangles.
+    /// lies before the whole scene; middle of the scene, of an environment. Unused by triangles.
     pub position: Vec3,
     /// Triangle id, or `NONE` for a punctual light.
     pub triangle: u32,
     /// Radiance of a triangle (W m^-2 sr^-1), intensity of a point or spot light (W sr^-1), irradiance across a
-    /// directional light (W m^-2).
+    /// directional light (W m^-2), mean radiance of an environment, whose directions have their own.
     pub emission: Vec3,
     /// Area of the triangle (m^2); 0 for a punctual light.
     pub area: f32,
@@ -53,6 +54,8 @@ macro_rules! for_each_light {
             spot SPOT_LIGHTS "spot-lights";
             /// There is a directional light.
             directional DIRECTIONAL_LIGHTS "directional-lights";
+            /// There is light from all around.
+            environment ENVIRONMENT "environment";
         }
     };
 }
@@ -63,6 +66,12 @@ impl Light {
     #[inline(always)]
     pub fn is_parallel(&self) -> bool {
         self.radius > 0.0
+    }
+
+    /// Whether it comes from infinitely far away.
+    #[inline(always)]
+    pub fn is_endless(&self) -> bool {
+        self.is_parallel() || self.kind == Features::ENVIRONMENT.0
     }
 
     /// What a path that leaves it was aimed at: its direction, or of parallel light the way from the middle of the disc to its

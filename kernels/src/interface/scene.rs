@@ -1,5 +1,6 @@
 //! The tables of a scene that paths read, as kernels pass them around.
 
+use crate::interface::environment::{Environment, EnvironmentSum, EnvironmentTexel};
 use crate::interface::light::Light;
 use crate::interface::material::Material;
 use crate::interface::texture::{MaterialTextures, Texture, TextureCoordinates};
@@ -16,6 +17,12 @@ pub struct SceneTables<'a> {
     pub materials: &'a [Material],
     /// Lights.
     pub lights: &'a [Light],
+    /// The environment: one row, or none, as in the two tables behind it.
+    pub environment: &'a [Environment],
+    /// Its picture, from the top.
+    pub environment_texels: &'a [EnvironmentTexel],
+    /// Its brightness over directions.
+    pub environment_tree: &'a [EnvironmentSum],
     /// Textures.
     pub textures: TextureTables<'a>,
 }

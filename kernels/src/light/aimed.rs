@@ -11,7 +11,7 @@
 use crate::light::emit::{EmissionSample, Emit};
 use crate::light::power::ByPower;
 use crate::light::target::Target;
-use crate::light::{choose, leave, place_on, towards};
+use crate::light::{choose, drawn, leave, place_on, towards};
 use crate::math::rng::Rng;
 use spirv_std::glam::{Vec2, Vec3};
 
@@ -79,7 +79,8 @@ impl Emit for Aimed<'_> {
     fn sample(&self, rng: &mut Rng) -> EmissionSample {
         let ByPower { scene, params, features } = self.power;
         let (place, numbers) = (rng.next4(), rng.next4());
-        let light = scene.lights[choose(scene.lights, params.light_count, place.x, place.y) as usize];
+        let row = choose(scene.lights, params.light_count, place.x, place.y);
+        let (light, place) = drawn(scene, features, row, place, numbers);
         let from = place_on(&light, scene, place);
         let count = params.casters.count;
         let target = |index: u32| Target::at(&params.casters.spheres[index as usize], &light, from);

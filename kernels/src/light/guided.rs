@@ -19,7 +19,7 @@ use crate::light::density_map::{Pyramid, from_polar, to_polar};
 use crate::light::emit::{EmissionSample, Emit};
 use crate::light::power::ByPower;
 use crate::light::target::Target;
-use crate::light::{choose, leave, place_on, towards};
+use crate::light::{choose, drawn, leave, place_on, towards};
 use crate::math::rng::Rng;
 use spirv_std::glam::Vec2;
 
@@ -190,7 +190,7 @@ impl Emit for Guided<'_> {
             chosen = if by_power { NONE } else { (evenly as u32).min(casters) };
             row = choose(scene.lights, params.light_count, place.x, place.y);
         }
-        let light = scene.lights[row as usize];
+        let (light, place) = drawn(scene, features, row, place, numbers);
         let index = Group::of(row, params);
         let first = index * maps_of_group(params);
         let from = place_on(&light, scene, place);

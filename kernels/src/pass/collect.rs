@@ -7,6 +7,7 @@ use crate::interface::choice::Caustics;
 use crate::interface::counters::Counter;
 use crate::interface::features::Features;
 use crate::interface::frame::{FrameParams, PIXEL_FILTER_BOX, TEXTURE_FILTER_FINEST};
+use crate::interface::light::Light;
 use crate::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAGS_SCATTER_TEXTURE, Material};
 use crate::interface::packed::to_signed_shares;
 use crate::interface::point::{PointDirect, PointGeometry, PointShading};
@@ -14,6 +15,7 @@ use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
 use crate::light::area::pdf_solid_angle;
 use crate::light::connect::{ByClass, Candidates, Connection, Reservoir};
+use crate::light::environment;
 use crate::math::cone::RayCone;
 use crate::math::is_finite;
 use crate::math::offset;
@@ -188,6 +190,13 @@ pub fn follow<T: Tracer, C: Atomics>(
         if hit.is_miss() {
             if prefix {
                 collected.radiance += throughput * params.background;
+            }
+            if features.has(Features::ENVIRONMENT) && finds_emission {
+                let mut seen = environment(&ray, pdf_scattered, candidates, params, scene);
+                if features.has(Features::ABSORPTION) {
+                    seen *= reached.left;
+                }
+                collected.radiance += throughput * seen;
             }
             break;
         }
@@ -366,6 +375,32 @@ pub fn follow<T: Tracer, C: Atomics>(
         counters.add(Counter::UnexpectedFaces as u32, unexpected);
     }
     collected
+}
+
+/// What a ray that meets nothing sees of the environment, shared with the direct connections of the vertex that it left.
+#[inline(always)]
+fn environment(
+    ray: &Ray,
+    pdf_scattered: f32,
+    candidates: Candidates,
+    params: &FrameParams,
+    scene: SceneTables<'_>,
+) -> Vec3 {
+    // The last row, if there is one.
+    let mut light = Light::default();
+    if params.light_count > 0 {
+        light = scene.lights[(params.light_count - 1) as usize];
+    }
+    if light.kind != Features::ENVIRONMENT.0 {
+        return Vec3::ZERO;
+    }
+    let mut weight = 1.0;
+    if pdf_scattered > 0.0 {
+        let pdf_connected =
+            environment::pdf_solid_angle(&light, scene, ray.direction) * candidates.gain(&light);
+        weight = pdf_scattered / (pdf_scattered + pdf_connected);
+    }
+    environment::radiance_from(scene, ray.direction) * weight
 }
 
 /// Whether the vertex's side of the triangle emits.

@@ -4,6 +4,7 @@ mod connections;
 mod convergence;
 mod degenerate;
 mod energy;
+mod environment;
 mod invariances;
 mod known_answers;
 mod modes;

@@ -39,6 +39,8 @@ pub struct Config {
     pub pixel_filter: PixelFilter,
     /// Radiance behind everything (W m^-2 sr^-1); none: what the scene says.
     pub background: Option<[f32; 3]>,
+    /// Light from all around; none: what the scene says.
+    pub environment: Option<EnvironmentTable>,
     /// The time of the scenes' animations that all frames show (s); none: frame k shows the time k / fps.
     pub moment_s: Option<f64>,
     /// How times are measured, if they are.
@@ -47,6 +49,24 @@ pub struct Config {
     pub error: Option<ErrorTable>,
     /// The cells.
     pub matrix: Vec<Spanned<MatrixTable>>,
+}
+
+/// What all scenes are put into.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EnvironmentTable {
+    /// A latitude-longitude picture (.hdr or .exr), or one radiance as `R,G,B`.
+    pub source: String,
+    /// By how much it is turned around the y axis, from +z towards +x (degrees).
+    #[serde(default)]
+    pub rotation: f32,
+    /// Factor on its radiance.
+    #[serde(default = "one")]
+    pub scale: f32,
+}
+
+fn one() -> f32 {
+    1.0
 }
 
 /// Where in a pixel its rays go.

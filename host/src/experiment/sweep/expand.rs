@@ -6,7 +6,7 @@ use std::collections::btree_map::Entry;
 use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
 use glam::Vec3;
 
-use super::config::{Config, PixelFilter};
+use super::config::{Config, EnvironmentTable, PixelFilter};
 use super::matrix_table::MatrixTable;
 use crate::experiment::cell::{Cell, Paths};
 use crate::experiment::cell_axes::name_all;
@@ -14,7 +14,7 @@ use crate::experiment::identity::{posed, view};
 use crate::experiment::matrix::{Cells, keep_one_of_each};
 use crate::experiment::plan::{Compared, Plan};
 use crate::hash::fnv1a;
-use crate::scene::{self, Scene};
+use crate::scene::{self, EnvironmentMap, Scene};
 use crate::session::RunnerChoice;
 use crate::settings::Settings;
 
@@ -93,7 +93,10 @@ impl Part {
         timed_size: Option<(u32, u32)>,
         cells: Vec<Cell>,
     ) -> anyhow::Result<Part> {
-        let scene = Scene::load(&scene::resolve(argument)?)?;
+        let mut scene = Scene::load(&scene::resolve(argument)?)?;
+        if let Some(EnvironmentTable { source, rotation, scale }) = &config.environment {
+            scene.set_environment(EnvironmentMap::named(source)?.placed(*scale, *rotation))?;
+        }
         let camera = scene.camera(matrix.camera.as_deref())?.name.clone();
         let mut part = Part { camera, timed_size, view: String::new(), scene, cells };
         // What differs between cells is said by each of them.
@@ -178,6 +181,7 @@ impl Part {
             specular_roughness: _,
             pixel_filter: _,
             background: _,
+            environment: _,
             matrix: _,
         } = config;
         let moves = self.moves(config).then_some((fps.0, first_frame));

@@ -27,6 +27,8 @@ pub struct Document {
     pub sections: Sections,
     /// `extras.background` of the default scene.
     pub background: Vec3,
+    /// `extras.environment` of the default scene.
+    pub environment: Value,
     /// Memory for what is yet to be read.
     budget: Budget,
 }
@@ -84,6 +86,7 @@ impl Document {
             buffer_views: section("bufferViews"),
         };
         let background = background(&value).map_err(wrong)?;
+        let environment = scene_extras(&value)["environment"].clone();
 
         // Take out what the document types cannot parse or what nothing reads.
         if let Some(object) = value.as_object_mut() {
@@ -99,7 +102,7 @@ impl Document {
         take(lengths.fold(0, u64::saturating_add), "its buffers")?;
         let buffers = buffer::load(file, &root, binary, folder)?;
         let (file, folder) = (file.into(), folder.into());
-        Ok(Document { file, root, buffers, warnings, folder, sections, background, budget })
+        Ok(Document { file, root, buffers, warnings, folder, sections, background, environment, budget })
     }
 
     /// Notes that `owner` asks for what is not rendered, or not as it is asked for.
@@ -223,19 +226,30 @@ fn remove_extras(value: &mut Value) {
 
 /// Radiance behind everything: `extras.background` of the default scene, else black.
 fn background(document: &Value) -> Result<Vec3, String> {
-    let scene = document["scene"].as_u64().unwrap_or(0);
-    let background = &document["scenes"][scene as usize]["extras"]["background"];
+    let background = &scene_extras(document)["background"];
     if background.is_null() {
         return Ok(Vec3::ZERO);
     }
-    let channels: Option<Vec<f32>> = background
+    radiance(background)
+        .ok_or_else(|| format!("the scene's extras.background is {background} and should be three radiances"))
+}
+
+/// `extras` of the default scene.
+fn scene_extras(document: &Value) -> &Value {
+    let scene = document["scene"].as_u64().unwrap_or(0);
+    &document["scenes"][scene as usize]["extras"]
+}
+
+/// Three radiances.
+pub fn radiance(value: &Value) -> Option<Vec3> {
+    let channels: Option<Vec<f32>> = value
         .as_array()
         .and_then(|channels| channels.iter().map(|channel| channel.as_f64().map(|c| c as f32)).collect());
     match channels.as_deref() {
         Some(&[red, green, blue]) if [red, green, blue].iter().all(|c| (0.0..=1e30).contains(c)) => {
-            Ok(Vec3::new(red, green, blue))
+            Some(Vec3::new(red, green, blue))
         }
-        _ => Err(format!("the scene's extras.background is {background} and should be three radiances")),
+        _ => None,
     }
 }
 

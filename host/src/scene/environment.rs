@@ -1,0 +1,201 @@
+//! Light from all around: its picture, and the tables by which kernels look it up and draw directions.
+
+use std::path::Path;
+
+use caustics_kernels::interface::NONE;
+use caustics_kernels::interface::environment::Environment;
+use caustics_kernels::interface::features::Features;
+use caustics_kernels::interface::light::Light;
+use caustics_kernels::interface::triangle::Triangle;
+use caustics_kernels::light::environment::{Map, direction_of, radiance_from};
+use glam::{DVec3, Vec2, Vec3};
+use rayon::prelude::*;
+
+use self::picture::Picture;
+use super::{Scene, SceneError, geometry};
+
+mod picture;
+
+/// Every direction is drawn with at least this share of the chance that an even sky would give it, so that none is missed that
+/// the map's texels are too wide for.
+const LEAST_SHARE: f64 = 1.0 / 64.0;
+/// Largest factor on a picture's radiance.
+const MAX_SCALE: f32 = 1e15;
+
+/// An environment that a scene can be put into.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EnvironmentMap {
+    picture: Picture,
+    scale: f32,
+    rotation: f32,
+}
+
+impl EnvironmentMap {
+    /// The same with its radiance times `scale`, turned by `rotation` around +y, from +z towards +x (degrees).
+    pub fn placed(self, scale: f32, rotation: f32) -> EnvironmentMap {
+        EnvironmentMap { scale, rotation, ..self }
+    }
+
+    /// The same radiance from everywhere (W m^-2 sr^-1).
+    pub fn constant(radiance: Vec3) -> EnvironmentMap {
+        EnvironmentMap { picture: Picture::new(1, 1, vec![radiance]), scale: 1.0, rotation: 0.0 }
+    }
+
+    /// The same from a file's bytes; an error says what is wrong with them.
+    pub(super) fn decode(bytes: &[u8]) -> Result<EnvironmentMap, String> {
+        Picture::decode(bytes).map(|picture| EnvironmentMap { picture, scale: 1.0, rotation: 0.0 })
+    }
+
+    /// What a text names: one radiance as `R,G,B`, or the file of a picture.
+    ///
+    /// # Errors
+    ///
+    /// As [`EnvironmentMap::read`]; three numbers must be from 0 to 1e30.
+    pub fn named(text: &str) -> Result<EnvironmentMap, SceneError> {
+        let numbers: Result<Vec<f32>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+        match numbers.as_deref() {
+            Ok(&[red, green, blue]) if [red, green, blue].iter().all(|c| (0.0..=1e30).contains(c)) => {
+                Ok(EnvironmentMap::constant(Vec3::new(red, green, blue)))
+            }
+            Ok(_) => Err(SceneError::Environment {
+                file: text.into(),
+                what: "give a file, or three numbers from 0 to 1e30, such as 0.2,0.3,0.5".into(),
+            }),
+            Err(_) => EnvironmentMap::read(Path::new(text)),
+        }
+    }
+
+    /// A latitude-longitude picture by its radiances, row by row from the top; see [`EnvironmentMap::read`].
+    ///
+    /// # Panics
+    ///
+    /// If there are not `width` times `height`, or none.
+    pub fn new(width: u32, height: u32, texels: Vec<Vec3>) -> EnvironmentMap {
+        EnvironmentMap { picture: Picture::new(width, height, texels), scale: 1.0, rotation: 0.0 }
+    }
+
+    /// A latitude-longitude picture, Radiance HDR or EXR: its middle is +z, a quarter from the left is +x, its top is +y.
+    ///
+    /// # Errors
+    ///
+    /// If the file cannot be read, is neither, or would not fit into memory.
+    pub fn read(path: &Path) -> Result<EnvironmentMap, SceneError> {
+        let picture = Picture::read(path)
+            .map_err(|what| SceneError::Environment { file: path.display().to_string(), what })?;
+        Ok(EnvironmentMap { picture, scale: 1.0, rotation: 0.0 })
+    }
+}
+
+/// The tables of an environment; all are empty where a scene has none.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EnvironmentTables {
+    /// One row.
+    pub rows: Vec<Environment>,
+    /// The picture, from its top.
+    pub texels: Vec<Vec3>,
+    /// The pyramid of its brightness over directions.
+    pub tree: Vec<f32>,
+    /// Mean radiance (W m^-2 sr^-1).
+    mean: DVec3,
+}
+
+impl EnvironmentTables {
+    /// Where the triangles stand: its light comes from all around them.
+    fn place(&mut self, triangles: &[Triangle]) {
+        let Some(row) = self.rows.first_mut() else { return };
+        let corners = || triangles.iter().flat_map(geometry::corners);
+        let (low, high) =
+            corners().fold((DVec3::MAX, DVec3::MIN), |(low, high), p| (low.min(p), high.max(p)));
+        let centre = if low.x <= high.x { 0.5 * (low + high) } else { DVec3::ZERO };
+        let radius = corners().map(|p| p.distance(centre)).fold(0.0, f64::max);
+        row.centre = centre.as_vec3();
+        // A little wider than needed: starts of paths are rounded to f32.
+        row.radius = (radius * 1.001 + 1e-6 * centre.abs().max_element()) as f32;
+    }
+
+    /// Its row of the light table, not yet chosen among others, and its flux of each channel (W).
+    pub(super) fn light(&self) -> Option<(Light, DVec3)> {
+        let row = self.rows.first()?;
+        let light = Light {
+            position: row.centre,
+            triangle: NONE,
+            emission: self.mean.as_vec3(),
+            kind: Features::ENVIRONMENT.0,
+            ..Light::default()
+        };
+        let across = std::f64::consts::PI * f64::from(row.radius) * f64::from(row.radius);
+        Some((light, self.mean * (4.0 * std::f64::consts::PI * across)))
+    }
+}
+
+impl Scene {
+    /// Puts the scene into an environment, in the place of the one it had.
+    ///
+    /// # Errors
+    ///
+    /// If its scale or rotation cannot be used, or a moving scene cannot be shown at time 0, where it then stands.
+    pub fn set_environment(&mut self, map: EnvironmentMap) -> Result<(), SceneError> {
+        let EnvironmentMap { picture, scale, rotation } = map;
+        if !(0.0..=MAX_SCALE).contains(&scale) || !rotation.is_finite() {
+            let what = format!("scale {scale} and rotation {rotation} cannot be used");
+            return Err(SceneError::Environment { file: self.name.clone(), what });
+        }
+        let row = Environment {
+            scale: Vec3::splat(scale),
+            width: picture.width,
+            height: picture.height,
+            turn: (f64::from(rotation) / 360.0).rem_euclid(1.0) as f32 % 1.0,
+            ..Environment::default()
+        };
+        let (width, height) = (picture.width, picture.height);
+        self.environment =
+            EnvironmentTables { rows: vec![row], texels: picture.texels, ..Default::default() };
+        let (tree, mean) = self.brightness(width.max(2 * height));
+        (self.environment.tree, self.environment.mean) = (tree, mean);
+        self.light_again()
+    }
+
+    /// The brightness of the picture over directions as a pyramid, and the mean radiance. `width` is that of the picture (texels).
+    fn brightness(&self, width: u32) -> (Vec<f32>, DVec3) {
+        let tables = self.tables();
+        // A texel of the map is as wide as 1/1800 of a turn; two places of it a texel of the picture.
+        let steps = (width * 2).div_ceil(1800).clamp(1, 8);
+        let mut tree = vec![0.0; Map::NODES as usize];
+        let texels = &mut tree[..Map::TEXELS as usize];
+        let sums: Vec<DVec3> = texels
+            .par_chunks_mut(Map::SIDE as usize)
+            .enumerate()
+            .map(|(row, texels)| {
+                let mut all = DVec3::ZERO;
+                for (column, texel) in texels.iter_mut().enumerate() {
+                    let mut sum = DVec3::ZERO;
+                    for step in 0..steps * steps {
+                        let within = Vec2::new((step % steps) as f32 + 0.5, (step / steps) as f32 + 0.5);
+                        let at = Vec2::new(column as f32, row as f32) + within / steps as f32;
+                        sum += radiance_from(tables, direction_of(at / Map::SIDE as f32)).as_dvec3();
+                    }
+                    sum /= f64::from(steps * steps);
+                    *texel = (sum.element_sum() / 3.0) as f32;
+                    all += sum;
+                }
+                all
+            })
+            .collect();
+        let mean = sums.into_iter().sum::<DVec3>() / f64::from(Map::TEXELS);
+        let least = (LEAST_SHARE * mean.element_sum() / 3.0) as f32;
+        texels.par_iter_mut().for_each(|texel| *texel = texel.max(least));
+        for level in 1..=Map::TOP {
+            for index in 0..Map::count(level, 1) {
+                let node = Map::node(level, index);
+                tree[node.place as usize] = node.below.iter().map(|&below| tree[below as usize]).sum();
+            }
+        }
+        (tree, mean)
+    }
+
+    /// Writes where the environment is around the triangles at hand.
+    pub(super) fn place_environment(&mut self) {
+        let Scene { environment, triangles, .. } = self;
+        environment.place(triangles);
+    }
+}

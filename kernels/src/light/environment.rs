@@ -1,0 +1,143 @@
+//! The environment: a directional light by chance. A path draws the direction that its light comes from, by the brightness of the
+//! picture; what is left is parallel light, so that it starts, is aimed and is guided as `directional` does.
+//!
+//! Directions are drawn over the unit square, of which an area is a solid angle: the picture's brightness over it is a pyramid,
+//! as the maps of guided emission have it. Radiance is looked up in the picture itself, between texels.
+
+#[cfg(target_arch = "spirv")]
+use spirv_std::num_traits::Float;
+
+use crate::interface::environment::Environment;
+use crate::interface::features::Features;
+use crate::interface::light::Light;
+use crate::interface::scene::SceneTables;
+use crate::light::connect::Connection;
+use crate::light::density_map::{Pyramid, from_polar, to_polar};
+use crate::light::directional;
+use crate::light::emit::{EmissionSample, Towards};
+use crate::math::PI;
+use crate::math::trig::turns;
+use crate::math::warp::uniform_cone;
+use spirv_std::glam::{Vec2, Vec3, Vec4};
+
+/// The layout of the pyramid: a texel is 0.2 degrees wide.
+pub type Map = Pyramid<10>;
+
+/// Solid angle of all directions (sr).
+const EVERYWHERE: f32 = 4.0 * PI;
+
+/// The direction of a place of the unit square; areas of it are shares of all directions, and only straight down is torn.
+#[inline(always)]
+pub fn direction_of(at: Vec2) -> Vec3 {
+    let polar = to_polar(at);
+    let around_z = uniform_cone(2.0, polar.x, polar.y);
+    Vec3::new(around_z.y, around_z.z, around_z.x)
+}
+
+/// The place of the unit square of a direction.
+#[inline(always)]
+pub fn place_of(direction: Vec3) -> Vec2 {
+    // By the distance from +y, so that directions beside it keep their digits.
+    let share = 0.25 * (direction - Vec3::Y).length_squared();
+    from_polar(Vec2::new(share.min(1.0), turns(direction.x, direction.z)))
+}
+
+/// Radiance that comes from a unit direction (W m^-2 sr^-1): between the four texels around, across the poles the row beside them
+/// goes on.
+#[inline(always)]
+pub fn radiance_from(scene: SceneTables<'_>, direction: Vec3) -> Vec3 {
+    let environment = scene.environment[0];
+    let across = (direction.x * direction.x + direction.z * direction.z).sqrt();
+    // From the top of the picture, and from its left.
+    let down = 2.0 * turns(across, direction.y);
+    let mut along = turns(direction.x, -direction.z) + environment.turn;
+    along -= along.floor();
+    texels_around(scene, &environment, along, down) * environment.scale
+}
+
+/// The mean of the four texels around a place of the picture, by how near they are.
+#[inline(always)]
+fn texels_around(scene: SceneTables<'_>, environment: &Environment, along: f32, down: f32) -> Vec3 {
+    let Environment { width, height, .. } = *environment;
+    let (x, y) = (along * width as f32 - 0.5, (down * height as f32 - 0.5).max(0.0));
+    let (left, top) = (x.floor(), y.floor());
+    let (right_share, low_share) = (x - left, y - top);
+    let column = if left < 0.0 { width - 1 } else { (left as u32).min(width - 1) };
+    let next = if column + 1 < width { column + 1 } else { 0 };
+    let row = (top as u32).min(height - 1);
+    let below = (row + 1).min(height - 1);
+    let texel = |column: u32, row: u32| scene.environment_texels[(row * width + column) as usize];
+    let upper = texel(column, row).lerp(texel(next, row), right_share);
+    upper.lerp(texel(column, below).lerp(texel(next, below), right_share), low_share)
+}
+
+/// Density (1/sr) with which a connection finds a unit direction.
+#[inline(always)]
+pub fn pdf_solid_angle(light: &Light, scene: SceneTables<'_>, direction: Vec3) -> f32 {
+    let tree = scene.environment_tree;
+    let density =
+        tree[Map::texel_at(place_of(direction)) as usize] * (Map::TEXELS as f32 / Map::total(tree, 0));
+    light.pdf_light_choice * density / EVERYWHERE
+}
+
+/// The directional light that two uniform numbers make of it.
+#[inline(always)]
+pub fn drawn(light: &Light, scene: SceneTables<'_>, u: f32, v: f32) -> Light {
+    let environment = scene.environment[0];
+    let place = Map::draw(scene.environment_tree, 0, Vec2::new(u, v));
+    let from = direction_of(place.at);
+    Light {
+        kind: Features::DIRECTIONAL_LIGHTS.0,
+        direction: -from,
+        position: environment.centre + from * environment.radius,
+        radius: environment.radius,
+        emission: radiance_from(scene, from) * (EVERYWHERE / place.density),
+        ..*light
+    }
+}
+
+/// A path from a direction by the numbers of the place, along which it starts by those of the direction.
+#[inline(always)]
+pub fn leave(
+    light: &Light,
+    scene: SceneTables<'_>,
+    features: Features,
+    place: Vec4,
+    direction: Vec4,
+) -> EmissionSample {
+    let light = drawn(light, scene, place.z, place.w);
+    directional::leave(&light, scene, features, place_across(place, direction), direction)
+}
+
+/// The numbers of a place across the parallel light, where those that it had drew its direction: a path needs no other direction.
+#[inline(always)]
+pub fn place_across(place: Vec4, direction: Vec4) -> Vec4 {
+    Vec4::new(place.x, place.y, direction.x, direction.y)
+}
+
+/// A path from a direction by the numbers of the place, from where the aim says across it.
+#[inline(always)]
+pub fn towards(light: &Light, scene: SceneTables<'_>, features: Features, place: Vec4, aim: Vec3) -> Towards {
+    directional::towards(&drawn(light, scene, place.z, place.w), scene, features, place, aim)
+}
+
+/// A connection to a direction, without end.
+#[inline(always)]
+pub fn connect(
+    light: &Light,
+    scene: SceneTables<'_>,
+    _features: Features,
+    position: Vec3,
+    u: f32,
+    v: f32,
+) -> Connection {
+    let light = drawn(light, scene, u, v);
+    let to_light = -light.direction;
+    Connection {
+        to_light,
+        radiance_over_pdf: light.emission / light.pdf_light_choice,
+        pdf_solid_angle: pdf_solid_angle(&light, scene, to_light),
+        endless: true,
+        ..Connection::none(position)
+    }
+}

@@ -1,0 +1,297 @@
+//! Light from all around: where its picture lies, how directions are drawn, and what it makes of a scene.
+
+use caustics::scene::{EnvironmentMap, Scene};
+use caustics::session::RunnerChoice;
+use caustics::settings::Settings;
+use caustics_kernels::emission::{AIMED, GUIDED, POWER};
+use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::interface::choice::{Caustics, Connections};
+use caustics_kernels::interface::features::Features;
+use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
+use caustics_kernels::interface::material::Material;
+use caustics_kernels::light::connect::Candidates;
+use caustics_kernels::light::environment::{direction_of, pdf_solid_angle, place_of, radiance_from};
+use caustics_kernels::math::rng::{Rng, Stream};
+use caustics_kernels::method::basic::BASIC;
+use caustics_kernels::method::path::PATH;
+use caustics_kernels::method::progressive::PROGRESSIVE;
+use caustics_tests::blocks::Blocks;
+use caustics_tests::direct::{World, mean_and_error};
+use caustics_tests::energy::ledger;
+use caustics_tests::scenes::*;
+use glam::{DVec3, Vec3};
+
+const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
+const SAMPLES: u32 = 1 << 18;
+
+/// A white sky from the horizon up, black below, with a warm sun of a few texels.
+fn sky() -> EnvironmentMap {
+    let (width, height) = (256, 128);
+    let texel = |place: u32| {
+        let (x, y) = (place % width, place / width);
+        let sky = if y < height / 2 { Vec3::new(0.5, 0.6, 0.8) } else { Vec3::ZERO };
+        let is_sun = (90..93).contains(&x) && (30..33).contains(&y);
+        sky + if is_sun { Vec3::new(600.0, 500.0, 400.0) } else { Vec3::ZERO }
+    };
+    EnvironmentMap::new(width, height, (0..width * height).map(texel).collect())
+}
+
+/// A ball in the middle of nothing, seen from the side.
+fn ball(material: Material) -> Scene {
+    let mut b = Builder::default();
+    let ball = b.material(material);
+    b.sphere(ball, DVec3::ZERO, 0.5, 48, 24);
+    b.camera(DVec3::new(0.0, 0.0, 2.0), DVec3::ZERO, 0.7);
+    b.build()
+}
+
+fn put(mut scene: Scene, map: EnvironmentMap) -> Scene {
+    scene.set_environment(map).expect("an environment that can be used");
+    scene
+}
+
+/// A picture of a colour for each axis: where it is, whatever it is turned by.
+#[test]
+fn the_middle_of_the_picture_is_z_and_a_quarter_from_the_left_is_x() {
+    let axes = [Vec3::NEG_Z, Vec3::X, Vec3::Z, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y];
+    let (width, height) = (64, 32);
+    // Columns around the left edge, a quarter, the middle, three quarters; rows at the poles.
+    let color = |place: u32| {
+        let (x, y) = (place % width, place / width);
+        let axis = match y {
+            0..4 => 4,
+            28.. => 5,
+            _ => ((x + 8) / 16 % 4) as usize,
+        };
+        Vec3::splat(1.0 + axis as f32)
+    };
+    let map = EnvironmentMap::new(width, height, (0..width * height).map(color).collect());
+    let seen = |scene: &Scene, direction| radiance_from(scene.tables(), direction).x;
+    let scene = put(ball(lambert(0.5)), map.clone());
+    for (id, axis) in axes.into_iter().enumerate() {
+        assert_eq!(seen(&scene, axis), 1.0 + id as f32, "{axis}");
+    }
+    // A quarter of a turn brings what was at +z to +x.
+    let turned = put(ball(lambert(0.5)), map.clone().placed(1.0, 90.0));
+    for (from, to) in [(Vec3::Z, Vec3::X), (Vec3::X, Vec3::NEG_Z), (Vec3::Y, Vec3::Y)] {
+        assert_eq!(seen(&turned, to), seen(&scene, from), "{from} to {to}");
+    }
+    let doubled = put(ball(lambert(0.5)), map.placed(2.0, -720.0));
+    assert_eq!(seen(&doubled, Vec3::X), 2.0 * seen(&scene, Vec3::X));
+}
+
+#[test]
+fn the_square_of_directions_keeps_areas_and_comes_back() {
+    let mut sum = Vec3::ZERO;
+    for path in 0..SAMPLES {
+        let u = Rng::new(Stream::Light, 3, path, 0).next4();
+        let at = glam::Vec2::new(u.x, u.y);
+        let direction = direction_of(at);
+        assert!((direction.length() - 1.0).abs() < 1e-6);
+        let angle = (direction_of(place_of(direction)) - direction).length();
+        assert!(angle < 2e-3, "{direction}: {angle}");
+        sum += direction * direction;
+    }
+    // Second moments of even directions.
+    let n = SAMPLES as f32;
+    assert!((sum / n - Vec3::splat(1.0 / 3.0)).abs().max_element() < 4.0 * 0.3 / n.sqrt(), "{}", sum / n);
+}
+
+/// What connections draw: its density is what `pdf_solid_angle` says, and irradiance upwards is that of the picture.
+#[test]
+fn connections_follow_their_density_and_bring_the_irradiance() {
+    let scene = put(ball(lambert(0.5)), sky());
+    let world = World::new(&scene, &Settings::default());
+    let light = scene.lights[0];
+    let (mut irradiances, mut measures, mut suns) = (vec![], vec![], 0);
+    for path in 0..SAMPLES {
+        let u = Rng::new(Stream::Camera, 12, path, 0).next4();
+        let c = Candidates::ONE.connect(0, world.tables(), 1, world.features, Vec3::ZERO, u);
+        assert!(c.endless && c.pdf_solid_angle > 0.0);
+        let known = radiance_from(world.tables(), c.to_light);
+        let pdf = pdf_solid_angle(&light, world.tables(), c.to_light);
+        assert_eq!(c.pdf_solid_angle, pdf);
+        measures.push(f64::from(1.0 / pdf));
+        irradiances.push(f64::from(c.radiance_over_pdf.x * c.to_light.y.max(0.0)));
+        suns += u32::from(known.x > 100.0);
+    }
+    // Every direction can be drawn.
+    let (measure, error) = mean_and_error(&measures);
+    println!("solid angle {measure:.4} +- {error:.4}");
+    assert!((measure - 4.0 * std::f64::consts::PI).abs() < 4.0 * error && error < 0.2);
+    // By a fine sum over the picture's texels; the same as between them, but for what crosses the horizon.
+    let (sum, _) = integral(&scene, |direction| direction.y.max(0.0));
+    let (irradiance, error) = mean_and_error(&irradiances);
+    println!(
+        "irradiance {irradiance:.5} +- {error:.5}, known {sum:.5}; sun {}",
+        suns as f64 / SAMPLES as f64
+    );
+    assert!((irradiance - sum).abs() < 4.0 * error + 1e-4 * sum && error < 0.004 * sum);
+    // Three ten-thousandths of all directions have a third of the light, and are drawn as often.
+    assert!(suns > SAMPLES / 5);
+}
+
+/// Integral of the red radiance times a weight over all directions by a fine grid, and the measure of it.
+fn integral(scene: &Scene, weight: impl Fn(Vec3) -> f32) -> (f64, f64) {
+    let (columns, rows) = (2048, 1024);
+    let (mut sum, mut measure) = (0.0, 0.0);
+    for row in 0..rows {
+        let down = std::f64::consts::PI * (f64::from(row) + 0.5) / f64::from(rows);
+        let area = down.sin()
+            * (std::f64::consts::PI / f64::from(rows))
+            * (std::f64::consts::TAU / f64::from(columns));
+        for column in 0..columns {
+            let along = std::f64::consts::TAU * (f64::from(column) + 0.5) / f64::from(columns);
+            let direction =
+                DVec3::new(down.sin() * along.sin(), down.cos(), -down.sin() * along.cos()).as_vec3();
+            let radiance = radiance_from(scene.tables(), direction).x;
+            sum += f64::from(radiance * weight(direction)) * area;
+            measure += area;
+        }
+    }
+    (sum, measure)
+}
+
+fn settings(seed: u32) -> Settings {
+    Settings {
+        width: 64,
+        height: 48,
+        pixel_filter: PIXEL_FILTER_BOX,
+        radius_px: 0.3,
+        seed,
+        ..Settings::default()
+    }
+}
+
+/// Under the same sky everywhere a lossless thing cannot be seen; one that reflects half is half as bright.
+#[test]
+fn in_a_furnace_lossless_things_cannot_be_seen() {
+    let furnace = EnvironmentMap::constant(Vec3::splat(0.7));
+    for (what, material, albedo) in [
+        ("glass", glass(1.5), 1.0),
+        ("mirror", metal(1.0, 0.0), 1.0),
+        ("white", lambert(1.0), 1.0),
+        ("grey", lambert(0.5), 0.5),
+    ] {
+        let scene = put(ball(material), furnace.clone());
+        for (method, frames) in [(&PATH, 64), (&BASIC, 64)] {
+            let settings = Settings { max_bounces: 24, light_paths: 20_000, ..settings(5) };
+            let blocks = Blocks::render(&CPU, &scene, &settings, method, &PHOTONS_GRID, frames);
+            // The block in the middle of the ball, and one in a corner, of eight by six.
+            let (middle, corner) = (blocks.block(3 * 8 + 4), blocks.block(0));
+            println!("{what}, {}: {middle:?}", method.name);
+            assert!((corner.value - 0.7).abs() < 1e-5, "{what}: {corner:?}");
+            let slack = 4.0 * middle.error + 2e-3 * albedo;
+            assert!((middle.value - 0.7 * albedo).abs() < slack, "{what}: {middle:?}");
+            assert!(middle.error < 0.01, "the test is too blunt: {middle:?}");
+        }
+    }
+}
+
+/// Things on a floor, to be put under a sky.
+fn things() -> Builder {
+    let mut b = Builder::default();
+    let floor = b.material(lambert(0.6));
+    let glass = b.material(Material { absorption: Vec3::new(0.5, 1.0, 2.0), ..glass(1.5) });
+    let (ring, gloss) = (b.material(metal(0.9, 0.0)), b.material(metal(0.9, 0.2)));
+    b.panel(floor, DVec3::new(0.0, -1.0, 0.0), 1.2 * DVec3::Z, 1.2 * DVec3::X);
+    b.sphere(glass, DVec3::new(-0.35, -0.645, 0.1), 0.35, 48, 24);
+    b.wall(ring, DVec3::new(0.45, -0.999, 0.2), 0.3, 0.15, 0.0, std::f64::consts::TAU, 96);
+    b.panel(gloss, DVec3::new(0.0, -0.5, -0.9), 0.6 * DVec3::X, 0.4 * DVec3::Y);
+    b.camera(DVec3::new(0.1, 0.4, 1.6), DVec3::new(0.0, -0.8, 0.0), 0.9);
+    b
+}
+
+fn open_sky(map: EnvironmentMap) -> Scene {
+    put(things().build(), map)
+}
+
+/// The split, by every emission and either share of light paths, is plain path tracing. The sky without its sun, which the
+/// reference would find too seldom behind glass.
+#[test]
+fn every_way_finds_the_light_of_the_sky() {
+    let (width, height) = (32, 16);
+    let texel = |place: u32| {
+        let (x, y) = (place % width, place / width);
+        let up = (height - y) as f32 / height as f32;
+        let is_bright = (10..15).contains(&x) && (3..7).contains(&y);
+        Vec3::new(0.3, 0.4, 0.6) * up + if is_bright { Vec3::new(6.0, 5.0, 4.0) } else { Vec3::ZERO }
+    };
+    let scene = open_sky(EnvironmentMap::new(width, height, (0..width * height).map(texel).collect()));
+    let reference = Settings { connections: Connections::Power, ..settings(1) };
+    let truth = Blocks::render(&CPU, &scene, &reference, &PATH, &PHOTONS_GRID, 1500);
+    let mut faults = Vec::new();
+    for (caustics, emission) in [
+        (Caustics::First, &GUIDED),
+        (Caustics::First, &AIMED),
+        (Caustics::First, &POWER),
+        (Caustics::Any, &POWER),
+    ] {
+        let settings = Settings { light_paths: 12_000, caustics, emission, ..settings(2) };
+        let split = Blocks::render(&CPU, &scene, &settings, &PROGRESSIVE, &PHOTONS_GRID, 400);
+        let scores = split.scores(&truth);
+        println!("{caustics:?}, {}: {scores:?}, caustic share {:.3}", emission.name, split.caustic_share);
+        assert!(scores.ratio_error < 0.01 && split.caustic_share > 0.01, "the test has lost its subject");
+        faults.extend(scores.fault().map(|fault| format!("{caustics:?}, {}: {fault}", emission.name)));
+    }
+    assert!(faults.is_empty(), "{faults:?}");
+}
+
+/// The sun of a picture behaves like parallel light of its irradiance, as far as its width lets it.
+#[test]
+fn a_sun_in_the_picture_is_a_directional_light() {
+    let (width, height) = (2048, 1024);
+    let place = 250 * width + 700;
+    let mut texels = vec![Vec3::ZERO; (width * height) as usize];
+    texels[place as usize] = Vec3::splat(1e5);
+    let sunny = open_sky(EnvironmentMap::new(width, height, texels));
+    let down = std::f64::consts::PI * (250.5 / f64::from(height));
+    let along = std::f64::consts::TAU * (700.5 / f64::from(width));
+    let from = DVec3::new(down.sin() * along.sin(), down.cos(), -down.sin() * along.cos());
+    let (power, _) = integral(&sunny, |_| 1.0);
+
+    let mut plain = things();
+    plain.directional(-from, power as f32);
+    let plain = plain.build();
+    let render = |scene: &Scene, seed| {
+        let settings = Settings { light_paths: 12_000, radius_px: 2.0, ..settings(seed) };
+        Blocks::render(&CPU, scene, &settings, &BASIC, &PHOTONS_GRID, 400)
+    };
+    let (sun, directional) = (render(&sunny, 1), render(&plain, 2));
+    println!("caustic share {:.4}, {:.4}", sun.caustic_share, directional.caustic_share);
+    let scores = sun.scores(&directional);
+    println!("{scores:?}");
+    assert!((scores.ratio - 1.0).abs() < 4.0 * scores.ratio_error + 0.002, "{scores:?}");
+    assert!((sun.caustic_share / directional.caustic_share - 1.0).abs() < 0.02);
+    assert!(sun.caustic_share > 0.02, "the test has lost its subject");
+}
+
+/// What the sky emits is absorbed, or escapes.
+#[test]
+fn the_ledger_of_the_sky_closes() {
+    let scene = open_sky(sky());
+    let settings = Settings {
+        width: 8,
+        height: 8,
+        light_paths: 1 << 16,
+        max_bounces: 8,
+        caustics: Caustics::Any,
+        ..Settings::default()
+    };
+    let world = World::new(&scene, &settings);
+    let energy = ledger(&world, &world.by_power(), 0);
+    println!("{energy:?}");
+    let emitted = f64::from(scene.flux.element_sum());
+    // Glass and mirrors scatter nearly all flux without noise; four errors of what the floor's directions leave.
+    assert!(energy.residual.abs() < 2e-3, "{energy:?}");
+    assert!((energy.emitted / emitted - 1.0).abs() < 0.02, "{} {emitted}", energy.emitted);
+}
+
+/// A scene without an environment does not know the code; the drawn light is parallel, so that its code is there.
+#[test]
+fn features_say_what_is_there() {
+    let features = |scene: &Scene| scene.features(0.25);
+    assert!(!features(&open_air().build()).has(Features::ENVIRONMENT));
+    let of_sky = features(&open_sky(sky()));
+    assert!(of_sky.has(Features::ENVIRONMENT) && of_sky.has(Features::DIRECTIONAL_LIGHTS));
+}

@@ -244,6 +244,13 @@ mod long {
         agrees_at(&[0.25], "overlapping media", &b.build(), &LARGE_LAMP);
     }
 
+    /// Panes, leaves and a lamp that blend, before and behind what casts caustics.
+    #[test]
+    #[ignore = "thousands of samples a pixel: half a minute on two cores"]
+    fn room_of_things_that_blend_is_the_reference() {
+        agrees_at(&[0.25], "things that blend", &blended_room().build(), &LARGE_LAMP);
+    }
+
     /// Meshes whose shading normals lean by up to 55 degrees.
     #[test]
     #[ignore = "thousands of samples a pixel: half a minute on two cores"]

@@ -108,6 +108,7 @@ fn blending_is_read_and_scales_emission() {
 fn media_that_should_blend_are_named() {
     let (mut document, binary) = textured(ImageFormat::Png);
     document["materials"][0]["alphaMode"] = json!("BLEND");
+    document["materials"][0]["pbrMetallicRoughness"]["metallicFactor"] = json!(0);
     for (thickness, count) in [(0.0, 0), (0.5, 1)] {
         document["materials"][0]["extensions"] = json!({
             "KHR_materials_transmission": { "transmissionFactor": 1.0 },

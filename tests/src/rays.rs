@@ -1,4 +1,4 @@
-//! Random rays through a scene, and the scattering events where they hit it.
+//! Random rays through a scene, of keys of their own, and the scattering events where they hit it.
 
 use caustics::scene::Scene;
 use caustics_kernels::interface::NONE;
@@ -23,7 +23,8 @@ pub fn through(scene: &Scene, count: usize) -> Vec<Ray> {
     let ray = |index| {
         let mut rng = rng(index, 0);
         let (place, to) = (rng.next4(), rng.next4());
-        Ray::endless(low + (high - low) * place.truncate(), uniform_sphere(to.x, to.y))
+        let key = rng.ray_key(0);
+        Ray { key, ..Ray::endless(low + (high - low) * place.truncate(), uniform_sphere(to.x, to.y)) }
     };
     (0..count).map(ray).collect()
 }
@@ -32,9 +33,11 @@ pub fn through(scene: &Scene, count: usize) -> Vec<Ray> {
 pub fn from_surfaces(scene: &Scene, rays: &[Ray], hits: &[Hit]) -> Vec<Ray> {
     let leave = |(index, (ray, hit)): (usize, (&Ray, &Hit))| {
         let here = vertex(scene.tables(), Features::ALL, ray, hit, 0.0);
-        let u = rng(index, 1).next4();
+        let mut rng = rng(index, 1);
+        let (key, u) = (rng.ray_key(0), rng.next4());
         let direction = uniform_sphere(u.x, u.y);
-        Ray::endless(offset::leave(here.position, here.face_normal, direction, here.clearance), direction)
+        let origin = offset::leave(here.position, here.face_normal, direction, here.clearance);
+        Ray { key, ..Ray::endless(origin, direction) }
     };
     rays.iter().zip(hits).enumerate().filter(|(_, (_, hit))| !hit.is_miss()).map(leave).collect()
 }

@@ -350,6 +350,38 @@ pub fn mixed_room() -> Builder {
     b
 }
 
+/// Blended to this share everywhere.
+pub fn veil(share: f32) -> MaterialTextures {
+    MaterialTextures { alpha: share, blends: 1, ..MaterialTextures::default() }
+}
+
+/// A room of 2 x 2 x 2 m with a lamp, a glass ball and a mirror, in which things blend: a tinted pane in the light's way, a
+/// glossy one before the ball, leaves whose alpha is soft, and a lamp that glows from both sides through a soft texture.
+pub fn blended_room() -> Builder {
+    let mut b = Builder::default();
+    let (wall, ball) = (b.material(lambert(0.5)), b.material(glass(1.5)));
+    let (lamp, mirror) = (b.material(emitter(8.0)), b.material(metal(0.9, 0.0)));
+    let soft = |x: u32, y: u32| 20 + 30 * ((x.abs_diff(4) + y.abs_diff(4)) as u8 % 8);
+    let leaf = b.texture(Role::Color, 8, 8, |x, y| [120, 200, 60, soft(x, y)]);
+    let glow =
+        b.texture(Role::Color, 8, 8, |x, y| [(40 + 25 * x) as u8, (200 - 20 * y) as u8, 120, soft(y, x)]);
+    let tinted = b.textured(Material { base_color: Vec3::new(0.8, 0.3, 0.2), ..lambert(0.0) }, veil(0.4));
+    let glossy = b.textured(metal(0.8, 0.15), veil(0.5));
+    let leaves = b.textured(lambert(0.9), MaterialTextures { base_color: leaf, ..veil(0.9) });
+    let glowing = MaterialTextures { base_color: glow, emissive: glow, ..veil(0.8) };
+    let glowing = b.textured(Material { base_color: Vec3::splat(0.3), ..emitter_both(4.0) }, glowing);
+    b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+    b.panel(lamp, DVec3::new(0.1, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
+    b.sphere(ball, DVec3::new(-0.35, -0.6, -0.1), 0.35, 64, 32);
+    b.panel(mirror, DVec3::new(0.5, -0.3, -0.95), 0.4 * DVec3::X, 0.5 * DVec3::Y);
+    b.panel(tinted, DVec3::new(-0.3, 0.2, 0.0), 0.5 * DVec3::Z, 0.5 * DVec3::X);
+    b.panel(glossy, DVec3::new(-0.4, -0.5, 0.4), 0.4 * DVec3::X, 0.3 * DVec3::Y);
+    b.panel(leaves, DVec3::new(0.45, -0.4, 0.1), 0.4 * DVec3::X, 0.5 * DVec3::Y);
+    b.panel(glowing, DVec3::new(0.6, 0.1, -0.4), DVec3::new(0.1, 0.0, 0.25), 0.3 * DVec3::Y);
+    b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.3, 0.0), 1.0);
+    b
+}
+
 /// A room of 2 x 2 x 2 m in which lobes of every width and so many area lights of several sizes stand close to each other.
 pub fn room_of_lamps(lamps: u32) -> Builder {
     let mut b = Builder::default();

@@ -8,6 +8,7 @@ use caustics_kernels::interface::counters::DepositState;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::instance::Transform;
+use caustics_kernels::texture::cut_out::SOME_ARE_NOT_THERE;
 
 use super::{RunError, Runner, StepTime};
 use crate::scene::motion::Placement;
@@ -65,8 +66,8 @@ impl GpuRunner {
             runner.upload(name, 0, bytes)?;
         }
         if options.hardware {
-            // Kernels that look for holes confirm every hit.
-            let kind = if features.has(Features::CUT_OUTS) {
+            // Kernels that ask whether a surface is there confirm every hit.
+            let kind = if features.has(SOME_ARE_NOT_THERE) {
                 Primitives::TrianglesWithHoles
             } else {
                 Primitives::Triangles

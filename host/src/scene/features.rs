@@ -3,8 +3,8 @@
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::material::{
-    FLAG_COLOR_TEXTURE, FLAG_CUT_OUT, FLAG_EMISSIVE_TEXTURE, FLAG_NORMAL_MAP, FLAG_ROUGHNESS_TEXTURE,
-    Material,
+    FLAG_BLEND, FLAG_COLOR_TEXTURE, FLAG_CUT_OUT, FLAG_EMISSIVE_TEXTURE, FLAG_NORMAL_MAP,
+    FLAG_ROUGHNESS_TEXTURE, Material,
 };
 use caustics_kernels::interface::packed::{from_byte, to_byte};
 use caustics_kernels::interface::triangle::Triangle;
@@ -101,6 +101,7 @@ fn of_material(material: &Material, specular_roughness: f32) -> Features {
         (material.flags & FLAGS_TEXTURES != 0, Features::TEXTURES),
         (material.flags & FLAG_NORMAL_MAP != 0, Features::NORMAL_MAPS),
         (material.flags & FLAG_CUT_OUT != 0, Features::CUT_OUTS),
+        (material.flags & FLAG_BLEND != 0, Features::BLENDS),
     ];
     let lobes = surface::features_of(material, specular_roughness);
     bits.into_iter().filter(|&(set, _)| set).fold(lobes, |all, (_, need)| all | need)

@@ -93,6 +93,7 @@ fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
     }
     let (lights, cameras) = (placed.lights_around(file, origin)?, placed.cameras_around(origin));
     let (materials, material_names) = material::read_all(&mut document);
+    material::name_blended_media(&mut document, &materials, &material_names, &parts);
     let moves = placed.rig.joints.iter().any(|joint| joint.moves);
     let motion = moves.then_some(Motion {
         file: file.into(),

@@ -62,6 +62,8 @@ pub const FLAG_EMISSIVE_TEXTURE: u32 = 1 << 18;
 pub const FLAG_NORMAL_MAP: u32 = 1 << 19;
 /// Where alpha is below the cut-off, nothing is.
 pub const FLAG_CUT_OUT: u32 = 1 << 20;
+/// Alpha is the share of rays for which the surface is there.
+pub const FLAG_BLEND: u32 = 1 << 21;
 /// Some texture changes how the surface scatters from place to place.
 pub const FLAGS_SCATTER_TEXTURE: u32 = FLAG_COLOR_TEXTURE | FLAG_ROUGHNESS_TEXTURE | FLAG_NORMAL_MAP;
 /// Some texture is looked up where a path scatters.

@@ -14,18 +14,18 @@ pub struct Ray {
     pub length: f32,
     /// Unit direction.
     pub direction: Vec3,
-    /// Keeps rows at 16 bytes.
-    pub padding: u32,
+    /// Which blended surfaces are there for it (`texture/cut_out.rs`).
+    pub key: u32,
 }
 
 /// Length of a ray without an end (m).
 pub const MAX_DISTANCE: f32 = 1.0e30;
 
 impl Ray {
-    /// A ray without an end.
+    /// A ray without an end, of key 0.
     #[inline]
     pub fn endless(origin: Vec3, direction: Vec3) -> Self {
-        Ray { origin, length: MAX_DISTANCE, direction, padding: 0 }
+        Ray { origin, length: MAX_DISTANCE, direction, key: 0 }
     }
 }
 

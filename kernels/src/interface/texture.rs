@@ -63,8 +63,8 @@ pub struct MaterialTextures {
     pub alpha: f32,
     /// A surface of less alpha is not there.
     pub alpha_cutoff: f32,
-    /// Keeps rows at 16 bytes.
-    pub padding: u32,
+    /// 1: alpha is the share of rays for which the surface is there, whatever the cut-off.
+    pub blends: u32,
 }
 
 impl Default for MaterialTextures {
@@ -78,7 +78,7 @@ impl Default for MaterialTextures {
             normal_scale: 1.0,
             alpha: 1.0,
             alpha_cutoff: 0.0,
-            padding: 0,
+            blends: 0,
         }
     }
 }

@@ -19,6 +19,9 @@ pub enum Stream {
     Validation = 0x1f83_d9ab,
 }
 
+/// Separates keys of rays from numbers.
+const RAY_KEYS: u32 = 0xcbbb_9d5d;
+
 /// The random numbers of one path.
 #[derive(Clone, Copy, Debug)]
 pub struct Rng {
@@ -47,6 +50,13 @@ impl Rng {
         let bits = pcg4d(UVec4::new(self.path, frame, self.dimension, self.key));
         self.dimension += 1;
         bits
+    }
+
+    /// A key for a ray that starts here, the `number`-th that does: independent of all that are drawn, and no draw.
+    #[inline]
+    pub fn ray_key(&self, number: u32) -> u32 {
+        // Paths draw far fewer than 2^16 times.
+        pcg4d(UVec4::new(self.path, self.frame, self.dimension | number << 16, self.key ^ RAY_KEYS)).x
     }
 
     /// How many times four numbers were drawn.

@@ -182,6 +182,9 @@ pub fn follow<T: Tracer, C: Atomics>(
     let mut depth = 1;
     while depth <= params.max_bounces + 1 {
         rays += 1;
+        if features.has(Features::BLENDS) {
+            ray.key = rng.ray_key(0);
+        }
         let reached = reach(&ray, media, features, scene, tracer);
         let hit = reached.hit;
         media = reached.media;
@@ -276,7 +279,10 @@ pub fn follow<T: Tracer, C: Atomics>(
                 let both = direct.sum();
                 if both.max_element() > 0.0 {
                     shadow_rays += 1;
-                    let shadow = shadow_ray(&here, &reservoir.connection);
+                    let mut shadow = shadow_ray(&here, &reservoir.connection);
+                    if features.has(Features::BLENDS) {
+                        shadow.key = rng.ray_key(number);
+                    }
                     let media = scattering.media_towards(reservoir.connection.to_light);
                     let left = unblocked(&shadow, media, features, scene, tracer);
                     if left.max_element() > 0.0 {
@@ -459,7 +465,7 @@ fn shadow_ray(vertex: &Vertex, connection: &Connection) -> Ray {
     }
     let along = connection.target - origin;
     let length = along.length();
-    Ray { origin, length, direction: along / length, padding: 0 }
+    Ray { origin, length, direction: along / length, key: 0 }
 }
 
 /// The ray cone behind a specular event.

@@ -132,6 +132,9 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     let mut hit_count = if flux.element_sum() > 0.0 { 1 } else { params.max_bounces + 1 };
     while hit_count <= params.max_bounces {
         rays += 1;
+        if features.has(Features::BLENDS) {
+            ray.key = rng.ray_key(0);
+        }
         let reached = reach(&ray, media, features, scene, tracer);
         let hit = reached.hit;
         media = reached.media;

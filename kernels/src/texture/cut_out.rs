@@ -1,13 +1,22 @@
-//! Holes: a surface whose alpha is below its material's cut-off is not there.
+//! What is there of a surface: not where its alpha is below its material's cut-off (holes), and where it blends for a share
+//! alpha of rays [stochastic transparency, Enderton et al. 2010].
+//!
+//! Whether a ray meets what blends is told by a hash of the ray's key and the triangle, whatever else it meets and in whatever
+//! order: so tracers agree, a path that is traced again is the same, and what passes is no event. Rays have keys of their own,
+//! so that layers and rays are independent, and all light that passes n layers is what their shares let pass.
 
 use crate::interface::NONE;
 use crate::interface::features::Features;
-use crate::interface::material::{FLAG_CUT_OUT, Material};
+use crate::interface::material::{FLAG_BLEND, FLAG_CUT_OUT, Material};
 use crate::interface::scene::{SceneTables, TextureTables};
-use crate::interface::texture::TextureCoordinates;
+use crate::interface::texture::{MaterialTextures, TextureCoordinates};
 use crate::interface::triangle::TriangleSurface;
+use crate::math::rng::{pcg4d, units};
 use crate::texture::sample::sample;
-use spirv_std::glam::Vec2;
+use spirv_std::glam::{UVec4, Vec2};
+
+/// Some surface is not there somewhere, or not for every ray.
+pub const SOME_ARE_NOT_THERE: Features = Features(Features::CUT_OUTS.0 | Features::BLENDS.0);
 
 /// What a tracer reads to know whether a hit is there.
 #[derive(Clone, Copy)]
@@ -29,28 +38,55 @@ impl<'a> CutOuts<'a> {
         CutOuts { surfaces: scene.surfaces, materials: scene.materials, textures: scene.textures, features }
     }
 
-    /// Whether a triangle is there at the weights `u` and `v` of its corners b and c.
+    /// Whether a triangle is there for rays of this key, at the weights `u` and `v` of its corners b and c.
     #[inline(always)]
-    pub fn is_there(&self, triangle: u32, u: f32, v: f32) -> bool {
-        !self.features.has(Features::CUT_OUTS) || self.is_solid(triangle, u, v)
+    pub fn is_there(&self, triangle: u32, u: f32, v: f32, key: u32) -> bool {
+        !self.features.has(SOME_ARE_NOT_THERE) || self.is_solid(triangle, u, v, key)
     }
 
-    /// The same where there are holes. On a CPU an own function, so that it takes no registers from tracers.
+    /// The same where not everything is. On a CPU an own function, so that it takes no registers from tracers.
     #[cfg_attr(target_arch = "spirv", inline(always))]
     #[cfg_attr(not(target_arch = "spirv"), inline(never))]
-    fn is_solid(&self, triangle: u32, u: f32, v: f32) -> bool {
+    fn is_solid(&self, triangle: u32, u: f32, v: f32, key: u32) -> bool {
+        let share = self.share(triangle, u, v);
+        // All or nothing needs no hash.
+        share > 0.0 && (share >= 1.0 || share > chance(key, triangle))
+    }
+
+    /// Share of rays for which a triangle is there; 0 in holes.
+    #[inline(always)]
+    pub fn share(&self, triangle: u32, u: f32, v: f32) -> f32 {
         let material = self.surfaces[triangle as usize].material;
-        if self.materials[material as usize].flags & FLAG_CUT_OUT == 0 {
-            return true;
+        let flags = self.materials[material as usize].flags;
+        if flags & (FLAG_CUT_OUT | FLAG_BLEND) == 0 {
+            return 1.0;
         }
         let row = self.textures.material_textures[material as usize];
+        let alpha = self.alpha(&row, triangle, u, v);
+        if self.features.has(Features::BLENDS) && flags & FLAG_BLEND != 0 {
+            return alpha;
+        }
+        if self.features.has(Features::CUT_OUTS) && flags & FLAG_CUT_OUT != 0 && alpha < row.alpha_cutoff {
+            return 0.0;
+        }
+        1.0
+    }
+
+    #[inline(always)]
+    fn alpha(&self, row: &MaterialTextures, triangle: u32, u: f32, v: f32) -> f32 {
         let mut alpha = row.alpha;
         if row.base_color != NONE {
             let at = uv(&self.textures.texture_coordinates[triangle as usize], u, v);
             alpha *= sample(self.textures, row.base_color, at, 0.0).w;
         }
-        alpha >= row.alpha_cutoff
+        alpha
     }
+}
+
+/// Uniform in [0, 1) by a ray's key and a triangle.
+#[inline(always)]
+pub fn chance(key: u32, triangle: u32) -> f32 {
+    units(pcg4d(UVec4::new(key, triangle, 0x6a09_e667, 0xbb67_ae85))).x
 }
 
 /// Texture coordinates at the weights `u` and `v` of corners b and c.

@@ -1,9 +1,9 @@
 //! Emission of textured triangles, as lights are sampled by.
 
 use crate::interface::features::Features;
-use crate::interface::material::{FLAG_CUT_OUT, FLAG_EMISSIVE_TEXTURE};
+use crate::interface::material::FLAG_EMISSIVE_TEXTURE;
 use crate::interface::scene::SceneTables;
-use crate::texture::cut_out::{CutOuts, uv};
+use crate::texture::cut_out::{CutOuts, SOME_ARE_NOT_THERE, uv};
 use crate::texture::sample::sample;
 use spirv_std::glam::Vec3;
 
@@ -11,7 +11,7 @@ use spirv_std::glam::Vec3;
 #[inline(always)]
 pub fn emission_at(scene: SceneTables<'_>, features: Features, triangle: u32, u: f32, v: f32) -> Vec3 {
     let mut share = Vec3::ONE;
-    if features.has(Features::TEXTURES | Features::CUT_OUTS) {
+    if features.has(Features::TEXTURES | SOME_ARE_NOT_THERE) {
         let id = scene.surfaces[triangle as usize].material;
         let flags = scene.materials[id as usize].flags;
         if features.has(Features::TEXTURES) && flags & FLAG_EMISSIVE_TEXTURE != 0 {
@@ -19,8 +19,8 @@ pub fn emission_at(scene: SceneTables<'_>, features: Features, triangle: u32, u:
             let row = scene.textures.material_textures[id as usize];
             share = sample(scene.textures, row.emissive, at, 0.0).truncate();
         }
-        if flags & FLAG_CUT_OUT != 0 && !CutOuts::of(scene, features).is_there(triangle, u, v) {
-            share = Vec3::ZERO;
+        if features.has(SOME_ARE_NOT_THERE) {
+            share *= CutOuts::of(scene, features).share(triangle, u, v);
         }
     }
     share

@@ -19,7 +19,7 @@ pub struct BvhTracer<'a> {
     pub blocks: &'a [TriangleBlock],
     /// Meshes that move.
     pub instances: &'a [Instance],
-    /// Holes in its triangles.
+    /// What is not there of its triangles.
     pub cut_outs: CutOuts<'a>,
 }
 
@@ -208,7 +208,7 @@ fn intersect_block(block: &TriangleBlock, cut_outs: &CutOuts<'_>, ray: &Ray, bes
                     u: v[lane] * inverse,
                     v: w[lane] * inverse,
                 };
-                if cut_outs.is_there(found.triangle, found.u, found.v) {
+                if cut_outs.is_there(found.triangle, found.u, found.v, ray.key) {
                     *best = found;
                 }
             }

@@ -3,7 +3,8 @@
 //! A place is inside of a solid as often as the solid's faces wind around it, which any ray out counts. Around an open
 //! sheet that is no integer: a place is inside where more of eight rays meet the sheet's back first than its front, or
 //! nothing [as winding numbers above one half, Jacobson et al. 2013]. What is opaque turns them back: below a pool's surface
-//! all come to its back. Nowhere about a flat sheet in the open more than half do, and a hanging sheet has no inside.
+//! all come to its back. Nowhere about a flat sheet in the open more than half do, and a hanging sheet has no inside. All rays
+//! have key 0: what blends turns them back, or does not, for whoever asks.
 
 use crate::interface::NONE;
 use crate::interface::features::Features;

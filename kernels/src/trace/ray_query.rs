@@ -1,10 +1,10 @@
 //! Hardware tracer: Vulkan ray queries against the scene's acceleration structure. GPU only.
 //!
-//! Where surfaces have holes the structure's triangles are not opaque: the query hands each to us to confirm.
+//! Where surfaces have holes or blend the structure's triangles are not opaque: the query hands each to us to confirm.
 
 use crate::interface::features::Features;
 use crate::interface::ray::{Hit, Ray};
-use crate::texture::cut_out::CutOuts;
+use crate::texture::cut_out::{CutOuts, SOME_ARE_NOT_THERE};
 use crate::trace::Tracer;
 use spirv_std::ray_query;
 use spirv_std::ray_tracing::{AccelerationStructure, CommittedIntersection, RayFlags, RayQuery};
@@ -15,7 +15,7 @@ use spirv_std::ray_tracing::{AccelerationStructure, CommittedIntersection, RayFl
 pub struct RayQueryTracer<'a> {
     /// All triangles of the scene: an instance for those that stand still, and one for each mesh that moves.
     pub scene: &'a AccelerationStructure,
-    /// Holes in them.
+    /// What is not there of them.
     pub cut_outs: CutOuts<'a>,
 }
 
@@ -32,7 +32,7 @@ impl Tracer for RayQueryTracer<'_> {
 
 /// Confirms a candidate that is there.
 #[inline(always)]
-unsafe fn consider(query: &RayQuery, cut_outs: CutOuts<'_>) {
+unsafe fn consider(query: &RayQuery, cut_outs: CutOuts<'_>, key: u32) {
     // SAFETY: the caller's query stands at a candidate, and all candidates are triangles.
     unsafe {
         let at = query.get_candidate_intersection_barycentrics();
@@ -40,7 +40,7 @@ unsafe fn consider(query: &RayQuery, cut_outs: CutOuts<'_>) {
         if cut_outs.features.has(Features::INSTANCES) {
             triangle += query.get_candidate_intersection_instance_custom_index();
         }
-        if cut_outs.is_there(triangle, at.x, at.y) {
+        if cut_outs.is_there(triangle, at.x, at.y, key) {
             query.confirm_intersection();
         }
     }
@@ -51,10 +51,10 @@ fn closest(scene: &AccelerationStructure, cut_outs: CutOuts<'_>, ray: &Ray) -> H
     ray_query!(let mut query);
     // SAFETY: the query is initialised before it proceeds, and read only after it has.
     unsafe {
-        if cut_outs.features.has(Features::CUT_OUTS) {
+        if cut_outs.features.has(SOME_ARE_NOT_THERE) {
             query.initialize(scene, RayFlags::NONE, 0xff, ray.origin, 0.0, ray.direction, ray.length);
             while query.proceed() {
-                consider(query, cut_outs);
+                consider(query, cut_outs, ray.key);
             }
         } else {
             query.initialize(scene, RayFlags::OPAQUE, 0xff, ray.origin, 0.0, ray.direction, ray.length);
@@ -83,11 +83,11 @@ fn occluded(scene: &AccelerationStructure, cut_outs: CutOuts<'_>, ray: &Ray) -> 
     ray_query!(let mut query);
     // SAFETY: as above.
     unsafe {
-        if cut_outs.features.has(Features::CUT_OUTS) {
+        if cut_outs.features.has(SOME_ARE_NOT_THERE) {
             let flags = RayFlags::TERMINATE_ON_FIRST_HIT;
             query.initialize(scene, flags, 0xff, ray.origin, 0.0, ray.direction, ray.length);
             while query.proceed() {
-                consider(query, cut_outs);
+                consider(query, cut_outs, ray.key);
             }
         } else {
             let flags = RayFlags::OPAQUE | RayFlags::TERMINATE_ON_FIRST_HIT;

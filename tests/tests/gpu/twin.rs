@@ -9,6 +9,7 @@ use caustics::settings::Settings;
 use caustics_kernels::interface::choice::Sampler;
 use caustics_tests::gpu::gpu;
 use caustics_tests::lobes;
+use caustics_tests::scenes::blended_room;
 use caustics_tests::table::Table;
 use caustics_tests::twin::{Twin, load};
 
@@ -60,6 +61,23 @@ fn textured_steps_and_passes_agree() {
         if !hardware {
             passes::all(&mut twin, &scene, hardware, &mut table);
         }
+        table.finish();
+    }
+}
+
+/// What is there of what blends is so for both runners and both tracers.
+#[test]
+fn what_blends_agrees() {
+    let Some(gpu) = gpu() else { return };
+    let scene = blended_room().build();
+    for &hardware in gpu.tracers() {
+        let tracer = if hardware { "hardware" } else { "software" };
+        let mut twin = Twin::open(&gpu, hardware, &scene, &settings());
+        let mut table =
+            Table::new(&format!("things that blend, CPU against {} ({tracer} tracer)", gpu.info.name));
+        steps::hit(&mut twin, &scene, &mut table);
+        steps::emit(&mut twin, &mut table);
+        passes::all(&mut twin, &scene, hardware, &mut table);
         table.finish();
     }
 }

@@ -22,8 +22,10 @@ const KERNELS: &[&[&str]] = &[
 const HOST: &[&[&str]] = &[
     &["hash", "kernels", "memory", "text"],
     &["file", "vulkan", "counters", "energy", "picture", "machine"],
-    &["scene", "output", "sealed"],
-    &["settings", "accumulation", "image"],
+    &["output", "sealed"],
+    &["image"],
+    &["scene"],
+    &["settings", "accumulation"],
     &["metric", "exposure"],
     &["runner", "checkpoint"],
     &["upload", "frame_memory"],

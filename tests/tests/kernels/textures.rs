@@ -1,5 +1,7 @@
-//! Textures: sampling against an oracle in double precision, levels, normal maps, emission, holes.
+//! Textures: sampling against an oracle in double precision, levels, normal maps, emission, holes, what
+//! blends.
 
+mod blends;
 mod emission;
 mod filter;
 mod holes;

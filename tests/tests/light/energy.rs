@@ -133,10 +133,16 @@ fn furnished(wall: Material, thing: Material) -> Scene {
     b.build()
 }
 
-/// The ledger balances to 2.5 times O10's bound in a short run, in the three rooms that have every lobe between them.
+/// The ledger balances to 2.5 times O10's bound in a short run, in the three rooms that have every lobe between them, and where things
+/// blend.
 #[test]
 fn rooms_of_every_lobe_balance() {
-    rooms_balance(Caustics::Any, &["everything at once", "everything smooth", "mixed room"], 56, 2.5e-3);
+    rooms_balance(
+        Caustics::Any,
+        &["everything at once", "everything smooth", "mixed room", "things that blend"],
+        56,
+        2.5e-3,
+    );
 }
 
 /// So it does where light paths follow the specular lobes of their first surface alone.
@@ -172,6 +178,7 @@ fn rooms_balance(caustics: Caustics, names: &[&str], frames: u32, bound: f64) {
             furnished(grey, Material { metallic: 0.3, transmission: 0.5, ..coated(0.6, 0.0) }),
         ),
         ("mixed room", mixed_room().build()),
+        ("things that blend", blended_room().build()),
     ];
     println!(
         "shares of what is emitted: absorbed, cut, shading normals, left to the camera; residual +- standard error"

@@ -58,6 +58,20 @@ fn threads_change_no_bit() {
 }
 
 #[test]
+fn threads_change_no_bit_of_what_blends() {
+    let scene = blended_room().build();
+    let settings = Settings { light_paths: 60_000, ..settings() };
+    let runs = [1, 2, 7].map(|threads| render(&scene, &settings, "photons-grid", None, threads, 2));
+    for frame in 0..2 {
+        for run in &runs[1..] {
+            assert_same(&runs[0][frame].0, &run[frame].0, "what blends");
+        }
+    }
+    let (first, second) = (&runs[0][0].0, &runs[0][1].0);
+    assert!(first.caustics != second.caustics && mean_of(&first.caustics) > 1e-3);
+}
+
+#[test]
 fn another_seed_draws_other_numbers() {
     let scene = mixed_room().build();
     let (a, b) = (picture(&scene, &settings()), picture(&scene, &Settings { seed: 1, ..settings() }));

@@ -12,7 +12,7 @@ use caustics_kernels::interface::history::{HistoryPoint, PathLight, Retraced};
 use caustics_kernels::method::basic::BASIC;
 use caustics_tests::frames::sums;
 use caustics_tests::moving::Moving;
-use caustics_tests::scenes::{Builder, coated, committed, emitter, lambert};
+use caustics_tests::scenes::{Builder, blended_room, coated, committed, emitter, lambert};
 use caustics_tests::statistics::Mean;
 use glam::{DVec3, Vec2, Vec3};
 
@@ -113,6 +113,23 @@ fn what_rests_is_found_again_to_the_bit() {
         let long = light.iter().filter(|light| light.direct_samples > 3.0).count();
         assert!(long > light.len() / 2, "{long} of {} pixels have a history", light.len());
     }
+}
+
+/// So does what blends: a path that is traced again meets the surfaces that it met.
+#[test]
+fn what_blends_is_found_again_to_the_bit() {
+    let scene = blended_room().build();
+    let mut session = session(&scene, &settings(PathHistory::Validated, 1), 0);
+    let mut camera = scene.cameras[0].clone();
+    for frame in 0..4 {
+        camera.position.x += 0.02;
+        session.pose(&scene, &camera).expect("a pose");
+        session.frame(frame).expect("a frame runs");
+    }
+    let retraced: Vec<Retraced> = session.read("path_retraced").expect("paths traced again");
+    let lit = retraced.iter().filter(|path| path.before.x > 0.0).count();
+    assert!(lit > retraced.len() / 4, "{lit} of {}", retraced.len());
+    assert!(retraced.iter().all(|path| path.before == path.now));
 }
 
 /// Light that goes out is noticed by the paths that found it, also where it is a part of all: less than a hundredth of what went

@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use super::document::Document;
 use super::unsupported;
+use crate::scene::texture::TextureParts;
 
 /// Index of refraction where the file says nothing.
 const IOR: f32 = 1.5;
@@ -27,6 +28,24 @@ pub fn read_all(document: &mut Document) -> (Vec<Material>, Vec<String>) {
     }
     read.push((resolve(&json::Material::default(), |_| {}), "default".into()));
     read.into_iter().unzip()
+}
+
+/// Names media that blend, which are there for every path.
+pub fn name_blended_media(
+    document: &mut Document,
+    materials: &[Material],
+    names: &[String],
+    textures: &TextureParts,
+) {
+    for (index, (material, row)) in materials.iter().zip(&textures.materials).enumerate() {
+        if row.blends != 0 && material.is_medium() && !textures.is_opaque(row) {
+            let label = unsupported::label("material", index, Some(&names[index]));
+            document.warn(
+                &label,
+                "alphaMode BLEND of a volume that transmits is not supported; rendered as OPAQUE",
+            );
+        }
+    }
 }
 
 /// `extras.priority` of a material, else 0: where media overlap, that of the highest is there.

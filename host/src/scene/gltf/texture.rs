@@ -12,9 +12,6 @@ use super::{image, unsupported};
 use crate::scene::SceneError;
 use crate::scene::texture::{self, ImageTexture, Role, TextureParts};
 
-/// Alpha below which a blended surface is cut out.
-const BLEND_CUTOFF: f32 = 0.5;
-
 /// Textures that a material can have: where, what they are, and what they are called.
 const SLOTS: [(&str, Role, &str); 4] = [
     ("/pbrMetallicRoughness/baseColorTexture", Role::Color, "baseColorTexture"),
@@ -131,12 +128,7 @@ impl Reader<'_> {
             Some("MASK") => {
                 row.alpha_cutoff = material["alphaCutoff"].as_f64().map_or(0.5, |cutoff| cutoff as f32);
             }
-            Some("BLEND") => {
-                row.alpha_cutoff = BLEND_CUTOFF;
-                let what =
-                    "alphaMode BLEND is not supported; rendered as MASK, cut out where alpha is below 0.5";
-                self.document.warn(owner, what);
-            }
+            Some("BLEND") => row.blends = 1,
             // Alpha means nothing else.
             _ => row.alpha = 1.0,
         }

@@ -1,7 +1,7 @@
 //! Mean emission of a triangle, by which its light is chosen.
 
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::interface::material::{FLAG_CUT_OUT, FLAG_EMISSIVE_TEXTURE};
+use caustics_kernels::interface::material::{FLAG_BLEND, FLAG_CUT_OUT, FLAG_EMISSIVE_TEXTURE};
 use caustics_kernels::interface::scene::SceneTables;
 use caustics_kernels::texture::emission::emission_at;
 use glam::DVec3;
@@ -11,13 +11,16 @@ const MAX_PLACES: f32 = 1.0e7;
 /// Steps along a triangle's edge, at most and at least.
 const STEPS: (f32, f32) = (8.0, 1000.0);
 
-/// Mean radiance over a triangle (W m^-2 sr^-1): what its texture and its holes leave of the material's emission, at
+/// What lets emission vary over a triangle, or leaves a share of it.
+const VARIES: u32 = FLAG_EMISSIVE_TEXTURE | FLAG_CUT_OUT | FLAG_BLEND;
+
+/// Mean radiance over a triangle (W m^-2 sr^-1): what its texture and its alpha leave of the material's emission, at
 /// places half a texel apart.
 pub fn mean(scene: SceneTables<'_>, triangle: u32) -> DVec3 {
     let id = scene.surfaces[triangle as usize].material as usize;
     let material = &scene.materials[id];
     let emission = material.emission.as_dvec3();
-    if emission == DVec3::ZERO || material.flags & (FLAG_EMISSIVE_TEXTURE | FLAG_CUT_OUT) == 0 {
+    if emission == DVec3::ZERO || material.flags & VARIES == 0 {
         return emission;
     }
     let row = scene.textures.material_textures[id];

@@ -2,8 +2,8 @@
 
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::material::{
-    FLAG_COLOR_TEXTURE, FLAG_CUT_OUT, FLAG_EMISSIVE_TEXTURE, FLAG_NORMAL_MAP, FLAG_ROUGHNESS_TEXTURE,
-    FLAGS_TEXTURE, Material,
+    FLAG_BLEND, FLAG_COLOR_TEXTURE, FLAG_CUT_OUT, FLAG_EMISSIVE_TEXTURE, FLAG_NORMAL_MAP,
+    FLAG_ROUGHNESS_TEXTURE, FLAGS_TEXTURE, Material,
 };
 use caustics_kernels::interface::texture::{
     ENCODING_LINEAR, ENCODING_NORMAL, ENCODING_SRGB, MaterialTextures,
@@ -139,9 +139,20 @@ pub fn check(
     Ok(())
 }
 
+impl TextureParts {
+    /// Whether the alpha of a material is one everywhere, as far as its texture has texels.
+    pub fn is_opaque(&self, row: &MaterialTextures) -> bool {
+        let image = self.textures.get(row.base_color as usize).map(|texture| &self.images[texture.image]);
+        row.alpha == 1.0 && image.is_none_or(|image| image.texels.iter().all(|texel| texel[3] == 255))
+    }
+}
+
+/// Flags by alpha.
+const FLAGS_ALPHA: u32 = FLAG_CUT_OUT | FLAG_BLEND;
+
 /// Sets the flags of materials by their textures.
 pub fn set_flags(materials: &mut [Material], parts: &TextureParts) {
-    materials.iter_mut().for_each(|material| material.flags &= !(FLAGS_TEXTURE | FLAG_CUT_OUT));
+    materials.iter_mut().for_each(|material| material.flags &= !(FLAGS_TEXTURE | FLAGS_ALPHA));
     for (material, row) in materials.iter_mut().zip(&parts.materials) {
         let flags = [
             (row.base_color, FLAG_COLOR_TEXTURE),
@@ -152,7 +163,12 @@ pub fn set_flags(materials: &mut [Material], parts: &TextureParts) {
         for (_, flag) in flags.into_iter().filter(|&(texture, _)| texture != NONE) {
             material.flags |= flag;
         }
-        if row.alpha_cutoff > 0.0 {
+        if row.blends != 0 {
+            // The faces of a medium say where it begins and ends, to every path alike.
+            if !material.is_medium() && !parts.is_opaque(row) {
+                material.flags |= FLAG_BLEND;
+            }
+        } else if row.alpha_cutoff > 0.0 {
             material.flags |= FLAG_CUT_OUT;
         }
     }

@@ -27,15 +27,37 @@ fn glow(x: u32, y: u32) -> [u8; 4] {
 
 const RADIANCE: f64 = 4.0;
 
-/// A textured panel of 1 m^2 that looks down from a height of 1 m, with holes where it is asked for; a dark floor.
-fn lamp(holes: bool) -> (Scene, f64) {
+/// What alpha does to the lamp.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Alpha {
+    /// Nothing.
+    Whole,
+    /// Every other square of two texels is a hole.
+    Holes,
+    /// Squares blend to a fifth, in turns with whole ones, all times 0.75.
+    Blends,
+}
+
+const ALPHAS: [Alpha; 3] = [Alpha::Whole, Alpha::Holes, Alpha::Blends];
+
+/// A textured panel of 1 m^2 that looks down from a height of 1 m; a dark floor.
+fn lamp(alpha: Alpha) -> (Scene, f64) {
     let mut b = Builder::default();
     let emissive = b.texture(Role::Color, 8, 8, glow);
     let mut row = MaterialTextures { emissive, ..MaterialTextures::default() };
-    let is_open = |x: u32, y: u32| holes && (x / 2 + y / 2).is_multiple_of(2);
-    if holes {
-        row.base_color = b.texture(Role::Color, 8, 8, |x, y| [255, 255, 255, u8::from(!is_open(x, y)) * 255]);
-        row.alpha_cutoff = 0.5;
+    let byte = |x: u32, y: u32| match (alpha, (x / 2 + y / 2).is_multiple_of(2)) {
+        (Alpha::Whole, _) | (_, false) => 255,
+        (Alpha::Holes, true) => 0,
+        (Alpha::Blends, true) => 51,
+    };
+    let mut factor = 1.0;
+    if alpha != Alpha::Whole {
+        row.base_color = b.texture(Role::Color, 8, 8, |x, y| [255, 255, 255, byte(x, y)]);
+        if alpha == Alpha::Holes {
+            row.alpha_cutoff = 0.5;
+        } else {
+            (row.alpha, row.blends, factor) = (0.75, 1, 0.75);
+        }
         // Sharp holes, so that a sum over texels is the exact mean.
         b.textures.textures[row.base_color as usize].nearest = true;
         b.textures.textures[emissive as usize].nearest = true;
@@ -47,8 +69,8 @@ fn lamp(holes: bool) -> (Scene, f64) {
     b.camera(DVec3::new(0.0, 0.5, 1.5), DVec3::ZERO, 0.8);
     let texels = (0..8).flat_map(|y| (0..8).map(move |x| (x, y)));
     // A texture that repeats has the mean of its texels, however it is interpolated.
-    let mean =
-        texels.filter(|&(x, y)| !is_open(x, y)).map(|(x, y)| linear(glow(x, y)[0])).sum::<f64>() / 64.0;
+    let share = |x, y| factor * f64::from(byte(x, y)) / 255.0;
+    let mean = texels.map(|(x, y)| share(x, y) * linear(glow(x, y)[0])).sum::<f64>() / 64.0;
     (b.build(), RADIANCE * mean)
 }
 
@@ -59,9 +81,11 @@ fn world(scene: &Scene) -> World<'_> {
 /// Flux = area x mean radiance x pi, in the light table and in the mean of leaving paths.
 #[test]
 fn flux_is_that_of_the_mean_texel() {
-    for holes in [false, true] {
-        let (scene, mean) = lamp(holes);
-        assert_eq!(scene.features(0.25).has(Features::CUT_OUTS), holes);
+    for alpha in ALPHAS {
+        let (scene, mean) = lamp(alpha);
+        let features = scene.features(0.25);
+        assert_eq!(features.has(Features::CUT_OUTS), alpha == Alpha::Holes);
+        assert_eq!(features.has(Features::BLENDS), alpha == Alpha::Blends);
         let expected = PI * mean;
         // The host's mean has places half a texel apart: the midpoint rule on straight pieces, and on holes cut by
         // the diagonal.
@@ -78,7 +102,7 @@ fn flux_is_that_of_the_mean_texel() {
             })
             .collect();
         let (flux, error) = mean_and_error(&values);
-        println!("holes {holes}: {flux:.4} +- {error:.4}, expected {expected:.4}, table {table:.4}");
+        println!("{alpha:?}: {flux:.4} +- {error:.4}, expected {expected:.4}, table {table:.4}");
         assert!((flux - expected).abs() < 3.0 * error);
         assert!(error < 0.01 * expected);
     }
@@ -87,8 +111,8 @@ fn flux_is_that_of_the_mean_texel() {
 /// Irradiance of a floor patch by direct connections, and by light paths that arrive in it.
 #[test]
 fn connections_and_light_paths_agree() {
-    for holes in [false, true] {
-        let (scene, _) = lamp(holes);
+    for alpha in ALPHAS {
+        let (scene, _) = lamp(alpha);
         let world = world(&scene);
         let features = world.features;
         // A patch off the middle, where the brighter side of the lamp is nearer.
@@ -121,7 +145,7 @@ fn connections_and_light_paths_agree() {
             })
             .collect();
         let ((a, error_a), (b, error_b)) = (mean_and_error(&connected), mean_and_error(&arrived));
-        println!("holes {holes}: connections {a:.4} +- {error_a:.4}, light paths {b:.4} +- {error_b:.4}");
+        println!("{alpha:?}: connections {a:.4} +- {error_a:.4}, light paths {b:.4} +- {error_b:.4}");
         assert!((a - b).abs() < 3.0 * error_a.hypot(error_b));
         assert!(error_b < 0.01 * b);
     }
@@ -130,7 +154,7 @@ fn connections_and_light_paths_agree() {
 /// The camera sees the texels themselves, at the finest level from any distance.
 #[test]
 fn a_textured_lamp_shows_its_texels() {
-    let (scene, _) = lamp(false);
+    let (scene, _) = lamp(Alpha::Whole);
     let settings = Settings { width: 64, height: 64, light_paths: 1, ..Settings::default() };
     let mut camera = scene.cameras[0].clone();
     camera.position = Vec3::new(0.0, 0.01, 0.0);

@@ -4,7 +4,7 @@ use std::io::Cursor;
 
 use ::image::{DynamicImage, ImageFormat, RgbaImage};
 use caustics_kernels::interface::material::{
-    FLAG_COLOR_TEXTURE, FLAG_CUT_OUT, FLAG_EMISSIVE_TEXTURE, FLAG_NORMAL_MAP,
+    FLAG_BLEND, FLAG_COLOR_TEXTURE, FLAG_CUT_OUT, FLAG_EMISSIVE_TEXTURE, FLAG_NORMAL_MAP,
 };
 use caustics_kernels::interface::texture::{ENCODING_NORMAL, ENCODING_SRGB, WRAP_CLAMP, WRAP_MIRRORED};
 use glam::Vec2;
@@ -72,24 +72,53 @@ fn textures_are_read_from_png_and_jpeg() {
 }
 
 #[test]
-fn blending_and_other_coordinates_are_named() {
+fn other_coordinates_are_named() {
     let (mut document, binary) = textured(ImageFormat::Png);
-    document["materials"][0]["alphaMode"] = json!("BLEND");
-    document["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"][3] = json!(0.75);
     document["materials"][0]["emissiveTexture"] = json!({ "index": 0, "texCoord": 1 });
     let scene = load(&document, &binary).unwrap();
     let named = |words: &str| scene.warnings.iter().filter(|warning| warning.contains(words)).count();
-    assert_eq!(
-        (named("BLEND"), named("emissiveTexture has other coordinates")),
-        (1, 1),
-        "{:?}",
-        scene.warnings
-    );
-    assert_eq!(scene.textures.materials[0].alpha_cutoff, 0.5);
+    assert_eq!(named("emissiveTexture has other coordinates"), 1, "{:?}", scene.warnings);
+}
 
-    // Where all of it is below the cut-off there is nothing left that emits.
-    document["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"][3] = json!(0.25);
+#[test]
+fn blending_is_read_and_scales_emission() {
+    let (mut document, binary) = textured(ImageFormat::Png);
+    let whole = load(&document, &binary).unwrap();
+    assert_eq!(whole.materials[0].flags & FLAG_BLEND, 0, "alpha means nothing where nothing asks for it");
+    let set = |document: &mut Value, alpha: f64| {
+        document["materials"][0]["alphaMode"] = json!("BLEND");
+        document["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"][3] = json!(alpha);
+    };
+    for (alpha, blends) in [(0.25, true), (1.0, false)] {
+        set(&mut document, alpha);
+        let scene = load(&document, &binary).unwrap();
+        let row = scene.textures.materials[0];
+        assert_eq!((f64::from(row.alpha), row.alpha_cutoff, row.blends), (alpha, 0.0, 1));
+        assert_eq!(scene.materials[0].flags & FLAG_BLEND != 0, blends);
+        assert!((f64::from(scene.flux.x / whole.flux.x) - alpha).abs() < 1e-5);
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    }
+
+    // What is there for no ray emits nothing.
+    set(&mut document, 0.0);
     refuses(load(&document, &binary), &["no light"]);
+}
+
+#[test]
+fn media_that_should_blend_are_named() {
+    let (mut document, binary) = textured(ImageFormat::Png);
+    document["materials"][0]["alphaMode"] = json!("BLEND");
+    document["materials"][0]["pbrMetallicRoughness"]["metallicFactor"] = json!(0);
+    for (thickness, count) in [(0.0, 0), (0.5, 1)] {
+        document["materials"][0]["extensions"] = json!({
+            "KHR_materials_transmission": { "transmissionFactor": 1.0 },
+            "KHR_materials_volume": { "thicknessFactor": thickness },
+        });
+        let scene = load(&document, &binary).unwrap();
+        let named = scene.warnings.iter().filter(|warning| warning.contains("BLEND")).count();
+        assert_eq!(named, count, "{:?}", scene.warnings);
+        assert_eq!(scene.materials[0].flags & FLAG_BLEND == 0, count == 1);
+    }
 }
 
 #[test]

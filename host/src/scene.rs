@@ -22,6 +22,7 @@ pub use self::casters::Cuts;
 pub use self::error::SceneError;
 pub use self::find::{MADE, names, resolve};
 pub use self::gltf::files::files;
+pub use self::gltf::options::LoadOptions;
 pub(crate) use self::gltf::read_alone as read;
 pub use self::motion::Motion;
 pub use self::parts::SceneParts;

@@ -37,7 +37,7 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     let mut plan = Plan::new(options)?;
     let file = scene::resolve(&common.scene)?;
     let is_interrupted = interrupt::watch()?;
-    let scene = Scene::load(&file)?;
+    let scene = Scene::load_with(&file, &common.loading.options())?;
     plan.set_frames(&scene, &file)?;
     let video = plan.pattern.whole("mp4");
     if options.video {

@@ -1,6 +1,8 @@
 //! Meshes: primitives as triangles with corners in the world.
 
 use glam::{Vec2, Vec3};
+use gltf::json::Index;
+use gltf::json::accessor::Accessor;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
@@ -82,23 +84,21 @@ pub fn read(
 }
 
 fn triangles(
-    document: &Document,
+    document: &mut Document,
     primitive: &Primitive,
     mode: Mode,
     instance: &MeshInstance,
     mapping: Option<Mapping>,
     owner: &str,
 ) -> Result<Vec<[Corner; 3]>, SceneError> {
-    let wrong = |what: String| SceneError::Mesh { file: document.file.clone(), mesh: owner.into(), what };
+    let file = document.file.clone();
+    let wrong = |what: String| SceneError::Mesh { file: file.clone(), mesh: owner.into(), what };
     let attribute = |semantic: Semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
     let positions = attribute(Semantic::Positions).ok_or_else(|| wrong("has no POSITION".into()))?;
-    let positions = accessor::vectors(document, positions, owner)?;
+    let positions = accessor::numbers::<3>(document, positions, owner)?;
     let normals = attribute(Semantic::Normals)
-        .map(|normals| accessor::vectors(document, normals, owner))
+        .map(|normals| of_vertices::<3>(document, normals, positions.len(), "normals", owner))
         .transpose()?;
-    if normals.as_ref().is_some_and(|normals| normals.len() != positions.len()) {
-        return Err(wrong("has not as many normals as positions".into()));
-    }
 
     let coordinates = mapping
         .map(|mapping| coordinates(document, primitive, mapping, positions.len(), owner))
@@ -114,10 +114,14 @@ fn triangles(
         if !position.is_finite() {
             return Err(wrong(format!("vertex {id} is not finite")));
         }
-        let normal = match &normals {
-            Some(normals) => {
-                turned(&turn, normals[id]).map_err(|what| wrong(format!("normal {id} {what}")))?
+        let normal = match normals.as_ref().map(|normals| turned(&turn, normals[id])) {
+            Some(Err(what)) => {
+                let error = wrong(format!("normal {id} {what}"));
+                let what = format!("a normal {what}");
+                document.replace(owner, &what, "the face's is taken", error)?;
+                None
             }
+            Some(Ok(normal)) => normal,
             None => None,
         };
         let uv = coordinates.uvs.get(id).copied().unwrap_or_default();
@@ -148,34 +152,54 @@ struct Coordinates {
 }
 
 fn coordinates(
-    document: &Document,
+    document: &mut Document,
     primitive: &Primitive,
     mapping: Mapping,
     count: usize,
     owner: &str,
 ) -> Result<Coordinates, SceneError> {
-    let wrong = |what: String| SceneError::Mesh { file: document.file.clone(), mesh: owner.into(), what };
+    let file = document.file.clone();
+    let wrong = |what: String| SceneError::Mesh { file: file.clone(), mesh: owner.into(), what };
     let attribute = |semantic: Semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
     let set = mapping.set;
-    let uvs = attribute(Semantic::TexCoords(set))
-        .ok_or_else(|| wrong(format!("has no TEXCOORD_{set}, which the textures of its material need")))?;
-    let uvs: Vec<_> = accessor::pairs(document, uvs, owner)?
+    let Some(uvs) = attribute(Semantic::TexCoords(set)) else {
+        let what = format!("has no TEXCOORD_{set}, which the textures of its material need");
+        document.replace(owner, &what, "every vertex is at (0, 0) of them", wrong(what.clone()))?;
+        return Ok(Coordinates { uvs: vec![Vec2::ZERO; count], tangents: Vec::new() });
+    };
+    let mut uvs: Vec<_> = of_vertices::<2>(document, uvs, count, "texture coordinates", owner)?
         .into_iter()
         .map(|uv| mapping.transformed(Vec2::from(uv)))
         .collect();
     let usable = |uv: &Vec2| uv.is_finite() && uv.abs().max_element() <= 1e6;
     if let Some(id) = uvs.iter().position(|uv| !usable(uv)) {
-        return Err(wrong(format!("texture coordinate {id} is not finite or beyond 1e6")));
+        let what = "is not finite or beyond 1e6";
+        let error = wrong(format!("texture coordinate {id} {what}"));
+        document.replace(owner, &format!("a texture coordinate {what}"), "taken as (0, 0)", error)?;
+        uvs.iter_mut().filter(|uv| !usable(uv)).for_each(|uv| *uv = Vec2::ZERO);
     }
     let tangents = attribute(Semantic::Tangents)
         .filter(|_| mapping.has_normal_map)
-        .map(|tangents| accessor::quads(document, tangents, owner))
+        .map(|tangents| of_vertices::<4>(document, tangents, count, "tangents", owner))
         .transpose()?;
     let tangents = tangents.unwrap_or_default();
-    if uvs.len() != count || ![0, count].contains(&tangents.len()) {
-        return Err(wrong("has not as many texture coordinates or tangents as positions".into()));
-    }
     Ok(Coordinates { uvs, tangents })
+}
+
+/// An attribute of as many elements as there are vertices; fewer or more are refused before they are read.
+fn of_vertices<const N: usize>(
+    document: &Document,
+    index: Index<Accessor>,
+    vertices: usize,
+    what: &str,
+    owner: &str,
+) -> Result<Vec<[f32; N]>, SceneError> {
+    let count = accessor::count(document, index, owner)?;
+    if count != vertices as u64 {
+        let what = format!("has {count} {what}, but {vertices} positions");
+        return Err(SceneError::Mesh { file: document.file.clone(), mesh: owner.into(), what });
+    }
+    accessor::numbers(document, index, owner)
 }
 
 /// Corners of each triangle, counter-clockwise.

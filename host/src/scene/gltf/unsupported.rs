@@ -9,15 +9,34 @@ use crate::text::cut;
 const MAX_NAME: usize = 80;
 
 /// Extensions that are rendered, at least in part.
-pub const EXTENSIONS: [&str; 7] = [
+pub const EXTENSIONS: &[&str] = &[
+    "EXT_meshopt_compression",
+    "EXT_texture_webp",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_specular",
     "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_variants",
     "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_texture_transform",
 ];
+
+/// What to do about a file that requires an extension which is not supported.
+pub fn remedy(extension: &str) -> &'static str {
+    match extension {
+        "KHR_texture_basisu" => "convert its textures: npx @gltf-transform/cli ktxdecompress IN.glb OUT.glb",
+        "EXT_texture_avif" => {
+            "convert its textures: npx @gltf-transform/cli png --formats \"*\" IN.glb OUT.glb"
+        }
+        _ => "export the scene without it, or take it out of extensionsRequired if it can be seen without",
+    }
+}
 
 /// Textures that are rendered; occlusion is not asked for, since light is traced.
 const TEXTURES: [&str; 5] =

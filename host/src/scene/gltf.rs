@@ -19,12 +19,14 @@ use crate::file::read_file;
 mod accessor;
 mod animation;
 mod buffer;
+mod colors;
 mod document;
 mod draco;
 pub mod files;
 mod geometry;
 mod huge;
 mod image;
+mod instancing;
 mod material;
 mod mesh;
 mod meshopt;
@@ -88,6 +90,7 @@ pub(crate) fn read_alone(bytes: &[u8]) -> Result<Scene, SceneError> {
 /// Reads a scene from a file's bytes; other files are looked for in `folder`.
 fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
     let mut document = Document::read(file, bytes, folder, options)?;
+    colors::bake(&mut document)?;
     let placed = node::place(&mut document)?;
     if placed.cameras.is_empty() {
         return Err(SceneError::NoCamera { file: file.into() });

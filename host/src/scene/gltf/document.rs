@@ -1,16 +1,19 @@
 //! The document: container, JSON, required extensions, buffers.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use glam::Vec3;
 use gltf::json::{Index, Root};
 use serde_json::Value;
 
+use super::colors::Atlas;
 use super::options::LoadOptions;
 use super::warning::Warnings;
-use super::{buffer, draco, meshopt, shape, translate, unsupported};
+use super::{buffer, draco, instancing, meshopt, shape, translate, unsupported};
 use crate::memory::{Budget, Short};
 use crate::scene::SceneError;
+use crate::scene::texture::Image;
 use crate::text::cut;
 
 /// A parsed document with its buffers and what it asks for in vain.
@@ -31,6 +34,10 @@ pub struct Document {
     pub background: Vec3,
     /// How it is read.
     pub options: LoadOptions,
+    /// Images that are made of vertex colours.
+    pub baked: Vec<Image>,
+    /// Where the triangles of a material lie on such an image, by its index.
+    pub atlases: HashMap<usize, Atlas>,
     /// Memory for what is yet to be read.
     budget: Budget,
 }
@@ -50,6 +57,8 @@ pub struct Sections {
     pub images: Vec<Value>,
     /// Buffer views.
     pub buffer_views: Vec<Value>,
+    /// Attributes of instances, by the node whose mesh they place.
+    pub instancing: HashMap<usize, Value>,
 }
 
 impl Document {
@@ -94,6 +103,7 @@ impl Document {
             samplers: section("samplers"),
             images: section("images"),
             buffer_views: section("bufferViews"),
+            instancing: instancing::list(&value),
         };
         let background = background(&value).map_err(wrong)?;
         let is_fallback: Vec<bool> = section("buffers").iter().map(meshopt::is_fallback).collect();
@@ -114,8 +124,19 @@ impl Document {
         take(lengths.fold(0, u64::saturating_add), "its buffers")?;
         let buffers = buffer::load(file, &root, &is_fallback, binary, folder)?;
         let (file, folder, options) = (file.into(), folder.into(), options.clone());
-        let mut document =
-            Document { file, root, buffers, warnings, folder, sections, background, options, budget };
+        let mut document = Document {
+            file,
+            root,
+            buffers,
+            warnings,
+            folder,
+            sections,
+            background,
+            options,
+            baked: Vec::new(),
+            atlases: HashMap::new(),
+            budget,
+        };
         meshopt::decompress(&mut document)?;
         draco::decompress(&mut document, compressed)?;
         Ok(document)

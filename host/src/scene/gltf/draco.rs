@@ -129,7 +129,7 @@ fn decode(
     // Take memory for what the document says that there is; the decoder stops beyond it.
     let attributes = attributes(document, mesh, primitive, extension);
     let mut bytes = 0_u64;
-    for &(_, index, _) in &attributes {
+    for &index in document.root.meshes[mesh].primitives[primitive].attributes.values() {
         let accessor = document.get(&document.root.accessors, index, "accessor", owner)?;
         bytes = bytes.saturating_add(accessor.count.0.saturating_mul(16));
     }
@@ -149,7 +149,8 @@ fn decode(
         Ok(stream) => stream,
         Err(what) => return Ok(Err(what)),
     };
-    let limits = DecodeLimits::default().with_max_faces(faces).with_max_decoded_bytes(2 * bytes);
+    let limits =
+        DecodeLimits::default().with_max_faces(faces).with_max_decoded_bytes(bytes.saturating_mul(2));
     // The decoder is made to return errors; should one of its checks be missing, damaged bytes must not end the program.
     let decoded = catch_unwind(|| {
         let mut mesh = Mesh::new();

@@ -7,6 +7,7 @@ use image::{ImageFormat, ImageReader, Limits};
 use serde_json::Value;
 
 use super::buffer;
+use super::colors::BAKED;
 use super::document::Document;
 use super::translate::specular_glossiness::SOURCE;
 use crate::scene::texture::{Image, MAX_SIDE};
@@ -22,6 +23,9 @@ pub fn size(document: &Document, index: u64) -> Result<(u32, u32), String> {
     if let Some(source) = image.get(SOURCE) {
         return converted::size(document, source);
     }
+    if let Some(baked) = baked(document, image) {
+        return Ok((baked.width, baked.height));
+    }
     encoded_size(document, image)
 }
 
@@ -31,12 +35,20 @@ pub fn read(document: &Document, index: u64) -> Result<Image, String> {
     if let Some(source) = image.get(SOURCE) {
         return converted::read(document, source);
     }
+    if let Some(baked) = baked(document, image) {
+        return Ok(baked.clone());
+    }
     decode(document, image)
 }
 
 fn described(document: &Document, index: u64) -> Result<&Value, String> {
     let images = &document.sections.images;
     images.get(index as usize).ok_or_else(|| format!("is not there: there are {}", images.len()))
+}
+
+/// An image that is made of vertex colours.
+fn baked<'a>(document: &'a Document, image: &Value) -> Option<&'a Image> {
+    document.baked.get(usize::try_from(image[BAKED].as_u64()?).ok()?)
 }
 
 /// The size of an image that lies in a file or a buffer.

@@ -6,6 +6,7 @@ use gltf::json::accessor::Accessor;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
+use super::colors::Atlas;
 use super::document::Document;
 use super::node::MeshInstance;
 use super::texture::Mapping;
@@ -76,8 +77,9 @@ pub fn read(
             document.warn(&owner, "points and lines are not supported; rendered without them");
             continue;
         };
-        let mapping = mappings.get(material).copied().flatten();
-        let triangles = triangles(document, primitive, mode, instance, mapping, &owner)?;
+        let atlas = document.atlases.get(&material).copied();
+        let mapping = mappings.get(material).copied().flatten().filter(|_| atlas.is_none());
+        let triangles = triangles(document, primitive, mode, instance, mapping, atlas, &owner)?;
         read.push(Part { material, triangles });
     }
     Ok(read)
@@ -89,6 +91,7 @@ fn triangles(
     mode: Mode,
     instance: &MeshInstance,
     mapping: Option<Mapping>,
+    atlas: Option<Atlas>,
     owner: &str,
 ) -> Result<Vec<[Corner; 3]>, SceneError> {
     let file = document.file.clone();
@@ -129,18 +132,34 @@ fn triangles(
         corners.push(Corner { position, normal, uv, tangent });
     }
 
+    let indices = indices(document, primitive, corners.len(), owner)?;
+    let is_mirrored = to_world.matrix3.determinant() < 0.0;
+    let triangle = |(face, ids): (usize, [u32; 3])| {
+        let [mut a, mut b, mut c] = ids.map(|id| corners[id as usize]);
+        if let Some(atlas) = atlas {
+            [a.uv, b.uv, c.uv] = atlas.corners(face);
+        }
+        if is_mirrored { [a, c, b] } else { [a, b, c] }
+    };
+    Ok(faces(&indices, mode).enumerate().map(triangle).collect())
+}
+
+/// Indices of a primitive of so many vertices, each of one that is there.
+pub fn indices(
+    document: &Document,
+    primitive: &Primitive,
+    vertices: usize,
+    owner: &str,
+) -> Result<Vec<u32>, SceneError> {
     let indices = match primitive.indices {
         Some(indices) => accessor::integers(document, indices, owner)?,
-        None => (0..corners.len() as u32).collect(),
+        None => (0..vertices as u32).collect(),
     };
-    if let Some(index) = indices.iter().find(|&&index| index as usize >= corners.len()) {
-        return Err(wrong(format!("index {index} is out of range, there are {} vertices", corners.len())));
+    if let Some(index) = indices.iter().find(|&&index| index as usize >= vertices) {
+        let what = format!("index {index} is out of range, there are {vertices} vertices");
+        return Err(SceneError::Mesh { file: document.file.clone(), mesh: owner.into(), what });
     }
-    let is_mirrored = to_world.matrix3.determinant() < 0.0;
-    Ok(faces(&indices, mode)
-        .map(|[a, b, c]| if is_mirrored { [a, c, b] } else { [a, b, c] })
-        .map(|ids| ids.map(|id| corners[id as usize]))
-        .collect())
+    Ok(indices)
 }
 
 /// Texture coordinates and tangents of a primitive's vertices.
@@ -203,7 +222,7 @@ fn of_vertices<const N: usize>(
 }
 
 /// Corners of each triangle, counter-clockwise.
-fn faces(indices: &[u32], mode: Mode) -> Box<dyn Iterator<Item = [u32; 3]> + '_> {
+pub fn faces(indices: &[u32], mode: Mode) -> Box<dyn Iterator<Item = [u32; 3]> + '_> {
     let windows = indices.windows(3).enumerate();
     match mode {
         Mode::TriangleStrip => Box::new(windows.map(|(index, ids)| {

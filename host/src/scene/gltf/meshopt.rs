@@ -75,7 +75,7 @@ fn decode(document: &Document, extension: &Value) -> Result<Vec<u8>, String> {
         _ => false,
     };
     if !is_sized || (mode == "TRIANGLES" && !count.is_multiple_of(3)) {
-        return Err(format!("has {count} elements of {stride} bytes, which {mode} cannot be"));
+        return Err(format!("has {count} elements of {stride} bytes, which mode {mode:?} cannot have"));
     }
     let filter = extension["filter"].as_str().unwrap_or("NONE");
     let decoded = match mode {

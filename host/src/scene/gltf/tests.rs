@@ -12,10 +12,13 @@ use glam::{DVec3, Vec3};
 use super::*;
 use crate::scene::geometry::face_normal;
 
+mod colors;
+mod compressed;
 mod forgiving;
 mod limits;
 mod numbers;
 mod textures;
+mod translated;
 mod types;
 
 /// A right triangle of area 0.5 m^2 that emits, and a camera.

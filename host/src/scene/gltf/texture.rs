@@ -116,7 +116,12 @@ impl Reader<'_> {
             let texture = match self.texture(info["index"].as_u64().unwrap_or(u64::MAX), role, owner) {
                 Ok(texture) => texture,
                 Err(error) => {
-                    let what = format!("{name} refers to what is not there");
+                    let what = match &error {
+                        SceneError::Index { kind, index, .. } => {
+                            format!("{name} refers to {kind} {index}, which is not there")
+                        }
+                        _ => format!("{name} has no image of a format that is read"),
+                    };
                     self.document.replace(owner, &what, FLAT, error)?;
                     continue;
                 }

@@ -2,10 +2,13 @@
 
 use serde_json::Value;
 
+use self::specular_glossiness::SOURCE;
+use super::colors::BAKED;
 use super::options::LoadOptions;
 use super::warning::Warnings;
 use crate::scene::SceneError;
 
+mod clearcoat;
 pub mod specular_glossiness;
 mod textures;
 mod unlit;
@@ -18,10 +21,17 @@ pub fn translate(
     options: &LoadOptions,
     warnings: &mut Warnings,
 ) -> Result<(), SceneError> {
+    // Members of images that only the loader itself sets.
+    for image in elements(document, "images") {
+        for member in [SOURCE, BAKED] {
+            image.as_object_mut().and_then(|members| members.remove(member));
+        }
+    }
     variants::choose(file, document, options.variant.as_deref())?;
     textures::choose_sources(document);
     specular_glossiness::translate(document, warnings);
     unlit::translate(document, warnings);
+    clearcoat::translate(document, warnings);
     Ok(())
 }
 

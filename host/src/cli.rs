@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use caustics::exposure::Exposure;
+use caustics::scene::LoadOptions;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use thiserror::Error;
@@ -149,6 +150,24 @@ pub struct View {
     pub background: Option<String>,
 }
 
+/// Options of how the file of a scene is read.
+#[derive(Args, Clone, Debug)]
+pub struct Loading {
+    /// What is missing or out of range in the scene's file is an error, not a warning
+    #[arg(long)]
+    pub strict: bool,
+    /// Variant of the scene's materials, by name (KHR_materials_variants)
+    #[arg(long)]
+    pub variant: Option<String>,
+}
+
+impl Loading {
+    /// As the library takes them.
+    pub fn options(&self) -> LoadOptions {
+        LoadOptions { strict: self.strict, variant: self.variant.clone() }
+    }
+}
+
 /// Options of every command that renders a picture. A negative number reaches the check of its option, which names it.
 #[derive(Args, Debug)]
 pub struct Common {
@@ -166,6 +185,9 @@ pub struct Common {
     /// What is seen.
     #[command(flatten)]
     pub view: View,
+    /// How the scene is read.
+    #[command(flatten)]
+    pub loading: Loading,
     /// Resume from OUTPUT.checkpoint, which an interrupted run leaves behind
     #[arg(long)]
     pub resume: bool,
@@ -322,6 +344,9 @@ pub enum Scene {
         /// Reflections of at most this roughness are specular
         #[arg(long, default_value_t = 0.25)]
         specular_roughness: f32,
+        /// How the scene is read.
+        #[command(flatten)]
+        loading: Loading,
         /// Print JSON
         #[arg(long)]
         json: bool,

@@ -23,6 +23,7 @@ pub use self::casters::Cuts;
 pub use self::error::SceneError;
 pub use self::find::{MADE, names, resolve};
 pub use self::gltf::files::files;
+pub use self::gltf::options::LoadOptions;
 pub(crate) use self::gltf::read_alone as read;
 pub use self::motion::Motion;
 pub use self::parts::SceneParts;
@@ -70,7 +71,7 @@ pub struct Scene {
     /// Emitters of positive power with their alias table; empty in a dark scene.
     pub lights: Vec<Light>,
     /// Lights without an area, as the file has them; those that move are in `motion`.
-    pub(crate) punctual_lights: Vec<PunctualLight>,
+    pub punctual_lights: Vec<PunctualLight>,
     /// Light from all around.
     pub environment: EnvironmentTables,
     /// Textures, in the order of the triangles and the materials.

@@ -37,7 +37,7 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     let mut plan = Plan::new(options)?;
     let file = scene::resolve(&common.scene)?;
     let is_interrupted = interrupt::watch()?;
-    let mut scene = Scene::load(&file)?;
+    let mut scene = Scene::load_with(&file, &common.loading.options())?;
     put_into_environment(&mut scene, &common.view)?;
     plan.set_frames(&scene, &file)?;
     let video = plan.pattern.whole("mp4");

@@ -75,7 +75,7 @@ impl Job {
             return Err(TargetError::Exists(checkpoint).into());
         }
 
-        let mut scene = Scene::load(&file)?;
+        let mut scene = Scene::load_with(&file, &options.loading.options())?;
         put_into_environment(&mut scene, &options.view)?;
         scene.pose(time)?;
         let camera = camera(&scene, options.view.camera.as_deref())?;

@@ -16,7 +16,9 @@ use crate::cli;
 pub fn run(command: cli::Scene) -> anyhow::Result<ExitCode> {
     match command {
         cli::Scene::List => list()?,
-        cli::Scene::Info { scene, specular_roughness, json } => info(&scene, specular_roughness, json)?,
+        cli::Scene::Info { scene, specular_roughness, loading, json } => {
+            info(&scene, specular_roughness, &loading, json)?;
+        }
         cli::Scene::Make { name, output, force } => make(&name, output.as_deref(), force)?,
     }
     Ok(ExitCode::SUCCESS)
@@ -63,9 +65,14 @@ fn list() -> std::io::Result<()> {
     Ok(())
 }
 
-fn info(argument: &str, specular_roughness: f32, as_json: bool) -> anyhow::Result<()> {
+fn info(
+    argument: &str,
+    specular_roughness: f32,
+    loading: &cli::Loading,
+    as_json: bool,
+) -> anyhow::Result<()> {
     let file = scene::resolve(argument)?;
-    let scene = Scene::load(&file)?;
+    let scene = Scene::load_with(&file, &loading.options())?;
     let features = scene.features(specular_roughness);
     let depth = useful_bounces(features);
     if as_json {

@@ -46,14 +46,14 @@ pub enum SceneError {
         what: String,
     },
     /// The file cannot be shown without an extension that is not supported.
-    #[error(
-        "{file}: requires the extension {extension:?}, which is not supported; export the scene without it"
-    )]
+    #[error("{file}: requires the extension {extension:?}, which is not supported; {remedy}")]
     RequiredExtension {
         /// The file.
         file: String,
         /// The extension.
         extension: String,
+        /// What to do.
+        remedy: &'static str,
     },
     /// An environment cannot be used.
     #[error("environment {file}: {what}")]
@@ -71,6 +71,14 @@ pub enum SceneError {
         /// Index of the buffer.
         buffer: usize,
         /// What is wrong.
+        what: String,
+    },
+    /// What is compressed cannot be decompressed.
+    #[error("{file}: {what}; decompress it: npx @gltf-transform/cli copy IN.glb OUT.glb")]
+    Compressed {
+        /// The file.
+        file: String,
+        /// What is wrong with what.
         what: String,
     },
     /// An accessor does not fit its buffer or its use.
@@ -173,7 +181,9 @@ pub enum SceneError {
         available: u64,
     },
     /// An image cannot be had.
-    #[error("{file}: image {image} {what}; give it as a PNG or JPEG file beside the .gltf or inside of it")]
+    #[error(
+        "{file}: image {image} {what}; give it as a PNG, JPEG or WebP file beside the .gltf or inside of it"
+    )]
     Image {
         /// The file.
         file: String,
@@ -206,6 +216,16 @@ pub enum SceneError {
         /// What was asked for.
         camera: String,
         /// Cameras that there are.
+        known: String,
+    },
+    /// No variant of this name.
+    #[error("{file}: there is no variant {variant:?} of its materials; there are: {known}")]
+    UnknownVariant {
+        /// The file.
+        file: String,
+        /// What was asked for.
+        variant: String,
+        /// Variants that there are.
         known: String,
     },
     /// Nobody to see it.

@@ -11,6 +11,7 @@ use self::document::Document;
 use self::geometry::Geometry;
 use self::mesh::Extent;
 use self::node::MeshInstance;
+use self::options::LoadOptions;
 use super::motion::Motion;
 use super::{Scene, SceneError, SceneParts};
 use crate::file::read_file;
@@ -18,19 +19,25 @@ use crate::file::read_file;
 mod accessor;
 mod animation;
 mod buffer;
+mod colors;
 mod document;
+mod draco;
 mod environment;
 pub mod files;
 mod geometry;
 mod huge;
 mod image;
+mod instancing;
 mod material;
 mod mesh;
+mod meshopt;
 mod node;
+pub mod options;
 mod shape;
 #[cfg(test)]
 mod tests;
 mod texture;
+mod translate;
 mod unsupported;
 mod warning;
 
@@ -51,10 +58,19 @@ impl Scene {
     /// If the file cannot be read, is damaged, requires an extension that is not supported, or would not fit into memory. Every
     /// error names the file and what to do. What is merely left out stands in [`Scene::warnings`].
     pub fn load(path: &Path) -> Result<Scene, SceneError> {
+        Scene::load_with(path, &LoadOptions::default())
+    }
+
+    /// Loads a .gltf or .glb file in a way of the caller's; what [`Scene::load`] says holds else.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Scene::load`], and with [`LoadOptions::strict`] where something would be replaced.
+    pub fn load_with(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
         let file = path.display().to_string();
         let bytes =
             read_file(path).map_err(|source| SceneError::Unreadable { file: file.clone(), source })?;
-        let mut scene = read(&file, &bytes, path.parent().unwrap_or(Path::new("")))?;
+        let mut scene = read(&file, &bytes, path.parent().unwrap_or(Path::new("")), options)?;
         scene.name = scene_name(path);
         Ok(scene)
     }
@@ -69,12 +85,13 @@ fn scene_name(path: &Path) -> String {
 
 /// Reads a scene that is one file, from its bytes.
 pub(crate) fn read_alone(bytes: &[u8]) -> Result<Scene, SceneError> {
-    read("scene", bytes, Path::new("/no folder"))
+    read("scene", bytes, Path::new("/no folder"), &LoadOptions::default())
 }
 
 /// Reads a scene from a file's bytes; other files are looked for in `folder`.
-fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
-    let mut document = Document::read(file, bytes, folder)?;
+fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
+    let mut document = Document::read(file, bytes, folder, options)?;
+    colors::bake(&mut document)?;
     let placed = node::place(&mut document)?;
     if placed.cameras.is_empty() {
         return Err(SceneError::NoCamera { file: file.into() });
@@ -92,7 +109,7 @@ fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
         parts.coordinates = geometry.coordinates();
     }
     let (lights, cameras) = (placed.lights_around(file, origin)?, placed.cameras_around(origin));
-    let (materials, material_names) = material::read_all(&mut document);
+    let (materials, material_names) = material::read_all(&mut document)?;
     material::name_blended_media(&mut document, &materials, &material_names, &parts);
     let moves = placed.rig.joints.iter().any(|joint| joint.moves);
     let motion = moves.then_some(Motion {

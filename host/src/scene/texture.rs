@@ -14,6 +14,7 @@ pub(crate) use self::parts::{MAX_SIDE, check, set_flags};
 mod coordinates;
 mod levels;
 mod parts;
+pub(crate) mod srgb;
 
 /// The tables.
 #[derive(Clone, Debug, Default)]

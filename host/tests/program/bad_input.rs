@@ -161,6 +161,19 @@ impl Scene {
         nodes.iter().position(|node| node["name"] == name).unwrap()
     }
 
+    /// Demands a refusal where nothing may be replaced; else a picture, and a warning with these words.
+    #[track_caller]
+    fn replaces(&self, words: &[&str]) {
+        self.write();
+        let words = [&["scene.gltf"], words].concat();
+        render_refuses(self.path(), "scene.gltf", &["--strict"], 1, &words);
+        let run = caustics(self.path(), &[&["render", "scene.gltf", "-o", "out.exr"], &TINY[..]].concat());
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        let is_named =
+            |line: &str| line.starts_with("warning: ") && words.iter().all(|word| line.contains(word));
+        assert!(run.stderr.lines().any(is_named), "{words:?}: {}", run.stderr);
+    }
+
     #[track_caller]
     fn refuses(&self, code: i32, words: &[&str]) {
         self.write();

@@ -1,90 +1,88 @@
-//! Accessors: typed views of buffers, checked against their ends before anything is read.
+//! Accessors: numbers in buffers, of every type that glTF and KHR_mesh_quantization have.
 
+use gltf::json::Index;
 use gltf::json::accessor::{Accessor, ComponentType, Type};
 use gltf::json::validation::Checked;
-use gltf::json::{Index, buffer};
 
+use self::bytes::{elements, substitutes};
 use super::document::Document;
 use crate::scene::SceneError;
 
-/// Three floats an element, for the primitive that `owner` names.
-pub fn vectors(
+mod bytes;
+
+/// N numbers an element, for whom `owner` names: floats, or integers of 8 or 16 bits, which are shares of their largest
+/// where the accessor is `normalized`. What is neither in a buffer nor replaced is zero.
+pub fn numbers<const N: usize>(
     document: &Document,
     index: Index<Accessor>,
     owner: &str,
-) -> Result<Vec<[f32; 3]>, SceneError> {
+) -> Result<Vec<[f32; N]>, SceneError> {
     let accessor = document.get(&document.root.accessors, index, "accessor", owner)?;
-    if component(accessor) != Some(ComponentType::F32)
-        || !matches!(accessor.type_, Checked::Valid(Type::Vec3))
-    {
-        return Err(wrong(document, index, owner, "should hold three floats an element"));
-    }
-    let read = |e: &[u8]| [float(e), float(&e[4..]), float(&e[8..])];
-    elements(document, index, accessor, owner, 12).map(|elements| elements.map(read).collect())
-}
-
-/// Two numbers an element: floats, or shares of 255 or 65535.
-pub fn pairs(document: &Document, index: Index<Accessor>, owner: &str) -> Result<Vec<[f32; 2]>, SceneError> {
-    let accessor = document.get(&document.root.accessors, index, "accessor", owner)?;
-    let is_pair = matches!(accessor.type_, Checked::Valid(Type::Vec2));
-    type Read = fn(&[u8]) -> f32;
-    let (size, read): (usize, Read) = match component(accessor).filter(|_| is_pair) {
-        Some(ComponentType::F32) => (4, float),
-        Some(ComponentType::U8) => (1, |e| f32::from(e[0]) / 255.0),
-        Some(ComponentType::U16) => (2, |e| f32::from(u16::from_le_bytes([e[0], e[1]])) / 65535.0),
-        _ => return Err(wrong(document, index, owner, "should hold two floats or shares an element")),
+    let has_shape = matches!(accessor.type_, Checked::Valid(shape) if shape.multiplicity() == N);
+    let Some((size, read)) = component(accessor).filter(|_| has_shape).and_then(reader) else {
+        let what = format!("should hold {N} an element: floats, or integers of 8 or 16 bits");
+        return Err(wrong(document, index, owner, what));
     };
-    elements(document, index, accessor, owner, 2 * size)
-        .map(|elements| elements.map(|e| [read(e), read(&e[size..])]).collect())
-}
-
-/// Four floats an element.
-pub fn quads(document: &Document, index: Index<Accessor>, owner: &str) -> Result<Vec<[f32; 4]>, SceneError> {
-    let accessor = document.get(&document.root.accessors, index, "accessor", owner)?;
-    if component(accessor) != Some(ComponentType::F32)
-        || !matches!(accessor.type_, Checked::Valid(Type::Vec4))
-    {
-        return Err(wrong(document, index, owner, "should hold four floats an element"));
-    }
-    let read = |e: &[u8]| [float(e), float(&e[4..]), float(&e[8..]), float(&e[12..])];
-    elements(document, index, accessor, owner, 16).map(|elements| elements.map(read).collect())
-}
-
-/// One float an element.
-pub fn scalars(document: &Document, index: Index<Accessor>, owner: &str) -> Result<Vec<f32>, SceneError> {
-    let accessor = document.get(&document.root.accessors, index, "accessor", owner)?;
-    if component(accessor) != Some(ComponentType::F32)
-        || !matches!(accessor.type_, Checked::Valid(Type::Scalar))
-    {
-        return Err(wrong(document, index, owner, "should hold one float an element"));
-    }
-    elements(document, index, accessor, owner, 4).map(|elements| elements.map(float).collect())
-}
-
-/// Four numbers an element: floats, or integers that are shares of their largest, as animated rotations have them.
-pub fn rotations(
-    document: &Document,
-    index: Index<Accessor>,
-    owner: &str,
-) -> Result<Vec<[f32; 4]>, SceneError> {
-    let accessor = document.get(&document.root.accessors, index, "accessor", owner)?;
-    let is_quad = matches!(accessor.type_, Checked::Valid(Type::Vec4));
-    type Read = fn(&[u8]) -> f32;
-    let (size, read): (usize, Read) = match component(accessor).filter(|_| is_quad) {
-        Some(ComponentType::F32) => (4, float),
-        Some(ComponentType::I8) => (1, |e| (f32::from(e[0] as i8) / 127.0).max(-1.0)),
-        Some(ComponentType::U8) => (1, |e| f32::from(e[0]) / 255.0),
-        Some(ComponentType::I16) => {
-            (2, |e| (f32::from(i16::from_le_bytes([e[0], e[1]])) / 32767.0).max(-1.0))
-        }
-        Some(ComponentType::U16) => (2, |e| f32::from(u16::from_le_bytes([e[0], e[1]])) / 65535.0),
-        _ => return Err(wrong(document, index, owner, "should hold four floats or shares an element")),
+    let largest = largest(accessor);
+    let element = |bytes: &[u8]| std::array::from_fn(|number| share(read(&bytes[number * size..]), largest));
+    let mut all: Vec<[f32; N]> = match elements(document, index, accessor, owner, N * size)? {
+        Some(elements) => elements.map(element).collect(),
+        None => vec![[0.0; N]; accessor.count.0 as usize],
     };
-    let quad = |e: &[u8]| [0, 1, 2, 3].map(|i| read(&e[i * size..]));
-    elements(document, index, accessor, owner, 4 * size).map(|elements| elements.map(quad).collect())
+    for (at, bytes) in substitutes(document, index, accessor, owner, N * size)? {
+        all[at] = element(bytes);
+    }
+    Ok(all)
 }
 
-/// Elements of an accessor of any type, once they are known to be there; nothing is read.
+/// Bytes of a component, and the number that they stand for.
+fn reader(component: ComponentType) -> Option<(usize, fn(&[u8]) -> f32)> {
+    Some(match component {
+        ComponentType::F32 => (4, |b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
+        ComponentType::I8 => (1, |b| f32::from(b[0] as i8)),
+        ComponentType::U8 => (1, |b| f32::from(b[0])),
+        ComponentType::I16 => (2, |b| f32::from(i16::from_le_bytes([b[0], b[1]]))),
+        ComponentType::U16 => (2, |b| f32::from(u16::from_le_bytes([b[0], b[1]]))),
+        ComponentType::U32 => return None,
+    })
+}
+
+/// What the numbers of an accessor are shares of: its integers' largest where it is `normalized`, else 1.
+pub fn largest(accessor: &Accessor) -> f32 {
+    match component(accessor).filter(|_| accessor.normalized) {
+        Some(ComponentType::I8) => 127.0,
+        Some(ComponentType::U8) => 255.0,
+        Some(ComponentType::I16) => 32767.0,
+        Some(ComponentType::U16) => 65535.0,
+        _ => 1.0,
+    }
+}
+
+/// What a number stands for as a share of `largest`; the least of signed integers is -1 too.
+pub fn share(number: f32, largest: f32) -> f32 {
+    if largest == 1.0 { number } else { (number / largest).max(-1.0) }
+}
+
+/// One unsigned integer an element.
+pub fn integers(document: &Document, index: Index<Accessor>, owner: &str) -> Result<Vec<u32>, SceneError> {
+    let (accessor, size) = integer(document, index, owner)?;
+    let mut all: Vec<u32> = match elements(document, index, accessor, owner, size)? {
+        Some(elements) => elements.map(unsigned).collect(),
+        None => vec![0; accessor.count.0 as usize],
+    };
+    for (at, bytes) in substitutes(document, index, accessor, owner, size)? {
+        all[at] = unsigned(bytes);
+    }
+    Ok(all)
+}
+
+/// An integer of one, two or four bytes.
+fn unsigned(bytes: &[u8]) -> u32 {
+    bytes.iter().rev().fold(0, |number, &byte| (number << 8) | u32::from(byte))
+}
+
+/// Elements of an accessor of any type, once those of its buffer view are known to be there; nothing is read. Without a view
+/// there may be any number of them.
 pub fn count(document: &Document, index: Index<Accessor>, owner: &str) -> Result<u64, SceneError> {
     let accessor = document.get(&document.root.accessors, index, "accessor", owner)?;
     let (Some(component), Checked::Valid(shape)) = (component(accessor), accessor.type_) else {
@@ -94,18 +92,7 @@ pub fn count(document: &Document, index: Index<Accessor>, owner: &str) -> Result
     elements(document, index, accessor, owner, size).map(|_| accessor.count.0)
 }
 
-fn float(bytes: &[u8]) -> f32 {
-    f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])
-}
-
-/// One unsigned integer an element.
-pub fn integers(document: &Document, index: Index<Accessor>, owner: &str) -> Result<Vec<u32>, SceneError> {
-    let (accessor, size) = integer(document, index, owner)?;
-    let read = |e: &[u8]| e.iter().rev().fold(0, |number, &byte| (number << 8) | u32::from(byte));
-    elements(document, index, accessor, owner, size).map(|elements| elements.map(read).collect())
-}
-
-/// How many there are, once they are known to be there; none is read.
+/// How many unsigned integers there are, once they are known to be there; none is read.
 pub fn integer_count(document: &Document, index: Index<Accessor>, owner: &str) -> Result<u64, SceneError> {
     let (accessor, size) = integer(document, index, owner)?;
     elements(document, index, accessor, owner, size).map(|_| accessor.count.0)
@@ -146,57 +133,4 @@ fn wrong(
         owner: owner.into(),
         what: what.to_string(),
     }
-}
-
-/// Bytes of each element, once all are known to lie in the view and the view in its buffer.
-fn elements<'a>(
-    document: &'a Document,
-    index: Index<Accessor>,
-    accessor: &Accessor,
-    owner: &str,
-    size: usize,
-) -> Result<impl Iterator<Item = &'a [u8]> + use<'a>, SceneError> {
-    let wrong = |what: String| wrong(document, index, owner, what);
-    if accessor.sparse.is_some() {
-        return Err(wrong("is sparse, which is not supported".into()));
-    }
-    let Some(view) = accessor.buffer_view else {
-        return Err(wrong("has no buffer view".into()));
-    };
-    let owner = format!("accessor {}", index.value());
-    let view: &buffer::View = document.get(&document.root.buffer_views, view, "buffer view", &owner)?;
-    let bytes = document.buffers.get(view.buffer.value()).ok_or_else(|| SceneError::Index {
-        file: document.file.clone(),
-        owner,
-        kind: "buffer",
-        index: view.buffer.value(),
-        count: document.buffers.len(),
-    })?;
-
-    // All sums saturate: a file's offsets may be as large as 64 bits hold.
-    let start = view.byte_offset.unwrap_or_default().0;
-    let end = start.saturating_add(view.byte_length.0);
-    if end > bytes.len() as u64 {
-        return Err(wrong(format!("needs {end} bytes of a buffer of {}", bytes.len())));
-    }
-    let view_bytes = &bytes[start as usize..end as usize];
-    let stride = view.byte_stride.map_or(size, |stride| stride.0);
-    if stride < size {
-        return Err(wrong(format!("has elements of {size} bytes, but the next begins after {stride}")));
-    }
-    let count = accessor.count.0;
-    let offset = accessor.byte_offset.unwrap_or_default().0;
-    let needed = match count.checked_sub(1) {
-        Some(others) => {
-            offset.saturating_add(others.saturating_mul(stride as u64)).saturating_add(size as u64)
-        }
-        None => 0,
-    };
-    if needed > view_bytes.len() as u64 {
-        return Err(wrong(format!("needs {needed} bytes of a buffer view of {}", view_bytes.len())));
-    }
-    Ok((0..count as usize).map(move |element| {
-        let at = offset as usize + element * stride;
-        &view_bytes[at..at + size]
-    }))
 }

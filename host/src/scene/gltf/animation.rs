@@ -103,14 +103,14 @@ fn channel(document: &mut Document, sampler: &Value, path: Path, owner: &str) ->
     let keys = accessor::count(document, input, owner)?;
     let values = accessor::count(document, output, owner)?;
     document.take(12 * keys + 48 * values, format_args!("{owner}"))?;
-    let times = accessor::scalars(document, input, owner)?;
+    let times: Vec<f32> = accessor::numbers(document, input, owner)?.into_iter().map(|[time]| time).collect();
     let values: Vec<DVec4> = match path {
         Path::Rotation => {
-            let values = accessor::rotations(document, output, owner)?;
+            let values = accessor::numbers::<4>(document, output, owner)?;
             values.into_iter().map(|value| DVec4::from(value.map(f64::from))).collect()
         }
         _ => {
-            let values = accessor::vectors(document, output, owner)?;
+            let values = accessor::numbers::<3>(document, output, owner)?;
             values.into_iter().map(|value| Vec3::from(value).as_dvec3().extend(0.0)).collect()
         }
     };

@@ -3,20 +3,25 @@
 use std::path::Path;
 
 use gltf::json::Root;
+use serde_json::Value;
 
 use crate::file::read_head;
 use crate::scene::SceneError;
 use crate::text::cut;
 
-/// Loads every buffer of a document, each of the length that the document says.
+/// Loads every buffer of a document, each of the length that the document says; none of what only stands in for others.
 pub fn load(
     file: &str,
     root: &Root,
+    is_fallback: &[bool],
     binary: Option<&[u8]>,
     folder: &Path,
 ) -> Result<Vec<Vec<u8>>, SceneError> {
     let load_one = |(index, buffer): (usize, &gltf::json::Buffer)| {
         let wrong = |what: String| SceneError::Buffer { file: file.into(), buffer: index, what };
+        if is_fallback.get(index) == Some(&true) {
+            return Ok(Vec::new());
+        }
         let length = buffer.byte_length.0;
         let mut bytes = match (&buffer.uri, binary) {
             (None, Some(binary)) if index == 0 => {
@@ -46,6 +51,23 @@ pub fn fetch(uri: &str, folder: &Path, most: u64) -> Result<Vec<u8>, String> {
     let path = folder.join(decode_percent(uri));
     read_head(&path, most)
         .map_err(|error| format!("({:?}) cannot be read: {error}", cut(&path.display().to_string(), 200)))
+}
+
+/// Bytes of a buffer view.
+pub fn view_bytes<'a>(index: u64, views: &[Value], buffers: &'a [Vec<u8>]) -> Result<&'a [u8], String> {
+    let view = views
+        .get(index as usize)
+        .ok_or_else(|| format!("refers to buffer view {index}, but there are {}", views.len()))?;
+    let number = |key: &str| view[key].as_u64().unwrap_or(0);
+    let buffer = buffers
+        .get(number("buffer") as usize)
+        .ok_or_else(|| format!("refers to buffer {}, but there are {}", number("buffer"), buffers.len()))?;
+    let start = number("byteOffset");
+    let end = start.saturating_add(number("byteLength"));
+    if end > buffer.len() as u64 {
+        return Err(format!("needs {end} bytes of a buffer of {}", buffer.len()));
+    }
+    Ok(&buffer[start as usize..end as usize])
 }
 
 /// A uri as the path that it stands for.

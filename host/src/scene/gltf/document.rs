@@ -1,15 +1,20 @@
 //! The document: container, JSON, required extensions, buffers.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use glam::Vec3;
 use gltf::json::{Index, Root};
 use serde_json::Value;
 
+use super::colors::Atlas;
+use super::options::LoadOptions;
 use super::warning::Warnings;
-use super::{buffer, shape, unsupported};
+use super::{buffer, draco, instancing, meshopt, shape, translate, unsupported};
 use crate::memory::{Budget, Short};
 use crate::scene::SceneError;
+use crate::scene::texture::Image;
+use crate::text::cut;
 
 /// A parsed document with its buffers and what it asks for in vain.
 pub struct Document {
@@ -29,6 +34,12 @@ pub struct Document {
     pub background: Vec3,
     /// `extras.environment` of the default scene.
     pub environment: Value,
+    /// How it is read.
+    pub options: LoadOptions,
+    /// Images that are made of vertex colours.
+    pub baked: Vec<Image>,
+    /// Where the triangles of a material lie on such an image, by its index.
+    pub atlases: HashMap<usize, Atlas>,
     /// Memory for what is yet to be read.
     budget: Budget,
 }
@@ -48,11 +59,18 @@ pub struct Sections {
     pub images: Vec<Value>,
     /// Buffer views.
     pub buffer_views: Vec<Value>,
+    /// Attributes of instances, by the node whose mesh they place.
+    pub instancing: HashMap<usize, Value>,
 }
 
 impl Document {
     /// Parses a .gltf or .glb file and loads its buffers.
-    pub fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Document, SceneError> {
+    pub fn read(
+        file: &str,
+        bytes: &[u8],
+        folder: &Path,
+        options: &LoadOptions,
+    ) -> Result<Document, SceneError> {
         let wrong = |what: String| SceneError::Document { file: file.into(), what };
         let (json, binary) = split(file, bytes)?;
         let mut budget = Budget::new();
@@ -71,10 +89,13 @@ impl Document {
         for extension in value["extensionsRequired"].as_array().into_iter().flatten() {
             let extension = extension.as_str().unwrap_or_default();
             if !unsupported::EXTENSIONS.contains(&extension) {
-                return Err(SceneError::RequiredExtension { file: file.into(), extension: extension.into() });
+                let remedy = unsupported::remedy(extension);
+                let (file, extension) = (file.into(), cut(extension, 80));
+                return Err(SceneError::RequiredExtension { file, extension, remedy });
             }
         }
         let mut warnings = Warnings::default();
+        translate::translate(file, &mut value, options, &mut warnings)?;
         unsupported::list(&value, &mut warnings);
         let section = |name: &str| value[name].as_array().cloned().unwrap_or_default();
         let sections = Sections {
@@ -84,9 +105,12 @@ impl Document {
             samplers: section("samplers"),
             images: section("images"),
             buffer_views: section("bufferViews"),
+            instancing: instancing::list(&value),
         };
         let background = background(&value).map_err(wrong)?;
         let environment = scene_extras(&value)["environment"].clone();
+        let is_fallback: Vec<bool> = section("buffers").iter().map(meshopt::is_fallback).collect();
+        let compressed = draco::list(&value);
 
         // Take out what the document types cannot parse or what nothing reads.
         if let Some(object) = value.as_object_mut() {
@@ -98,16 +122,48 @@ impl Document {
         let root: Root = serde_json::to_vec(&value)
             .and_then(|json| serde_json::from_slice(&json))
             .map_err(|error| wrong(error.to_string()))?;
-        let lengths = root.buffers.iter().map(|buffer| buffer.byte_length.0);
+        let buffers = root.buffers.iter().zip(&is_fallback).filter(|(_, is_fallback)| !**is_fallback);
+        let lengths = buffers.map(|(buffer, _)| buffer.byte_length.0);
         take(lengths.fold(0, u64::saturating_add), "its buffers")?;
-        let buffers = buffer::load(file, &root, binary, folder)?;
-        let (file, folder) = (file.into(), folder.into());
-        Ok(Document { file, root, buffers, warnings, folder, sections, background, environment, budget })
+        let buffers = buffer::load(file, &root, &is_fallback, binary, folder)?;
+        let (file, folder, options) = (file.into(), folder.into(), options.clone());
+        let mut document = Document {
+            file,
+            root,
+            buffers,
+            warnings,
+            folder,
+            sections,
+            background,
+            environment,
+            options,
+            baked: Vec::new(),
+            atlases: HashMap::new(),
+            budget,
+        };
+        meshopt::decompress(&mut document)?;
+        draco::decompress(&mut document, compressed)?;
+        Ok(document)
     }
 
     /// Notes that `owner` asks for what is not rendered, or not as it is asked for.
     pub fn warn(&mut self, owner: &str, what: impl std::fmt::Display) {
         self.warnings.note(owner, what);
+    }
+
+    /// Notes that `instead` is rendered of what is wrong; an error where the file is read strictly.
+    pub fn replace(
+        &mut self,
+        owner: &str,
+        what: &str,
+        instead: &str,
+        error: SceneError,
+    ) -> Result<(), SceneError> {
+        if self.options.strict {
+            return Err(error);
+        }
+        self.warn(owner, format_args!("{what}; {instead}"));
+        Ok(())
     }
 
     /// Takes memory for what is about to be read [bytes, by an estimate].

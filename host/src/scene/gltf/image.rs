@@ -1,66 +1,78 @@
-//! Images: PNG and JPEG, in files, in the document and in buffers.
+//! Images: PNG, JPEG and WebP, in files, in the document and in buffers.
 
 use std::borrow::Cow;
 use std::io::Cursor;
-use std::path::Path;
 
 use image::{ImageFormat, ImageReader, Limits};
 use serde_json::Value;
 
 use super::buffer;
+use super::colors::BAKED;
+use super::document::Document;
+use super::translate::specular_glossiness::SOURCE;
 use crate::scene::texture::{Image, MAX_SIDE};
+
+mod converted;
 
 /// Most memory that decoding an image may take (bytes): the largest image at eight bytes a texel.
 const MAX_BYTES: u64 = 8 * (MAX_SIDE as u64) * (MAX_SIDE as u64);
 
-/// Bytes of an image that a document describes. An error says what is wrong with it.
-fn bytes<'a>(
-    image: &Value,
-    views: &[Value],
-    buffers: &'a [Vec<u8>],
-    folder: &Path,
-) -> Result<Cow<'a, [u8]>, String> {
-    match (image["uri"].as_str(), image["bufferView"].as_u64()) {
-        (Some(uri), _) => buffer::fetch(uri, folder, u64::MAX).map(Cow::Owned),
-        (None, Some(view)) => view_bytes(view, views, buffers).map(Cow::Borrowed),
-        (None, None) => Err("has neither a uri nor a bufferView".into()),
+/// Width and height of an image of the document by its header [texels]: nothing is decoded. An error says what is wrong with it.
+pub fn size(document: &Document, index: u64) -> Result<(u32, u32), String> {
+    let image = described(document, index)?;
+    if let Some(source) = image.get(SOURCE) {
+        return converted::size(document, source);
     }
+    if let Some(baked) = baked(document, image) {
+        return Ok((baked.width, baked.height));
+    }
+    encoded_size(document, image)
 }
 
-/// Width and height of an image by its header [texels]: nothing is decoded.
-pub fn size(
-    image: &Value,
-    views: &[Value],
-    buffers: &[Vec<u8>],
-    folder: &Path,
-) -> Result<(u32, u32), String> {
-    let bytes = bytes(image, views, buffers, folder)?;
+/// An image of the document.
+pub fn read(document: &Document, index: u64) -> Result<Image, String> {
+    let image = described(document, index)?;
+    if let Some(source) = image.get(SOURCE) {
+        return converted::read(document, source);
+    }
+    if let Some(baked) = baked(document, image) {
+        return Ok(baked.clone());
+    }
+    decode(document, image)
+}
+
+fn described(document: &Document, index: u64) -> Result<&Value, String> {
+    let images = &document.sections.images;
+    images.get(index as usize).ok_or_else(|| format!("is not there: there are {}", images.len()))
+}
+
+/// An image that is made of vertex colours.
+fn baked<'a>(document: &'a Document, image: &Value) -> Option<&'a Image> {
+    document.baked.get(usize::try_from(image[BAKED].as_u64()?).ok()?)
+}
+
+/// The size of an image that lies in a file or a buffer.
+fn encoded_size(document: &Document, image: &Value) -> Result<(u32, u32), String> {
+    let bytes = bytes(document, image)?;
     check_size(reader(&bytes)?.into_dimensions().map_err(|error| damaged(&error))?)
 }
 
-/// The image that a document describes.
-pub fn read(image: &Value, views: &[Value], buffers: &[Vec<u8>], folder: &Path) -> Result<Image, String> {
-    let bytes = bytes(image, views, buffers, folder)?;
+/// An image that lies in a file or a buffer.
+fn decode(document: &Document, image: &Value) -> Result<Image, String> {
+    let bytes = bytes(document, image)?;
     let image = reader(&bytes)?.decode().map_err(|error| damaged(&error))?.into_rgba8();
     let (width, height) = check_size(image.dimensions())?;
     Ok(Image { width, height, texels: image.pixels().map(|pixel| pixel.0).collect() })
 }
 
-/// Bytes of a buffer view.
-fn view_bytes<'a>(index: u64, views: &[Value], buffers: &'a [Vec<u8>]) -> Result<&'a [u8], String> {
-    let view = views
-        .get(index as usize)
-        .ok_or_else(|| format!("refers to buffer view {index}, but there are {}", views.len()))?;
-    let number = |key: &str| view[key].as_u64().unwrap_or(0);
-    let buffer = buffers
-        .get(number("buffer") as usize)
-        .ok_or_else(|| format!("refers to buffer {}, but there are {}", number("buffer"), buffers.len()))?;
-    let start = number("byteOffset");
-    let end = start.saturating_add(number("byteLength"));
-    if end > buffer.len() as u64 {
-        return Err(format!("needs {end} bytes of a buffer of {}", buffer.len()));
+/// Bytes of an image that a document describes.
+fn bytes<'a>(document: &'a Document, image: &Value) -> Result<Cow<'a, [u8]>, String> {
+    let Document { sections, buffers, folder, .. } = document;
+    match (image["uri"].as_str(), image["bufferView"].as_u64()) {
+        (Some(uri), _) => buffer::fetch(uri, folder, u64::MAX).map(Cow::Owned),
+        (None, Some(view)) => buffer::view_bytes(view, &sections.buffer_views, buffers).map(Cow::Borrowed),
+        (None, None) => Err("has neither a uri nor a bufferView".into()),
     }
-    Ok(&buffer[start as usize..end as usize])
 }
 
 fn damaged(error: &dyn std::fmt::Display) -> String {
@@ -70,8 +82,8 @@ fn damaged(error: &dyn std::fmt::Display) -> String {
 fn reader(bytes: &[u8]) -> Result<ImageReader<Cursor<&[u8]>>, String> {
     let mut reader =
         ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| damaged(&error))?;
-    if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg)) {
-        return Err("is neither a PNG nor a JPEG".into());
+    if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) {
+        return Err("is neither a PNG nor a JPEG nor a WebP".into());
     }
     let mut limits = Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));

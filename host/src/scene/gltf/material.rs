@@ -1,5 +1,7 @@
 //! Materials: factors and extensions, resolved.
 
+use std::ops::RangeInclusive;
+
 use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAG_THIN, Material};
 use glam::Vec3;
 use gltf::json;
@@ -7,27 +9,57 @@ use serde_json::Value;
 
 use super::document::Document;
 use super::unsupported;
+use crate::scene::SceneError;
 use crate::scene::texture::TextureParts;
 
+/// Largest radiance and absorption that is rendered (W m^-2 sr^-1, 1/m).
+const LARGEST: f32 = 1e30;
 /// Index of refraction where the file says nothing.
 const IOR: f32 = 1.5;
 
 /// All materials of the document and their names; the last is glTF's default material.
-pub fn read_all(document: &mut Document) -> (Vec<Material>, Vec<String>) {
+pub fn read_all(document: &mut Document) -> Result<(Vec<Material>, Vec<String>), SceneError> {
     let all = std::mem::take(&mut document.root.materials);
     let mut read = Vec::with_capacity(all.len() + 1);
     for (index, material) in all.iter().enumerate() {
         let name = material.name.clone().unwrap_or_else(|| format!("material {index}"));
         let label = unsupported::label("material", index, material.name.as_deref());
-        let mut resolved = resolve(material, |what| document.warn(&label, what));
+        let mut faults = Vec::new();
+        let mut resolved = resolve(material, &mut faults, |what| document.warn(&label, what));
+        for Fault { what, instead } in faults {
+            let (file, material) = (document.file.clone(), name.clone());
+            let error = SceneError::Material { file, material, what: what.clone() };
+            document.replace(&label, &what, &format!("taken as {instead}"), error)?;
+        }
         resolved.priority = priority(document.sections.materials.get(index)).unwrap_or_else(|what| {
             document.warn(&label, what);
             0
         });
         read.push((resolved, name));
     }
-    read.push((resolve(&json::Material::default(), |_| {}), "default".into()));
-    read.into_iter().unzip()
+    read.push((resolve(&json::Material::default(), &mut Vec::new(), |_| {}), "default".into()));
+    Ok(read.into_iter().unzip())
+}
+
+/// A number out of glTF's range.
+struct Fault {
+    what: String,
+    instead: f32,
+}
+
+/// A number within its range, else its nearer end and a fault.
+fn within(number: f32, range: RangeInclusive<f32>, name: &str, faults: &mut Vec<Fault>) -> f32 {
+    if range.contains(&number) {
+        return number;
+    }
+    let (low, high) = range.into_inner();
+    let instead = if number > high { high } else { low };
+    let what = match high {
+        LARGEST => format!("{name} {number:e} that is negative or beyond {LARGEST:e}"),
+        _ => format!("{name} {number} out of the range {low} to {high}"),
+    };
+    faults.push(Fault { what, instead });
+    instead
 }
 
 /// Names media that blend, which are there for every path.
@@ -57,23 +89,32 @@ fn priority(material: Option<&Value>) -> Result<i32, String> {
     integer.ok_or_else(|| format!("extras.priority is {priority} and should be an integer; taken as 0"))
 }
 
-/// Resolves a material's factors. Values out of range stay as they are: `SceneParts::build` refuses them.
-fn resolve(material: &json::Material, mut warn: impl FnMut(&str)) -> Material {
+/// Resolves a material's factors.
+fn resolve(material: &json::Material, faults: &mut Vec<Fault>, mut warn: impl FnMut(&str)) -> Material {
     let pbr = &material.pbr_metallic_roughness;
     let extensions = material.extensions.clone().unwrap_or_default();
+    let mut share = |number: f32, name: &str| within(number, 0.0..=1.0, name, faults);
     let transmission = extensions.transmission.map_or(0.0, |transmission| transmission.transmission_factor.0);
-    let roughness = pbr.roughness_factor.0;
+    let transmission = share(transmission, "transmissionFactor");
+    let roughness = share(pbr.roughness_factor.0, "roughnessFactor");
+    let metallic = share(pbr.metallic_factor.0, "metallicFactor");
+    let specular = extensions.specular.map_or(1.0, |specular| specular.specular_factor.0);
+    let specular = share(specular, "specularFactor");
+    let [red, green, blue, _] = pbr.base_color_factor.0;
+    let base_color = [red, green, blue].map(|channel| share(channel, "baseColorFactor"));
 
     let mut ior = extensions.ior.map_or(IOR, |ior| ior.ior.0);
     if ior == 0.0 {
         warn("ior 0 (a compatibility mode) is not supported; rendered as 1.5");
         ior = IOR;
     }
+    let ior = within(ior, 1.0..=100.0, "ior", faults);
 
     let strength = extensions.emissive_strength.map_or(1.0, |strength| strength.emissive_strength.0);
-    let emission = Vec3::from(material.emissive_factor.0) * strength;
+    let emission = material.emissive_factor.0.map(|factor| factor * strength);
+    let emission = emission.map(|radiance| within(radiance, 0.0..=LARGEST, "an emission", faults));
     let mut flags = 0;
-    if material.double_sided && emission != Vec3::ZERO {
+    if material.double_sided && emission != [0.0; 3] {
         flags |= FLAG_EMIT_BOTH_SIDES;
     }
 
@@ -81,24 +122,30 @@ fn resolve(material: &json::Material, mut warn: impl FnMut(&str)) -> Material {
     let mut absorption = Vec3::ZERO;
     match extensions.volume.filter(|volume| volume.thickness_factor.0 != 0.0) {
         Some(volume) => {
-            let distance = volume.attenuation_distance.0;
-            let per_channel = |color: f32| (0.0 - color.max(1e-6).ln()) / distance;
-            absorption = Vec3::from(volume.attenuation_color.0.map(per_channel));
+            let mut distance = volume.attenuation_distance.0;
+            if distance <= 0.0 {
+                let what = format!("attenuationDistance {distance} that is not positive");
+                faults.push(Fault { what, instead: f32::INFINITY });
+                distance = f32::INFINITY;
+            }
+            let color = volume.attenuation_color.0;
+            let color = color.map(|channel| within(channel, 0.0..=1.0, "attenuationColor", faults));
+            let per_channel = |color: f32| ((0.0 - color.max(1e-6).ln()) / distance).min(LARGEST);
+            absorption = Vec3::from(color.map(per_channel));
         }
         None if transmission > 0.0 => flags |= FLAG_THIN,
         None => {}
     }
 
-    let [red, green, blue, _] = pbr.base_color_factor.0;
     Material {
-        base_color: Vec3::new(red, green, blue),
+        base_color: Vec3::from(base_color),
         roughness,
-        emission,
-        metallic: pbr.metallic_factor.0,
+        emission: Vec3::from(emission),
+        metallic,
         absorption,
         ior,
         transmission,
-        specular: extensions.specular.map_or(1.0, |specular| specular.specular_factor.0),
+        specular,
         flags,
         priority: 0,
     }

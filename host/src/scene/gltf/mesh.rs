@@ -1,9 +1,12 @@
 //! Meshes: primitives as triangles with corners in the world.
 
 use glam::{Vec2, Vec3};
+use gltf::json::Index;
+use gltf::json::accessor::Accessor;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
+use super::colors::Atlas;
 use super::document::Document;
 use super::node::MeshInstance;
 use super::texture::Mapping;
@@ -74,31 +77,31 @@ pub fn read(
             document.warn(&owner, "points and lines are not supported; rendered without them");
             continue;
         };
-        let mapping = mappings.get(material).copied().flatten();
-        let triangles = triangles(document, primitive, mode, instance, mapping, &owner)?;
+        let atlas = document.atlases.get(&material).copied();
+        let mapping = mappings.get(material).copied().flatten().filter(|_| atlas.is_none());
+        let triangles = triangles(document, primitive, mode, instance, mapping, atlas, &owner)?;
         read.push(Part { material, triangles });
     }
     Ok(read)
 }
 
 fn triangles(
-    document: &Document,
+    document: &mut Document,
     primitive: &Primitive,
     mode: Mode,
     instance: &MeshInstance,
     mapping: Option<Mapping>,
+    atlas: Option<Atlas>,
     owner: &str,
 ) -> Result<Vec<[Corner; 3]>, SceneError> {
-    let wrong = |what: String| SceneError::Mesh { file: document.file.clone(), mesh: owner.into(), what };
+    let file = document.file.clone();
+    let wrong = |what: String| SceneError::Mesh { file: file.clone(), mesh: owner.into(), what };
     let attribute = |semantic: Semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
     let positions = attribute(Semantic::Positions).ok_or_else(|| wrong("has no POSITION".into()))?;
-    let positions = accessor::vectors(document, positions, owner)?;
+    let positions = accessor::numbers::<3>(document, positions, owner)?;
     let normals = attribute(Semantic::Normals)
-        .map(|normals| accessor::vectors(document, normals, owner))
+        .map(|normals| of_vertices::<3>(document, normals, positions.len(), "normals", owner))
         .transpose()?;
-    if normals.as_ref().is_some_and(|normals| normals.len() != positions.len()) {
-        return Err(wrong("has not as many normals as positions".into()));
-    }
 
     let coordinates = mapping
         .map(|mapping| coordinates(document, primitive, mapping, positions.len(), owner))
@@ -114,10 +117,14 @@ fn triangles(
         if !position.is_finite() {
             return Err(wrong(format!("vertex {id} is not finite")));
         }
-        let normal = match &normals {
-            Some(normals) => {
-                turned(&turn, normals[id]).map_err(|what| wrong(format!("normal {id} {what}")))?
+        let normal = match normals.as_ref().map(|normals| turned(&turn, normals[id])) {
+            Some(Err(what)) => {
+                let error = wrong(format!("normal {id} {what}"));
+                let what = format!("a normal {what}");
+                document.replace(owner, &what, "the face's is taken", error)?;
+                None
             }
+            Some(Ok(normal)) => normal,
             None => None,
         };
         let uv = coordinates.uvs.get(id).copied().unwrap_or_default();
@@ -125,18 +132,34 @@ fn triangles(
         corners.push(Corner { position, normal, uv, tangent });
     }
 
+    let indices = indices(document, primitive, corners.len(), owner)?;
+    let is_mirrored = to_world.matrix3.determinant() < 0.0;
+    let triangle = |(face, ids): (usize, [u32; 3])| {
+        let [mut a, mut b, mut c] = ids.map(|id| corners[id as usize]);
+        if let Some(atlas) = atlas {
+            [a.uv, b.uv, c.uv] = atlas.corners(face);
+        }
+        if is_mirrored { [a, c, b] } else { [a, b, c] }
+    };
+    Ok(faces(&indices, mode).enumerate().map(triangle).collect())
+}
+
+/// Indices of a primitive of so many vertices, each of one that is there.
+pub fn indices(
+    document: &Document,
+    primitive: &Primitive,
+    vertices: usize,
+    owner: &str,
+) -> Result<Vec<u32>, SceneError> {
     let indices = match primitive.indices {
         Some(indices) => accessor::integers(document, indices, owner)?,
-        None => (0..corners.len() as u32).collect(),
+        None => (0..vertices as u32).collect(),
     };
-    if let Some(index) = indices.iter().find(|&&index| index as usize >= corners.len()) {
-        return Err(wrong(format!("index {index} is out of range, there are {} vertices", corners.len())));
+    if let Some(index) = indices.iter().find(|&&index| index as usize >= vertices) {
+        let what = format!("index {index} is out of range, there are {vertices} vertices");
+        return Err(SceneError::Mesh { file: document.file.clone(), mesh: owner.into(), what });
     }
-    let is_mirrored = to_world.matrix3.determinant() < 0.0;
-    Ok(faces(&indices, mode)
-        .map(|[a, b, c]| if is_mirrored { [a, c, b] } else { [a, b, c] })
-        .map(|ids| ids.map(|id| corners[id as usize]))
-        .collect())
+    Ok(indices)
 }
 
 /// Texture coordinates and tangents of a primitive's vertices.
@@ -148,38 +171,58 @@ struct Coordinates {
 }
 
 fn coordinates(
-    document: &Document,
+    document: &mut Document,
     primitive: &Primitive,
     mapping: Mapping,
     count: usize,
     owner: &str,
 ) -> Result<Coordinates, SceneError> {
-    let wrong = |what: String| SceneError::Mesh { file: document.file.clone(), mesh: owner.into(), what };
+    let file = document.file.clone();
+    let wrong = |what: String| SceneError::Mesh { file: file.clone(), mesh: owner.into(), what };
     let attribute = |semantic: Semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
     let set = mapping.set;
-    let uvs = attribute(Semantic::TexCoords(set))
-        .ok_or_else(|| wrong(format!("has no TEXCOORD_{set}, which the textures of its material need")))?;
-    let uvs: Vec<_> = accessor::pairs(document, uvs, owner)?
+    let Some(uvs) = attribute(Semantic::TexCoords(set)) else {
+        let what = format!("has no TEXCOORD_{set}, which the textures of its material need");
+        document.replace(owner, &what, "every vertex is at (0, 0) of them", wrong(what.clone()))?;
+        return Ok(Coordinates { uvs: vec![Vec2::ZERO; count], tangents: Vec::new() });
+    };
+    let mut uvs: Vec<_> = of_vertices::<2>(document, uvs, count, "texture coordinates", owner)?
         .into_iter()
         .map(|uv| mapping.transformed(Vec2::from(uv)))
         .collect();
     let usable = |uv: &Vec2| uv.is_finite() && uv.abs().max_element() <= 1e6;
     if let Some(id) = uvs.iter().position(|uv| !usable(uv)) {
-        return Err(wrong(format!("texture coordinate {id} is not finite or beyond 1e6")));
+        let what = "is not finite or beyond 1e6";
+        let error = wrong(format!("texture coordinate {id} {what}"));
+        document.replace(owner, &format!("a texture coordinate {what}"), "taken as (0, 0)", error)?;
+        uvs.iter_mut().filter(|uv| !usable(uv)).for_each(|uv| *uv = Vec2::ZERO);
     }
     let tangents = attribute(Semantic::Tangents)
         .filter(|_| mapping.has_normal_map)
-        .map(|tangents| accessor::quads(document, tangents, owner))
+        .map(|tangents| of_vertices::<4>(document, tangents, count, "tangents", owner))
         .transpose()?;
     let tangents = tangents.unwrap_or_default();
-    if uvs.len() != count || ![0, count].contains(&tangents.len()) {
-        return Err(wrong("has not as many texture coordinates or tangents as positions".into()));
-    }
     Ok(Coordinates { uvs, tangents })
 }
 
+/// An attribute of as many elements as there are vertices; fewer or more are refused before they are read.
+fn of_vertices<const N: usize>(
+    document: &Document,
+    index: Index<Accessor>,
+    vertices: usize,
+    what: &str,
+    owner: &str,
+) -> Result<Vec<[f32; N]>, SceneError> {
+    let count = accessor::count(document, index, owner)?;
+    if count != vertices as u64 {
+        let what = format!("has {count} {what}, but {vertices} positions");
+        return Err(SceneError::Mesh { file: document.file.clone(), mesh: owner.into(), what });
+    }
+    accessor::numbers(document, index, owner)
+}
+
 /// Corners of each triangle, counter-clockwise.
-fn faces(indices: &[u32], mode: Mode) -> Box<dyn Iterator<Item = [u32; 3]> + '_> {
+pub fn faces(indices: &[u32], mode: Mode) -> Box<dyn Iterator<Item = [u32; 3]> + '_> {
     let windows = indices.windows(3).enumerate();
     match mode {
         Mode::TriangleStrip => Box::new(windows.map(|(index, ids)| {

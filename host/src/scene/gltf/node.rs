@@ -8,7 +8,7 @@ use gltf::json::scene::Node as JsonNode;
 use gltf::json::{Index, Mesh};
 
 use super::document::Document;
-use super::{animation, unsupported};
+use super::{animation, instancing, unsupported};
 use crate::scene::animation::{Channel, Local, Node, NodeTree, is_singular};
 use crate::scene::motion::OnNode;
 use crate::scene::{LightShape, PunctualLight, SceneCamera, SceneError};
@@ -67,6 +67,39 @@ impl Placed {
     }
 }
 
+impl Placed {
+    fn mesh(&mut self, mut instance: MeshInstance) {
+        if instance.moves {
+            instance.to_world = DAffine3::IDENTITY;
+        }
+        self.meshes.push(instance);
+    }
+
+    /// Places a mesh many times; what has a scale of zero is not there. Where its node moves each is a node below.
+    fn instances(&mut self, first: &MeshInstance, places: Vec<Local>, file: &str) -> Result<(), SceneError> {
+        for (id, local) in places.into_iter().enumerate() {
+            let node = format!("{}, instance {id}", first.node);
+            let to_world = local.at(0.0).map(|local| first.to_world * local).filter(DAffine3::is_finite);
+            let Some(to_world) = to_world else {
+                let what = "its place in the world is not finite".into();
+                return Err(SceneError::Node { file: file.into(), node, what });
+            };
+            if is_singular(&to_world) {
+                continue;
+            }
+            let (mesh, moves) = (first.mesh, first.moves);
+            let mut joint = first.joint;
+            if moves {
+                joint = self.rig.joints.len();
+                self.rig.joints.push(Node { label: node.clone(), parent: Some(first.joint), local, moves });
+                self.places.push(to_world);
+            }
+            self.mesh(MeshInstance { node, mesh, to_world, joint, moves });
+        }
+        Ok(())
+    }
+}
+
 /// Walks the default scene's nodes, parents first.
 pub fn place(document: &mut Document) -> Result<Placed, SceneError> {
     let mut channels = animation::read(document)?;
@@ -99,8 +132,11 @@ pub fn place(document: &mut Document) -> Result<Placed, SceneError> {
         placed.rig.joints.push(Node { label: label.clone(), parent, local, moves });
         placed.places.push(to_world);
         if let Some(mesh) = node.mesh {
-            let to_world = if moves { DAffine3::IDENTITY } else { to_world };
-            placed.meshes.push(MeshInstance { node: label.clone(), mesh, to_world, joint, moves });
+            let instance = MeshInstance { node: label.clone(), mesh, to_world, joint, moves };
+            match instancing::read(document, index.value(), &label)? {
+                Some(places) => placed.instances(&instance, places, &document.file)?,
+                None => placed.mesh(instance),
+            }
         }
         if node.camera.is_some() {
             let camera = camera(document, &node, &label)?;

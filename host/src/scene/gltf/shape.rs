@@ -41,12 +41,14 @@ const TEXTURE: &[(&str, Kind)] = &[
 ];
 
 /// Where materials have one.
-const TEXTURES: [&str; 5] = [
+const TEXTURES: [&str; 7] = [
     "materials[].pbrMetallicRoughness.baseColorTexture",
     "materials[].pbrMetallicRoughness.metallicRoughnessTexture",
     "materials[].normalTexture",
     "materials[].emissiveTexture",
     "materials[].occlusionTexture",
+    "materials[].extensions.KHR_materials_pbrSpecularGlossiness.diffuseTexture",
+    "materials[].extensions.KHR_materials_pbrSpecularGlossiness.specularGlossinessTexture",
 ];
 
 /// Everything that is read: `[]` is every element of a list, `*` every member of an object.
@@ -67,6 +69,7 @@ const DOCUMENT: &[(&str, Kind)] = &[
     ("nodes[].scale", Numbers(3)),
     ("nodes[].matrix", Numbers(16)),
     ("nodes[].extensions.KHR_lights_punctual.light", Index),
+    ("nodes[].extensions.EXT_mesh_gpu_instancing.attributes.*", Index),
     ("extensions.KHR_lights_punctual.lights[].name", Text),
     ("extensions.KHR_lights_punctual.lights[].type", Text),
     ("extensions.KHR_lights_punctual.lights[].color", Numbers(3)),
@@ -89,10 +92,18 @@ const DOCUMENT: &[(&str, Kind)] = &[
     ("accessors[].count", Size),
     ("accessors[].normalized", Flag),
     ("accessors[].type", Word(&["SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"])),
+    ("accessors[].sparse.count", Size),
+    ("accessors[].sparse.indices.bufferView", Index),
+    ("accessors[].sparse.indices.byteOffset", Size),
+    ("accessors[].sparse.indices.componentType", Code(&[5121, 5123, 5125])),
+    ("accessors[].sparse.values.bufferView", Index),
+    ("accessors[].sparse.values.byteOffset", Size),
     ("bufferViews[].buffer", Index),
     ("bufferViews[].byteOffset", Size),
     ("bufferViews[].byteLength", Size),
     ("bufferViews[].byteStride", Size),
+    ("meshes[].primitives[].extensions.KHR_draco_mesh_compression.bufferView", Index),
+    ("meshes[].primitives[].extensions.KHR_draco_mesh_compression.attributes.*", Index),
     ("buffers[].uri", Text),
     ("buffers[].byteLength", Size),
     ("materials[].name", Text),
@@ -111,7 +122,17 @@ const DOCUMENT: &[(&str, Kind)] = &[
     ("materials[].extensions.KHR_materials_volume.thicknessFactor", Number),
     ("materials[].extensions.KHR_materials_volume.attenuationDistance", Number),
     ("materials[].extensions.KHR_materials_volume.attenuationColor", Numbers(3)),
+    ("materials[].extensions.KHR_materials_clearcoat.clearcoatFactor", Number),
+    ("materials[].extensions.KHR_materials_clearcoat.clearcoatRoughnessFactor", Number),
+    ("materials[].extensions.KHR_materials_pbrSpecularGlossiness.diffuseFactor", Numbers(4)),
+    ("materials[].extensions.KHR_materials_pbrSpecularGlossiness.specularFactor", Numbers(3)),
+    ("materials[].extensions.KHR_materials_pbrSpecularGlossiness.glossinessFactor", Number),
+    ("extensions.KHR_materials_variants.variants[].name", Text),
+    ("meshes[].primitives[].extensions.KHR_materials_variants.mappings[].material", Index),
+    ("meshes[].primitives[].extensions.KHR_materials_variants.mappings[].variants[]", Index),
     ("textures[].source", Index),
+    ("textures[].extensions.EXT_texture_webp.source", Index),
+    ("textures[].extensions.KHR_texture_basisu.source", Index),
     ("textures[].sampler", Index),
     ("samplers[].wrapS", Code(WRAPS)),
     ("samplers[].wrapT", Code(WRAPS)),
@@ -130,6 +151,21 @@ const DOCUMENT: &[(&str, Kind)] = &[
     ("animations[].samplers[].interpolation", Text),
 ];
 
+/// Extensions of buffer views that have the members below.
+const COMPRESSIONS: [&str; 2] =
+    ["bufferViews[].extensions.EXT_meshopt_compression", "bufferViews[].extensions.KHR_meshopt_compression"];
+
+/// Members of a compressed buffer view.
+const COMPRESSED: &[(&str, Kind)] = &[
+    ("buffer", Index),
+    ("byteOffset", Size),
+    ("byteLength", Size),
+    ("byteStride", Size),
+    ("count", Size),
+    ("mode", Word(&["ATTRIBUTES", "TRIANGLES", "INDICES"])),
+    ("filter", Word(&["NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL", "COLOR"])),
+];
+
 /// Clamped, mirrored, repeated.
 const WRAPS: &[u64] = &[33071, 33648, 10497];
 
@@ -139,9 +175,11 @@ pub fn check(document: &Value) -> Result<(), String> {
     for (place, kind) in DOCUMENT {
         walk(document, place, *kind).map_err(found)?;
     }
-    for texture in TEXTURES {
-        for (member, kind) in TEXTURE {
-            walk(document, &format!("{texture}.{member}"), *kind).map_err(found)?;
+    for (places, members) in [(&TEXTURES[..], TEXTURE), (&COMPRESSIONS[..], COMPRESSED)] {
+        for place in places {
+            for (member, kind) in members {
+                walk(document, &format!("{place}.{member}"), *kind).map_err(found)?;
+            }
         }
     }
     Ok(())

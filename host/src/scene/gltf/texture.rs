@@ -1,8 +1,8 @@
 //! Textures of materials: which images, how wrapped, and by which coordinates. Reads plain JSON by checked look-ups.
 
 use std::collections::{HashMap, HashSet};
-use std::path::Path;
 
+use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::texture::{MaterialTextures, WRAP_CLAMP, WRAP_MIRRORED, WRAP_REPEAT};
 use glam::Vec2;
 use serde_json::Value;
@@ -10,7 +10,10 @@ use serde_json::Value;
 use super::document::Document;
 use super::{image, unsupported};
 use crate::scene::SceneError;
-use crate::scene::texture::{self, ImageTexture, Role, TextureParts};
+use crate::scene::texture::{self, Image, ImageTexture, Role, TextureParts};
+
+/// What is rendered where a texture is missing.
+const FLAT: &str = "its factor alone is rendered";
 
 /// Textures that a material can have: where, what they are, and what they are called.
 const SLOTS: [(&str, Role, &str); 4] = [
@@ -67,8 +70,13 @@ pub struct Read {
 
 /// Reads the textures of all materials and loads their images.
 pub fn read(document: &mut Document) -> Result<Read, SceneError> {
-    let mut reader =
-        Reader { document, parts: TextureParts::default(), sources: Vec::new(), known: HashMap::new() };
+    let mut reader = Reader {
+        document,
+        parts: TextureParts::default(),
+        sources: Vec::new(),
+        known: HashMap::new(),
+        missing: HashSet::new(),
+    };
     let materials = std::mem::take(&mut reader.document.sections.materials);
     let mut mappings = Vec::with_capacity(materials.len() + 1);
     for (index, material) in materials.iter().enumerate() {
@@ -93,6 +101,8 @@ struct Reader<'a> {
     /// Index in the document of each image of the parts.
     sources: Vec<u64>,
     known: HashMap<(u64, Role), u32>,
+    /// Images of the parts that cannot be had.
+    missing: HashSet<usize>,
 }
 
 impl Reader<'_> {
@@ -101,7 +111,19 @@ impl Reader<'_> {
         let mut mapping: Option<(Mapping, &str)> = None;
         for (pointer, role, name) in SLOTS {
             let Some(info) = material.pointer(pointer).filter(|info| !info.is_null()) else { continue };
-            let texture = self.texture(info["index"].as_u64().unwrap_or(u64::MAX), role, owner)?;
+            let texture = match self.texture(info["index"].as_u64().unwrap_or(u64::MAX), role, owner) {
+                Ok(texture) => texture,
+                Err(error) => {
+                    let what = match &error {
+                        SceneError::Index { kind, index, .. } => {
+                            format!("{name} refers to {kind} {index}, which is not there")
+                        }
+                        _ => format!("{name} has no image of a format that is read"),
+                    };
+                    self.document.replace(owner, &what, FLAT, error)?;
+                    continue;
+                }
+            };
             match name {
                 "baseColorTexture" => row.base_color = texture,
                 "metallicRoughnessTexture" => row.metallic_roughness = texture,
@@ -132,14 +154,35 @@ impl Reader<'_> {
             // Alpha means nothing else.
             _ => row.alpha = 1.0,
         }
+        self.tame(&mut row, owner, material["name"].as_str().unwrap_or(owner))?;
         let has_normal_map = row.normal != MaterialTextures::default().normal;
         self.parts.materials.push(row);
         Ok(mapping.map(|(mapping, _)| Mapping { has_normal_map, ..mapping }))
     }
 
+    /// Moves factors that are out of range to its nearer end.
+    fn tame(&mut self, row: &mut MaterialTextures, owner: &str, name: &str) -> Result<(), SceneError> {
+        for (member, factor, least, most) in [
+            ("baseColorFactor[3]", &mut row.alpha, 0.0, 1.0),
+            ("alphaCutoff", &mut row.alpha_cutoff, 0.0, f32::MAX),
+            ("normalTexture.scale", &mut row.normal_scale, f32::MIN, f32::MAX),
+        ] {
+            if (least..=most).contains(factor) {
+                continue;
+            }
+            let what = format!("{member} {factor} out of its range");
+            *factor = factor.clamp(least, most);
+            let (file, material) = (self.document.file.clone(), name.into());
+            let error = SceneError::Material { file, material, what: what.clone() };
+            self.document.replace(owner, &what, &format!("taken as {factor}"), error)?;
+        }
+        Ok(())
+    }
+
     /// Loads the images. Their headers say first how much memory they take.
     fn load(mut self) -> Result<TextureParts, SceneError> {
-        let sizes = self.each_image(image::size)?;
+        let mut sizes = self.each_image(image::size)?;
+        self.missing.iter().for_each(|&image| sizes[image] = (1, 1));
         let used: HashSet<_> =
             self.parts.textures.iter().map(|texture| (texture.image, texture.role)).collect();
         let used = used.into_iter().map(|(image, _)| sizes[image]);
@@ -150,24 +193,52 @@ impl Reader<'_> {
         let bytes = 4 * areas().sum::<u64>() + 8 * count + 12 * areas().max().unwrap_or(0);
         self.document.take(bytes, format_args!("its {} images", sizes.len()))?;
         self.parts.images = self.each_image(image::read)?;
+        self.flatten();
         Ok(self.parts)
     }
 
-    /// Reads something of every image.
-    fn each_image<T>(
-        &self,
-        read: impl Fn(&Value, &[Value], &[Vec<u8>], &Path) -> Result<T, String>,
+    /// Reads something of every image; of one that cannot be had there is nothing.
+    fn each_image<T: Default>(
+        &mut self,
+        read: impl Fn(&Document, u64) -> Result<T, String>,
     ) -> Result<Vec<T>, SceneError> {
-        let Document { file, sections, buffers, folder, .. } = &*self.document;
-        let each = self.sources.iter().map(|&source| {
-            let image = &sections.images[source as usize];
-            read(image, &sections.buffer_views, buffers, folder).map_err(|what| SceneError::Image {
-                file: file.clone(),
-                image: source as usize,
-                what,
-            })
-        });
-        each.collect()
+        let mut all = Vec::with_capacity(self.sources.len());
+        for (image, &source) in self.sources.iter().enumerate() {
+            let found = match self.missing.contains(&image) {
+                true => Ok(T::default()),
+                false => read(self.document, source),
+            };
+            all.push(match found {
+                Ok(found) => found,
+                Err(what) => {
+                    let name = self.document.sections.images[source as usize]["name"].as_str();
+                    let owner = unsupported::label("image", source as usize, name);
+                    let (file, image_id) = (self.document.file.clone(), source as usize);
+                    let error = SceneError::Image { file, image: image_id, what: what.clone() };
+                    self.document.replace(&owner, &what, FLAT, error)?;
+                    self.missing.insert(image);
+                    T::default()
+                }
+            });
+        }
+        Ok(all)
+    }
+
+    /// Leaves factors alone where an image cannot be had. A single texel stands in its place, which nobody looks at.
+    fn flatten(&mut self) {
+        for &image in &self.missing {
+            self.parts.images[image] = Image { width: 1, height: 1, texels: vec![[255; 4]] };
+        }
+        let is_missing = |texture: u32| {
+            self.parts.textures.get(texture as usize).is_some_and(|t| self.missing.contains(&t.image))
+        };
+        for row in &mut self.parts.materials {
+            let slots =
+                [&mut row.base_color, &mut row.metallic_roughness, &mut row.emissive, &mut row.normal];
+            for slot in slots.into_iter().filter(|slot| is_missing(**slot)) {
+                *slot = NONE;
+            }
+        }
     }
 
     /// Index in the parts of a texture in a role.

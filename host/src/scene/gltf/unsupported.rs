@@ -9,15 +9,36 @@ use crate::text::cut;
 const MAX_NAME: usize = 80;
 
 /// Extensions that are rendered, at least in part.
-pub const EXTENSIONS: [&str; 7] = [
+pub const EXTENSIONS: &[&str] = &[
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "EXT_texture_webp",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
+    "KHR_materials_clearcoat",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_specular",
     "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_variants",
     "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_texture_transform",
 ];
+
+/// What to do about a file that requires an extension which is not supported.
+pub fn remedy(extension: &str) -> &'static str {
+    match extension {
+        "KHR_texture_basisu" => "convert its textures: npx @gltf-transform/cli ktxdecompress IN.glb OUT.glb",
+        "EXT_texture_avif" => {
+            "convert its textures: npx @gltf-transform/cli png --formats \"*\" IN.glb OUT.glb"
+        }
+        _ => "export the scene without it, or take it out of extensionsRequired if it can be seen without",
+    }
+}
 
 /// Textures that are rendered; occlusion is not asked for, since light is traced.
 const TEXTURES: [&str; 5] =
@@ -57,7 +78,7 @@ pub fn label(kind: &str, index: usize, name: Option<&str>) -> String {
     name.map_or_else(|| format!("{kind} {index}"), named)
 }
 
-/// Finds unknown extensions, textures, vertex colours and morph targets at any depth.
+/// Finds unknown extensions, textures and morph targets at any depth.
 fn walk(value: &Value, note: &mut impl FnMut(String)) {
     if let Value::Array(elements) = value {
         elements.iter().for_each(|element| walk(element, note));
@@ -75,7 +96,6 @@ fn walk(value: &Value, note: &mut impl FnMut(String)) {
                     ));
                 }
             }
-            "COLOR_0" => note("vertex colours are not supported; rendered without them".into()),
             "targets" => note("morph targets are not supported; shown at rest".into()),
             _ if key.ends_with("Texture") && !TEXTURES.contains(&key.as_str()) => {
                 note(format!("{:?} is not supported; its factor alone is rendered", cut(key, MAX_NAME)));

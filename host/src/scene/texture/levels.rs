@@ -1,6 +1,7 @@
 //! The levels of a texture: each half as wide and high as the one before, averaged over the area that a texel covers.
 
 use super::parts::{Image, Role};
+use super::srgb;
 
 /// Levels down to a single texel.
 pub fn count(width: u32, height: u32) -> u32 {
@@ -89,8 +90,7 @@ impl Decoder {
     fn new(role: Role) -> Self {
         let share = |byte: usize| byte as f64 / 255.0;
         let color = |byte: usize| match role {
-            Role::Color if share(byte) <= 0.04045 => share(byte) / 12.92,
-            Role::Color => ((share(byte) + 0.055) / 1.055).powf(2.4),
+            Role::Color => srgb::linear(share(byte)),
             Role::Data => share(byte),
             Role::Normal => (byte as f64 - 128.0) / 127.0,
         };
@@ -110,10 +110,7 @@ fn encode(role: Role, [red, green, blue, alpha]: [f32; 4]) -> [u8; 4] {
     let byte = |share: f32| (share * 255.0).round().clamp(0.0, 255.0) as u8;
     let [red, green, blue] = match role {
         Role::Data => [red, green, blue].map(byte),
-        Role::Color => [red, green, blue].map(|linear| {
-            let linear = linear.max(0.0);
-            byte(if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 })
-        }),
+        Role::Color => [red, green, blue].map(|linear| byte(srgb::encoded(linear))),
         Role::Normal => {
             let mean = glam::Vec3::new(red, green, blue).try_normalize().unwrap_or(glam::Vec3::Z);
             mean.to_array().map(|part| (part * 127.0 + 128.0).round().clamp(0.0, 255.0) as u8)

@@ -7,7 +7,7 @@ use serde_json::json;
 use super::{Scene, TINY, caustics};
 
 #[test]
-fn textures_that_cannot_be_had_are_refused() {
+fn textures_that_cannot_be_had_are_replaced() {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/textured-room");
     let tiles = std::fs::read(source.join("tiles.png")).unwrap();
     let whole = || {
@@ -24,12 +24,12 @@ fn textures_that_cannot_be_had_are_refused() {
     // The file: missing, empty, no picture, cut off, and with a damaged length.
     let scene = whole();
     std::fs::remove_file(scene.path().join("tiles.png")).unwrap();
-    scene.refuses(1, &["image 0", "tiles.png", "PNG or JPEG"]);
+    scene.replaces(&["image 0", "tiles.png"]);
     let mut damaged = tiles.clone();
     damaged[40] ^= 0xff;
     let contents: [(&[u8], &str); 5] = [
-        (b"", "neither a PNG nor a JPEG"),
-        (b"GIF89a and so on", "neither a PNG nor a JPEG"),
+        (b"", "neither a PNG nor a JPEG nor a WebP"),
+        (b"GIF89a and so on", "neither a PNG nor a JPEG nor a WebP"),
         (b"\x89PNG\r\n\x1a\n", "cannot be decoded"),
         (&tiles[..tiles.len() / 2], "cannot be decoded"),
         (&damaged, "cannot be decoded"),
@@ -37,7 +37,7 @@ fn textures_that_cannot_be_had_are_refused() {
     for (bytes, words) in contents {
         let scene = whole();
         std::fs::write(scene.path().join("tiles.png"), bytes).unwrap();
-        scene.refuses(1, &["image 0", words]);
+        scene.replaces(&["image 0", words]);
     }
 
     // A size that no picture has room for.
@@ -45,36 +45,36 @@ fn textures_that_cannot_be_had_are_refused() {
     huge[16..24].copy_from_slice(&[0, 0, 0xff, 0xff, 0, 0, 0xff, 0xff]);
     let scene = whole();
     std::fs::write(scene.path().join("tiles.png"), &huge).unwrap();
-    scene.refuses(1, &["image 0", "cannot be decoded"]);
+    scene.replaces(&["image 0", "cannot be decoded"]);
 
     // Indices of the document.
-    for (pointer, kind) in [
-        ("/materials/0/pbrMetallicRoughness/baseColorTexture/index", "texture"),
-        ("/textures/0/source", "image"),
+    for (pointer, words) in [
+        ("/materials/0/pbrMetallicRoughness/baseColorTexture/index", "texture 4321"),
+        ("/textures/0/source", "image 4321"),
     ] {
         let mut scene = whole();
         *scene.json.pointer_mut(pointer).unwrap() = json!(4321);
-        scene.refuses(1, &[&format!("{kind} 4321")]);
+        scene.replaces(&[words]);
     }
     let mut scene = whole();
     scene.json["images"][0] = json!({ "bufferView": 4321 });
-    scene.refuses(1, &["image 0", "buffer view 4321"]);
+    scene.replaces(&["image 0", "buffer view 4321"]);
     let mut scene = whole();
     scene.json["images"][0] = json!({});
-    scene.refuses(1, &["image 0", "neither a uri nor a bufferView"]);
+    scene.replaces(&["image 0", "neither a uri nor a bufferView"]);
 
     // Coordinates: missing, not finite, of the wrong kind.
     let mut scene = whole();
     scene.json["meshes"][0]["primitives"][0]["attributes"].as_object_mut().unwrap().remove("TEXCOORD_0");
-    scene.refuses(1, &["mesh", "TEXCOORD_0"]);
+    scene.replaces(&["mesh", "TEXCOORD_0"]);
     let mut scene = whole();
     let at = scene.offset(&scene.primitive()["attributes"]["TEXCOORD_0"]);
     scene.binary[at..at + 4].copy_from_slice(&f32::NAN.to_le_bytes());
-    scene.refuses(1, &["texture coordinate 0", "mesh"]);
+    scene.replaces(&["texture coordinate", "mesh"]);
     let mut scene = whole();
     let position = scene.primitive()["attributes"]["POSITION"].clone();
     scene.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = position;
-    scene.refuses(1, &["accessor", "two floats or shares"]);
+    scene.refuses(1, &["accessor", "2 an element"]);
 
     // The background of the scene.
     let mut scene = whole();

@@ -12,7 +12,7 @@ use glam::Vec2;
 use super::*;
 
 /// `tiny` with coordinates and an image of 2 x 1 texels in its buffer, in this format.
-fn textured(format: ImageFormat) -> (Value, Vec<u8>) {
+pub fn textured(format: ImageFormat) -> (Value, Vec<u8>) {
     let (mut document, mut binary) = (tiny(), tiny_binary());
     binary.resize(80, 0);
     let uvs: [f32; 6] = [0.0, 1.0, 1.0, 1.0, 0.0, 0.0];

@@ -1,0 +1,60 @@
+//! EXT_mesh_gpu_instancing: a node's mesh in many places.
+
+use std::collections::HashMap;
+
+use glam::{DQuat, DVec3};
+use gltf::json::Index;
+use gltf::json::accessor::Accessor;
+use serde_json::Value;
+
+use super::accessor;
+use super::document::Document;
+use crate::scene::SceneError;
+use crate::scene::animation::Local;
+
+/// Memory that an instance takes until its triangles are made (bytes): its transform, its name, its node where it moves.
+const INSTANCE_BYTES: u64 = 1024;
+
+/// Attributes of the extension, by node.
+pub fn list(document: &Value) -> HashMap<usize, Value> {
+    let nodes = document["nodes"].as_array().into_iter().flatten().enumerate();
+    let attributes =
+        nodes.map(|(id, node)| (id, &node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]));
+    attributes.filter(|(_, attributes)| attributes.is_object()).map(|(id, all)| (id, all.clone())).collect()
+}
+
+/// Places of a node's mesh, in the node's space; `None` without the extension.
+pub fn read(document: &mut Document, node: usize, owner: &str) -> Result<Option<Vec<Local>>, SceneError> {
+    let Some(attributes) = document.sections.instancing.get(&node) else { return Ok(None) };
+    let accessor = |name: &str| {
+        let index = attributes[name].as_u64().and_then(|index| u32::try_from(index).ok());
+        index.map(Index::<Accessor>::new)
+    };
+    let (translations, rotations, scales) =
+        (accessor("TRANSLATION"), accessor("ROTATION"), accessor("SCALE"));
+    let mut count = None;
+    for index in [translations, rotations, scales].into_iter().flatten() {
+        let of_this = accessor::count(document, index, owner)?;
+        if *count.get_or_insert(of_this) != of_this {
+            let what = "has not as many translations, rotations and scales of its instances".into();
+            return Err(SceneError::Node { file: document.file.clone(), node: owner.into(), what });
+        }
+    }
+    let count = count.unwrap_or(0);
+    document.take(count.saturating_mul(INSTANCE_BYTES), format_args!("the {count} instances of {owner}"))?;
+    let translations =
+        translations.map(|index| accessor::numbers::<3>(document, index, owner)).transpose()?;
+    let rotations = rotations.map(|index| accessor::numbers::<4>(document, index, owner)).transpose()?;
+    let scales = scales.map(|index| accessor::numbers::<3>(document, index, owner)).transpose()?;
+    let vector = |[x, y, z]: [f32; 3]| DVec3::new(x.into(), y.into(), z.into());
+    let local = |id: usize| Local {
+        translation: translations.as_ref().map_or(DVec3::ZERO, |all| vector(all[id])),
+        rotation: DQuat::from_array(
+            rotations.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |all| all[id].map(f64::from)),
+        ),
+        scale: scales.as_ref().map_or(DVec3::ONE, |all| vector(all[id])),
+        matrix: None,
+        channels: Vec::new(),
+    };
+    Ok(Some((0..count as usize).map(local).collect()))
+}

@@ -1,0 +1,10 @@
+//! How a file is read where it can be read in several ways.
+
+/// Options of [`Scene::load_with`](crate::Scene::load_with).
+#[derive(Clone, Debug, Default)]
+pub struct LoadOptions {
+    /// What is missing or out of range is an error. Else it is replaced, with a warning that names it.
+    pub strict: bool,
+    /// Variant of the materials, by its name (KHR_materials_variants); `None` for what the file shows without one.
+    pub variant: Option<String>,
+}

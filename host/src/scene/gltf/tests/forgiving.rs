@@ -1,0 +1,126 @@
+//! What is missing or out of range is replaced with a warning that names it, and refused where the file is read strictly.
+
+use super::textures::textured;
+use super::*;
+
+/// Asserts that a document loads with one warning of these words, and is refused with them where it is read strictly.
+fn forgiven(document: &Value, binary: &[u8], words: &[&str]) -> Scene {
+    let scene = load(document, binary).unwrap();
+    let named = |warning: &&String| words.iter().all(|word| warning.contains(word));
+    assert_eq!(scene.warnings.iter().filter(named).count(), 1, "{words:?}: {:?}", scene.warnings);
+    let words: Vec<&str> = words.iter().copied().filter(|word| !word.starts_with("; ")).collect();
+    refuses(load_strictly(document, binary), &words);
+    scene
+}
+
+#[test]
+fn what_needs_no_replacement_is_read_strictly_too() {
+    let (document, binary) = textured(::image::ImageFormat::Png);
+    assert!(load_strictly(&document, &binary).unwrap().warnings.is_empty());
+}
+
+#[test]
+fn textures_that_cannot_be_had_are_flat() {
+    let (whole, binary) = textured(::image::ImageFormat::Png);
+    let gone = json!([{ "uri": "gone.png" }]);
+    for (pointer, value, words) in [
+        ("/images", gone, ["image 0", "gone.png"]),
+        ("/images/0/bufferView", json!(0), ["image 0", "PNG"]),
+        ("/images/0/bufferView", json!(99), ["image 0", "buffer view 99"]),
+        ("/textures", json!([{ "sampler": 0 }]), ["", ""]),
+        ("/textures", json!([{ "source": 7 }]), ["", ""]),
+        ("/textures", json!([]), ["", ""]),
+        ("/textures/0/sampler", json!(7), ["", ""]),
+    ] {
+        let mut document = whole.clone();
+        *document.pointer_mut(pointer).unwrap() = value;
+        document["materials"][0]["emissiveTexture"] = json!({ "index": 0 });
+        document["materials"][0]["normalTexture"] = json!({ "index": 0 });
+        let scene = load(&document, &binary).unwrap();
+        assert!(!scene.warnings.is_empty());
+        for warning in &scene.warnings {
+            assert!(words.iter().all(|word| warning.contains(word)), "{:?}", scene.warnings);
+            assert!(warning.contains("factor alone"), "{:?}", scene.warnings);
+        }
+        assert!(load_strictly(&document, &binary).is_err());
+        // The factors: white that emits one from 0.5 m^2.
+        assert!((scene.flux - Vec3::splat(0.5 * PI)).length() < 1e-5, "{}", scene.flux);
+        let row = scene.textures.materials.first().copied().unwrap_or_default();
+        assert_eq!([row.base_color, row.emissive, row.normal], [NONE; 3]);
+    }
+    // One of two images: the other stays.
+    let mut document = whole;
+    document["images"].as_array_mut().unwrap().push(json!({ "name": "lost", "uri": "gone.png" }));
+    document["textures"].as_array_mut().unwrap().push(json!({ "source": 1 }));
+    document["materials"][0]["normalTexture"] = json!({ "index": 1 });
+    let scene = forgiven(&document, &binary, &["gone.png", "; its factor alone is rendered"]);
+    let row = scene.textures.materials[0];
+    assert_eq!((row.base_color, row.normal), (0, NONE));
+}
+
+#[test]
+fn damaged_images_are_flat() {
+    let (document, binary) = textured(::image::ImageFormat::Png);
+    // The header stays whole: it says a size, and decoding fails.
+    for at in 104 + 33..binary.len() {
+        let mut damaged = binary.clone();
+        damaged[at] ^= 0x55;
+        let scene = load(&document, &damaged).unwrap();
+        let is_flat = scene.textures.materials.first().is_none_or(|row| row.base_color == NONE);
+        assert_eq!(
+            is_flat,
+            scene.warnings.iter().any(|warning| warning.contains("factor alone")),
+            "byte {at}"
+        );
+    }
+}
+
+#[test]
+fn missing_coordinates_are_zero() {
+    let (mut document, binary) = textured(::image::ImageFormat::Png);
+    document["meshes"][0]["primitives"][0]["attributes"].as_object_mut().unwrap().remove("TEXCOORD_0");
+    let scene = forgiven(&document, &binary, &["TEXCOORD_0", "\"m\""]);
+    assert_eq!(scene.textures.coordinates[0].uv_b, glam::Vec2::ZERO);
+
+    let (document, mut binary) = textured(::image::ImageFormat::Png);
+    binary[80..84].copy_from_slice(&f32::NAN.to_le_bytes());
+    let scene = forgiven(&document, &binary, &["texture coordinate", "not finite", "\"m\""]);
+    assert_eq!(scene.textures.coordinates[0].uv_b, glam::Vec2::ONE);
+}
+
+#[test]
+fn normals_that_are_not_finite_are_the_faces() {
+    for bad in [f32::NAN, f32::INFINITY] {
+        let mut binary = tiny_binary();
+        binary[48..52].copy_from_slice(&bad.to_le_bytes());
+        let scene = forgiven(&tiny(), &binary, &["normal", "not finite", "\"m\""]);
+        assert_eq!(scene.surfaces[0].normal_b, Vec3::ZERO);
+    }
+}
+
+#[test]
+fn factors_out_of_range_are_moved_into_it() {
+    let with = |pointer: &str, value: Value, words: &[&str]| {
+        let words = [&["glow"], words].concat();
+        forgiven(&tiny_with(pointer, value), &tiny_binary(), &words).materials[0]
+    };
+    let metallic = json!({ "metallicFactor": 1.5, "roughnessFactor": 0.5 });
+    let material = with("/materials/0/pbrMetallicRoughness", metallic, &["metallicFactor 1.5"]);
+    assert_eq!((material.metallic, material.roughness), (1.0, 0.5));
+    let color = json!({ "baseColorFactor": [-0.5, 0.5, 1, 1] });
+    let material = with("/materials/0/pbrMetallicRoughness", color, &["baseColorFactor -0.5"]);
+    assert_eq!(material.base_color, Vec3::new(0.0, 0.5, 1.0));
+    let material = with("/materials/0/emissiveFactor", json!([1, -1, 0]), &["emission"]);
+    assert_eq!(material.emission, Vec3::X);
+    with("/materials/0/emissiveFactor", json!([1e300, 0, 0]), &["emission"]);
+    let ior = with("/materials/0/extensions", json!({ "KHR_materials_ior": { "ior": 0.5 } }), &["ior 0.5"]);
+    assert_eq!(ior.ior, 1.0);
+    let volume = json!({ "KHR_materials_volume": { "thicknessFactor": 1, "attenuationDistance": 0 } });
+    let material = with("/materials/0/extensions", volume, &["attenuationDistance"]);
+    assert_eq!(material.absorption, Vec3::ZERO);
+
+    let mut document = tiny();
+    document["materials"][0]["alphaMode"] = json!("MASK");
+    document["materials"][0]["alphaCutoff"] = json!(-1);
+    forgiven(&document, &tiny_binary(), &["\"glow\"", "alphaCutoff"]);
+}

@@ -1,0 +1,46 @@
+//! What extensions say in other words, in those that the rest of the loader reads. Works on plain JSON whose types are checked.
+
+use serde_json::Value;
+
+use self::specular_glossiness::SOURCE;
+use super::colors::BAKED;
+use super::options::LoadOptions;
+use super::warning::Warnings;
+use crate::scene::SceneError;
+
+mod clearcoat;
+pub mod specular_glossiness;
+mod textures;
+mod unlit;
+mod variants;
+
+/// Rewrites a document; what is lost is noted.
+pub fn translate(
+    file: &str,
+    document: &mut Value,
+    options: &LoadOptions,
+    warnings: &mut Warnings,
+) -> Result<(), SceneError> {
+    // Members of images that only the loader itself sets.
+    for image in elements(document, "images") {
+        for member in [SOURCE, BAKED] {
+            image.as_object_mut().and_then(|members| members.remove(member));
+        }
+    }
+    variants::choose(file, document, options.variant.as_deref())?;
+    textures::choose_sources(document);
+    specular_glossiness::translate(document, warnings);
+    unlit::translate(document, warnings);
+    clearcoat::translate(document, warnings);
+    Ok(())
+}
+
+/// Elements of a section, to be changed.
+fn elements<'a>(document: &'a mut Value, section: &str) -> impl Iterator<Item = &'a mut Value> {
+    document.get_mut(section).and_then(Value::as_array_mut).into_iter().flatten()
+}
+
+/// Takes an extension out of an element.
+fn take_extension(element: &mut Value, name: &str) -> Option<Value> {
+    element.get_mut("extensions")?.as_object_mut()?.remove(name).filter(|extension| !extension.is_null())
+}

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use caustics::checkpoint;
 use caustics::experiment::cell::Cell;
-use caustics::scene::{Scene, SceneCamera};
+use caustics::scene::CameraChoice;
 use caustics::settings::Settings;
 use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
 use glam::Vec3;
@@ -161,9 +161,10 @@ fn is_one_file(a: &Path, b: &Path) -> bool {
     a.canonicalize().ok().is_some_and(|a| Some(a) == b.canonicalize().ok())
 }
 
-/// The camera of this name, or the first.
-pub fn camera<'a>(scene: &'a Scene, name: Option<&str>) -> Result<&'a SceneCamera, Usage> {
-    scene.camera(name).map_err(|error| Usage(format!("--camera {}: {error}", name.unwrap_or_default())))
+/// Which camera is meant.
+pub fn camera(view: &View) -> Result<CameraChoice, Usage> {
+    let View { camera, from, look_at, fov, .. } = view;
+    CameraChoice::of(camera.as_deref(), *from, *look_at, *fov).map_err(|wrong| Usage(format!("--{wrong}")))
 }
 
 /// A time that a person gave (s).

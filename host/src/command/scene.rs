@@ -17,6 +17,7 @@ pub fn run(command: cli::Scene) -> anyhow::Result<ExitCode> {
     match command {
         cli::Scene::List => list()?,
         cli::Scene::Info { scene, specular_roughness, json } => info(&scene, specular_roughness, json)?,
+        cli::Scene::Survey(options) => return super::survey::run(&options),
         cli::Scene::Make { name, output, force } => make(&name, output.as_deref(), force)?,
     }
     Ok(ExitCode::SUCCESS)

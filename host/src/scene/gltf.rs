@@ -43,17 +43,33 @@ const TRIANGLE_BYTES: u64 = 850;
 const VERTEX_BYTES: u64 = 130;
 
 impl Scene {
-    /// Loads a .gltf or .glb file, at time 0 of its animations; [`resolve`](super::resolve) finds the file of a scene by name.
+    /// Loads a .gltf or .glb file, at time 0 of its animations; it may be dark and have no camera ([`Scene::add_default_light`],
+    /// [`Scene::place_camera`]). [`resolve`](super::resolve) finds the file of a scene by name.
     ///
     /// # Errors
     ///
     /// If the file cannot be read, is damaged, requires an extension that is not supported, or would not fit into memory. Every
     /// error names the file and what to do. What is merely left out stands in [`Scene::warnings`].
     pub fn load(path: &Path) -> Result<Scene, SceneError> {
+        Scene::open(path, false)
+    }
+
+    /// The same, on a floor: a wide Lambertian square right under its bounds.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Scene::load`].
+    pub fn load_on_floor(path: &Path) -> Result<Scene, SceneError> {
+        let mut scene = Scene::open(path, true)?;
+        scene.additions.insert("floor", "a Lambertian square of albedo 0.5 under the bounds".into());
+        Ok(scene)
+    }
+
+    fn open(path: &Path, has_floor: bool) -> Result<Scene, SceneError> {
         let file = path.display().to_string();
         let bytes =
             read_file(path).map_err(|source| SceneError::Unreadable { file: file.clone(), source })?;
-        let mut scene = read(&file, &bytes, path.parent().unwrap_or(Path::new("")))?;
+        let mut scene = read_on(has_floor, &file, &bytes, path.parent().unwrap_or(Path::new("")))?;
         scene.name = scene_name(path);
         Ok(scene)
     }
@@ -73,11 +89,13 @@ pub(crate) fn read_alone(bytes: &[u8]) -> Result<Scene, SceneError> {
 
 /// Reads a scene from a file's bytes; other files are looked for in `folder`.
 fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
+    read_on(false, file, bytes, folder)
+}
+
+/// The same, on a floor if there is to be one.
+fn read_on(has_floor: bool, file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
     let mut document = Document::read(file, bytes, folder)?;
     let placed = node::place(&mut document)?;
-    if placed.cameras.is_empty() {
-        return Err(SceneError::NoCamera { file: file.into() });
-    }
 
     // Take memory before anything large is decoded; textures say what a mesh has to carry.
     let triangle_count = take_triangles(&mut document, &placed.meshes)?;
@@ -104,7 +122,7 @@ fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
 
     let textures = parts;
     let name = file.into();
-    let parts = SceneParts {
+    let mut parts = SceneParts {
         name,
         triangles,
         surfaces,
@@ -115,12 +133,13 @@ fn read(file: &str, bytes: &[u8], folder: &Path) -> Result<Scene, SceneError> {
         textures,
         origin,
         motion,
+        bounds: None,
     };
+    if has_floor && !parts.is_empty() {
+        parts.add_floor();
+    }
     let mut scene = parts.build()?;
     scene.dropped_triangles += geometry.dropped;
-    if scene.lights.is_empty() && !scene.motion.as_ref().is_some_and(Motion::has_light) {
-        return Err(SceneError::NoLight { file: file.into() });
-    }
     let warnings = document.warnings.lines(file).into_iter().chain(scene.warnings).collect();
     Ok(Scene { background: document.background, warnings, ..scene })
 }

@@ -39,6 +39,12 @@ pub struct Config {
     pub pixel_filter: PixelFilter,
     /// Radiance behind everything (W m^-2 sr^-1); none: what the scene says.
     pub background: Option<[f32; 3]>,
+    /// Whether a scene without any light gets some; else it is refused.
+    #[serde(default = "yes")]
+    pub default_light: bool,
+    /// Whether scenes stand on a floor.
+    #[serde(default)]
+    pub floor: bool,
     /// The time of the scenes' animations that all frames show (s); none: frame k shows the time k / fps.
     pub moment_s: Option<f64>,
     /// How times are measured, if they are.
@@ -171,6 +177,10 @@ impl Config {
         }
         Ok(())
     }
+}
+
+fn yes() -> bool {
+    true
 }
 
 fn fps() -> Positive {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use caustics::exposure::Exposure;
-use caustics::scene::LoadOptions;
+use caustics::scene::{LoadOptions, Place};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use thiserror::Error;
@@ -14,6 +14,7 @@ mod bench;
 mod compare;
 mod preset;
 mod report;
+mod survey;
 mod sweep;
 
 pub use animate::Animate;
@@ -22,6 +23,7 @@ pub use bench::{Bench, Quantity};
 pub use compare::{Compare, Limit};
 pub use preset::Preset;
 pub use report::Report;
+pub use survey::Survey;
 pub use sweep::Sweep;
 
 /// The command line asks for something that cannot be: exit code 2.
@@ -130,9 +132,25 @@ pub struct View {
     /// Seed of all random numbers
     #[arg(long, default_value_t = 0)]
     pub seed: u32,
-    /// Name of the camera (default: the first)
-    #[arg(long)]
+    /// Name of the camera, or orbit:AZIMUTH,ELEVATION[,DISTANCE]: round what is looked at, in degrees from +z and up, and metres
+    /// [default: the first; where there is none, a view of all]
+    #[arg(long, value_name = "NAME|ORBIT")]
     pub camera: Option<String>,
+    /// Place a camera here, in the file's coordinates (m)
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub from: Option<Place>,
+    /// Place a camera that looks at this [default: the middle of the scene]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub look_at: Option<Place>,
+    /// Place a camera with this vertical field of view (degrees) [default: 40]
+    #[arg(long, value_name = "DEGREES")]
+    pub fov: Option<f64>,
+    /// Stand the scene on a floor, a wide grey square, so that caustics fall on something
+    #[arg(long)]
+    pub floor: bool,
+    /// Refuse a scene that has no light, instead of lighting it by three lamps
+    #[arg(long)]
+    pub no_default_light: bool,
     /// Exposure of the PNG (stops, or auto for what suits the picture)
     #[arg(long, default_value = "auto")]
     pub exposure: Exposure,
@@ -164,7 +182,7 @@ pub struct Loading {
 impl Loading {
     /// As the library takes them.
     pub fn options(&self) -> LoadOptions {
-        LoadOptions { strict: self.strict, variant: self.variant.clone() }
+        LoadOptions { strict: self.strict, variant: self.variant.clone(), floor: false }
     }
 }
 
@@ -351,6 +369,8 @@ pub enum Scene {
         #[arg(long)]
         json: bool,
     },
+    /// Load every .gltf and .glb file below a folder, each in a process of its own, and say what keeps which from being rendered
+    Survey(Survey),
     /// Generate a scene's files
     Make {
         /// A name of `scene list`, or `all` for those that are committed

@@ -12,12 +12,16 @@ use crate::experiment::store;
 use crate::experiment::sweep::config::Config;
 use crate::image::Channels;
 use crate::report::{self, Request};
-use crate::scene;
+use crate::scene::{self, Viewpoint};
 use crate::sealed;
 
-/// A .gltf or .glb file, without others beside it, brought to the end of its animations.
+/// A .gltf or .glb file, without others beside it, lit, looked at and brought to the end of its animations.
 pub fn scene(bytes: &[u8]) -> bool {
     scene::read(bytes).is_ok_and(|mut scene| {
+        if scene.is_dark() {
+            let _ = scene.add_default_light();
+        }
+        drop(scene.place_camera(&Viewpoint::default(), 1.5).cloned());
         scene.features(0.25);
         let end = scene.duration();
         scene.pose(0.5 * end).is_ok() & scene.pose(end).is_ok()

@@ -16,6 +16,7 @@
 //! | to | see |
 //! |---|---|
 //! | load a scene, move it to a time | [`Scene`] |
+//! | give it what its file lacks: a camera, light, a floor | [`scene::Staging`], [`Scene::place_camera`], [`Scene::add_default_light`] |
 //! | choose runner, method and gather, render frames | [`Session`], [`SessionBuilder`], [`Settings`] |
 //! | look at the layers of a frame | [`Picture`] |
 //! | average frames, with the variance of the mean | [`accumulation`] |

@@ -4,6 +4,8 @@
 //! emitters, `features` says which code the scene can reach, and `pose` brings what moves to a time. All of them know
 //! [`Scene`], which knows none of them.
 
+use std::collections::BTreeMap;
+
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::instance::Instance;
 use caustics_kernels::interface::light::Light;
@@ -28,17 +30,21 @@ pub(crate) use self::gltf::read_alone as read;
 pub use self::motion::Motion;
 pub use self::parts::SceneParts;
 pub use self::punctual::{LightShape, PunctualLight};
+pub use self::staging::{Staged, Staging};
 pub use self::texture::TextureParts;
+pub use self::viewpoint::{CameraChoice, Eye, Orbit, Place, Viewpoint};
 
 mod animation;
 mod buffers;
 mod camera;
 mod casters;
 mod corner;
+mod default_light;
 mod environment;
 mod error;
 mod features;
 mod find;
+mod floor;
 mod geometry;
 mod gltf;
 mod light;
@@ -50,10 +56,12 @@ mod pose;
 mod punctual;
 mod sheets;
 mod solids;
+mod staging;
 #[cfg(test)]
 mod tests;
 pub mod texture;
 mod tree;
+mod viewpoint;
 
 /// A scene as kernels see it: flat tables, with positions relative to [`Scene::origin`]. [`Scene::load`] reads one from glTF.
 #[derive(Clone, Debug, Default)]
@@ -88,10 +96,12 @@ pub struct Scene {
     pub motion: Option<Motion>,
     /// Radiance behind everything that the file asks for (W m^-2 sr^-1); it lights nothing.
     pub background: Vec3,
-    /// Cameras, in the order of the file's nodes.
+    /// Cameras, in the order of the file's nodes; then those that were placed.
     pub cameras: Vec<SceneCamera>,
     /// Centre of the file's bounds (m), or of what is small beside huge triangles; subtracted from every position.
     pub origin: DVec3,
+    /// Lower and upper corner of the box around its triangles (m), wherever its animations bring them.
+    pub bounds: [Vec3; 2],
     /// Emitted flux of each channel (W).
     pub flux: Vec3,
     /// Whether a path can be inside of two solids at once, or of an open sheet.
@@ -100,6 +110,8 @@ pub struct Scene {
     pub warnings: Vec<String>,
     /// Triangles without an area, left out.
     pub dropped_triangles: usize,
+    /// What it got that its file does not have and that no table tells, by name: attributes of what is rendered of it.
+    pub additions: BTreeMap<&'static str, String>,
     /// Where light paths are aimed, as far as somebody asked; whoever changes triangles or materials clears it.
     pub casters: Cuts,
 }
@@ -117,13 +129,16 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// If there is no such camera; the error lists those there are.
+    /// If there is no such camera; the error lists those there are. [`Scene::place_camera`] makes one.
     pub fn camera(&self, name: Option<&str>) -> Result<&SceneCamera, SceneError> {
         let found = self.cameras.iter().find(|camera| name.is_none_or(|name| camera.name == name));
-        found.ok_or_else(|| SceneError::UnknownCamera {
-            scene: self.name.clone(),
-            camera: name.unwrap_or_default().into(),
-            known: self.cameras.iter().map(|camera| camera.name.as_str()).collect::<Vec<_>>().join(", "),
+        found.ok_or_else(|| match name.filter(|_| !self.cameras.is_empty()) {
+            None => SceneError::NoCamera { scene: self.name.clone() },
+            Some(name) => SceneError::UnknownCamera {
+                scene: self.name.clone(),
+                camera: name.into(),
+                known: self.cameras.iter().map(|camera| camera.name.as_str()).collect::<Vec<_>>().join(", "),
+            },
         })
     }
 

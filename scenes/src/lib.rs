@@ -13,6 +13,7 @@ mod animated_camera;
 mod animated_light;
 mod bar;
 mod cornell;
+pub mod corpus;
 mod gltf;
 mod lathe;
 mod mesh;

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use anyhow::Context;
 use caustics::kernels;
 use caustics::output::lock::Lock;
-use caustics::scene::{self, Scene};
+use caustics::scene::{self, Staged};
 use caustics::session::Session;
 use caustics_kernels::interface::choice::TextureFilter;
 use serde_json::json;
@@ -16,7 +16,7 @@ use self::run::Run;
 use super::identity::pose_independent;
 use super::interrupt;
 use super::keeper::Keeper;
-use super::options::{camera, put_into_environment};
+use super::open::open;
 use super::pick::pick;
 use super::say::say;
 use super::scene::feature_names;
@@ -37,8 +37,7 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     let mut plan = Plan::new(options)?;
     let file = scene::resolve(&common.scene)?;
     let is_interrupted = interrupt::watch()?;
-    let mut scene = Scene::load_with(&file, &common.loading.options())?;
-    put_into_environment(&mut scene, &common.view)?;
+    let Staged { scene, camera: name, .. } = open(&file, &common.view, &common.loading)?;
     plan.set_frames(&scene, &file)?;
     let video = plan.pattern.whole("mp4");
     if options.video {
@@ -49,8 +48,7 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
         tell!("warning: there is no ffmpeg on the PATH: PNGs are written, but no video");
     }
     warn(&scene, plan.method(), &plan.settings);
-    let view = camera(&scene, common.view.camera.as_deref())?;
-    let name = view.name.clone();
+    let view = scene.camera(Some(&name))?;
     let (choice, variant, reason) = pick(
         plan.cell.asked_runner,
         &common.machine,

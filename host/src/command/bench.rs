@@ -11,7 +11,7 @@ use caustics::experiment::table::table;
 use caustics::exposure::Exposure;
 use toml::Spanned;
 
-use super::options::{check_size, color, texture_filter};
+use super::options::{camera, check_size, color, texture_filter};
 use super::say::say;
 use super::sweep::{expand, forget, measure, tasks, write_tables};
 use crate::cli::{Bench, PixelFilter, Quantity, TextureFilter, Usage};
@@ -60,7 +60,7 @@ fn config(options: &Bench) -> anyhow::Result<Config> {
     check_size(view.width, view.height)?;
     let mut matrix = options.axes.table()?;
     matrix.scene = vec![options.scene.clone()];
-    matrix.camera = view.camera.clone();
+    matrix.camera = camera(view)?;
     if !options.axes.has(&PATHS_PER_PIXEL) {
         matrix.add("light_paths", PATHS_PER_PIXEL.usual).map_err(Usage)?;
     }
@@ -87,6 +87,8 @@ fn config(options: &Bench) -> anyhow::Result<Config> {
             rotation: view.environment_rotation,
             scale: view.environment_scale,
         }),
+        default_light: !view.no_default_light,
+        floor: view.floor,
         moment_s: options.moment,
         time: of(Quantity::Time).then_some(TimeTable {
             width,

@@ -42,7 +42,8 @@ pub fn pose_independent(
     };
     let of = |name: &str, value: String| (name.to_string(), value);
     let params = session.params(0);
-    Identity::from([
+    let additions = scene.additions.iter().map(|(name, what)| of(name, what.clone()));
+    let own = [
         of("scene", format!("{} {}", scene.name, scene.fingerprint())),
         of("camera", camera.to_string()),
         of("background", params.background.to_string()),
@@ -51,5 +52,6 @@ pub fn pose_independent(
         of("gather", gather.to_string()),
         of("runner", device),
         of("kernels", kernels::SOURCES.to_string()),
-    ])
+    ];
+    own.into_iter().chain(additions).collect()
 }

@@ -12,7 +12,7 @@ use caustics::kernels;
 use caustics::output::lock::Lock;
 use caustics::output::target::{Target, TargetError, remove};
 use caustics::output::{exr, png};
-use caustics::scene::{self, Scene};
+use caustics::scene::{self, Staged};
 use caustics::session::Session;
 use caustics::settings::Settings;
 use caustics::trace_rate::closest_hits_per_second;
@@ -24,7 +24,8 @@ use super::bar::bar;
 use super::identity::identity;
 use super::interrupt;
 use super::keeper::Keeper;
-use super::options::{camera, check_outputs, check_scene_files, duration, put_into_environment};
+use super::open::open;
+use super::options::{check_outputs, check_scene_files, duration};
 use super::pick::pick;
 use super::report::Report;
 use super::say::say;
@@ -75,10 +76,9 @@ impl Job {
             return Err(TargetError::Exists(checkpoint).into());
         }
 
-        let mut scene = Scene::load_with(&file, &options.loading.options())?;
-        put_into_environment(&mut scene, &options.view)?;
+        let Staged { mut scene, camera, .. } = open(&file, &options.view, &options.loading)?;
         scene.pose(time)?;
-        let camera = camera(&scene, options.view.camera.as_deref())?;
+        let camera = scene.camera(Some(&camera))?;
         let (choice, variant, reason) =
             pick(cell.asked_runner, &options.machine, cell.gather.filter(|_| method.chooses_gather))?;
         warn(&scene, method, &settings);

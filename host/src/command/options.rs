@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use caustics::checkpoint;
 use caustics::experiment::cell::Cell;
-use caustics::scene::{EnvironmentMap, Scene, SceneCamera};
+use caustics::scene::{CameraChoice, EnvironmentMap, SceneError};
 use caustics::settings::Settings;
 use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
 use glam::Vec3;
@@ -46,13 +46,10 @@ pub fn settings(options: &View, cell: &Cell, frames: u32) -> Result<Settings, Us
     }))
 }
 
-/// Puts a scene into the environment that was asked for, if one was.
-pub fn put_into_environment(scene: &mut Scene, view: &View) -> anyhow::Result<()> {
-    if let Some(name) = &view.environment {
-        let map = EnvironmentMap::named(name)?;
-        scene.set_environment(map.placed(view.environment_scale, view.environment_rotation))?;
-    }
-    Ok(())
+/// The environment that is asked for, if one is.
+pub fn environment(view: &View) -> Result<Option<EnvironmentMap>, SceneError> {
+    let map = view.environment.as_deref().map(EnvironmentMap::named).transpose()?;
+    Ok(map.map(|map| map.placed(view.environment_scale, view.environment_rotation)))
 }
 
 /// Refuses a picture without pixels, or too large a one.
@@ -170,9 +167,10 @@ fn is_one_file(a: &Path, b: &Path) -> bool {
     a.canonicalize().ok().is_some_and(|a| Some(a) == b.canonicalize().ok())
 }
 
-/// The camera of this name, or the first.
-pub fn camera<'a>(scene: &'a Scene, name: Option<&str>) -> Result<&'a SceneCamera, Usage> {
-    scene.camera(name).map_err(|error| Usage(format!("--camera {}: {error}", name.unwrap_or_default())))
+/// Which camera is meant.
+pub fn camera(view: &View) -> Result<CameraChoice, Usage> {
+    let View { camera, from, look_at, fov, .. } = view;
+    CameraChoice::of(camera.as_deref(), *from, *look_at, *fov).map_err(|wrong| Usage(format!("--{wrong}")))
 }
 
 /// A time that a person gave (s).

@@ -19,6 +19,7 @@ pub fn run(command: cli::Scene) -> anyhow::Result<ExitCode> {
         cli::Scene::Info { scene, specular_roughness, loading, json } => {
             info(&scene, specular_roughness, &loading, json)?;
         }
+        cli::Scene::Survey(options) => return super::survey::run(&options),
         cli::Scene::Make { name, output, force } => make(&name, output.as_deref(), force)?,
     }
     Ok(ExitCode::SUCCESS)

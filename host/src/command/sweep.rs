@@ -84,6 +84,9 @@ pub fn expand(config: &Config, machine: &Machine) -> anyhow::Result<Expanded> {
     for line in &expanded.skipped {
         tell!("{line}");
     }
+    for note in expanded.parts.iter().flat_map(|part| &part.notes) {
+        tell!("{note}");
+    }
     for warning in expanded.parts.iter().flat_map(|part| &part.scene.warnings) {
         tell!("warning: {warning}");
     }

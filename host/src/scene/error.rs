@@ -203,7 +203,10 @@ pub enum SceneError {
         dropped: usize,
     },
     /// Nothing to see it by.
-    #[error("{file}: no light; give a material an emissiveFactor above zero or add a punctual light")]
+    #[error(
+        "{file}: no light; give a material an emissiveFactor above zero or add a punctual light, or leave \
+         --no-default-light out"
+    )]
     NoLight {
         /// The file.
         file: String,
@@ -229,9 +232,19 @@ pub enum SceneError {
         known: String,
     },
     /// Nobody to see it.
-    #[error("{file}: no perspective camera; add a camera node to the scene")]
+    #[error(
+        "scene {scene} has no perspective camera; add one to the file, or place one (Scene::place_camera)"
+    )]
     NoCamera {
-        /// The file.
-        file: String,
+        /// The scene.
+        scene: String,
+    },
+    /// A camera that cannot be placed.
+    #[error("the camera {viewpoint} {what}; give --from, --look-at or an orbit otherwise")]
+    Viewpoint {
+        /// The options that say where it is.
+        viewpoint: String,
+        /// What is wrong.
+        what: &'static str,
     },
 }

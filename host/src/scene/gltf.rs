@@ -51,7 +51,8 @@ const TRIANGLE_BYTES: u64 = 850;
 const VERTEX_BYTES: u64 = 130;
 
 impl Scene {
-    /// Loads a .gltf or .glb file, at time 0 of its animations; [`resolve`](super::resolve) finds the file of a scene by name.
+    /// Loads a .gltf or .glb file, at time 0 of its animations; it may be dark and have no camera ([`Scene::add_default_light`],
+    /// [`Scene::place_camera`]). [`resolve`](super::resolve) finds the file of a scene by name.
     ///
     /// # Errors
     ///
@@ -93,9 +94,6 @@ fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Resul
     let mut document = Document::read(file, bytes, folder, options)?;
     colors::bake(&mut document)?;
     let placed = node::place(&mut document)?;
-    if placed.cameras.is_empty() {
-        return Err(SceneError::NoCamera { file: file.into() });
-    }
 
     // Take memory before anything large is decoded; textures say what a mesh has to carry.
     let triangle_count = take_triangles(&mut document, &placed.meshes)?;
@@ -123,7 +121,7 @@ fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Resul
 
     let textures = parts;
     let name = file.into();
-    let parts = SceneParts {
+    let mut parts = SceneParts {
         name,
         triangles,
         surfaces,
@@ -134,14 +132,19 @@ fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Resul
         textures,
         origin,
         motion,
+        bounds: None,
     };
+    let has_floor = options.floor && !parts.is_empty();
+    if has_floor {
+        parts.add_floor();
+    }
     let mut scene = parts.build()?;
+    if has_floor {
+        scene.additions.insert("floor", "a Lambertian square of albedo 0.5 under the bounds".into());
+    }
     scene.dropped_triangles += geometry.dropped;
     if let Some(map) = environment::read(&document)? {
         scene.set_environment(map)?;
-    }
-    if scene.lights.is_empty() && !scene.motion.as_ref().is_some_and(Motion::has_light) {
-        return Err(SceneError::NoLight { file: file.into() });
     }
     let warnings = document.warnings.lines(file).into_iter().chain(scene.warnings).collect();
     Ok(Scene { background: document.background, warnings, ..scene })

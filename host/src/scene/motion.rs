@@ -4,13 +4,16 @@ use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::instance::Transform;
 use caustics_kernels::interface::triangle::TriangleSurface;
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use obvhs::aabb::Aabb;
 
-use super::animation::NodeTree;
+use super::animation::{NodeTree, is_singular};
 use super::light::Emitter;
 use super::moving::MovingMesh;
 use super::{PunctualLight, SceneCamera};
+
+/// Parts of the animations' time, at whose ends one looks where meshes are.
+const LOOKS: u32 = 8;
 
 /// Something on a node.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,6 +75,19 @@ impl Motion {
     /// Whether there can be light at some time.
     pub fn has_light(&self) -> bool {
         self.features().has(caustics_kernels::light::TYPES)
+    }
+
+    /// Where the corners of its meshes come to at some times of its animations, around an origin (m); those of a mesh that is hidden
+    /// then are left out.
+    pub fn corners(&self, origin: DVec3) -> impl Iterator<Item = DVec3> + '_ {
+        let last = self.rig.duration();
+        let times = (0..=LOOKS).map(move |look| last * f64::from(look) / f64::from(LOOKS));
+        let places = times.filter_map(|time| self.rig.at(time).ok());
+        places.flat_map(move |places| {
+            let meshes = self.meshes.iter().map(move |mesh| (mesh, places[mesh.joint]));
+            let seen = meshes.filter(|(_, place)| !is_singular(place));
+            seen.flat_map(move |(mesh, place)| mesh.world(&place).map(move |corner| corner - origin))
+        })
     }
 
     /// What it takes at any time.

@@ -73,7 +73,7 @@ impl MovingMesh {
     }
 
     /// Its corners in the world at a place (m).
-    pub fn world(&self, to_world: &DAffine3) -> impl Iterator<Item = DVec3> + '_ {
+    pub fn world(&self, to_world: &DAffine3) -> impl Iterator<Item = DVec3> + use<'_> {
         let to_world = *to_world;
         self.corners.iter().flatten().map(move |corner| to_world.transform_point3(corner.position))
     }

@@ -6,7 +6,7 @@ use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::texture::TextureCoordinates;
 use caustics_kernels::interface::tree::TreeNode;
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::media::Media;
 use super::motion::Motion;
@@ -41,6 +41,8 @@ pub struct SceneParts {
     pub origin: DVec3,
     /// What moves, beside the triangles.
     pub motion: Option<Motion>,
+    /// Lower and upper corner of the box around what is to be seen (m); none: around all triangles.
+    pub bounds: Option<[Vec3; 2]>,
 }
 
 impl SceneParts {
@@ -57,6 +59,7 @@ impl SceneParts {
         media.rank(&mut self.materials);
         let dropped_triangles = self.drop_degenerate();
         self.check_counts(dropped_triangles)?;
+        let bounds = self.bounds.unwrap_or_else(|| self.bounds());
 
         // The tree over what stands still; below a top level where meshes move.
         let leaves = self.meshes().len() + usize::from(!self.triangles.is_empty());
@@ -82,6 +85,7 @@ impl SceneParts {
             nodes: vec![TreeNode::default(); top],
             cameras: self.cameras,
             origin: self.origin,
+            bounds,
             has_nested_media: media.are_nested(),
             dropped_triangles,
             ..Scene::default()
@@ -102,6 +106,23 @@ impl SceneParts {
     /// Meshes that move.
     fn meshes(&self) -> &[MovingMesh] {
         self.motion.as_ref().map_or(&[], |motion| &motion.meshes)
+    }
+
+    /// Whether it has no triangles.
+    pub(super) fn is_empty(&self) -> bool {
+        self.triangles.len() + self.moving_triangles() == 0
+    }
+
+    /// Lower and upper corner of the box around all triangles, wherever they move (m).
+    pub(super) fn bounds(&self) -> [Vec3; 2] {
+        let still = self.triangles.iter().flat_map(geometry::corners);
+        let moving = self.motion.iter().flat_map(|motion| motion.corners(self.origin));
+        let usable = |p: &DVec3| p.is_finite() && p.abs().max_element() <= geometry::MAX_COORDINATE;
+        let grow = |bounds: Option<[DVec3; 2]>, p: DVec3| {
+            Some(bounds.map_or([p, p], |[lower, upper]| [lower.min(p), upper.max(p)]))
+        };
+        let bounds = still.chain(moving).filter(usable).fold(None, grow);
+        bounds.unwrap_or_default().map(|corner| corner.as_vec3())
     }
 
     /// Triangles of the meshes that move.

@@ -8,3 +8,4 @@ mod corpus;
 mod denoiser;
 mod panics;
 mod reference;
+mod staging;

@@ -17,7 +17,6 @@ use super::record::Record;
 use super::state::State;
 use crate::command::bar::bar;
 use crate::command::keeper::Keeper;
-use crate::command::options::camera;
 
 /// An animation in the making.
 pub struct Run {
@@ -50,7 +49,7 @@ impl Run {
     /// Brings scene and session to a frame.
     fn pose(&mut self, frame: u32) -> anyhow::Result<()> {
         self.scene.pose(self.plan.time_of(frame))?;
-        let camera = camera(&self.scene, Some(&self.camera))?;
+        let camera = self.scene.camera(Some(&self.camera))?;
         Ok(self.session.pose(&self.scene, camera)?)
     }
 

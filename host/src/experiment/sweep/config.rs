@@ -7,6 +7,7 @@ use toml::Spanned;
 use super::matrix_table::MatrixTable;
 use super::value::{Count, Filter, NonEmpty, Positive, Side};
 use crate::experiment::reference::SEED;
+use crate::scene::{EnvironmentMap, SceneError};
 use crate::settings::Settings;
 
 /// Most cells of a file, counted before any is left out.
@@ -41,6 +42,12 @@ pub struct Config {
     pub background: Option<[f32; 3]>,
     /// Light from all around; none: what the scene says.
     pub environment: Option<EnvironmentTable>,
+    /// Whether a scene without any light gets some; else it is refused.
+    #[serde(default = "yes")]
+    pub default_light: bool,
+    /// Whether scenes stand on a floor.
+    #[serde(default)]
+    pub floor: bool,
     /// The time of the scenes' animations that all frames show (s); none: frame k shows the time k / fps.
     pub moment_s: Option<f64>,
     /// How times are measured, if they are.
@@ -63,6 +70,13 @@ pub struct EnvironmentTable {
     /// Factor on its radiance.
     #[serde(default = "one")]
     pub scale: f32,
+}
+
+impl EnvironmentTable {
+    /// The environment that it names.
+    pub fn map(&self) -> Result<EnvironmentMap, SceneError> {
+        Ok(EnvironmentMap::named(&self.source)?.placed(self.scale, self.rotation))
+    }
 }
 
 fn one() -> f32 {
@@ -191,6 +205,10 @@ impl Config {
         }
         Ok(())
     }
+}
+
+fn yes() -> bool {
+    true
 }
 
 fn fps() -> Positive {

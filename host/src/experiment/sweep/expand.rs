@@ -14,7 +14,7 @@ use crate::experiment::identity::{posed, view};
 use crate::experiment::matrix::{Cells, keep_one_of_each};
 use crate::experiment::plan::{Compared, Plan};
 use crate::hash::fnv1a;
-use crate::scene::{self, EnvironmentMap, Scene};
+use crate::scene::{self, LoadOptions, Scene, Staged, Staging};
 use crate::session::RunnerChoice;
 use crate::settings::Settings;
 
@@ -25,6 +25,8 @@ pub struct Part {
     pub scene: Scene,
     /// Name of the camera.
     pub camera: String,
+    /// What the scene got that its file does not have, a line each.
+    pub notes: Vec<String>,
     /// Width and height of the picture that is timed, if it is (px).
     pub timed_size: Option<(u32, u32)>,
     /// Hash of all that cells of the part share.
@@ -64,7 +66,7 @@ impl Expanded {
             for timed_size in timed_sizes(config, matrix) {
                 let cells = per_pixel(config, timed_size, &cells);
                 for argument in &matrix.scene {
-                    match known.entry((argument.clone(), matrix.camera.clone(), timed_size)) {
+                    match known.entry((argument.clone(), format!("{:?}", matrix.camera), timed_size)) {
                         Entry::Occupied(part) => {
                             let part: &mut Part = &mut all.parts[*part.get()];
                             part.cells.extend(cells.iter().cloned());
@@ -93,12 +95,18 @@ impl Part {
         timed_size: Option<(u32, u32)>,
         cells: Vec<Cell>,
     ) -> anyhow::Result<Part> {
-        let mut scene = Scene::load(&scene::resolve(argument)?)?;
-        if let Some(EnvironmentTable { source, rotation, scale }) = &config.environment {
-            scene.set_environment(EnvironmentMap::named(source)?.placed(*scale, *rotation))?;
-        }
-        let camera = scene.camera(matrix.camera.as_deref())?.name.clone();
-        let mut part = Part { camera, timed_size, view: String::new(), scene, cells };
+        let error_size = config.error.as_ref().map(|error| (error.width.0, error.height.0));
+        let (width, height) = timed_size.or(error_size).unwrap_or((1, 1));
+        let environment = config.environment.as_ref().map(EnvironmentTable::map).transpose()?;
+        let staging = Staging {
+            camera: matrix.camera.clone(),
+            load: LoadOptions { floor: config.floor, ..LoadOptions::default() },
+            environment,
+            default_light: config.default_light,
+            aspect: f64::from(width) / f64::from(height),
+        };
+        let Staged { scene, camera, notes } = staging.load(&scene::resolve(argument)?)?;
+        let mut part = Part { camera, notes, timed_size, view: String::new(), scene, cells };
         // What differs between cells is said by each of them.
         let plan = part.plan(config);
         let first = posed(&part.scene, plan.time_of(config.first_frame))?;
@@ -168,7 +176,7 @@ impl Part {
 
     /// Hash of all that decides what is measured of a cell.
     pub fn identity(&self, config: &Config, cell: &Cell) -> String {
-        // Without dots: whoever adds a key decides. The common settings are in the view, the lists in the cells.
+        // Without dots: whoever adds a key decides. The common settings and what the scene got are in the view, the lists in the cells.
         let Config {
             fps,
             first_frame,
@@ -182,6 +190,8 @@ impl Part {
             pixel_filter: _,
             background: _,
             environment: _,
+            default_light: _,
+            floor: _,
             matrix: _,
         } = config;
         let moves = self.moves(config).then_some((fps.0, first_frame));

@@ -9,14 +9,15 @@ use super::value::{NonEmpty, Side};
 use crate::experiment::axis::{self, Axis, METHOD, PATHS_PER_PIXEL, spelled};
 use crate::experiment::matrix::Matrix;
 use crate::experiment::result::RENAMED;
+use crate::scene::{CameraChoice, Place};
 
 /// A table of lists.
 #[derive(Clone, Debug, Default)]
 pub struct MatrixTable {
     /// Files or names.
     pub scene: Vec<String>,
-    /// Name of the camera; the first where there is none.
-    pub camera: Option<String>,
+    /// The camera.
+    pub camera: CameraChoice,
     /// Widths and heights of the pictures that are timed; none: that of `[time]`.
     pub size: Vec<(Side, Side)>,
     /// Values of the axes.
@@ -47,13 +48,17 @@ impl MatrixTable {
 
 /// All keys of the table.
 fn known_keys() -> impl Iterator<Item = &'static str> {
-    ["scene", "camera", "size"].into_iter().chain(axis::keys().map(|(key, ..)| key))
+    ["scene", "camera", "from", "look_at", "fov", "size"].into_iter().chain(axis::keys().map(|(key, ..)| key))
 }
 
 impl<'de> Deserialize<'de> for MatrixTable {
     fn deserialize<D: Deserializer<'de>>(table: D) -> Result<Self, D::Error> {
         table.deserialize_map(TableVisitor)
     }
+}
+
+fn place(metres: [f64; 3]) -> Place {
+    Place(metres.into())
 }
 
 struct TableVisitor;
@@ -67,14 +72,19 @@ impl<'de> Visitor<'de> for TableVisitor {
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<MatrixTable, A::Error> {
         let mut table = MatrixTable::default();
+        let (mut camera, mut from, mut look_at, mut fov) = (None::<String>, None, None, None);
         while let Some(key) = map.next_key::<Key>()? {
             match key.0 {
                 "scene" => table.scene = map.next_value::<NonEmpty<String>>()?.0,
-                "camera" => table.camera = Some(map.next_value()?),
+                "camera" => camera = Some(map.next_value()?),
+                "from" => from = Some(place(map.next_value()?)),
+                "look_at" => look_at = Some(place(map.next_value()?)),
+                "fov" => fov = Some(map.next_value()?),
                 "size" => table.size = map.next_value()?,
                 key => map.next_value_seed(List { table: &mut table, key })?,
             }
         }
+        table.camera = CameraChoice::of(camera.as_deref(), from, look_at, fov).map_err(A::Error::custom)?;
         if table.scene.is_empty() {
             return Err(A::Error::missing_field("scene"));
         }

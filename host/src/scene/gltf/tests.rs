@@ -433,13 +433,20 @@ fn bad_numbers_are_refused() {
 
 #[test]
 fn empty_scenes_are_refused() {
-    refuses(load_with("/nodes/1", json!({})), &["camera"]);
-    refuses(load_with("/materials/0", json!({})), &["light"]);
     refuses(load_with("/nodes/0", json!({})), &["geometry"]);
-    refuses(load_with("/scenes/0/nodes", json!([])), &["camera"]);
+    refuses(load_with("/scenes/0/nodes", json!([])), &["geometry"]);
     let mut flat = tiny_binary();
     flat[12..16].copy_from_slice(&0_f32.to_le_bytes());
     refuses(load(&tiny(), &flat), &["geometry", "1 triangles"]);
+}
+
+#[test]
+fn scenes_may_have_no_camera_and_no_light() {
+    let unseen = load_with("/nodes/1", json!({})).unwrap();
+    assert!(unseen.cameras.is_empty() && !unseen.is_dark());
+    let dark = load_with("/materials/0", json!({})).unwrap();
+    assert!(dark.is_dark() && dark.cameras.len() == 1);
+    assert_eq!(dark.bounds, [Vec3::new(-0.5, -0.5, 0.0), Vec3::new(0.5, 0.5, 0.0)]);
 }
 
 #[test]

@@ -83,19 +83,9 @@ fn indices_out_of_range_are_refused() {
 }
 
 #[test]
-fn scenes_without_camera_light_or_geometry_are_refused() {
+fn scenes_without_geometry_are_refused() {
     let mut scene = Scene::new("mirror-room");
     let camera = scene.node("main");
-    scene.json["nodes"][camera].as_object_mut().unwrap().remove("camera");
-    scene.refuses(1, &["no perspective camera", "add a camera"]);
-
-    let mut scene = Scene::new("mirror-room");
-    for material in scene.json["materials"].as_array_mut().unwrap() {
-        material.as_object_mut().unwrap().remove("emissiveFactor");
-    }
-    scene.refuses(1, &["no light", "emissiveFactor"]);
-
-    let mut scene = Scene::new("mirror-room");
     scene.json["scenes"][0]["nodes"] = json!([camera]);
     scene.refuses(1, &["no geometry", "add a mesh"]);
 }

@@ -1,0 +1,27 @@
+//! Options of `scene survey`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+/// Options of `scene survey`.
+#[derive(Args, Debug)]
+#[command(before_help = "Examples:
+  caustics scene survey path/to/models
+  caustics scene survey path/to/models --render --json > survey.json")]
+pub struct Survey {
+    /// The folder; files are looked for in those below it too
+    pub folder: PathBuf,
+    /// Also render each file, 32 by 18 px on the CPU; values that are not finite and a black picture are failures
+    #[arg(long)]
+    pub render: bool,
+    /// Time that a file may take (s)
+    #[arg(long, default_value_t = 60.0)]
+    pub time_limit: f64,
+    /// End with exit code 1 if a file fails
+    #[arg(long)]
+    pub fail: bool,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}

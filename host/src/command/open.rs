@@ -1,0 +1,25 @@
+//! Opens the scene of a command: with what its file lacks, and with the camera that is asked for.
+
+use std::path::Path;
+
+use caustics::scene::{LoadOptions, SceneError, Staged, Staging};
+
+use super::options::{camera, environment};
+use crate::cli::{Loading, Usage, View};
+
+/// The scene, and the name of its camera. Says what it got that its file does not have.
+pub fn open(file: &Path, view: &View, loading: &Loading) -> anyhow::Result<Staged> {
+    let aspect = f64::from(view.width) / f64::from(view.height);
+    let load = LoadOptions { floor: view.floor, ..loading.options() };
+    let (environment, default_light) = (environment(view)?, !view.no_default_light);
+    let staging = Staging { camera: camera(view)?, load, environment, default_light, aspect };
+    let staged = staging.load(file).map_err(|error| match error {
+        SceneError::UnknownCamera { ref camera, .. } => Usage(format!("--camera {camera}: {error}")).into(),
+        SceneError::Viewpoint { .. } => Usage(error.to_string()).into(),
+        error => anyhow::Error::from(error),
+    })?;
+    for note in &staged.notes {
+        tell!("{note}");
+    }
+    Ok(staged)
+}

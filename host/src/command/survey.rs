@@ -1,0 +1,277 @@
+//! `caustics scene survey`: which files of a folder can be rendered, and what keeps the others from it.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+
+use anyhow::Context;
+use caustics::image::Channels;
+use caustics::text::cut;
+use rayon::prelude::*;
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use self::alone::{Ended, run_alone};
+use self::cause::{cause, kind};
+use super::bar::bar;
+use super::options::duration;
+use super::say::say;
+use crate::cli;
+
+mod alone;
+mod cause;
+
+/// How a file is rendered: little more than whether it can be.
+const RENDER: [&str; 14] = [
+    "render",
+    "--width",
+    "32",
+    "--height",
+    "18",
+    "--frames",
+    "2",
+    "--light-paths",
+    "2000",
+    "--runner",
+    "cpu",
+    "--threads",
+    "1",
+    "-o",
+];
+
+/// What became of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+enum Outcome {
+    /// As it is.
+    Loads,
+    /// With something left out.
+    Warns,
+    /// Not, or not to a picture.
+    Fails,
+}
+
+impl Outcome {
+    fn name(self) -> &'static str {
+        match self {
+            Outcome::Loads => "loads",
+            Outcome::Warns => "warns",
+            Outcome::Fails => "fails",
+        }
+    }
+}
+
+/// A file of the survey.
+#[derive(Debug, Serialize)]
+struct Row {
+    file: String,
+    outcome: Outcome,
+    /// Why it fails.
+    error: Option<String>,
+    warnings: Vec<String>,
+    triangles: u64,
+    seconds: f64,
+}
+
+/// Surveys a folder. 1 with `--fail` if a file fails.
+pub fn run(options: &cli::Survey) -> anyhow::Result<ExitCode> {
+    let limit = duration("--time-limit", options.time_limit)?;
+    let mut files = Vec::new();
+    find(&options.folder, &mut files)
+        .with_context(|| format!("cannot read the folder {}", options.folder.display()))?;
+    files.sort();
+    let program = std::env::current_exe().context("this program has no file")?;
+    let (bar, done) = (bar(), AtomicU64::new(0));
+    let total = bar.length().unwrap_or(1);
+    let rows: Vec<Row> = files
+        .par_iter()
+        .map(|file| {
+            let row = survey(&program, file, &options.folder, options.render, limit);
+            bar.set_position(total * (done.fetch_add(1, Ordering::Relaxed) + 1) / files.len() as u64);
+            row
+        })
+        .collect();
+    bar.finish_and_clear();
+    if options.json {
+        say(serde_json::to_string_pretty(&json!({ "files": rows, "summary": summary(&rows) }))?)?;
+    } else {
+        say(table(&rows).trim_end())?;
+    }
+    let fails = rows.iter().any(|row| row.outcome == Outcome::Fails);
+    Ok(if options.fail && fails { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+/// The scenes below a folder. Links to folders are not followed: they may lead round in a circle.
+fn find(folder: &Path, files: &mut Vec<PathBuf>) -> std::io::Result<()> {
+    for entry in folder.read_dir()? {
+        let entry = entry?;
+        let path = entry.path();
+        if entry.file_type()?.is_dir() {
+            find(&path, files)?;
+        } else if path
+            .extension()
+            .is_some_and(|end| end.eq_ignore_ascii_case("gltf") || end.eq_ignore_ascii_case("glb"))
+        {
+            files.push(path);
+        }
+    }
+    Ok(())
+}
+
+/// Loads a file, and renders it if that is asked for.
+fn survey(program: &Path, file: &Path, folder: &Path, renders: bool, limit: std::time::Duration) -> Row {
+    let start = Instant::now();
+    let name = file.strip_prefix(folder).unwrap_or(file).display().to_string();
+    let mut row = Row {
+        file: name,
+        outcome: Outcome::Loads,
+        error: None,
+        warnings: Vec::new(),
+        triangles: 0,
+        seconds: 0.0,
+    };
+    let info = run_alone(program, &["scene", "info", "--json", "--"], file, limit);
+    let tried = info.and_then(|ended| read_info(&ended, &mut row)).and_then(|()| match renders {
+        true => render(program, file, limit.saturating_sub(start.elapsed())),
+        false => Ok(()),
+    });
+    row.outcome = match &tried {
+        Err(_) => Outcome::Fails,
+        Ok(()) if row.warnings.is_empty() => Outcome::Loads,
+        Ok(()) => Outcome::Warns,
+    };
+    row.error = tried.err().map(|error| cause(&error, file));
+    row.seconds = (100.0 * start.elapsed().as_secs_f64()).round() / 100.0;
+    row
+}
+
+/// What `scene info --json` says of a file.
+fn read_info(ended: &Ended, row: &mut Row) -> Result<(), String> {
+    ended.fault().map_or(Ok(()), Err)?;
+    let info: Value = serde_json::from_slice(&ended.stdout).map_err(|error| error.to_string())?;
+    row.triangles = info["triangles"].as_u64().unwrap_or(0);
+    let warnings = info["warnings"].as_array().into_iter().flatten().filter_map(Value::as_str);
+    row.warnings = warnings.map(Into::into).collect();
+    Ok(())
+}
+
+/// Renders a file; a picture that shows nothing is a failure too.
+fn render(program: &Path, file: &Path, limit: std::time::Duration) -> Result<(), String> {
+    let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
+    let out = folder.path().join("out.exr");
+    let mut arguments = RENDER.to_vec();
+    let path = out.to_string_lossy();
+    arguments.extend([&*path, "--"]);
+    run_alone(program, &arguments, file, limit)?.fault().map_or(Ok(()), Err)?;
+    let picture = Channels::read(&out).map_err(|error| format!("{error:#}"))?;
+    fault_of(picture.layer("").into_iter().flatten().flatten())
+}
+
+/// What is wrong with a picture of these values.
+fn fault_of<'a>(values: impl Iterator<Item = &'a f32> + Clone) -> Result<(), String> {
+    if !values.clone().all(|value| value.is_finite()) {
+        return Err("its picture has values that are not finite".into());
+    }
+    if !values.clone().any(|value| *value > 0.0) {
+        return Err("its picture is black".into());
+    }
+    Ok(())
+}
+
+/// How many files fail and warn, by what.
+fn summary(rows: &[Row]) -> Value {
+    let mut causes: BTreeMap<(&str, String), usize> = BTreeMap::new();
+    for row in rows {
+        if let Some(error) = &row.error {
+            *causes.entry(("fails", kind(error))).or_default() += 1;
+        }
+        let mut kinds: Vec<String> =
+            row.warnings.iter().map(|warning| kind(&cause(warning, Path::new(&row.file)))).collect();
+        kinds.sort();
+        kinds.dedup();
+        for kind in kinds {
+            *causes.entry(("warns", kind)).or_default() += 1;
+        }
+    }
+    let count = |outcome| rows.iter().filter(|row| row.outcome == outcome).count();
+    let mut causes: Vec<_> = causes.into_iter().collect();
+    causes.sort_by(|((a, _), m), ((b, _), n)| a.cmp(b).then(n.cmp(m)));
+    let causes: Vec<Value> = causes
+        .into_iter()
+        .map(|((what, cause), files)| json!({ "what": what, "cause": cause, "files": files }))
+        .collect();
+    json!({
+        "files": rows.len(), "loads": count(Outcome::Loads), "warns": count(Outcome::Warns),
+        "fails": count(Outcome::Fails), "causes": causes,
+    })
+}
+
+/// The survey for people.
+fn table(rows: &[Row]) -> String {
+    let mut text = String::new();
+    for row in rows {
+        let more = match (&row.error, row.warnings.len()) {
+            (Some(error), _) => format!(": {}", cut(error, 200).replace('\n', " ")),
+            (None, 0) => String::new(),
+            (None, 1) => ": 1 warning".into(),
+            (None, count) => format!(": {count} warnings"),
+        };
+        let file = cut(&row.file, 120).replace('\n', "\\n");
+        let _ = writeln!(text, "{} {:7.2} s  {file}{more}", row.outcome.name(), row.seconds);
+    }
+    let summary = summary(rows);
+    let _ = writeln!(
+        text,
+        "\n{} files: {} load, {} load with warnings, {} fail",
+        summary["files"], summary["loads"], summary["warns"], summary["fails"]
+    );
+    for cause in summary["causes"].as_array().into_iter().flatten() {
+        let words = cut(cause["cause"].as_str().unwrap_or_default(), 160).replace('\n', " ");
+        let _ = writeln!(text, "{:6} {} {words}", cause["files"], cause["what"].as_str().unwrap_or_default());
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_that_show_nothing_are_failures() {
+        assert_eq!(fault_of([0.0, 0.5].iter()), Ok(()));
+        assert!(fault_of([0.0, 0.0].iter()).unwrap_err().contains("black"));
+        assert!(fault_of([0.5, f32::NAN].iter()).unwrap_err().contains("finite"));
+        assert!(fault_of([].iter()).is_err());
+    }
+
+    #[test]
+    fn a_file_counts_once_for_each_kind_of_warning() {
+        let row = |error: Option<&str>, warnings: &[&str]| Row {
+            file: "a.gltf".into(),
+            outcome: if error.is_some() { Outcome::Fails } else { Outcome::Warns },
+            error: error.map(Into::into),
+            warnings: warnings.iter().map(|warning| (*warning).into()).collect(),
+            triangles: 1,
+            seconds: 0.5,
+        };
+        let rows = [
+            row(
+                None,
+                &["x/a.gltf: node \"u\": its skin is left out", "x/a.gltf: node 3: its skin is left out"],
+            ),
+            row(None, &["x/a.gltf: node 7: its skin is left out"]),
+            row(Some("accessor 3 is too short"), &[]),
+        ];
+        let summary = summary(&rows);
+        assert_eq!((&summary["warns"], &summary["fails"]), (&json!(2), &json!(1)));
+        let causes = json!([
+            { "what": "fails", "cause": "accessor N is too short", "files": 1 },
+            { "what": "warns", "cause": "its skin is left out", "files": 2 },
+        ]);
+        assert_eq!(summary["causes"], causes);
+        assert!(table(&rows).contains("3 files: 0 load, 2 load with warnings, 1 fail"));
+    }
+}

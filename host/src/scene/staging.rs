@@ -1,0 +1,71 @@
+//! What a scene gets that its file does not have: a camera, a light, a floor.
+
+use std::path::Path;
+
+use super::{CameraChoice, EnvironmentMap, LoadOptions, Scene, SceneError, Viewpoint};
+
+/// What a person wants beside what a file holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Staging {
+    /// The camera.
+    pub camera: CameraChoice,
+    /// How the file is read.
+    pub load: LoadOptions,
+    /// Light from all around, in place of the file's.
+    pub environment: Option<EnvironmentMap>,
+    /// Whether a scene without any light gets some; else it is refused.
+    pub default_light: bool,
+    /// Width over height of the pictures; a camera that is placed has all in view then.
+    pub aspect: f64,
+}
+
+/// A scene that can be rendered.
+#[derive(Clone, Debug)]
+pub struct Staged {
+    /// The scene.
+    pub scene: Scene,
+    /// Name of the camera.
+    pub camera: String,
+    /// What it got, for people: a line each.
+    pub notes: Vec<String>,
+}
+
+impl Staging {
+    /// Loads a scene and gives it what it lacks and what is asked for.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Scene::load`]; no light where no default is wanted; a camera that is not there, or cannot be placed.
+    pub fn load(&self, path: &Path) -> Result<Staged, SceneError> {
+        let mut scene = Scene::load_with(path, &self.load)?;
+        if let Some(environment) = &self.environment {
+            scene.set_environment(environment.clone())?;
+        }
+        let mut notes = Vec::new();
+        if scene.is_dark() {
+            let file = path.display().to_string();
+            if !self.default_light {
+                return Err(SceneError::NoLight { file });
+            }
+            let lamps = scene.add_default_light()?;
+            notes.push(format!("no light in {file}: lit by {lamps}; --no-default-light refuses this"));
+        }
+        let camera = self.camera(&mut scene, path, &mut notes)?;
+        Ok(Staged { scene, camera, notes })
+    }
+
+    /// Name of the camera; places it where it is none of the file.
+    fn camera(&self, scene: &mut Scene, path: &Path, notes: &mut Vec<String>) -> Result<String, SceneError> {
+        let (viewpoint, why) = match &self.camera {
+            CameraChoice::First if scene.cameras.is_empty() => {
+                (Viewpoint::default(), format!("no camera in {}: seen by", path.display()))
+            }
+            CameraChoice::First => return Ok(scene.camera(None)?.name.clone()),
+            CameraChoice::Named(name) => return Ok(scene.camera(Some(name))?.name.clone()),
+            CameraChoice::Placed(viewpoint) => (*viewpoint, "camera:".into()),
+        };
+        let name = scene.place_camera(&viewpoint, self.aspect)?.name.clone();
+        notes.push(format!("{why} {name}"));
+        Ok(name)
+    }
+}

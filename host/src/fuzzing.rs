@@ -18,8 +18,8 @@ use crate::sealed;
 /// A .gltf or .glb file, without others beside it, lit, looked at and brought to the end of its animations.
 pub fn scene(bytes: &[u8]) -> bool {
     scene::read(bytes).is_ok_and(|mut scene| {
-        if scene.is_dark() {
-            let _ = scene.add_default_light();
+        if scene.is_dark() && scene.add_default_light().is_err() {
+            return false;
         }
         drop(scene.place_camera(&Viewpoint::default(), 1.5).cloned());
         scene.features(0.25);

@@ -178,6 +178,7 @@ fn lights_of_every_type_are_split_alike() {
         ("point light", mixed_room().build()),
         ("spot and directional light", open_air().build()),
         ("lamp", mixed_room_of_area_lights()),
+        ("things that blend", blended_room().build()),
     ];
     for (what, scene) in rooms {
         let render = |way: Way, seed| {

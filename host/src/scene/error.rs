@@ -182,7 +182,7 @@ pub enum SceneError {
     },
     /// An image cannot be had.
     #[error(
-        "{file}: image {image} {what}; give it as a PNG, JPEG or WebP file beside the .gltf or inside of it"
+        "{file}: image {image} {what}; give it as a PNG, JPEG, WebP or KTX 2.0 file beside the .gltf or inside of it"
     )]
     Image {
         /// The file.

@@ -18,11 +18,13 @@ use crate::file::read_file;
 
 mod accessor;
 mod animation;
+mod atlas;
 mod buffer;
 mod colors;
 mod document;
 mod draco;
 mod environment;
+mod extension;
 pub mod files;
 mod geometry;
 mod huge;
@@ -92,6 +94,8 @@ pub(crate) fn read_alone(bytes: &[u8]) -> Result<Scene, SceneError> {
 /// Reads a scene from a file's bytes; other files are looked for in `folder`.
 fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
     let mut document = Document::read(file, bytes, folder, options)?;
+    meshopt::decompress(&mut document)?;
+    draco::decompress(&mut document)?;
     colors::bake(&mut document)?;
     let placed = node::place(&mut document)?;
 

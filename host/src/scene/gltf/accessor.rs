@@ -4,7 +4,7 @@ use gltf::json::Index;
 use gltf::json::accessor::{Accessor, ComponentType, Type};
 use gltf::json::validation::Checked;
 
-use self::bytes::{elements, substitutes};
+use self::bytes::{elements, substitutes, unsigned, wrong};
 use super::document::Document;
 use crate::scene::SceneError;
 
@@ -76,11 +76,6 @@ pub fn integers(document: &Document, index: Index<Accessor>, owner: &str) -> Res
     Ok(all)
 }
 
-/// An integer of one, two or four bytes.
-fn unsigned(bytes: &[u8]) -> u32 {
-    bytes.iter().rev().fold(0, |number, &byte| (number << 8) | u32::from(byte))
-}
-
 /// Elements of an accessor of any type, once those of its buffer view are known to be there; nothing is read. Without a view
 /// there may be any number of them.
 pub fn count(document: &Document, index: Index<Accessor>, owner: &str) -> Result<u64, SceneError> {
@@ -118,19 +113,5 @@ fn component(accessor: &Accessor) -> Option<ComponentType> {
     match accessor.component_type {
         Checked::Valid(generic) => Some(generic.0),
         Checked::Invalid => None,
-    }
-}
-
-fn wrong(
-    document: &Document,
-    index: Index<Accessor>,
-    owner: &str,
-    what: impl std::fmt::Display,
-) -> SceneError {
-    SceneError::Accessor {
-        file: document.file.clone(),
-        accessor: index.value(),
-        owner: owner.into(),
-        what: what.to_string(),
     }
 }

@@ -11,15 +11,11 @@ use gltf::json::validation::Checked;
 use gltf::json::{self, Index};
 use serde_json::{Value, json};
 
-pub use self::atlas::Atlas;
+use super::atlas::{Atlas, BAKED};
 use super::document::Document;
 use super::{accessor, mesh, unsupported};
 use crate::scene::SceneError;
 
-mod atlas;
-
-/// Member of an image that is made of vertex colours: which.
-pub const BAKED: &str = "vertexColors";
 /// Texels of such images at most, all together.
 const MAX_TEXELS: u64 = 1 << 25;
 /// Colours that are as near to each other are one: half a step of a byte.

@@ -7,10 +7,11 @@ use glam::Vec3;
 use gltf::json::{Index, Root};
 use serde_json::Value;
 
-use super::colors::Atlas;
+use super::atlas::Atlas;
+use super::extension::Compressed;
 use super::options::LoadOptions;
 use super::warning::Warnings;
-use super::{buffer, draco, instancing, meshopt, shape, translate, unsupported};
+use super::{buffer, extension, shape, translate, unsupported};
 use crate::memory::{Budget, Short};
 use crate::scene::SceneError;
 use crate::scene::texture::Image;
@@ -40,6 +41,8 @@ pub struct Document {
     pub baked: Vec<Image>,
     /// Where the triangles of a material lie on such an image, by its index.
     pub atlases: HashMap<usize, Atlas>,
+    /// Primitives that are compressed.
+    pub compressed: Vec<Compressed>,
     /// Memory for what is yet to be read.
     budget: Budget,
 }
@@ -105,12 +108,12 @@ impl Document {
             samplers: section("samplers"),
             images: section("images"),
             buffer_views: section("bufferViews"),
-            instancing: instancing::list(&value),
+            instancing: extension::instances(&value),
         };
         let background = background(&value).map_err(wrong)?;
         let environment = scene_extras(&value)["environment"].clone();
-        let is_fallback: Vec<bool> = section("buffers").iter().map(meshopt::is_fallback).collect();
-        let compressed = draco::list(&value);
+        let is_fallback: Vec<bool> = section("buffers").iter().map(extension::is_fallback).collect();
+        let compressed = extension::compressed_primitives(&value);
 
         // Take out what the document types cannot parse or what nothing reads.
         if let Some(object) = value.as_object_mut() {
@@ -127,7 +130,7 @@ impl Document {
         take(lengths.fold(0, u64::saturating_add), "its buffers")?;
         let buffers = buffer::load(file, &root, &is_fallback, binary, folder)?;
         let (file, folder, options) = (file.into(), folder.into(), options.clone());
-        let mut document = Document {
+        Ok(Document {
             file,
             root,
             buffers,
@@ -139,11 +142,9 @@ impl Document {
             options,
             baked: Vec::new(),
             atlases: HashMap::new(),
+            compressed,
             budget,
-        };
-        meshopt::decompress(&mut document)?;
-        draco::decompress(&mut document, compressed)?;
-        Ok(document)
+        })
     }
 
     /// Notes that `owner` asks for what is not rendered, or not as it is asked for.

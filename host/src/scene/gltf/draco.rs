@@ -14,19 +14,12 @@ use gltf::json::validation::{Checked, USize64};
 use serde_json::Value;
 
 use super::document::Document;
+use super::extension::Compressed;
 use super::{accessor, buffer, unsupported};
 use crate::scene::SceneError;
 
 /// Memory that decoding a triangle takes for a while (bytes): corner tables and what is predicted from them.
 const TRIANGLE_BYTES: u64 = 300;
-
-/// A primitive that is compressed.
-pub struct Compressed {
-    mesh: usize,
-    primitive: usize,
-    /// Its extension.
-    extension: Value,
-}
 
 /// What a stream became: accessors of attributes by their ids in it, and of the indices.
 #[derive(Clone)]
@@ -35,25 +28,11 @@ struct Decoded {
     indices: Index<Accessor>,
 }
 
-/// All compressed primitives of a document.
-pub fn list(document: &Value) -> Vec<Compressed> {
-    let mut found = Vec::new();
-    for (mesh, element) in document["meshes"].as_array().into_iter().flatten().enumerate() {
-        for (primitive, element) in element["primitives"].as_array().into_iter().flatten().enumerate() {
-            let extension = &element["extensions"]["KHR_draco_mesh_compression"];
-            if extension.is_object() {
-                found.push(Compressed { mesh, primitive, extension: extension.clone() });
-            }
-        }
-    }
-    found
-}
-
 /// Decompresses primitives. One that cannot be is left as it is where the file has it uncompressed too.
-pub fn decompress(document: &mut Document, all: Vec<Compressed>) -> Result<(), SceneError> {
+pub fn decompress(document: &mut Document) -> Result<(), SceneError> {
     let mut known: HashMap<String, Decoded> = HashMap::new();
     let mut largest = 0;
-    for Compressed { mesh, primitive, extension } in all {
+    for Compressed { mesh, primitive, extension } in std::mem::take(&mut document.compressed) {
         let name = document.root.meshes[mesh].name.as_deref();
         let owner = format!("{}, primitive {primitive}", unsupported::label("mesh", mesh, name));
         let ids: Vec<u64> =

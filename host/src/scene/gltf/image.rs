@@ -1,101 +1,37 @@
-//! Images: PNG, JPEG and WebP, in files, in the document and in buffers.
+//! Images of a document, however they come about.
 
-use std::borrow::Cow;
-use std::io::Cursor;
-
-use image::{ImageFormat, ImageReader, Limits};
 use serde_json::Value;
 
-use super::buffer;
-use super::colors::BAKED;
+use super::atlas::BAKED;
 use super::document::Document;
 use super::translate::specular_glossiness::SOURCE;
-use crate::scene::texture::{Image, MAX_SIDE};
+use crate::scene::texture::Image;
 
+mod basis;
 mod converted;
+mod encoded;
 
-/// Most memory that decoding an image may take (bytes): the largest image at eight bytes a texel.
-const MAX_BYTES: u64 = 8 * (MAX_SIDE as u64) * (MAX_SIDE as u64);
-
-/// Width and height of an image of the document by its header [texels]: nothing is decoded. An error says what is wrong with it.
+/// Width and height of an image of the document [texels]: nothing is decoded. An error says what is wrong with it.
 pub fn size(document: &Document, index: u64) -> Result<(u32, u32), String> {
-    let image = described(document, index)?;
-    if let Some(source) = image.get(SOURCE) {
-        return converted::size(document, source);
+    let image = encoded::described(document, index)?;
+    match (image.get(SOURCE), baked(document, image)) {
+        (Some(source), _) => converted::size(document, source),
+        (None, Some(baked)) => Ok((baked.width, baked.height)),
+        (None, None) => encoded::size(document, image),
     }
-    if let Some(baked) = baked(document, image) {
-        return Ok((baked.width, baked.height));
-    }
-    encoded_size(document, image)
 }
 
 /// An image of the document.
 pub fn read(document: &Document, index: u64) -> Result<Image, String> {
-    let image = described(document, index)?;
-    if let Some(source) = image.get(SOURCE) {
-        return converted::read(document, source);
+    let image = encoded::described(document, index)?;
+    match (image.get(SOURCE), baked(document, image)) {
+        (Some(source), _) => converted::read(document, source),
+        (None, Some(baked)) => Ok(baked.clone()),
+        (None, None) => encoded::read(document, image),
     }
-    if let Some(baked) = baked(document, image) {
-        return Ok(baked.clone());
-    }
-    decode(document, image)
-}
-
-fn described(document: &Document, index: u64) -> Result<&Value, String> {
-    let images = &document.sections.images;
-    images.get(index as usize).ok_or_else(|| format!("is not there: there are {}", images.len()))
 }
 
 /// An image that is made of vertex colours.
 fn baked<'a>(document: &'a Document, image: &Value) -> Option<&'a Image> {
     document.baked.get(usize::try_from(image[BAKED].as_u64()?).ok()?)
-}
-
-/// The size of an image that lies in a file or a buffer.
-fn encoded_size(document: &Document, image: &Value) -> Result<(u32, u32), String> {
-    let bytes = bytes(document, image)?;
-    check_size(reader(&bytes)?.into_dimensions().map_err(|error| damaged(&error))?)
-}
-
-/// An image that lies in a file or a buffer.
-fn decode(document: &Document, image: &Value) -> Result<Image, String> {
-    let bytes = bytes(document, image)?;
-    let image = reader(&bytes)?.decode().map_err(|error| damaged(&error))?.into_rgba8();
-    let (width, height) = check_size(image.dimensions())?;
-    Ok(Image { width, height, texels: image.pixels().map(|pixel| pixel.0).collect() })
-}
-
-/// Bytes of an image that a document describes.
-fn bytes<'a>(document: &'a Document, image: &Value) -> Result<Cow<'a, [u8]>, String> {
-    let Document { sections, buffers, folder, .. } = document;
-    match (image["uri"].as_str(), image["bufferView"].as_u64()) {
-        (Some(uri), _) => buffer::fetch(uri, folder, u64::MAX).map(Cow::Owned),
-        (None, Some(view)) => buffer::view_bytes(view, &sections.buffer_views, buffers).map(Cow::Borrowed),
-        (None, None) => Err("has neither a uri nor a bufferView".into()),
-    }
-}
-
-fn damaged(error: &dyn std::fmt::Display) -> String {
-    format!("cannot be decoded: {error}")
-}
-
-fn reader(bytes: &[u8]) -> Result<ImageReader<Cursor<&[u8]>>, String> {
-    let mut reader =
-        ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| damaged(&error))?;
-    if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) {
-        return Err("is neither a PNG nor a JPEG nor a WebP".into());
-    }
-    let mut limits = Limits::default();
-    (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
-    limits.max_alloc = Some(MAX_BYTES);
-    reader.limits(limits);
-    Ok(reader)
-}
-
-fn check_size((width, height): (u32, u32)) -> Result<(u32, u32), String> {
-    let within = |side: u32| (1..=MAX_SIDE).contains(&side);
-    if within(width) && within(height) {
-        return Ok((width, height));
-    }
-    Err(format!("is of {width} x {height} texels; each side must be 1 to {MAX_SIDE}"))
 }

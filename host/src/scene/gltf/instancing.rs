@@ -1,11 +1,8 @@
 //! EXT_mesh_gpu_instancing: a node's mesh in many places.
 
-use std::collections::HashMap;
-
 use glam::{DQuat, DVec3};
 use gltf::json::Index;
 use gltf::json::accessor::Accessor;
-use serde_json::Value;
 
 use super::accessor;
 use super::document::Document;
@@ -14,14 +11,6 @@ use crate::scene::animation::Local;
 
 /// Memory that an instance takes until its triangles are made (bytes): its transform, its name, its node where it moves.
 const INSTANCE_BYTES: u64 = 1024;
-
-/// Attributes of the extension, by node.
-pub fn list(document: &Value) -> HashMap<usize, Value> {
-    let nodes = document["nodes"].as_array().into_iter().flatten().enumerate();
-    let attributes =
-        nodes.map(|(id, node)| (id, &node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]));
-    attributes.filter(|(_, attributes)| attributes.is_object()).map(|(id, all)| (id, all.clone())).collect()
-}
 
 /// Places of a node's mesh, in the node's space; `None` without the extension.
 pub fn read(document: &mut Document, node: usize, owner: &str) -> Result<Option<Vec<Local>>, SceneError> {

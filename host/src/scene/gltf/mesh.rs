@@ -6,7 +6,7 @@ use gltf::json::accessor::Accessor;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
-use super::colors::Atlas;
+use super::atlas::Atlas;
 use super::document::Document;
 use super::node::MeshInstance;
 use super::texture::Mapping;

@@ -8,6 +8,7 @@ use gltf::json::validation::USize64;
 use serde_json::Value;
 
 use super::document::Document;
+use super::extension::compression;
 use crate::scene::SceneError;
 
 mod attributes;
@@ -16,23 +17,10 @@ mod indices;
 #[cfg(test)]
 mod tests;
 
-/// Names of the extension; both have the same members.
-const NAMES: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
-
-/// The extension of a buffer view.
-pub fn extension(view: &Value) -> Option<&Value> {
-    NAMES.iter().find_map(|name| view["extensions"].get(name)).filter(|extension| extension.is_object())
-}
-
-/// Whether a buffer only stands in for readers without the extension: its bytes need not be there.
-pub fn is_fallback(buffer: &Value) -> bool {
-    NAMES.iter().any(|name| buffer["extensions"][name]["fallback"] == true)
-}
-
 /// Decompresses every view that is compressed.
 pub fn decompress(document: &mut Document) -> Result<(), SceneError> {
     for id in 0..document.root.buffer_views.len() {
-        let Some(extension) = document.sections.buffer_views.get(id).and_then(extension).cloned() else {
+        let Some(extension) = document.sections.buffer_views.get(id).and_then(compression).cloned() else {
             continue;
         };
         let number = |key: &str| extension[key].as_u64().unwrap_or(0);

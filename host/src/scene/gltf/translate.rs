@@ -2,13 +2,15 @@
 
 use serde_json::Value;
 
+use self::element::elements;
 use self::specular_glossiness::SOURCE;
-use super::colors::BAKED;
+use super::atlas::BAKED;
 use super::options::LoadOptions;
 use super::warning::Warnings;
 use crate::scene::SceneError;
 
 mod clearcoat;
+mod element;
 pub mod specular_glossiness;
 mod textures;
 mod unlit;
@@ -33,14 +35,4 @@ pub fn translate(
     unlit::translate(document, warnings);
     clearcoat::translate(document, warnings);
     Ok(())
-}
-
-/// Elements of a section, to be changed.
-fn elements<'a>(document: &'a mut Value, section: &str) -> impl Iterator<Item = &'a mut Value> {
-    document.get_mut(section).and_then(Value::as_array_mut).into_iter().flatten()
-}
-
-/// Takes an extension out of an element.
-fn take_extension(element: &mut Value, name: &str) -> Option<Value> {
-    element.get_mut("extensions")?.as_object_mut()?.remove(name).filter(|extension| !extension.is_null())
 }

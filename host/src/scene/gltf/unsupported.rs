@@ -26,13 +26,13 @@ pub const EXTENSIONS: &[&str] = &[
     "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
 ];
 
 /// What to do about a file that requires an extension which is not supported.
 pub fn remedy(extension: &str) -> &'static str {
     match extension {
-        "KHR_texture_basisu" => "convert its textures: npx @gltf-transform/cli ktxdecompress IN.glb OUT.glb",
         "EXT_texture_avif" => {
             "convert its textures: npx @gltf-transform/cli png --formats \"*\" IN.glb OUT.glb"
         }

@@ -28,8 +28,8 @@ fn textures_that_cannot_be_had_are_replaced() {
     let mut damaged = tiles.clone();
     damaged[40] ^= 0xff;
     let contents: [(&[u8], &str); 5] = [
-        (b"", "neither a PNG nor a JPEG nor a WebP"),
-        (b"GIF89a and so on", "neither a PNG nor a JPEG nor a WebP"),
+        (b"", "is no PNG, JPEG, WebP or KTX 2.0"),
+        (b"GIF89a and so on", "is no PNG, JPEG, WebP or KTX 2.0"),
         (b"\x89PNG\r\n\x1a\n", "cannot be decoded"),
         (&tiles[..tiles.len() / 2], "cannot be decoded"),
         (&damaged, "cannot be decoded"),

@@ -4,7 +4,6 @@ use gltf::json::accessor::Accessor;
 use gltf::json::validation::Checked;
 use gltf::json::{Index, buffer};
 
-use super::{unsigned, wrong};
 use crate::scene::SceneError;
 use crate::scene::gltf::document::Document;
 
@@ -100,5 +99,25 @@ impl Span {
             let at = offset as usize + element * stride;
             &view_bytes[at..at + size]
         }))
+    }
+}
+
+/// An integer of one, two or four bytes.
+pub fn unsigned(bytes: &[u8]) -> u32 {
+    bytes.iter().rev().fold(0, |number, &byte| (number << 8) | u32::from(byte))
+}
+
+/// The error of an accessor that does not fit.
+pub fn wrong(
+    document: &Document,
+    index: Index<Accessor>,
+    owner: &str,
+    what: impl std::fmt::Display,
+) -> SceneError {
+    SceneError::Accessor {
+        file: document.file.clone(),
+        accessor: index.value(),
+        owner: owner.into(),
+        what: what.to_string(),
     }
 }

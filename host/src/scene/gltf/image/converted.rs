@@ -3,7 +3,7 @@
 use glam::Vec3;
 use serde_json::Value;
 
-use super::{decode, described, encoded_size};
+use super::encoded;
 use crate::scene::gltf::document::Document;
 use crate::scene::gltf::translate::specular_glossiness::{Converted, Factors, convert};
 use crate::scene::texture::{Image, srgb};
@@ -13,7 +13,7 @@ pub fn size(document: &Document, source: &Value) -> Result<(u32, u32), String> {
     let mut largest = (1, 1);
     for name in ["diffuse", "specular"] {
         if let Some(index) = source[name].as_u64() {
-            let (width, height) = encoded_size(document, described(document, index)?)?;
+            let (width, height) = encoded::size(document, encoded::described(document, index)?)?;
             largest = (largest.0.max(width), largest.1.max(height));
         }
     }
@@ -25,7 +25,7 @@ pub fn read(document: &Document, source: &Value) -> Result<Image, String> {
     let (width, height) = size(document, source)?;
     let image = |name: &str| {
         let index = source[name].as_u64();
-        index.map(|index| decode(document, described(document, index)?)).transpose()
+        index.map(|index| encoded::read(document, encoded::described(document, index)?)).transpose()
     };
     let (diffuse, specular) = (image("diffuse")?, image("specular")?);
     let factors = Factors::of(source);

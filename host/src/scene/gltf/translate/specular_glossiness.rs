@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use glam::Vec3;
 use serde_json::{Value, json};
 
-use super::{elements, take_extension};
+use super::element::{elements, take_extension};
 use crate::scene::gltf::unsupported::label;
 use crate::scene::gltf::warning::Warnings;
 

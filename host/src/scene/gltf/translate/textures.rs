@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{elements, take_extension};
+use super::element::{elements, take_extension};
 
 /// Gives every texture without a PNG or JPEG the image that an extension names.
 pub fn choose_sources(document: &mut Value) {

@@ -3,7 +3,7 @@
 
 use serde_json::{Value, json};
 
-use super::{elements, take_extension};
+use super::element::{elements, take_extension};
 use crate::scene::gltf::unsupported::label;
 use crate::scene::gltf::warning::Warnings;
 

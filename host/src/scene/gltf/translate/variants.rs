@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::{elements, take_extension};
+use super::element::{elements, take_extension};
 use crate::scene::SceneError;
 
 /// Gives primitives their materials of a variant; those of none without a name.

@@ -5,6 +5,9 @@ use glam::Vec2;
 
 use crate::scene::texture::{Image, MAX_SIDE, srgb};
 
+/// Member of an image of the document that is made of vertex colours: which of them.
+pub const BAKED: &str = "vertexColors";
+
 /// Where triangles lie on such an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Atlas {

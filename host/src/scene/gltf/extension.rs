@@ -1,0 +1,53 @@
+//! Extensions of a document's elements, as plain JSON: the document types drop them.
+
+use std::collections::HashMap;
+
+use serde_json::Value;
+
+/// Names of the compression of buffer views; both have the same members.
+const COMPRESSIONS: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
+
+/// A primitive that is compressed.
+pub struct Compressed {
+    /// Its mesh.
+    pub mesh: usize,
+    /// Which of the mesh it is.
+    pub primitive: usize,
+    /// Its extension KHR_draco_mesh_compression.
+    pub extension: Value,
+}
+
+/// All compressed primitives of a document.
+pub fn compressed_primitives(document: &Value) -> Vec<Compressed> {
+    let mut found = Vec::new();
+    for (mesh, element) in document["meshes"].as_array().into_iter().flatten().enumerate() {
+        for (primitive, element) in element["primitives"].as_array().into_iter().flatten().enumerate() {
+            let extension = &element["extensions"]["KHR_draco_mesh_compression"];
+            if extension.is_object() {
+                found.push(Compressed { mesh, primitive, extension: extension.clone() });
+            }
+        }
+    }
+    found
+}
+
+/// How a buffer view is compressed.
+pub fn compression(view: &Value) -> Option<&Value> {
+    COMPRESSIONS
+        .iter()
+        .find_map(|name| view["extensions"].get(name))
+        .filter(|extension| extension.is_object())
+}
+
+/// Whether a buffer only stands in for readers that decompress no views: its bytes need not be there.
+pub fn is_fallback(buffer: &Value) -> bool {
+    COMPRESSIONS.iter().any(|name| buffer["extensions"][name]["fallback"] == true)
+}
+
+/// Attributes of EXT_mesh_gpu_instancing, by node.
+pub fn instances(document: &Value) -> HashMap<usize, Value> {
+    let nodes = document["nodes"].as_array().into_iter().flatten().enumerate();
+    let attributes =
+        nodes.map(|(id, node)| (id, &node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]));
+    attributes.filter(|(_, attributes)| attributes.is_object()).map(|(id, all)| (id, all.clone())).collect()
+}

@@ -1,0 +1,89 @@
+//! KHR_texture_basisu: KTX 2.0 files of Basis Universal, unpacked to plain texels.
+
+use std::panic::catch_unwind;
+
+use basisu::{DecodeFlags, TargetFormat, Transcoder};
+
+use crate::scene::texture::Image;
+
+/// What such a file begins with.
+const MAGIC: &[u8] = b"\xABKTX 20\xBB\r\n\x1A\n";
+/// Colour models of the descriptor of formats that are unpacked: ETC1S and UASTC.
+const MODELS: [u8; 2] = [163, 166];
+
+/// Whether a file is one of KTX 2.0.
+pub fn is_ktx(bytes: &[u8]) -> bool {
+    bytes.starts_with(MAGIC)
+}
+
+fn word(bytes: &[u8], at: usize) -> Option<u32> {
+    let word = bytes.get(at..at.checked_add(4)?)?;
+    Some(u32::from_le_bytes(word.try_into().ok()?))
+}
+
+/// Width and height by the header [texels].
+pub fn size(bytes: &[u8]) -> Result<(u32, u32), String> {
+    word(bytes, 20).zip(word(bytes, 24)).ok_or_else(|| "cannot be decoded: its header is cut off".into())
+}
+
+/// The finest level of a file whose size was checked.
+pub fn read(bytes: &[u8]) -> Result<Image, String> {
+    let (width, height) = size(bytes)?;
+    let model = word(bytes, 48).and_then(|descriptor| bytes.get((descriptor as usize).checked_add(12)?));
+    if !model.is_some_and(|model| MODELS.contains(model)) {
+        return Err("cannot be decoded: it is no ETC1S or UASTC of Basis Universal".into());
+    }
+    // The transcoder is made to return errors; should one of its checks be missing, damaged bytes must not end the program.
+    let texels = catch_unwind(|| {
+        Transcoder::new(bytes)
+            .and_then(|file| file.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE))
+            .ok()
+    });
+    let texels = texels.ok().flatten().unwrap_or_default();
+    if texels.len() as u64 != 4 * u64::from(width) * u64::from(height) {
+        return Err("cannot be decoded: its Basis Universal data are damaged".into());
+    }
+    Ok(Image { width, height, texels: texels.as_chunks().0.to_vec() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file of 4 x 4 texels of one colour: one block of UASTC in its mode for that.
+    pub fn plain(color: [u8; 4]) -> Vec<u8> {
+        let block = (0b10111_u128 | u128::from(u32::from_le_bytes(color)) << 5).to_le_bytes();
+        let (descriptor, level) = (104_u32, 148_u64);
+        let words = |words: &[u32]| words.iter().flat_map(|word| word.to_le_bytes()).collect::<Vec<u8>>();
+        let header = words(&[0, 1, 4, 4, 0, 0, 1, 1, 0, descriptor, 44, 0, 0, 0, 0, 0, 0]);
+        let index: Vec<u8> = [level, 16, 16].iter().flat_map(|number| number.to_le_bytes()).collect();
+        // Model UASTC, linear; blocks of 4 x 4; one sample of red, green, blue and alpha.
+        let format = words(&[44, 0, 40 << 16 | 2, 1 << 16 | 166, 3 << 8 | 3, 16, 0, 3 << 24, 0, 0, u32::MAX]);
+        [MAGIC, &header, &index, &format, &block].concat()
+    }
+
+    #[test]
+    fn a_plain_block_is_its_colour() {
+        let file = plain([10, 20, 200, 128]);
+        assert!(is_ktx(&file));
+        let image = read(&file).unwrap();
+        assert_eq!((image.width, image.height), (4, 4));
+        assert!(image.texels.iter().all(|&texel| texel == [10, 20, 200, 128]), "{:?}", image.texels);
+    }
+
+    #[test]
+    fn damaged_files_are_refused_or_other_pictures() {
+        let file = plain([10, 20, 200, 128]);
+        for at in 0..file.len() {
+            assert!(read(&file[..at]).is_err(), "cut at {at}");
+            for damage in [0x01, 0x08, 0x80, 0xFF] {
+                let mut damaged = file.clone();
+                damaged[at] ^= damage;
+                // As images are read: a size within bounds first.
+                if size(&damaged).is_ok_and(|(width, height)| width <= 4096 && height <= 4096) {
+                    let _ = read(&damaged);
+                }
+            }
+        }
+    }
+}

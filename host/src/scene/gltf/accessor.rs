@@ -35,8 +35,11 @@ pub fn numbers<const N: usize>(
     Ok(all)
 }
 
-/// Bytes of a component, and the number that they stand for.
-fn reader(component: ComponentType) -> Option<(usize, fn(&[u8]) -> f32)> {
+/// The number that bytes stand for.
+type Read = fn(&[u8]) -> f32;
+
+/// Bytes of a component, and how they are read.
+fn reader(component: ComponentType) -> Option<(usize, Read)> {
     Some(match component {
         ComponentType::F32 => (4, |b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
         ComponentType::I8 => (1, |b| f32::from(b[0] as i8)),

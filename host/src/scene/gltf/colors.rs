@@ -74,8 +74,9 @@ fn read(
         }
         _ => accessor::numbers::<4>(document, colors, owner)?,
     };
-    // NaN is taken for the least.
-    read.as_flattened_mut().iter_mut().for_each(|share| *share = share.max(0.0).min(1.0));
+    for share in read.as_flattened_mut() {
+        *share = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };
+    }
     Ok(Some(read))
 }
 

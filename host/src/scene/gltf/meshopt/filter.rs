@@ -5,7 +5,7 @@ pub fn apply(filter: &str, bytes: &mut [u8], stride: usize) -> Option<()> {
     match (filter, stride) {
         ("NONE", _) => {}
         ("OCTAHEDRAL", 4) => {
-            each(bytes, |e| octahedral(e.map(|b| i32::from(b as i8)), 127.0).map(|x| x as u8))
+            each(bytes, |e| octahedral(e.map(|b| i32::from(b as i8)), 127.0).map(|x| x as u8));
         }
         ("OCTAHEDRAL", 8) => each_of_two(bytes, |e| octahedral(e.map(i32::from), 32767.0).map(|x| x as i16)),
         ("QUATERNION", 8) => each_of_two(bytes, quaternion),

@@ -28,7 +28,7 @@ pub(crate) use self::gltf::read_alone as read;
 pub use self::motion::Motion;
 pub use self::parts::SceneParts;
 pub use self::punctual::{LightShape, PunctualLight};
-pub use self::staging::{Staged, Staging};
+pub use self::staging::{DefaultLight, Staged, Staging};
 pub use self::texture::TextureParts;
 pub use self::viewpoint::{CameraChoice, Eye, Orbit, Place, Viewpoint};
 
@@ -75,6 +75,8 @@ pub struct Scene {
     pub material_names: Vec<String>,
     /// Emitters of positive power with their alias table; empty in a dark scene.
     pub lights: Vec<Light>,
+    /// Lights that are no triangles, of a scene that stands still.
+    pub punctual_lights: Vec<PunctualLight>,
     /// Textures, in the order of the triangles and the materials.
     pub textures: texture::TextureData,
     /// Instances: the world, then the meshes that move.

@@ -6,7 +6,7 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 use super::animation::{Local, Node};
 use super::motion::OnNode;
 use super::viewpoint::Orbit;
-use super::{LightShape, PunctualLight, Scene};
+use super::{LightShape, PunctualLight, Scene, light};
 
 /// The key's distance from the middle of the scene, in radii of its bounds.
 const DISTANCE: f64 = 4.0;
@@ -30,8 +30,8 @@ impl Scene {
         self.lights.is_empty() && !can_be_lit
     }
 
-    /// Lights a dark scene by three lamps, in proportion to [`Scene::bounds`], before a dim background where it has none. What
-    /// they are, in words.
+    /// Lights a scene at time 0 by three lamps beside those it has, in proportion to [`Scene::bounds`], before a dim background where
+    /// it has none. What they are, in words.
     pub fn add_default_light(&mut self) -> String {
         let [lower, upper] = self.bounds.map(|corner| corner.as_dvec3());
         let (centre, size) = (self.origin + 0.5 * (lower + upper), lower.distance(upper));
@@ -51,11 +51,18 @@ impl Scene {
             (what, turn, centre + to_lamp * distance)
         });
         let lamps: Vec<_> = lamps.collect();
+        let (emitters, mut lights) = match &self.motion {
+            None => (light::emitters(self.tables()), std::mem::take(&mut self.punctual_lights)),
+            Some(motion) => (motion.emitters.clone(), motion.lights_at_first(self.origin)),
+        };
         let placed = lamps.iter().filter_map(|(what, turn, place)| {
             what.placed(&DAffine3::from_rotation_translation(*turn, *place), self.origin)
         });
-        let placed: Vec<_> = placed.collect();
-        self.light(&[], &placed);
+        lights.extend(placed);
+        self.light(&emitters, &lights);
+        if self.motion.is_none() {
+            self.punctual_lights = lights;
+        }
         if let Some(motion) = &mut self.motion {
             for (what, rotation, translation) in lamps {
                 let joint = motion.rig.joints.len();
@@ -123,6 +130,25 @@ mod tests {
         for side in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::Z, Vec3::NEG_Z] {
             let sees = |light: &caustics_kernels::interface::light::Light| side.dot(-light.direction) > 0.05;
             assert!(scene.lights.iter().any(sees), "{side}");
+        }
+    }
+
+    #[test]
+    fn light_that_is_there_stays() {
+        for name in ["ring", "moving-caster", "still-life"] {
+            let mut scene = Scene::load(&scene::resolve(name).unwrap()).unwrap();
+            let before = scene.clone();
+            scene.add_default_light();
+            assert_eq!(scene.lights.len(), before.lights.len() + 3, "{name}");
+            for (with, without) in scene.lights.iter().zip(&before.lights) {
+                assert_eq!((with.emission, with.triangle), (without.emission, without.triangle), "{name}");
+                assert!(with.pdf_light_choice < without.pdf_light_choice, "{name}");
+            }
+            assert!(scene.flux.cmpgt(before.flux).all());
+            assert_eq!(scene.surfaces, before.surfaces);
+            let first = scene.lights.clone();
+            scene.pose(0.0).unwrap();
+            assert_eq!(scene.lights, first, "{name}");
         }
     }
 

@@ -90,6 +90,13 @@ impl Motion {
         })
     }
 
+    /// Its punctual lights at time 0, around an origin (m).
+    pub(super) fn lights_at_first(&self, origin: DVec3) -> Vec<PunctualLight> {
+        let places = self.rig.at(0.0).unwrap_or_default();
+        let placed = |light: &OnNode<PunctualLight>| light.what.placed(places.get(light.joint)?, origin);
+        self.lights.iter().filter_map(placed).collect()
+    }
+
     /// What it takes at any time.
     pub fn features(&self) -> Features {
         let mut features = if self.meshes.is_empty() { Features(0) } else { Features::INSTANCES };

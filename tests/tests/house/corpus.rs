@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use caustics::accumulation::Accumulation;
 use caustics::image::Channels;
 use caustics::output::exr;
-use caustics::scene::{CameraChoice, Staged, Staging};
+use caustics::scene::{CameraChoice, DefaultLight, Staged, Staging};
 use caustics::{Picture, Session, Settings};
 
 const SIZE: (usize, usize) = (32, 18);
@@ -27,7 +27,8 @@ fn folder(name: &str) -> PathBuf {
 /// The picture of a file; whatever it lacks, it gets.
 fn picture(path: &Path) -> Picture {
     let aspect = SIZE.0 as f64 / SIZE.1 as f64;
-    let staging = Staging { camera: CameraChoice::First, default_light: true, floor: false, aspect };
+    let staging =
+        Staging { camera: CameraChoice::First, default_light: DefaultLight::Dark, floor: false, aspect };
     let Staged { mut scene, camera, .. } =
         staging.load(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     scene.pose(TIME).expect("a pose");

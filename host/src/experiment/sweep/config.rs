@@ -7,6 +7,7 @@ use toml::Spanned;
 use super::matrix_table::MatrixTable;
 use super::value::{Count, Filter, NonEmpty, Positive, Side};
 use crate::experiment::reference::SEED;
+use crate::scene::DefaultLight;
 use crate::settings::Settings;
 
 /// Most cells of a file, counted before any is left out.
@@ -39,9 +40,9 @@ pub struct Config {
     pub pixel_filter: PixelFilter,
     /// Radiance behind everything (W m^-2 sr^-1); none: what the scene says.
     pub background: Option<[f32; 3]>,
-    /// Whether a scene without any light gets some; else it is refused.
-    #[serde(default = "yes")]
-    pub default_light: bool,
+    /// When scenes get the default light.
+    #[serde(default)]
+    pub default_light: DefaultLight,
     /// Whether scenes stand on a floor.
     #[serde(default)]
     pub floor: bool,
@@ -177,10 +178,6 @@ impl Config {
         }
         Ok(())
     }
-}
-
-fn yes() -> bool {
-    true
 }
 
 fn fps() -> Positive {

@@ -148,8 +148,11 @@ pub struct View {
     /// Stand the scene on a floor, a wide grey square, so that caustics fall on something
     #[arg(long)]
     pub floor: bool,
-    /// Refuse a scene that has no light, instead of lighting it by three lamps
+    /// Light the scene by a lamp and a soft sky whatever it has, as else only one that has no light at all
     #[arg(long)]
+    pub default_light: bool,
+    /// Refuse a scene that has no light
+    #[arg(long, conflicts_with = "default_light")]
     pub no_default_light: bool,
     /// Exposure of the PNG (stops, or auto for what suits the picture)
     #[arg(long, default_value = "auto")]

@@ -20,8 +20,8 @@ use glam::{DVec3, Vec3};
 use crate::hash::fnv1a;
 
 pub use self::camera::SceneCamera;
-pub use self::environment::{EnvironmentMap, EnvironmentTables};
 pub use self::casters::Cuts;
+pub use self::environment::{EnvironmentMap, EnvironmentTables};
 pub use self::error::SceneError;
 pub use self::find::{MADE, names, resolve};
 pub use self::gltf::files::files;
@@ -30,7 +30,7 @@ pub(crate) use self::gltf::read_alone as read;
 pub use self::motion::Motion;
 pub use self::parts::SceneParts;
 pub use self::punctual::{LightShape, PunctualLight};
-pub use self::staging::{Staged, Staging};
+pub use self::staging::{DefaultLight, Staged, Staging};
 pub use self::texture::TextureParts;
 pub use self::viewpoint::{CameraChoice, Eye, Orbit, Place, Viewpoint};
 
@@ -78,7 +78,7 @@ pub struct Scene {
     pub material_names: Vec<String>,
     /// Emitters of positive power with their alias table; empty in a dark scene.
     pub lights: Vec<Light>,
-    /// Lights without an area, as the file has them; those that move are in `motion`.
+    /// Lights that are no triangles, of a scene that stands still.
     pub punctual_lights: Vec<PunctualLight>,
     /// Light from all around.
     pub environment: EnvironmentTables,

@@ -15,7 +15,7 @@ pub struct Survey {
     /// Also render each file, 32 by 18 px on the CPU; values that are not finite and a black picture are failures
     #[arg(long)]
     pub render: bool,
-    /// Time that a file may take (s)
+    /// Time that a file may take to load, and again to render (s)
     #[arg(long, default_value_t = 60.0)]
     pub time_limit: f64,
     /// End with exit code 1 if a file fails

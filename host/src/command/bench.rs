@@ -11,7 +11,7 @@ use caustics::experiment::table::table;
 use caustics::exposure::Exposure;
 use toml::Spanned;
 
-use super::options::{camera, check_size, color, texture_filter};
+use super::options::{camera, check_size, color, default_light, texture_filter};
 use super::say::say;
 use super::sweep::{expand, forget, measure, tasks, write_tables};
 use crate::cli::{Bench, PixelFilter, Quantity, TextureFilter, Usage};
@@ -87,7 +87,7 @@ fn config(options: &Bench) -> anyhow::Result<Config> {
             rotation: view.environment_rotation,
             scale: view.environment_scale,
         }),
-        default_light: !view.no_default_light,
+        default_light: default_light(view),
         floor: view.floor,
         moment_s: options.moment,
         time: of(Quantity::Time).then_some(TimeTable {

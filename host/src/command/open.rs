@@ -4,14 +4,14 @@ use std::path::Path;
 
 use caustics::scene::{LoadOptions, SceneError, Staged, Staging};
 
-use super::options::{camera, environment};
+use super::options::{camera, default_light, environment};
 use crate::cli::{Loading, Usage, View};
 
 /// The scene, and the name of its camera. Says what it got that its file does not have.
 pub fn open(file: &Path, view: &View, loading: &Loading) -> anyhow::Result<Staged> {
     let aspect = f64::from(view.width) / f64::from(view.height);
     let load = LoadOptions { floor: view.floor, ..loading.options() };
-    let (environment, default_light) = (environment(view)?, !view.no_default_light);
+    let (environment, default_light) = (environment(view)?, default_light(view));
     let staging = Staging { camera: camera(view)?, load, environment, default_light, aspect };
     let staged = staging.load(file).map_err(|error| match error {
         SceneError::UnknownCamera { ref camera, .. } => Usage(format!("--camera {camera}: {error}")).into(),

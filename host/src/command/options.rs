@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use caustics::checkpoint;
 use caustics::experiment::cell::Cell;
-use caustics::scene::{CameraChoice, EnvironmentMap, SceneError};
+use caustics::scene::{CameraChoice, DefaultLight, EnvironmentMap, SceneError};
 use caustics::settings::Settings;
 use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
 use glam::Vec3;
@@ -165,6 +165,15 @@ fn is_one_file(a: &Path, b: &Path) -> bool {
 #[cfg(not(unix))]
 fn is_one_file(a: &Path, b: &Path) -> bool {
     a.canonicalize().ok().is_some_and(|a| Some(a) == b.canonicalize().ok())
+}
+
+/// When a scene gets the default light.
+pub fn default_light(view: &View) -> DefaultLight {
+    match view {
+        View { no_default_light: true, .. } => DefaultLight::Never,
+        View { default_light: true, .. } => DefaultLight::Always,
+        _ => DefaultLight::Dark,
+    }
 }
 
 /// Which camera is meant.

@@ -135,7 +135,7 @@ fn survey(program: &Path, file: &Path, folder: &Path, renders: bool, limit: std:
     };
     let info = run_alone(program, &["scene", "info", "--json", "--"], file, limit);
     let tried = info.and_then(|ended| read_info(&ended, &mut row)).and_then(|()| match renders {
-        true => render(program, file, limit.saturating_sub(start.elapsed())),
+        true => render(program, file, limit),
         false => Ok(()),
     });
     row.outcome = match &tried {

@@ -84,7 +84,9 @@ pub fn expand(config: &Config, machine: &Machine) -> anyhow::Result<Expanded> {
     for line in &expanded.skipped {
         tell!("{line}");
     }
-    for note in expanded.parts.iter().flat_map(|part| &part.notes) {
+    // A scene is a part for each of its sizes.
+    let notes: BTreeSet<&String> = expanded.parts.iter().flat_map(|part| &part.notes).collect();
+    for note in notes {
         tell!("{note}");
     }
     for warning in expanded.parts.iter().flat_map(|part| &part.scene.warnings) {

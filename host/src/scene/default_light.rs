@@ -26,7 +26,8 @@ impl Scene {
         self.lights.is_empty() && !can_be_lit
     }
 
-    /// Lights a dark scene by a lamp, in proportion to [`Scene::bounds`], and a soft sky. What they are, in words.
+    /// Lights a scene by a lamp beside those it has, in proportion to [`Scene::bounds`], and a soft sky where it has none. What they
+    /// are, in words.
     ///
     /// # Errors
     ///
@@ -42,7 +43,9 @@ impl Scene {
         let intensity = Vec3::splat(IRRADIANCE * (distance * distance) as f32);
         let what = PunctualLight { position: Vec3::ZERO, intensity, shape };
         let place = DAffine3::from_rotation_translation(rotation, translation);
-        self.punctual_lights = what.placed(&place, self.origin).into_iter().collect();
+        if self.motion.is_none() {
+            self.punctual_lights.extend(what.placed(&place, self.origin));
+        }
         if let Some(motion) = &mut self.motion {
             let joint = motion.rig.joints.len();
             let local =
@@ -51,13 +54,15 @@ impl Scene {
             motion.rig.joints.push(Node { label, parent: None, local, moves: false });
             motion.lights.push(OnNode { joint, moves: false, what });
         }
-        let sky = SKY.map(Vec3::splat).to_vec();
-        self.set_environment(EnvironmentMap::new(1, SKY.len() as u32, sky))?;
-        let words = format!(
-            "a spot from the front left ({IRRADIANCE} W m^-2 in the middle) and a soft sky ({} to {} W m^-2 sr^-1)",
-            SKY[0],
-            SKY[SKY.len() - 1]
-        );
+        let mut words = format!("a spot from the front left ({IRRADIANCE} W m^-2 in the middle)");
+        if self.environment.rows.is_empty() {
+            let sky = SKY.map(Vec3::splat).to_vec();
+            self.set_environment(EnvironmentMap::new(1, SKY.len() as u32, sky))?;
+            let (above, below) = (SKY[0], SKY[SKY.len() - 1]);
+            words += &format!(" and a soft sky ({above} to {below} W m^-2 sr^-1)");
+        } else {
+            self.light_again()?;
+        }
         self.additions.insert("light", format!("default: {words}"));
         Ok(words)
     }
@@ -108,6 +113,25 @@ mod tests {
         assert!(!scene.is_dark() && scene.lights.len() == 2);
         assert_eq!(scene.lights[1].kind, Features::ENVIRONMENT.0);
         assert!(scene.environment.texels.iter().all(|radiance| radiance.min_element() > 0.0));
+    }
+
+    #[test]
+    fn light_that_is_there_stays() {
+        for name in ["ring", "moving-caster", "still-life"] {
+            let mut scene = Scene::load(&scene::resolve(name).unwrap()).unwrap();
+            let before = scene.clone();
+            scene.add_default_light().unwrap();
+            assert_eq!(scene.lights.len(), before.lights.len() + 2, "{name}");
+            for (with, without) in scene.lights.iter().zip(&before.lights) {
+                assert_eq!((with.emission, with.triangle), (without.emission, without.triangle), "{name}");
+                assert!(with.pdf_light_choice < without.pdf_light_choice, "{name}");
+            }
+            assert!(scene.flux.cmpgt(before.flux).all());
+            assert_eq!(scene.surfaces, before.surfaces);
+            let first = scene.lights.clone();
+            scene.pose(0.0).unwrap();
+            assert_eq!(scene.lights, first, "{name}");
+        }
     }
 
     #[test]

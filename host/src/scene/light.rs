@@ -68,7 +68,8 @@ pub fn table(
 
     // Leave out what is dark, or so dim beside the rest that f32 cannot hold its chance.
     let power = |flux: DVec3| flux.element_sum() / 3.0;
-    let all: Vec<_> = of_triangles.chain(of_punctual).chain(environment).filter(|&(_, flux)| power(flux) > 0.0).collect();
+    let all: Vec<_> =
+        of_triangles.chain(of_punctual).chain(environment).filter(|&(_, flux)| power(flux) > 0.0).collect();
     let total: f64 = all.iter().map(|&(_, flux)| power(flux)).sum();
     let (mut lights, fluxes): (Vec<_>, Vec<_>) =
         all.into_iter().filter(|&(_, flux)| power(flux) >= 1e-30 * total).unzip();

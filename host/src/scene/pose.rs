@@ -48,8 +48,7 @@ impl Scene {
     /// Writes the light table, and its ids into the triangles that emit.
     pub(super) fn light(&mut self, emitters: &[Emitter], punctual_lights: &[PunctualLight]) {
         self.place_environment();
-        let (lights, flux) =
-            light::table(self.tables(), emitters, punctual_lights, self.environment.light());
+        let (lights, flux) = light::table(self.tables(), emitters, punctual_lights, self.environment.light());
         for emitter in emitters {
             self.surfaces[emitter.triangle as usize].light = NONE;
         }

@@ -2,7 +2,23 @@
 
 use std::path::Path;
 
+use caustics_kernels::interface::NONE;
+use serde::Deserialize;
+
 use super::{CameraChoice, EnvironmentMap, LoadOptions, Scene, SceneError, Viewpoint};
+
+/// When a scene gets the default light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DefaultLight {
+    /// Where it has none at all.
+    #[default]
+    Dark,
+    /// Whatever it has.
+    Always,
+    /// Not at all: one without any light is refused.
+    Never,
+}
 
 /// What a person wants beside what a file holds.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,8 +29,8 @@ pub struct Staging {
     pub load: LoadOptions,
     /// Light from all around, in place of the file's.
     pub environment: Option<EnvironmentMap>,
-    /// Whether a scene without any light gets some; else it is refused.
-    pub default_light: bool,
+    /// When it gets the default light.
+    pub default_light: DefaultLight,
     /// Width over height of the pictures; a camera that is placed has all in view then.
     pub aspect: f64,
 }
@@ -42,16 +58,33 @@ impl Staging {
             scene.set_environment(environment.clone())?;
         }
         let mut notes = Vec::new();
-        if scene.is_dark() {
-            let file = path.display().to_string();
-            if !self.default_light {
-                return Err(SceneError::NoLight { file });
-            }
-            let lamps = scene.add_default_light()?;
-            notes.push(format!("no light in {file}: lit by {lamps}; --no-default-light refuses this"));
-        }
+        self.light(&mut scene, &path.display().to_string(), &mut notes)?;
         let camera = self.camera(&mut scene, path, &mut notes)?;
         Ok(Staged { scene, camera, notes })
+    }
+
+    /// Adds the default light where it is wanted.
+    fn light(&self, scene: &mut Scene, file: &str, notes: &mut Vec<String>) -> Result<(), SceneError> {
+        match (scene.is_dark(), self.default_light) {
+            (true, DefaultLight::Never) => return Err(SceneError::NoLight { file: file.into() }),
+            (true, _) => {
+                let lamps = scene.add_default_light()?;
+                notes.push(format!("no light in {file}: lit by {lamps}; --no-default-light refuses this"));
+            }
+            (false, DefaultLight::Always) => {
+                notes.push(format!("beside its own light: {}", scene.add_default_light()?));
+            }
+            // A thing rather than a scene, whose eyes or headlights glow.
+            (false, DefaultLight::Dark)
+                if scene.cameras.is_empty() && scene.lights.iter().all(|light| light.triangle != NONE) =>
+            {
+                notes.push(format!(
+                    "the only light in {file} is what its materials emit; --default-light adds lamps"
+                ));
+            }
+            (false, _) => {}
+        }
+        Ok(())
     }
 
     /// Name of the camera; places it where it is none of the file.

@@ -200,7 +200,7 @@ impl Scene {
             return Err(wrong("looks at where it is"));
         };
         let position = from - self.origin;
-        if !(position.abs().max_element() <= FARTHEST) {
+        if !position.is_finite() || position.abs().max_element() > FARTHEST {
             return Err(wrong("is too far from the scene"));
         }
         let (right, up) = axes(forward);

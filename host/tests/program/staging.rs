@@ -98,6 +98,21 @@ fn a_file_that_has_both_keeps_them() {
 }
 
 #[test]
+fn lamps_are_added_to_what_glows() {
+    let folder = changed(without_camera);
+    let (own, stderr) = render(&folder, "a.exr", &[]);
+    assert!(stderr.contains("what its materials emit; --default-light adds"), "{stderr}");
+    let (both, stderr) = render(&folder, "b.exr", &["--default-light"]);
+    assert!(stderr.contains("beside its own light: a spot"), "{stderr}");
+    assert!(both.attributes.contains_key("light") && !own.attributes.contains_key("light"));
+    let sum = |picture: &Channels| picture.layer("").unwrap()[1].iter().sum::<f32>();
+    assert!(sum(&both) > sum(&own));
+    let (code, stderr) =
+        run(&folder, &["render", "scene.gltf", "-o", "c.exr", "--default-light", "--no-default-light"]);
+    assert_eq!(code, Some(2), "{stderr}");
+}
+
+#[test]
 fn wrong_places_are_refused_with_their_option() {
     let folder = changed(|_| {});
     for (options, word) in [
@@ -173,7 +188,7 @@ fn other_commands_take_such_files_too() {
     std::fs::write(folder.path().join("sweep.toml"), sweep).unwrap();
     let (code, stderr) = run(&folder, &["sweep", "sweep.toml", "-o", "swept"]);
     assert!(code == Some(0) && stderr.contains("camera: --from 0,2,2 --look-at "), "{code:?} {stderr}");
-    std::fs::write(folder.path().join("sweep.toml"), format!("default_light = false\n{sweep}")).unwrap();
+    std::fs::write(folder.path().join("sweep.toml"), format!("default_light = \"never\"\n{sweep}")).unwrap();
     let (code, stderr) = run(&folder, &["sweep", "sweep.toml", "-o", "refused"]);
     assert!(code == Some(1) && stderr.contains("no light"), "{code:?} {stderr}");
 }

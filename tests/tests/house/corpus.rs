@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use caustics::accumulation::Accumulation;
 use caustics::image::Channels;
 use caustics::output::exr;
-use caustics::scene::{CameraChoice, LoadOptions, Staged, Staging};
+use caustics::scene::{CameraChoice, DefaultLight, LoadOptions, Staged, Staging};
 use caustics::{Picture, Session, Settings};
 
 const SIZE: (usize, usize) = (32, 18);
@@ -31,7 +31,7 @@ fn picture(path: &Path) -> Picture {
         camera: CameraChoice::First,
         load: LoadOptions::default(),
         environment: None,
-        default_light: true,
+        default_light: DefaultLight::Dark,
         aspect,
     };
     let Staged { mut scene, camera, .. } =

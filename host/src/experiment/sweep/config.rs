@@ -7,7 +7,7 @@ use toml::Spanned;
 use super::matrix_table::MatrixTable;
 use super::value::{Count, Filter, NonEmpty, Positive, Side};
 use crate::experiment::reference::SEED;
-use crate::scene::{EnvironmentMap, SceneError};
+use crate::scene::{DefaultLight, EnvironmentMap, SceneError};
 use crate::settings::Settings;
 
 /// Most cells of a file, counted before any is left out.
@@ -42,9 +42,9 @@ pub struct Config {
     pub background: Option<[f32; 3]>,
     /// Light from all around; none: what the scene says.
     pub environment: Option<EnvironmentTable>,
-    /// Whether a scene without any light gets some; else it is refused.
-    #[serde(default = "yes")]
-    pub default_light: bool,
+    /// When scenes get the default light.
+    #[serde(default)]
+    pub default_light: DefaultLight,
     /// Whether scenes stand on a floor.
     #[serde(default)]
     pub floor: bool,
@@ -205,10 +205,6 @@ impl Config {
         }
         Ok(())
     }
-}
-
-fn yes() -> bool {
-    true
 }
 
 fn fps() -> Positive {

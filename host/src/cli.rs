@@ -148,7 +148,7 @@ pub struct View {
     /// Stand the scene on a floor, a wide grey square, so that caustics fall on something
     #[arg(long)]
     pub floor: bool,
-    /// Light the scene by a lamp and a soft sky whatever it has, as else only one that has no light at all
+    /// Light the scene by a lamp and a soft sky whatever it has, as else only one without light, or a thing without a camera that glows
     #[arg(long)]
     pub default_light: bool,
     /// Refuse a scene that has no light

@@ -172,7 +172,7 @@ pub fn default_light(view: &View) -> DefaultLight {
     match view {
         View { no_default_light: true, .. } => DefaultLight::Never,
         View { default_light: true, .. } => DefaultLight::Always,
-        _ => DefaultLight::Dark,
+        _ => DefaultLight::Auto,
     }
 }
 

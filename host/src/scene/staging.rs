@@ -11,9 +11,9 @@ use super::{CameraChoice, EnvironmentMap, LoadOptions, Scene, SceneError, Viewpo
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DefaultLight {
-    /// Where it has none at all.
+    /// Where it has none, or neither a camera nor other light than what its materials emit: a thing rather than a scene.
     #[default]
-    Dark,
+    Auto,
     /// Whatever it has.
     Always,
     /// Not at all: one without any light is refused.
@@ -75,11 +75,13 @@ impl Staging {
                 notes.push(format!("beside its own light: {}", scene.add_default_light()?));
             }
             // A thing rather than a scene, whose eyes or headlights glow.
-            (false, DefaultLight::Dark)
+            (false, DefaultLight::Auto)
                 if scene.cameras.is_empty() && scene.lights.iter().all(|light| light.triangle != NONE) =>
             {
+                let lamps = scene.add_default_light()?;
                 notes.push(format!(
-                    "the only light in {file} is what its materials emit; --default-light adds lamps"
+                    "no camera in {file}, and no light but what its materials emit: lit by {lamps} too; --no-default-light leaves \
+                     it as it is"
                 ));
             }
             (false, _) => {}

@@ -100,15 +100,19 @@ fn a_file_that_has_both_keeps_them() {
 #[test]
 fn lamps_are_added_to_what_glows() {
     let folder = changed(without_camera);
-    let (own, stderr) = render(&folder, "a.exr", &[]);
-    assert!(stderr.contains("what its materials emit; --default-light adds"), "{stderr}");
-    let (both, stderr) = render(&folder, "b.exr", &["--default-light"]);
-    assert!(stderr.contains("beside its own light: a spot"), "{stderr}");
-    assert!(both.attributes.contains_key("light") && !own.attributes.contains_key("light"));
     let sum = |picture: &Channels| picture.layer("").unwrap()[1].iter().sum::<f32>();
-    assert!(sum(&both) > sum(&own));
+    let (own, _) = render(&folder, "a.exr", &["--no-default-light"]);
+    assert!(!own.attributes.contains_key("light"));
+    for (file, options, note) in [
+        ("b.exr", &[][..], "no light but what its materials emit: lit by a spot"),
+        ("c.exr", &["--default-light"], "beside its own light: a spot"),
+    ] {
+        let (both, stderr) = render(&folder, file, options);
+        assert!(stderr.contains(note), "{stderr}");
+        assert!(both.attributes.contains_key("light") && sum(&both) > sum(&own));
+    }
     let (code, stderr) =
-        run(&folder, &["render", "scene.gltf", "-o", "c.exr", "--default-light", "--no-default-light"]);
+        run(&folder, &["render", "scene.gltf", "-o", "d.exr", "--default-light", "--no-default-light"]);
     assert_eq!(code, Some(2), "{stderr}");
 }
 

@@ -31,7 +31,7 @@ fn picture(path: &Path) -> Picture {
         camera: CameraChoice::First,
         load: LoadOptions::default(),
         environment: None,
-        default_light: DefaultLight::Dark,
+        default_light: DefaultLight::Auto,
         aspect,
     };
     let Staged { mut scene, camera, .. } =

@@ -1,6 +1,6 @@
 //! A scene with every lobe: a ball of each material over a floor, under a triangle and a point light.
 
-use caustics::scene::{LightShape, PunctualLight, Scene, SceneCamera, SceneParts};
+use caustics::scene::{EnvironmentMap, LightShape, PunctualLight, Scene, SceneCamera, SceneParts};
 use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAG_THIN, Material};
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::Vec3;
@@ -94,7 +94,10 @@ pub fn scene() -> Scene {
         cameras: vec![camera],
         ..SceneParts::default()
     };
-    parts.build().expect("the scene is sound")
+    let mut scene = parts.build().expect("the scene is sound");
+    let sky = [0.04, 0.02, 0.01].map(Vec3::splat).to_vec();
+    scene.set_environment(EnvironmentMap::new(1, 3, sky)).expect("the sky is sound");
+    scene
 }
 
 /// Directions to the corners of a unit ball's triangles, counter-clockwise from outside.

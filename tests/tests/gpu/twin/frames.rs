@@ -1,6 +1,6 @@
 //! Whole frames: image means, gathers against each other, odd sizes.
 
-use caustics::scene::Scene;
+use caustics::scene::{EnvironmentMap, Scene};
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics_kernels::gather::accumulator::WORDS;
@@ -54,6 +54,16 @@ fn image_means_agree_within_three_sigma() {
 #[test]
 fn image_means_agree_in_the_open_air() {
     image_means_agree(&open_air().build());
+}
+
+/// Under a sky with a bright patch, beside both.
+#[test]
+fn image_means_agree_under_a_sky() {
+    let mut scene = open_air().build();
+    let texel = |place: u32| Vec3::splat(if place == 13 { 5.0 } else { 0.02 * (16 - place / 8) as f32 });
+    let sky = EnvironmentMap::new(8, 4, (0..32).map(texel).collect());
+    scene.set_environment(sky).expect("the sky is sound");
+    image_means_agree(&scene);
 }
 
 /// More lights than are all connected to.

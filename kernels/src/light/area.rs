@@ -172,10 +172,10 @@ fn near(triangle: &Triangle, position: Vec3) -> SphericalTriangle {
     let edge = (b - a).length_squared().max((c - a).length_squared());
     let mut seen = SphericalTriangle::default();
     if ((a + b + c) / 3.0).length_squared() < NEAR * edge {
-        seen = SphericalTriangle::new(a, b, c);
-        // Also what is no number: the position is a corner.
-        if !(seen.solid_angle > MIN_SOLID_ANGLE) {
-            seen.solid_angle = 0.0;
+        let whole = SphericalTriangle::new(a, b, c);
+        // It is no number where the position is a corner.
+        if whole.solid_angle > MIN_SOLID_ANGLE {
+            seen = whole;
         }
     }
     seen

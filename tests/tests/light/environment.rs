@@ -124,7 +124,7 @@ fn connections_follow_their_density_and_bring_the_irradiance() {
     let (irradiance, error) = mean_and_error(&irradiances);
     println!(
         "irradiance {irradiance:.5} +- {error:.5}, known {sum:.5}; sun {}",
-        suns as f64 / SAMPLES as f64
+        f64::from(suns) / f64::from(SAMPLES)
     );
     assert!((irradiance - sum).abs() < 4.0 * error + 1e-4 * sum && error < 0.004 * sum);
     // Three ten-thousandths of all directions have a third of the light, and are drawn as often.

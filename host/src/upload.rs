@@ -1,6 +1,7 @@
 //! What a pose changes in a scene's tables, written to a runner.
 
 use bytemuck::{NoUninit, cast_slice};
+use caustics_kernels::interface::environment::Environment;
 use caustics_kernels::interface::light::Light;
 
 use crate::runner::{RunError, Runner};
@@ -12,6 +13,7 @@ use crate::scene::motion::Placement;
 pub struct Upload {
     light_ids: Vec<u32>,
     lights: Vec<Light>,
+    environment: Vec<Environment>,
     placements: Vec<Placement>,
 }
 
@@ -22,6 +24,7 @@ impl Upload {
         Upload {
             light_ids: motion.still_light_ids(&scene.surfaces),
             lights: scene.lights.clone(),
+            environment: scene.environment.rows.clone(),
             placements: motion.placements.clone(),
         }
     }
@@ -36,6 +39,8 @@ impl Upload {
         let now = Upload::new(scene);
         if now.lights != self.lights {
             runner.write("lights", cast_slice(&scene.lights))?;
+        }
+        if now.environment != self.environment {
             runner.write("environment", cast_slice(&scene.environment.rows))?;
         }
         if now.light_ids != self.light_ids {

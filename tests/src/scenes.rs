@@ -81,7 +81,13 @@ impl Builder {
         let texels = texels.map(|(x, y)| texel(x, y)).collect();
         self.textures.images.push(Image { width, height, texels });
         let image = self.textures.images.len() - 1;
-        self.textures.textures.push(ImageTexture { image, role, wrap: [WRAP_REPEAT; 2], nearest: false });
+        self.textures.textures.push(ImageTexture {
+            image,
+            role,
+            wrap: [WRAP_REPEAT; 2],
+            nearest: false,
+            finest: false,
+        });
         self.textures.textures.len() as u32 - 1
     }
 

@@ -1,6 +1,7 @@
 //! Light for a scene that has none: a small bright lamp from the front left and above, which makes the caustics, and a soft sky, so
 //! that nothing is black and mirrors and glass have something to show.
 
+use caustics_kernels::interface::NONE;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 use super::animation::{Local, Node};
@@ -24,6 +25,12 @@ impl Scene {
     pub fn is_dark(&self) -> bool {
         let can_be_lit = self.motion.as_ref().is_some_and(super::Motion::has_light);
         self.lights.is_empty() && !can_be_lit
+    }
+
+    /// Whether its materials are all that shines, at any time.
+    pub fn only_glows(&self) -> bool {
+        let has_lamps = self.motion.as_ref().is_some_and(|motion| !motion.lights.is_empty());
+        !has_lamps && self.lights.iter().all(|light| light.triangle != NONE)
     }
 
     /// Lights a scene by a lamp beside those it has, in proportion to [`Scene::bounds`], and a soft sky where it has none. What they

@@ -45,6 +45,8 @@ mod warning;
 
 /// Triangles of a scene at most: ids have 31 bits, and this many fill the memory of a large machine.
 const MAX_TRIANGLES: u64 = 1 << 28;
+/// Vertices that are read at most, those of a mesh once for each node that places it: a minute's work.
+const MAX_VERTICES: u64 = 1 << 31;
 /// Memory that a triangle takes while its scene is read, at most (bytes). Measured as the growth of the peak of `scene info`
 /// with triangles: 711 of plain ones, 806 to 832 with texture coordinates and tangents; 510 to 580 where they move.
 const TRIANGLE_BYTES: u64 = 850;
@@ -157,7 +159,7 @@ fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Resul
 /// Takes memory for all triangles, by the accessors of every mesh and the nodes that place it. How many there are.
 fn take_triangles(document: &mut Document, meshes: &[MeshInstance]) -> Result<usize, SceneError> {
     let mut extents: HashMap<usize, Extent> = HashMap::new();
-    let (mut triangles, mut vertices) = (0_u64, 0_u64);
+    let (mut triangles, mut vertices, mut read) = (0_u64, 0_u64, 0_u64);
     for instance in meshes {
         let extent = match extents.entry(instance.mesh.value()) {
             Entry::Occupied(known) => *known.get(),
@@ -165,6 +167,11 @@ fn take_triangles(document: &mut Document, meshes: &[MeshInstance]) -> Result<us
         };
         triangles = triangles.saturating_add(extent.triangles);
         vertices = vertices.max(extent.vertices);
+        read = read.saturating_add(extent.vertices);
+        if read > MAX_VERTICES {
+            let what = format!("reads more than {MAX_VERTICES} vertices in all");
+            return Err(SceneError::Mesh { file: document.file.clone(), mesh: instance.node.clone(), what });
+        }
         if triangles > MAX_TRIANGLES {
             let what = format!("makes more than {MAX_TRIANGLES} triangles in all");
             return Err(SceneError::Mesh { file: document.file.clone(), mesh: instance.node.clone(), what });

@@ -86,7 +86,6 @@ impl SceneParts {
             cameras: self.cameras,
             origin: self.origin,
             bounds,
-            punctual_lights: if self.motion.is_none() { self.lights.clone() } else { Vec::new() },
             has_nested_media: media.are_nested(),
             dropped_triangles,
             ..Scene::default()

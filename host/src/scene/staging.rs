@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use caustics_kernels::interface::NONE;
 use serde::Deserialize;
 
 use super::{CameraChoice, EnvironmentMap, LoadOptions, Scene, SceneError, Viewpoint};
@@ -75,9 +74,7 @@ impl Staging {
                 notes.push(format!("beside its own light: {}", scene.add_default_light()?));
             }
             // A thing rather than a scene, whose eyes or headlights glow.
-            (false, DefaultLight::Auto)
-                if scene.cameras.is_empty() && scene.lights.iter().all(|light| light.triangle != NONE) =>
-            {
+            (false, DefaultLight::Auto) if scene.cameras.is_empty() && scene.only_glows() => {
                 let lamps = scene.add_default_light()?;
                 notes.push(format!(
                     "no camera in {file}, and no light but what its materials emit: lit by {lamps} too; --no-default-light leaves \

@@ -79,7 +79,8 @@ pub fn build(file: &str, parts: TextureParts, triangles: &[Triangle]) -> Result<
             row
         });
         let [wrap_u, wrap_v] = texture.wrap;
-        textures.push(Texture { wrap_u, wrap_v, nearest: u32::from(texture.nearest), ..row });
+        let level_count = if texture.finest { 1 } else { row.level_count };
+        textures.push(Texture { wrap_u, wrap_v, nearest: u32::from(texture.nearest), level_count, ..row });
     }
     check_texels(file, placed.iter().map(|(_, _, row)| (row.width, row.height)))?;
     let mut texels = Vec::with_capacity(end as usize);

@@ -85,7 +85,8 @@ fn radiance_hdr(bytes: &[u8]) -> Result<(u32, u32, Vec<Vec3>), String> {
     let mut reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::Hdr);
     let mut limits = image::Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
-    limits.max_alloc = crate::memory::available();
+    // Its texels are copied once.
+    limits.max_alloc = crate::memory::available().map(|bytes| bytes / 2);
     reader.limits(limits);
     let picture = reader.decode().map_err(wrong)?.into_rgb32f();
     let (width, height) = picture.dimensions();
@@ -97,6 +98,9 @@ fn open_exr(bytes: &[u8]) -> Result<(u32, u32, Vec<Vec3>), String> {
     let channels = Channels::decode(bytes).map_err(other)?;
     if channels.encoding != crate::image::Encoding::Linear {
         return Err("holds display colours and no radiance; give Radiance HDR or EXR".into());
+    }
+    if channels.width.max(channels.height) > MAX_SIDE as usize {
+        return Err(format!("has a side of more than {MAX_SIDE} texels"));
     }
     let [red, green, blue] = channels.layer("").ok_or("has no channels R, G and B")?;
     let texels = red.iter().zip(green).zip(blue).map(|((&r, &g), &b)| Vec3::new(r, g, b)).collect();

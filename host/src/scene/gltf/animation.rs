@@ -102,7 +102,8 @@ fn channel(document: &mut Document, sampler: &Value, path: Path, owner: &str) ->
     // Keys as they are read and as they are kept.
     let keys = accessor::count(document, input, owner)?;
     let values = accessor::count(document, output, owner)?;
-    document.take(12 * keys + 48 * values, format_args!("{owner}"))?;
+    let bytes = keys.saturating_mul(12).saturating_add(values.saturating_mul(48));
+    document.take(bytes, format_args!("{owner}"))?;
     let times: Vec<f32> = accessor::numbers(document, input, owner)?.into_iter().map(|[time]| time).collect();
     let values: Vec<DVec4> = match path {
         Path::Rotation => {

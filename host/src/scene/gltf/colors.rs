@@ -65,7 +65,7 @@ fn read(
         document.replace(owner, &what, "rendered without them", error)?;
         return Ok(None);
     }
-    document.take(32 * count, format_args!("{owner}"))?;
+    document.take(count.saturating_mul(32), format_args!("{owner}"))?;
     let accessor = document.get(&document.root.accessors, colors, "accessor", owner)?;
     let mut read = match accessor.type_ {
         Checked::Valid(Type::Vec3) => {

@@ -292,7 +292,7 @@ fn background(document: &Value) -> Result<Vec3, String> {
 }
 
 /// `extras` of the default scene.
-fn scene_extras(document: &Value) -> &Value {
+pub fn scene_extras(document: &Value) -> &Value {
     let scene = document["scene"].as_u64().unwrap_or(0);
     &document["scenes"][scene as usize]["extras"]
 }

@@ -144,6 +144,16 @@ fn decode(
     let points = decoded.num_points();
     let mut read = HashMap::new();
     for (_, index, id) in attributes {
+        // Memory was taken for what the accessors say, of at most four numbers each.
+        let accessor = &document.root.accessors[index.value()];
+        let is_short = matches!(accessor.type_, Checked::Valid(shape) if shape.multiplicity() <= 4);
+        if accessor.count.0 != points as u64 || !is_short {
+            let said = accessor.count.0;
+            return Ok(Err(format!("cannot be decompressed (Draco: {points} points instead of {said})")));
+        }
+        if read.contains_key(&id) {
+            continue;
+        }
         let Some(attribute) = u32::try_from(id).ok().and_then(|id| decoded.attribute_by_unique_id(id)) else {
             return Ok(Err(format!("cannot be decompressed (Draco: there is no attribute {id})")));
         };

@@ -7,13 +7,14 @@ use serde_json::Value;
 use super::{buffer, document};
 use crate::file::read_file;
 
-/// The document, and the files of its buffers and images. Of what cannot be read nothing is said: loading it will.
+/// The document, and the files of its buffers, its images and its environment. Of what cannot be read nothing is said: loading it will.
 pub fn files(path: &Path) -> Vec<PathBuf> {
     let bytes = read_file(path).unwrap_or_default();
     let json = document::split("", &bytes).map(|(json, _)| json).unwrap_or_default();
     let document: Value = serde_json::from_slice(json).unwrap_or_default();
     let folder = path.parent().unwrap_or(Path::new(""));
     let uris = ["buffers", "images"].into_iter().flat_map(|section| document[section].as_array()).flatten();
+    let uris = uris.chain([&document::scene_extras(&document)["environment"]]);
     let uris = uris.filter_map(|section| section["uri"].as_str()).filter(|uri| !uri.starts_with("data:"));
     [path.to_path_buf()].into_iter().chain(uris.map(|uri| folder.join(buffer::decode_percent(uri)))).collect()
 }

@@ -7,6 +7,7 @@ use caustics_kernels::interface::texture::{MaterialTextures, WRAP_CLAMP, WRAP_MI
 use glam::Vec2;
 use serde_json::Value;
 
+use super::atlas::BAKED;
 use super::document::Document;
 use super::{image, unsupported};
 use crate::scene::SceneError;
@@ -261,7 +262,7 @@ impl Reader<'_> {
         let owner = format!("texture {index}");
         let source = texture["source"].as_u64().ok_or_else(|| SceneError::Document {
             file: self.document.file.clone(),
-            what: format!("{owner} has no PNG or JPEG image as its source"),
+            what: format!("{owner} has no image as its source"),
         })?;
         if source >= sections.images.len() as u64 {
             return Err(missing(&owner, "image", source, sections.images.len()));
@@ -285,7 +286,9 @@ impl Reader<'_> {
             self.sources.push(source);
             self.sources.len() - 1
         });
-        self.parts.textures.push(ImageTexture { image, role, wrap, nearest });
+        // Triangles lie side by side on images of vertex colours, whatever they are beside on the surface.
+        let finest = !sections.images[source as usize][BAKED].is_null();
+        self.parts.textures.push(ImageTexture { image, role, wrap, nearest, finest });
         let id = self.parts.textures.len() as u32 - 1;
         self.known.insert((index, role), id);
         Ok(id)

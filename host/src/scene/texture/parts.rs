@@ -58,6 +58,8 @@ pub struct ImageTexture {
     pub wrap: [u32; 2],
     /// No interpolation between the texels of a level.
     pub nearest: bool,
+    /// Its finest level alone is looked at: texels beside each other have nothing to do with each other.
+    pub finest: bool,
 }
 
 /// Where a triangle's corners lie on its material's textures.

@@ -21,6 +21,16 @@ fn word(bytes: &[u8], at: usize) -> Option<u32> {
     Some(u32::from_le_bytes(word.try_into().ok()?))
 }
 
+/// Whether a file holds one picture, and its finest level claims no more than its texels are worth: the transcoder makes room for
+/// what a compressed level claims before it looks.
+fn is_sound(bytes: &[u8], width: u32, height: u32) -> bool {
+    let number = |at| Some(u64::from(word(bytes, at)?) | u64::from(word(bytes, at + 4)?) << 32);
+    let blocks = u64::from(width.div_ceil(4)) * u64::from(height.div_ceil(4));
+    let one_picture = word(bytes, 32).is_some_and(|layers| layers <= 1) && word(bytes, 36) == Some(1);
+    // Sixteen bytes a block.
+    one_picture && number(96).is_some_and(|claimed| claimed <= 16 * blocks)
+}
+
 /// Width and height by the header [texels].
 pub fn size(bytes: &[u8]) -> Result<(u32, u32), String> {
     word(bytes, 20).zip(word(bytes, 24)).ok_or_else(|| "cannot be decoded: its header is cut off".into())
@@ -32,6 +42,9 @@ pub fn read(bytes: &[u8]) -> Result<Image, String> {
     let model = word(bytes, 48).and_then(|descriptor| bytes.get((descriptor as usize).checked_add(12)?));
     if !model.is_some_and(|model| MODELS.contains(model)) {
         return Err("cannot be decoded: it is no ETC1S or UASTC of Basis Universal".into());
+    }
+    if !is_sound(bytes, width, height) {
+        return Err("cannot be decoded: it is no single picture of the size that its header says".into());
     }
     // The transcoder is made to return errors; should one of its checks be missing, damaged bytes must not end the program.
     let texels = catch_unwind(|| {
@@ -60,6 +73,17 @@ mod tests {
         // Model UASTC, linear; blocks of 4 x 4; one sample of red, green, blue and alpha.
         let format = words(&[44, 0, 40 << 16 | 2, 1 << 16 | 166, 3 << 8 | 3, 16, 0, 3 << 24, 0, 0, u32::MAX]);
         [MAGIC, &header, &index, &format, &block].concat()
+    }
+
+    #[test]
+    fn levels_that_claim_too_much_are_refused() {
+        let file = plain([10, 20, 200, 128]);
+        for (at, value) in [(96, u64::MAX), (96, 1 << 46), (96, 17), (32, 1 << 32 | 2), (36, 6)] {
+            let mut file = file.clone();
+            let words = if at == 96 { 8 } else { 4 };
+            file[at..at + words].copy_from_slice(&value.to_le_bytes()[..words]);
+            assert!(read(&file).unwrap_err().contains("no single picture"), "{at} {value}");
+        }
     }
 
     #[test]

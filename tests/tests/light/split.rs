@@ -245,15 +245,6 @@ mod long {
         agrees_at(&[0.25], "overlapping media", &b.build(), &LARGE_LAMP);
     }
 
-    /// Panes, leaves and a lamp that blend, before and behind what casts caustics.
-    #[test]
-    #[ignore = "thousands of samples a pixel: two minutes on two cores"]
-    fn room_of_things_that_blend_is_the_reference() {
-        // Discs lose light at the borders of panes too.
-        let budget = Budget { frames: 2000, limit: Limit::Extrapolated(0.5), ..LARGE_LAMP };
-        agrees_at(&[0.25], "things that blend", &blended_room().build(), &budget);
-    }
-
     /// Meshes whose shading normals lean by up to 55 degrees.
     #[test]
     #[ignore = "thousands of samples a pixel: half a minute on two cores"]
@@ -277,6 +268,15 @@ mod long {
 
 mod release {
     use super::*;
+
+    /// Panes, leaves and a lamp that blend, before and behind what casts caustics.
+    #[test]
+    #[ignore = "thousands of samples a pixel: two minutes on two cores"]
+    fn room_of_things_that_blend_is_the_reference() {
+        // Discs lose light at the borders of panes too.
+        let budget = Budget { frames: 2000, limit: Limit::Extrapolated(0.5), ..LARGE_LAMP };
+        agrees_at(&[0.25], "things that blend", &blended_room().build(), &budget);
+    }
 
     #[test]
     #[ignore = "thousands of samples a pixel: a minute on two cores"]

@@ -180,12 +180,15 @@ pub struct Loading {
     /// Variant of the scene's materials, by name (KHR_materials_variants)
     #[arg(long)]
     pub variant: Option<String>,
+    /// Triangles that copies of meshes may take; beyond, a mesh that stands in several places is stored once
+    #[arg(long, default_value_t = LoadOptions::default().copies, value_name = "TRIANGLES")]
+    pub copies: u64,
 }
 
 impl Loading {
     /// As the library takes them.
     pub fn options(&self) -> LoadOptions {
-        LoadOptions { strict: self.strict, variant: self.variant.clone(), floor: false }
+        LoadOptions { strict: self.strict, variant: self.variant.clone(), floor: false, copies: self.copies }
     }
 }
 

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use caustics_kernels::interface::frame::FrameParams;
 
-use crate::scene::motion::Placement;
+use crate::scene::instanced::Placement;
 use caustics_kernels::declare::Step;
 
 pub(crate) mod cpu;

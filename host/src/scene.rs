@@ -27,6 +27,8 @@ pub use self::find::{MADE, names, resolve};
 pub use self::gltf::files::files;
 pub use self::gltf::options::LoadOptions;
 pub(crate) use self::gltf::read_alone as read;
+pub use self::instanced::Instanced;
+pub use self::light::Emitter;
 pub use self::motion::Motion;
 pub use self::parts::SceneParts;
 pub use self::punctual::{LightShape, PunctualLight};
@@ -47,10 +49,11 @@ mod find;
 mod floor;
 mod geometry;
 mod gltf;
+pub(crate) mod instanced;
 mod light;
 mod media;
+mod mesh;
 pub(crate) mod motion;
-mod moving;
 mod parts;
 mod pose;
 mod punctual;
@@ -68,7 +71,7 @@ mod viewpoint;
 pub struct Scene {
     /// Stem of the file, or its folder's name where the file is `scene.gltf`.
     pub name: String,
-    /// Corners (m), in the order of the tree's leaves.
+    /// Corners (m), in the order of the tree's leaves: those of the world, then those of every mesh in its own space.
     pub triangles: Vec<Triangle>,
     /// What triangles have beside their corners, in the same order.
     pub surfaces: Vec<TriangleSurface>,
@@ -78,20 +81,22 @@ pub struct Scene {
     pub material_names: Vec<String>,
     /// Emitters of positive power with their alias table; empty in a dark scene.
     pub lights: Vec<Light>,
-    /// Lights that are no triangles, of a scene that stands still.
+    /// Lights that are no triangles, where nothing moves.
     pub punctual_lights: Vec<PunctualLight>,
     /// Light from all around.
     pub environment: EnvironmentTables,
     /// Textures, in the order of the triangles and the materials.
     pub textures: texture::TextureData,
-    /// Instances: the world, then the meshes that move.
+    /// Instances: the world, then [`Scene::instanced`].
     pub instances: Vec<Instance>,
     /// Nodes of the software tree; the first is the root.
     pub nodes: Vec<TreeNode>,
     /// Leaves of the software tree: up to four triangles each.
     pub blocks: Vec<TriangleBlock>,
-    /// Triangles of the meshes that move, each in its mesh's own space; rows as behind those that stand still.
-    pub object_triangles: Vec<Triangle>,
+    /// Meshes with rows in spaces of their own, and where they stand.
+    pub instanced: Instanced,
+    /// Triangles that emit, whatever their area at the pose at hand.
+    pub emitters: Vec<Emitter>,
     /// What moves, and how; `None` in a scene that stands still.
     pub motion: Option<Motion>,
     /// Radiance behind everything that the file asks for (W m^-2 sr^-1); it lights nothing.
@@ -147,12 +152,24 @@ impl Scene {
         self.motion.is_some()
     }
 
+    /// Whether something can shine at some time, because what moves changes.
+    pub(crate) fn lights_up(&self) -> bool {
+        let lamps = |motion: &Motion| motion.lights().has(caustics_kernels::light::TYPES);
+        self.motion.as_ref().is_some_and(|motion| lamps(motion) || !self.emitters.is_empty())
+    }
+
+    /// Rows that its light table can have at most, at any time.
+    pub(crate) fn most_lights(&self) -> usize {
+        let lamps = |motion: &Motion| self.emitters.len() + motion.lights.len() + 1;
+        self.motion.as_ref().map_or(0, lamps).max(self.lights.len())
+    }
+
     /// Time of the last key of its animations (s); 0 where nothing moves.
     pub fn duration(&self) -> f64 {
         self.motion.as_ref().map_or(0.0, |motion| motion.rig.duration())
     }
 
-    /// Its software tracer; `CUT_OUTS` and `INSTANCES` decide whether it looks for holes and for what moves.
+    /// Its software tracer; `CUT_OUTS` and `INSTANCES` decide whether it looks for holes and for instances.
     pub fn tracer(&self, features: Features) -> BvhTracer<'_> {
         let cut_outs = CutOuts::of(self.tables(), features);
         BvhTracer { nodes: &self.nodes, blocks: &self.blocks, instances: &self.instances, cut_outs }
@@ -169,10 +186,11 @@ impl Scene {
             texels_2: self.textures.chunk(2),
             texels_3: self.textures.chunk(3),
         };
-        let Scene { triangles, surfaces, materials, lights, environment, .. } = self;
+        let Scene { triangles, surfaces, instances, materials, lights, environment, .. } = self;
         SceneTables {
             triangles,
             surfaces,
+            instances,
             materials,
             lights,
             environment: &environment.rows,

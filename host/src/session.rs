@@ -20,7 +20,6 @@ use crate::picture::Picture;
 use crate::runner::cpu::CpuRunner;
 use crate::runner::gpu::GpuRunner;
 use crate::runner::{RunError, Runner, StepTime};
-use crate::scene::motion::Motion;
 use crate::scene::{Scene, SceneCamera, SceneError};
 use crate::settings::{Settings, with_light_paths};
 use crate::upload::Upload;
@@ -107,9 +106,8 @@ pub fn open(
 ) -> Result<Box<dyn Runner>, SessionError> {
     let mut tables = scene.buffers();
     // Lights go out and on again: the table has room for all.
-    let most = scene.motion.as_ref().map_or(0, Motion::most_lights).max(scene.lights.len());
     let mut lights = scene.lights.clone();
-    lights.resize(most, Light::default());
+    lights.resize(scene.most_lights(), Light::default());
     for (_, bytes) in tables.iter_mut().filter(|(name, _)| *name == "lights") {
         *bytes = cast_slice(&lights);
     }
@@ -124,10 +122,7 @@ pub fn open(
                 base: modules.base,
                 rayquery: hardware.then_some(modules.rayquery),
             };
-            let motion = scene.motion.as_ref();
-            let triangles = motion.map_or(scene.triangles.len(), |motion| motion.still) as u32;
-            let placements = motion.map_or(&[][..], |motion| &motion.placements);
-            let opened = GpuRunner::new(&options, features, buffers, &tables, triangles, placements);
+            let opened = GpuRunner::new(&options, features, buffers, &tables, &scene.instanced);
             Ok(Box::new(opened.map_err(RunError::from)?))
         }
     }

@@ -16,7 +16,6 @@ use caustics_kernels::interface::sequence::Sequence;
 use caustics_kernels::method::{Method, Parts};
 use glam::Vec3;
 
-use crate::scene::motion::Motion;
 use crate::scene::{Scene, SceneCamera};
 
 /// What a person sets for a run; the defaults are the talk's, at a smaller picture.
@@ -124,7 +123,7 @@ impl Settings {
 
     /// Settings of a frame that shoots if any frame of the scene does: buffers are allocated for it.
     pub fn largest(&self, scene: &Scene, camera: &SceneCamera) -> FrameParams {
-        let can_be_lit = scene.motion.as_ref().is_some_and(Motion::has_light);
+        let can_be_lit = scene.lights_up();
         self.params_where(scene, camera, 0, can_be_lit || !scene.lights.is_empty())
     }
 

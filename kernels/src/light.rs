@@ -107,8 +107,8 @@ fn drawn(
 
 /// Where on a light a path starts, by the first four uniform numbers of `leave` (m); of parallel light, the middle of its disc.
 #[inline(always)]
-fn place_on(light: &Light, scene: SceneTables<'_>, place: Vec4) -> Vec3 {
-    if light.triangle == NONE { light.position } else { area::place_on(light, scene, place) }
+fn place_on(light: &Light, scene: SceneTables<'_>, features: Features, place: Vec4) -> Vec3 {
+    if light.triangle == NONE { light.position } else { area::place_on(light, scene, features, place) }
 }
 
 /// Chooses a light by the alias table; its chance is `Light::pdf_light_choice`.

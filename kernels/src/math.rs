@@ -3,6 +3,7 @@
 
 pub mod cone;
 pub mod differential;
+pub mod face;
 pub mod frame;
 pub mod octahedral;
 pub mod offset;

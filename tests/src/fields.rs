@@ -51,7 +51,7 @@ macro_rules! fields {
     };
 }
 
-fields!(Hit { distance: 1 Floats, triangle: 1 Words, u: 1 Floats, v: 1 Floats, });
+fields!(Hit { distance: 1 Floats, triangle: 1 Words, u: 1 Floats, v: 1 Floats, instance: 1 Words, });
 fields!(SampleStep {
     uniform: 4 Words, sphere: 3 Floats, hemisphere: 3 Floats, facet: 3 Floats, triangle: 2 Floats,
 });

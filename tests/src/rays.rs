@@ -9,7 +9,6 @@ use caustics_kernels::math::offset;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::warp::uniform_sphere;
 use caustics_kernels::surface::vertex::vertex;
-use glam::Vec3;
 
 fn rng(index: usize, purpose: u32) -> Rng {
     Rng::new(Stream::Camera, 0x7177, index as u32, purpose)
@@ -17,9 +16,7 @@ fn rng(index: usize, purpose: u32) -> Rng {
 
 /// `count` rays from anywhere in the scene's bounds in any direction.
 pub fn through(scene: &Scene, count: usize) -> Vec<Ray> {
-    let corners = || scene.triangles.iter().flat_map(|triangle| [triangle.a, triangle.b, triangle.c]);
-    let low = corners().fold(Vec3::INFINITY, Vec3::min);
-    let high = corners().fold(Vec3::NEG_INFINITY, Vec3::max);
+    let [low, high] = scene.bounds;
     let ray = |index| {
         let mut rng = rng(index, 0);
         let (place, to) = (rng.next4(), rng.next4());

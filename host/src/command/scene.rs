@@ -81,6 +81,7 @@ fn info(
             "name": scene.name,
             "file": file,
             "triangles": scene.triangles.len(),
+            "instances": scene.instanced.instances.len(),
             "dropped_triangles": scene.dropped_triangles,
             "materials": scene.material_names,
             "textures": scene.textures.textures.len(),
@@ -105,6 +106,13 @@ fn info(
         scene.triangles.len(),
         scene.dropped_triangles
     ))?;
+    let (meshes, instances) = (scene.instanced.meshes.len(), scene.instanced.instances.len());
+    if instances > 0 {
+        say(format_args!(
+            "instances  {instances} of {meshes} meshes with {} of the triangles",
+            scene.instanced.triangle_count()
+        ))?;
+    }
     say(format_args!("materials  {}", joined(scene.material_names.iter().map(String::as_str))))?;
     let texels = scene.textures.texels.len();
     say(format_args!("textures   {}, {texels} texels with all levels", scene.textures.textures.len()))?;
@@ -142,7 +150,7 @@ fn joined<'a>(names: impl Iterator<Item = &'a str>) -> String {
 
 /// Nodes whose cameras, lights and meshes move.
 fn moving(scene: &Scene) -> Vec<&str> {
-    scene.motion.as_ref().map_or(Vec::new(), |motion| motion.names())
+    scene.motion.as_ref().map_or(Vec::new(), |motion| motion.names(&scene.instanced))
 }
 
 /// Names of what a scene needs.

@@ -7,7 +7,7 @@ use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
 
 use super::{RunError, Runner, StepTime};
-use crate::scene::motion::Placement;
+use crate::scene::instanced::Placement;
 use caustics_kernels::declare::{BufferSpec, Step};
 
 /// The CPU with a scene's tables and a plan's buffers.

@@ -11,7 +11,7 @@ use caustics_kernels::interface::instance::Transform;
 use caustics_kernels::texture::cut_out::SOME_ARE_NOT_THERE;
 
 use super::{RunError, Runner, StepTime};
-use crate::scene::motion::Placement;
+use crate::scene::instanced::{Instanced, Placement};
 use crate::vulkan::bound::{BoundPipeline, Resources};
 use crate::vulkan::buffer::{Buffer, Purpose};
 use crate::vulkan::context::Context;
@@ -37,21 +37,20 @@ pub struct GpuRunner {
     resources: Resources,
     memory: Arc<Memory>,
     context: Arc<Context>,
-    // Meshes that move, as the structure has them.
+    // Instances, as the structure has them.
     placements: Vec<Placement>,
 }
 
 impl GpuRunner {
     /// Opens a device, allocates the buffers with zeros in them, uploads the tables (buffers like the others), and
-    /// with `hardware` builds `scene_structure` over the first `triangle_count` rows of `triangles` and over the meshes that
-    /// move, whose own triangles are the rows of `object_triangles`.
+    /// with `hardware` builds `scene_structure` over the world's rows of `triangles`, and over those of every mesh for its
+    /// instances.
     pub fn new(
         options: &DeviceOptions,
         features: Features,
         buffers: &[BufferSpec],
         tables: &[(&'static str, &[u8])],
-        triangle_count: u32,
-        placements: &[Placement],
+        instanced: &Instanced,
     ) -> Result<GpuRunner, VulkanError> {
         let kernels = Kernels::open(options)?;
         let context = Arc::clone(kernels.context());
@@ -72,7 +71,7 @@ impl GpuRunner {
             } else {
                 Primitives::Triangles
             };
-            runner.build_structures(kind, triangle_count, placements)?;
+            runner.build_structures(kind, instanced)?;
         }
         Ok(runner)
     }
@@ -87,25 +86,22 @@ impl GpuRunner {
         Ok(())
     }
 
-    fn build_structures(
-        &mut self,
-        kind: Primitives,
-        triangle_count: u32,
-        placements: &[Placement],
-    ) -> Result<(), VulkanError> {
+    fn build_structures(&mut self, kind: Primitives, instanced: &Instanced) -> Result<(), VulkanError> {
         let Resources { buffers, structures } = &mut self.resources;
         let memory = &self.memory;
-        let triangles = buffers.get("triangles").ok_or_else(|| unknown("triangles"))?;
-        let mut parts = vec![Part { buffer: triangles, first: 0, capacity: u64::from(triangle_count) }];
-        for placement in placements {
-            let buffer = buffers.get("object_triangles").ok_or_else(|| unknown("object_triangles"))?;
-            let first = u64::from(placement.first - triangle_count);
-            parts.push(Part { buffer, first, capacity: u64::from(placement.count) });
-        }
-        let mut scene = Hierarchy::of_parts(memory, SCENE_STRUCTURE, kind, &parts)?;
+        let buffer = buffers.get("triangles").ok_or_else(|| unknown("triangles"))?;
+        let world = Part { buffer, first: 0, capacity: instanced.still as u64 };
+        let meshes = instanced.meshes.iter();
+        let meshes =
+            meshes.map(|mesh| Part { buffer, first: mesh.first.into(), capacity: mesh.count.into() });
+        let parts: Vec<Part<'_>> = std::iter::once(world).chain(meshes).collect();
+        let placements = instanced.placements();
+        let mut scene =
+            Hierarchy::of_parts(memory, SCENE_STRUCTURE, kind, &parts, placements.len() as u32 + 1)?;
         scene.place(&placed(placements))?;
         self.placements = placements.to_vec();
-        self.frame.execute(&["build.scene".into()], |recorder, _| recorder.build(&scene, triangle_count))?;
+        let count = instanced.still as u32;
+        self.frame.execute(&["build.scene".into()], |recorder, _| recorder.build(&scene, count))?;
         structures.insert(SCENE_STRUCTURE, scene);
 
         Ok(())
@@ -175,14 +171,9 @@ impl Runner for GpuRunner {
         if *placements == *self.placements {
             return Ok(());
         }
-        let pairs = placements.iter().zip(&self.placements).enumerate();
-        let changed: Vec<usize> = pairs
-            .filter(|(_, (now, before))| now.mirrored != before.mirrored)
-            .map(|(id, _)| id + 1)
-            .collect();
         scene.place(&placed(placements))?;
         let scene = &*scene;
-        self.frame.execute(&["build.scene".into()], |recorder, _| recorder.build_again(scene, &changed))?;
+        self.frame.execute(&["build.scene".into()], |recorder, _| recorder.build_top(scene))?;
         self.placements = placements.to_vec();
         Ok(())
     }
@@ -216,14 +207,13 @@ impl Runner for GpuRunner {
     }
 }
 
-/// Instances of the scene's structure: what stands still, and the meshes that move and can be seen.
+/// Instances of the scene's structure: the world, and those that can be seen.
 fn placed(placements: &[Placement]) -> Vec<Placed> {
-    let still = Placed { part: 0, to_world: Transform::IDENTITY, custom_index: 0 };
-    let moving = placements.iter().enumerate().filter_map(|(id, placement)| {
-        let to_world = placement.to_world?;
-        Some(Placed { part: id + 1, to_world, custom_index: placement.first })
+    let world = Placed { part: 0, to_world: Transform::IDENTITY, custom_index: 0 };
+    let shown = (1..).zip(placements).filter_map(|(custom_index, placement)| {
+        Some(Placed { part: placement.mesh + 1, to_world: placement.to_world?, custom_index })
     });
-    std::iter::once(still).chain(moving).collect()
+    std::iter::once(world).chain(shown).collect()
 }
 
 /// A step with what it names looked up.

@@ -6,7 +6,7 @@ use super::Scene;
 
 impl Scene {
     /// The tables by the names that kernels bind them with.
-    pub fn buffers(&self) -> [(&'static str, &[u8]); 18] {
+    pub fn buffers(&self) -> [(&'static str, &[u8]); 17] {
         let textures = &self.textures;
         [
             ("triangles", cast_slice(&self.triangles)),
@@ -17,7 +17,6 @@ impl Scene {
             ("environment_texels", cast_slice(&self.environment.texels)),
             ("environment_tree", cast_slice(&self.environment.tree)),
             ("instances", cast_slice(&self.instances)),
-            ("object_triangles", cast_slice(&self.object_triangles)),
             ("nodes", cast_slice(&self.nodes)),
             ("blocks", cast_slice(&self.blocks)),
             ("textures", cast_slice(&textures.textures)),

@@ -1,21 +1,25 @@
 //! Spheres around what casts caustics: a cut of the scene, made once for a threshold of what is specular, whose parts move with
 //! the meshes that they are of.
 
+use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use caustics_kernels::interface::caster::{Caster, Casters, MAX_CASTERS};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::instance::Transform;
+use caustics_kernels::interface::triangle::Triangle;
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 
-use super::Scene;
+use super::{Scene, tree};
 
 /// A split must make the surface of the boxes smaller by this share: then there is a gap, or a thing beside another. Halves of
 /// a pane or of a ball have no less.
 const WORTH: f32 = 0.1;
 /// Slices of a box in which planes are looked for.
 const BINS: usize = 32;
+/// Triangles of a mesh that stands still, in all its places, beyond which a box a place must do.
+const MAX_PIECES: usize = 1 << 20;
 
 /// The cuts that a scene was asked for, by their thresholds.
 #[derive(Debug, Default)]
@@ -31,10 +35,17 @@ impl Clone for Cuts {
 #[derive(Debug, Default)]
 pub struct Cut(Vec<(usize, Caster)>);
 
-/// Triangles that one sphere holds, of one instance.
+/// What a part holds whole: a triangle, or the box around a mesh that is stored once for many places.
+#[derive(Clone, Copy)]
+enum Piece {
+    Triangle([Vec3; 3]),
+    Box(Aabb),
+}
+
+/// What one sphere holds, of one instance that moves, or of the world.
 struct Part {
     instance: usize,
-    corners: Vec<[Vec3; 3]>,
+    pieces: Vec<Piece>,
     bounds: Aabb,
     /// The plane that splits it best, if one is worth it.
     split: Option<Split>,
@@ -74,8 +85,7 @@ impl Scene {
     /// A sphere of an instance in the world.
     fn posed(&self, instance: usize, sphere: Caster) -> Caster {
         let Some(id) = instance.checked_sub(1) else { return sphere };
-        let placement = self.motion.as_ref().and_then(|motion| motion.placements[id].to_world);
-        let Some(to_world) = placement else { return Caster::default() };
+        let Some(to_world) = self.instanced.placements()[id].to_world else { return Caster::default() };
         let radius = sphere.radius * stretch(&to_world) * (1.0 + 1e-6);
         Caster { centre: to_world.point(sphere.centre), radius }
     }
@@ -86,22 +96,32 @@ impl Cut {
         let casts: Vec<bool> = (0..scene.materials.len())
             .map(|id| scene.features_of(id, specular_roughness).has(Features::CASTERS))
             .collect();
-        let still = scene.motion.as_ref().map_or(scene.triangles.len(), |motion| motion.still);
-        let is_caster = |surface: usize| casts[scene.surfaces[surface].material as usize];
-        let corners = |triangle: usize| {
-            let triangle = match triangle.checked_sub(still) {
-                Some(row) => &scene.object_triangles[row],
-                None => &scene.triangles[triangle],
-            };
-            [triangle.a, triangle.b, triangle.c]
-        };
-        let part = |instance, triangles: std::ops::Range<usize>| {
-            Part::new(instance, triangles.filter(|&id| is_caster(id)).map(corners).collect())
-        };
-        let meshes = scene.motion.iter().flat_map(|motion| &motion.placements).enumerate();
-        let moving = meshes
-            .map(|(id, place)| part(id + 1, place.first as usize..(place.first + place.count) as usize));
-        let mut parts: Vec<Part> = std::iter::once(part(0, 0..still)).chain(moving).flatten().collect();
+        let is_caster = |id: &usize| casts[scene.surfaces[*id].material as usize];
+        // What stands still is one part with the world's triangles.
+        let (mut still, mut parts) = (Vec::new(), Vec::new());
+        let mut boxes: HashMap<usize, Option<Aabb>> = HashMap::new();
+        let uses = scene.instanced.uses();
+        for (instance, row) in scene.instances.iter().enumerate() {
+            let rows = || scene.instanced.rows(instance).filter(is_caster);
+            if row.moving != 0 {
+                parts.extend(Part::new(instance, rows().map(|id| Piece::of(&scene.triangles[id])).collect()));
+                continue;
+            }
+            let mesh = instance.checked_sub(1).map(|id| scene.instanced.instances[id].mesh);
+            match mesh.filter(|&mesh| uses[mesh] * scene.instanced.meshes[mesh].count as usize > MAX_PIECES) {
+                None => still
+                    .extend(rows().map(|id| Piece::of(&scene.world_triangle(instance as u32, id as u32)))),
+                Some(mesh) => {
+                    let bounds = || rows().map(|id| tree::bounds(&scene.triangles[id]));
+                    let own =
+                        boxes.entry(mesh).or_insert_with(|| bounds().reduce(|all, next| all.union(&next)));
+                    let to_world = scene.instanced.placements()[instance - 1].to_world;
+                    still
+                        .extend(own.zip(to_world).map(|(own, to_world)| Piece::Box(around(&own, &to_world))));
+                }
+            }
+        }
+        parts.extend(Part::new(0, still));
         // Of more moving meshes than there are spheres, the largest are aimed at.
         parts.sort_by(|a, b| cost(&b.bounds).total_cmp(&cost(&a.bounds)).then(a.instance.cmp(&b.instance)));
         parts.truncate(MAX_CASTERS);
@@ -122,8 +142,35 @@ fn cost(bounds: &Aabb) -> f32 {
     size.x * size.y + size.y * size.z + size.z * size.x
 }
 
-fn middle(corners: &[Vec3; 3]) -> Vec3 {
-    (corners[0] + corners[1] + corners[2]) / 3.0
+/// The box around a box that is placed.
+fn around(bounds: &Aabb, to_world: &Transform) -> Aabb {
+    union(Aabb::empty(), Piece::Box(*bounds).points().map(|p| to_world.point(p)))
+}
+
+impl Piece {
+    fn of(triangle: &Triangle) -> Piece {
+        Piece::Triangle([triangle.a, triangle.b, triangle.c])
+    }
+
+    fn middle(&self) -> Vec3 {
+        match self {
+            Piece::Triangle([a, b, c]) => (a + b + c) / 3.0,
+            Piece::Box(bounds) => bounds.center().into(),
+        }
+    }
+
+    /// Its corners.
+    fn points(&self) -> impl Iterator<Item = Vec3> + use<> {
+        let piece = *self;
+        let count = if matches!(piece, Piece::Triangle(_)) { 3 } else { 8 };
+        (0..count).map(move |id| match piece {
+            Piece::Triangle(corners) => corners[id],
+            Piece::Box(Aabb { min, max }) => {
+                let pick = |axis: usize| if id >> axis & 1 == 0 { min[axis] } else { max[axis] };
+                Vec3::new(pick(0), pick(1), pick(2))
+            }
+        })
+    }
 }
 
 fn union(bounds: Aabb, points: impl IntoIterator<Item = Vec3>) -> Aabb {
@@ -131,36 +178,36 @@ fn union(bounds: Aabb, points: impl IntoIterator<Item = Vec3>) -> Aabb {
 }
 
 impl Part {
-    /// None of no triangles.
-    fn new(instance: usize, corners: Vec<[Vec3; 3]>) -> Option<Part> {
-        let bounds = union(Aabb::empty(), corners.iter().flatten().copied());
-        let mut part = Part { instance, corners, bounds, split: None };
+    /// None of no pieces.
+    fn new(instance: usize, pieces: Vec<Piece>) -> Option<Part> {
+        let bounds = union(Aabb::empty(), pieces.iter().flat_map(Piece::points));
+        let mut part = Part { instance, pieces, bounds, split: None };
         part.split = (0..3).filter_map(|axis| part.best(axis)).max_by(|a, b| a.gain.total_cmp(&b.gain));
-        (!part.corners.is_empty()).then_some(part)
+        (!part.pieces.is_empty()).then_some(part)
     }
 
     /// The sphere in the middle of its box.
     fn sphere(&self) -> Caster {
         let centre = Vec3::from(self.bounds.center());
-        let points = self.corners.iter().flatten();
+        let points = self.pieces.iter().flat_map(Piece::points);
         let square = points.fold(0.0f32, |most, point| most.max(point.distance_squared(centre)));
         // Some ulp of the largest coordinate more, for what rounding takes.
         let most = self.bounds.min.abs().max(self.bounds.max.abs()).max_element();
         Caster { centre, radius: square.sqrt() * (1.0 + 1e-6) + 4.0 * f32::EPSILON * most }
     }
 
-    /// Which bin along an axis the middle of a triangle is in.
-    fn bin(&self, axis: usize, corners: &[Vec3; 3]) -> usize {
-        let share = (middle(corners)[axis] - self.bounds.min[axis]) / self.bounds.diagonal()[axis];
+    /// Which bin along an axis the middle of a piece is in.
+    fn bin(&self, axis: usize, piece: &Piece) -> usize {
+        let share = (piece.middle()[axis] - self.bounds.min[axis]) / self.bounds.diagonal()[axis];
         ((share * BINS as f32) as usize).min(BINS - 1)
     }
 
     /// The best plane between bins of an axis.
     fn best(&self, axis: usize) -> Option<Split> {
         let mut bins = [Aabb::empty(); BINS];
-        for corners in &self.corners {
-            let bin = self.bin(axis, corners);
-            bins[bin] = union(bins[bin], *corners);
+        for piece in &self.pieces {
+            let bin = self.bin(axis, piece);
+            bins[bin] = union(bins[bin], piece.points());
         }
         let join = |bins: &[Aabb]| bins.iter().fold(Aabb::empty(), |all, bin| all.union(bin));
         let split = |bin| {
@@ -176,8 +223,8 @@ impl Part {
 
     fn halves(self, split: Split) -> impl Iterator<Item = Part> {
         let (below, above): (Vec<_>, Vec<_>) =
-            self.corners.iter().partition(|corners| self.bin(split.axis, corners) < split.bin);
-        [below, above].into_iter().filter_map(move |corners| Part::new(self.instance, corners))
+            self.pieces.iter().partition(|piece| self.bin(split.axis, piece) < split.bin);
+        [below, above].into_iter().filter_map(move |pieces| Part::new(self.instance, pieces))
     }
 }
 
@@ -208,8 +255,11 @@ mod tests {
                 let Casters { spheres, count } = scene.casters(0.25);
                 let casters = &spheres[..count as usize];
                 let mut seen = 0;
-                for (triangle, surface) in scene.triangles.iter().zip(&scene.surfaces) {
-                    if scene.features_of(surface.material as usize, 0.25).has(Features::CASTERS) {
+                let rows = |instance| scene.instanced.rows(instance).map(move |id| (instance, id));
+                for (instance, id) in (0..scene.instances.len()).flat_map(rows) {
+                    let material = scene.surfaces[id].material as usize;
+                    if scene.features_of(material, 0.25).has(Features::CASTERS) {
+                        let triangle = scene.world_triangle(instance as u32, id as u32);
                         let corners = [triangle.a, triangle.b, triangle.c];
                         let holds = |c: &Caster| corners.iter().all(|p| p.distance(c.centre) <= c.radius);
                         assert!(casters.iter().any(holds), "{name} at {time}");

@@ -23,8 +23,7 @@ const SKY: [f32; 4] = [0.5, 0.4, 0.25, 0.15];
 impl Scene {
     /// Whether there is no light at any time.
     pub fn is_dark(&self) -> bool {
-        let can_be_lit = self.motion.as_ref().is_some_and(super::Motion::has_light);
-        self.lights.is_empty() && !can_be_lit
+        self.lights.is_empty() && !self.lights_up()
     }
 
     /// Whether its materials are all that shines, at any time.
@@ -50,16 +49,16 @@ impl Scene {
         let intensity = Vec3::splat(IRRADIANCE * (distance * distance) as f32);
         let what = PunctualLight { position: Vec3::ZERO, intensity, shape };
         let place = DAffine3::from_rotation_translation(rotation, translation);
-        if self.motion.is_none() {
-            self.punctual_lights.extend(what.placed(&place, self.origin));
-        }
-        if let Some(motion) = &mut self.motion {
-            let joint = motion.rig.joints.len();
-            let local =
-                Local { translation, rotation, scale: DVec3::ONE, matrix: None, channels: Vec::new() };
-            let label = "the default light".into();
-            motion.rig.joints.push(Node { label, parent: None, local, moves: false });
-            motion.lights.push(OnNode { joint, moves: false, what });
+        match &mut self.motion {
+            None => self.punctual_lights.extend(what.placed(&place, self.origin)),
+            Some(motion) => {
+                let joint = motion.rig.joints.len();
+                let local =
+                    Local { translation, rotation, scale: DVec3::ONE, matrix: None, channels: Vec::new() };
+                let label = "the default light".into();
+                motion.rig.joints.push(Node { label, parent: None, local, moves: false });
+                motion.lights.push(OnNode { joint, moves: false, what });
+            }
         }
         let mut words = format!("a spot from the front left ({IRRADIANCE} W m^-2 in the middle)");
         if self.environment.rows.is_empty() {
@@ -87,10 +86,8 @@ mod tests {
         for material in &mut scene.materials {
             material.emission = Vec3::ZERO;
         }
-        scene.light(&[], &[]);
-        if let Some(motion) = &mut scene.motion {
-            motion.emitters.clear();
-        }
+        scene.emitters.clear();
+        scene.light_again().unwrap();
         scene
     }
 

@@ -6,13 +6,12 @@ use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::environment::Environment;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::light::Light;
-use caustics_kernels::interface::triangle::Triangle;
 use caustics_kernels::light::environment::{Map, direction_of, radiance_from};
 use glam::{DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
 use self::picture::Picture;
-use super::{Scene, SceneError, geometry};
+use super::{Scene, SceneError};
 
 mod picture;
 
@@ -100,10 +99,10 @@ pub struct EnvironmentTables {
 }
 
 impl EnvironmentTables {
-    /// Where the triangles stand: its light comes from all around them.
-    fn place(&mut self, triangles: &[Triangle]) {
+    /// Its light comes from all around these points (m).
+    pub(super) fn place(&mut self, hull: &[DVec3]) {
         let Some(row) = self.rows.first_mut() else { return };
-        let corners = || triangles.iter().flat_map(geometry::corners);
+        let corners = || hull.iter().copied();
         let (low, high) =
             corners().fold((DVec3::MAX, DVec3::MIN), |(low, high), p| (low.min(p), high.max(p)));
         let centre = if low.x <= high.x { 0.5 * (low + high) } else { DVec3::ZERO };
@@ -191,11 +190,5 @@ impl Scene {
             }
         }
         (tree, mean)
-    }
-
-    /// Writes where the environment is around the triangles at hand.
-    pub(super) fn place_environment(&mut self) {
-        let Scene { environment, triangles, .. } = self;
-        environment.place(triangles);
     }
 }

@@ -1,5 +1,6 @@
 //! What a scene needs of the kernels.
 
+use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::material::{
@@ -41,7 +42,15 @@ impl Scene {
             features = features | Features::SMOOTH_NORMALS;
         }
         // Where things move, somebody may be inside of glass at some time.
-        features = self.motion.as_ref().map_or(features, |motion| features | motion.features());
+        if !self.instanced.instances.is_empty() {
+            features = features | Features::INSTANCES;
+        }
+        if let Some(motion) = &self.motion {
+            features = features | motion.lights();
+            if !self.emitters.is_empty() {
+                features = features | Features::AREA_LIGHTS;
+            }
+        }
         if features.has(Features::GLASS) && self.has_nested_media {
             features = features | Features::NESTED;
         }
@@ -64,12 +73,13 @@ impl Scene {
         let mut is_inside =
             |position: Vec3| enclosing(position, features, tables, &mut tracer) != MediaStack::VACUUM;
         let beside = |light: &Light| {
-            let Some(Triangle { a, b, c }) = self.triangles.get(light.triangle as usize) else {
+            if light.triangle == NONE {
                 return [light.position; 2];
-            };
+            }
+            let Triangle { a, b, c } = self.world_triangle(light.instance, light.triangle);
             // Off the middle of both faces; the back of one that emits from its front only does not count.
-            let (normal, middle) = ((b - a).cross(c - a).normalize(), (*a + *b + *c) / 3.0);
-            let away = normal * offset::clearance(offset::magnitude(*a, *b, *c));
+            let (normal, middle) = ((b - a).cross(c - a).normalize(), (a + b + c) / 3.0);
+            let away = normal * offset::clearance(offset::magnitude(a, b, c));
             [middle + away, if light.sides == 2 { middle - away } else { middle + away }]
         };
         let at_lights = self.lights.iter().filter(|light| !light.is_endless()).flat_map(beside);

@@ -90,8 +90,9 @@ pub fn area(triangle: &Triangle) -> f64 {
     0.5 * (b - a).cross(c - a).length()
 }
 
-/// Clears normals that are the face's own, so that the kernels take that one, to the bit.
-pub fn flatten(triangle: &Triangle, surface: &mut TriangleSurface) {
+/// Fills in the curvature, and clears normals that are the face's own, so that the kernels take that one, to the bit.
+pub fn complete(triangle: &Triangle, surface: &mut TriangleSurface) {
+    surface.curvature = curvature(triangle, surface);
     if !is_smooth(triangle, surface) {
         (surface.normal_a, surface.normal_b, surface.normal_c) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
     }
@@ -105,7 +106,7 @@ fn is_smooth(triangle: &Triangle, surface: &TriangleSurface) -> bool {
 }
 
 /// Mean over the edges of the normal's change along the edge (1/m).
-pub fn curvature(triangle: &Triangle, surface: &TriangleSurface) -> f32 {
+fn curvature(triangle: &Triangle, surface: &TriangleSurface) -> f32 {
     if !is_smooth(triangle, surface) {
         return 0.0;
     }

@@ -3,15 +3,12 @@
 //! The document is walked by checked look-ups only: whatever a file holds, it gives a scene or an error. Photometric
 //! values are taken as radiometric ones, number for number.
 
-use std::collections::HashMap;
-use std::collections::hash_map::Entry;
 use std::path::Path;
 
 use self::document::Document;
 use self::geometry::Geometry;
-use self::mesh::Extent;
-use self::node::MeshInstance;
 use self::options::LoadOptions;
+use self::sharing::Sharing;
 use super::motion::Motion;
 use super::{Scene, SceneError, SceneParts};
 use crate::file::read_file;
@@ -36,23 +33,13 @@ mod meshopt;
 mod node;
 pub mod options;
 mod shape;
+mod sharing;
 #[cfg(test)]
 mod tests;
 mod texture;
 mod translate;
 mod unsupported;
 mod warning;
-
-/// Triangles of a scene at most: ids have 31 bits, and this many fill the memory of a large machine.
-const MAX_TRIANGLES: u64 = 1 << 28;
-/// Vertices that are read at most, those of a mesh once for each node that places it: a minute's work.
-const MAX_VERTICES: u64 = 1 << 31;
-/// Memory that a triangle takes while its scene is read, at most (bytes). Measured as the growth of the peak of `scene info`
-/// with triangles: 711 of plain ones, 806 to 832 with texture coordinates and tangents; 510 to 580 where they move.
-const TRIANGLE_BYTES: u64 = 850;
-/// Memory that a vertex of a primitive takes until its triangles are made (bytes). Measured the same way with vertices that one
-/// triangle refers to: 104 of plain ones, 128 with texture coordinates and tangents.
-const VERTEX_BYTES: u64 = 130;
 
 impl Scene {
     /// Loads a .gltf or .glb file, at time 0 of its animations; it may be dark and have no camera ([`Scene::add_default_light`],
@@ -102,9 +89,9 @@ fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Resul
     let placed = node::place(&mut document)?;
 
     // Take memory before anything large is decoded; textures say what a mesh has to carry.
-    let triangle_count = take_triangles(&mut document, &placed.meshes)?;
+    let sharing = Sharing::plan(&mut document, &placed.meshes, options.copies)?;
     let texture::Read { mut parts, mappings } = texture::read(&mut document)?;
-    let mut geometry = Geometry::read(&mut document, &placed, &mappings, triangle_count)?;
+    let mut geometry = Geometry::read(&mut document, &placed, &mappings, &sharing)?;
 
     // Bring everything into a world around its origin.
     let origin = geometry.centre(&placed.places);
@@ -121,8 +108,6 @@ fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Resul
         rig: placed.rig,
         cameras: placed.cameras,
         lights: placed.lights,
-        meshes: geometry.moving,
-        ..Motion::default()
     });
 
     let textures = parts;
@@ -137,6 +122,7 @@ fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Resul
         cameras,
         textures,
         origin,
+        instanced: geometry.instanced,
         motion,
         bounds: None,
     };
@@ -154,30 +140,4 @@ fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Resul
     }
     let warnings = document.warnings.lines(file).into_iter().chain(scene.warnings).collect();
     Ok(Scene { background: document.background, warnings, ..scene })
-}
-
-/// Takes memory for all triangles, by the accessors of every mesh and the nodes that place it. How many there are.
-fn take_triangles(document: &mut Document, meshes: &[MeshInstance]) -> Result<usize, SceneError> {
-    let mut extents: HashMap<usize, Extent> = HashMap::new();
-    let (mut triangles, mut vertices, mut read) = (0_u64, 0_u64, 0_u64);
-    for instance in meshes {
-        let extent = match extents.entry(instance.mesh.value()) {
-            Entry::Occupied(known) => *known.get(),
-            Entry::Vacant(entry) => *entry.insert(mesh::extent(document, instance)?),
-        };
-        triangles = triangles.saturating_add(extent.triangles);
-        vertices = vertices.max(extent.vertices);
-        read = read.saturating_add(extent.vertices);
-        if read > MAX_VERTICES {
-            let what = format!("reads more than {MAX_VERTICES} vertices in all");
-            return Err(SceneError::Mesh { file: document.file.clone(), mesh: instance.node.clone(), what });
-        }
-        if triangles > MAX_TRIANGLES {
-            let what = format!("makes more than {MAX_TRIANGLES} triangles in all");
-            return Err(SceneError::Mesh { file: document.file.clone(), mesh: instance.node.clone(), what });
-        }
-    }
-    let bytes = triangles * TRIANGLE_BYTES + vertices.saturating_mul(VERTEX_BYTES);
-    document.take(bytes, format_args!("its {triangles} triangles"))?;
-    Ok(triangles as usize)
 }

@@ -5,10 +5,9 @@ use std::f64::consts::PI;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::material::FLAG_EMIT_BOTH_SIDES;
-use caustics_kernels::interface::scene::SceneTables;
 use glam::{DVec3, Vec3};
 
-use super::{PunctualLight, SceneError, geometry};
+use super::{PunctualLight, Scene, SceneError, geometry};
 
 mod emission;
 
@@ -28,43 +27,54 @@ pub fn check(file: &str, lights: &[PunctualLight]) -> Result<(), SceneError> {
 pub struct Emitter {
     /// Its id.
     pub triangle: u32,
+    /// Its instance.
+    pub instance: u32,
     /// Its mean radiance (W m^-2 sr^-1).
     pub mean: DVec3,
 }
 
 /// Every triangle that emits. This samples textures; where triangles move, only their areas change.
-pub fn emitters(scene: SceneTables<'_>) -> Vec<Emitter> {
-    (0..scene.triangles.len() as u32)
-        .map(|triangle| Emitter { triangle, mean: emission::mean(scene, triangle) })
-        .filter(|emitter| emitter.mean.element_sum() > 0.0)
-        .collect()
+pub fn emitters(scene: &Scene) -> Vec<Emitter> {
+    let tables = scene.tables();
+    let of_instance = |instance: usize| {
+        let triangles = scene.instanced.rows(instance).map(|triangle| triangle as u32);
+        let emitters = triangles.map(move |triangle| Emitter {
+            triangle,
+            instance: instance as u32,
+            mean: emission::mean(tables, triangle),
+        });
+        emitters.filter(|emitter| emitter.mean.element_sum() > 0.0)
+    };
+    // A mesh that stands in several places does not emit.
+    let (uses, instances) = (scene.instanced.uses(), &scene.instanced.instances);
+    let alone = (1..).zip(instances).filter(|(_, instance)| uses[instance.mesh] == 1).map(|(row, _)| row);
+    std::iter::once(0).chain(alone).flat_map(of_instance).collect()
 }
 
 /// Emitters of positive power in the order of triangles, then punctual lights, then the environment, with their alias table; and
-/// the emitted flux of each channel (W).
+/// the emitted flux of each channel (W). The scene lies within the hull of the points (m).
 pub fn table(
-    scene: SceneTables<'_>,
-    emitters: &[Emitter],
+    scene: &Scene,
+    hull: &[DVec3],
     punctual_lights: &[PunctualLight],
     environment: Option<(Light, DVec3)>,
 ) -> (Vec<Light>, Vec3) {
-    let SceneTables { triangles, surfaces, materials, .. } = scene;
-    let of_triangles = emitters.iter().map(|&Emitter { triangle: id, mean }| {
-        let (triangle, surface) = (&triangles[id as usize], &surfaces[id as usize]);
-        let material = &materials[surface.material as usize];
+    let of_triangles = scene.emitters.iter().map(|&Emitter { triangle, instance, mean }| {
+        let material = &scene.materials[scene.surfaces[triangle as usize].material as usize];
         let sides = 1 + u32::from(material.flags & FLAG_EMIT_BOTH_SIDES != 0);
-        let (area, kind) = (geometry::area(triangle), Features::AREA_LIGHTS.0);
+        let area = geometry::area(&scene.world_triangle(instance, triangle));
         let light = Light {
-            triangle: id,
+            triangle,
+            instance,
             emission: material.emission,
             area: area as f32,
             sides,
-            kind,
+            kind: Features::AREA_LIGHTS.0,
             ..Light::default()
         };
         (light, mean * PI * area * f64::from(sides))
     });
-    let of_punctual = punctual_lights.iter().map(|light| light.row(triangles));
+    let of_punctual = punctual_lights.iter().map(|light| light.row(hull));
 
     // Leave out what is dark, or so dim beside the rest that f32 cannot hold its chance.
     let power = |flux: DVec3| flux.element_sum() / 3.0;
@@ -107,7 +117,6 @@ fn choose_by_power(lights: &mut [Light], powers: &[f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Scene;
 
     #[test]
     fn alias_table_chooses_in_proportion_to_power() {
@@ -134,9 +143,9 @@ mod tests {
     fn dark_lights_are_left_out() {
         let point = |intensity| PunctualLight::point(Vec3::ZERO, intensity);
         let empty = Scene::default();
-        let (lights, flux) = table(empty.tables(), &[], &[point(Vec3::ZERO), point(Vec3::ONE)], None);
+        let (lights, flux) = table(&empty, &[], &[point(Vec3::ZERO), point(Vec3::ONE)], None);
         assert_eq!(lights.len(), 1);
         assert!((flux.x - 12.566_371).abs() < 1e-5);
-        assert!(table(empty.tables(), &[], &[point(Vec3::ZERO)], None).0.is_empty());
+        assert!(table(&empty, &[], &[point(Vec3::ZERO)], None).0.is_empty());
     }
 }

@@ -1,12 +1,12 @@
 //! Media: which of them is there where solids overlap, and which surfaces bound no solid. Imports interface.
 
 use caustics_kernels::interface::material::{FLAG_HANGING, FLAG_SHEET, Material};
-use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
-use glam::Vec3;
+use caustics_kernels::interface::triangle::Triangle;
+use glam::{DAffine3, DVec3, Vec3};
 
-use super::Scene;
-use super::motion::Motion;
+use super::mesh::Mesh;
 use super::solids::Solids;
+use super::{Scene, SceneParts};
 
 /// Boxes that are compared with each other, at most; among more, some are taken to overlap.
 const MAX_BOXES: usize = 4096;
@@ -27,41 +27,53 @@ pub struct Media {
 }
 
 impl Media {
-    /// The media of these triangles and of what moves; their sizes are those at time 0.
-    pub fn of(
-        materials: &[Material],
-        triangles: &[Triangle],
-        surfaces: &[TriangleSurface],
-        motion: Option<&Motion>,
-    ) -> Media {
+    /// The media of a scene; their sizes are those at time 0.
+    pub fn of(parts: &SceneParts) -> Media {
+        let SceneParts { materials, triangles, surfaces, instanced, motion, origin, .. } = parts;
         let none = vec![false; materials.len()];
         let sizes = vec![0.0; materials.len()];
         let mut media = Media { sizes, open: none.clone(), inside_out: none, ..Media::default() };
         let of_surfaces = surfaces.iter().map(|surface| surface.material);
-        let still = by_medium(materials, triangles.iter().copied().zip(of_surfaces));
-        for (id, of_medium) in still {
-            let solids = media.add(id, &of_medium, 1.0);
+        for (id, of_medium) in by_medium(materials, triangles.iter().copied().zip(of_surfaces)) {
+            let solids = Solids::of(&of_medium);
+            media.add(id, &solids, 1.0);
             media.boxes.extend(solids.boxes);
         }
-        let places = motion.and_then(|motion| motion.rig.at(0.0).ok());
-        for mesh in motion.iter().flat_map(|motion| &motion.meshes) {
-            let scale = places.as_ref().map_or(1.0, |at| at[mesh.joint].matrix3.determinant().abs());
+        let of_mesh = |mesh: &Mesh| -> Vec<(usize, Solids)> {
+            by_medium(materials, mesh.own()).map(|(id, of_medium)| (id, Solids::of(&of_medium))).collect()
+        };
+        let of_meshes: Vec<_> = instanced.meshes.iter().map(of_mesh).collect();
+        let places = motion.as_ref().and_then(|motion| motion.rig.at(0.0).ok());
+        for instance in &instanced.instances {
+            let Some(solids) = of_meshes.get(instance.mesh).filter(|solids| !solids.is_empty()) else {
+                continue;
+            };
+            let place = match (instance.node(), &places) {
+                (Some(_), None) => DAffine3::IDENTITY,
+                (_, places) => instance.to_world(places.as_deref().unwrap_or_default()),
+            };
             // A mesh that hides at time 0 is as large as in its own space.
+            let scale = place.matrix3.determinant().abs();
             let scale = if scale > 0.0 { scale } else { 1.0 };
-            let own = mesh.own_triangles().into_iter().zip(mesh.materials.iter().copied());
-            for (id, of_medium) in by_medium(materials, own) {
-                media.moving += media.add(id, &of_medium, scale).boxes.len();
+            for (id, solids) in solids {
+                media.add(*id, solids, scale);
+                if instance.node().is_some() {
+                    media.moving += solids.boxes.len();
+                    continue;
+                }
+                let centre = instanced.meshes[instance.mesh].centre;
+                let place = DAffine3::from_translation(-*origin) * place * DAffine3::from_translation(centre);
+                media.boxes.extend(solids.boxes.iter().map(|bounds| around(bounds, &place)));
             }
         }
         media
     }
 
-    fn add(&mut self, id: usize, triangles: &[Triangle], scale: f64) -> Solids {
-        let solids = Solids::of(triangles);
+    /// A material's surface in a mesh, whose volume grows by `scale`.
+    fn add(&mut self, id: usize, solids: &Solids, scale: f64) {
         self.sizes[id] = self.sizes[id].max(scale * solids.size());
         self.open[id] |= !solids.is_closed;
         self.inside_out[id] |= solids.is_closed && solids.volume < 0.0;
-        solids
     }
 
     /// Makes priorities a strict order: by the file's number, then the smaller solid, then the later material. Marks sheets.
@@ -125,6 +137,16 @@ fn by_medium(
         }
     }
     all.into_iter().enumerate().filter(|(_, triangles)| !triangles.is_empty())
+}
+
+/// The box around a box that is placed (m).
+fn around([lower, upper]: &[Vec3; 2], place: &DAffine3) -> [Vec3; 2] {
+    let corner = |bits: u32| {
+        let pick = |bit: u32, low: f32, high: f32| f64::from(if bits & bit == 0 { low } else { high });
+        let p = DVec3::new(pick(1, lower.x, upper.x), pick(2, lower.y, upper.y), pick(4, lower.z, upper.z));
+        place.transform_point3(p).as_vec3()
+    };
+    (0..8).map(corner).fold([Vec3::MAX, Vec3::MIN], |[lower, upper], p| [lower.min(p), upper.max(p)])
 }
 
 /// Whether two of the boxes meet.

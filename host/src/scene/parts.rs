@@ -3,27 +3,24 @@
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::instance::Instance;
 use caustics_kernels::interface::material::Material;
-use caustics_kernels::interface::texture::TextureCoordinates;
 use caustics_kernels::interface::tree::TreeNode;
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
-use glam::{DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 
+use super::instanced::Instanced;
 use super::media::Media;
+use super::mesh::{Mesh, coordinates};
 use super::motion::Motion;
-use super::moving::MovingMesh;
 use super::texture::{self, TextureParts};
 use super::tree::{self, Tree, top};
 use super::{PunctualLight, Scene, SceneCamera, SceneError, geometry, light};
-
-/// Triangles of a scene in which meshes move, at most: an instance carries the id of its first one in 24 bits.
-const MAX_TRIANGLES: usize = 1 << 24;
 
 /// Geometry, recentred, with its materials, lights and cameras. A scene may be dark or have no camera.
 #[derive(Clone, Debug, Default)]
 pub struct SceneParts {
     /// Name of the scene, or the file for messages.
     pub name: String,
-    /// Triangles that do not move (m).
+    /// Triangles of the world (m).
     pub triangles: Vec<Triangle>,
     /// What they have beside their corners, one row per triangle; `curvature` and `light` are overwritten.
     pub surfaces: Vec<TriangleSurface>,
@@ -39,7 +36,9 @@ pub struct SceneParts {
     pub textures: TextureParts,
     /// What was subtracted from every position (m).
     pub origin: DVec3,
-    /// What moves, beside the triangles.
+    /// Meshes beside the triangles, and where they stand.
+    pub instanced: Instanced,
+    /// What moves.
     pub motion: Option<Motion>,
     /// Lower and upper corner of the box around what is to be seen (m); none: around all triangles.
     pub bounds: Option<[Vec3; 2]>,
@@ -55,18 +54,19 @@ impl SceneParts {
     pub fn build(mut self) -> Result<Scene, SceneError> {
         self.check()?;
         texture::set_flags(&mut self.materials, &self.textures);
-        let media = Media::of(&self.materials, &self.triangles, &self.surfaces, self.motion.as_ref());
+        let media = Media::of(&self);
         media.rank(&mut self.materials);
         let dropped_triangles = self.drop_degenerate();
         self.check_counts(dropped_triangles)?;
         let bounds = self.bounds.unwrap_or_else(|| self.bounds());
 
-        // The tree over what stands still; below a top level where meshes move.
-        let leaves = self.meshes().len() + usize::from(!self.triangles.is_empty());
-        let (top, levels) = match self.meshes() {
-            [] => (0, tree::LEVELS),
-            _ => (top::node_count(leaves), top::levels_below(leaves)),
+        // The tree over the world; below a top level where there are instances.
+        let leaves = self.instanced.instances.len() + usize::from(!self.triangles.is_empty());
+        let (top, levels) = match self.instanced.instances.is_empty() {
+            true => (0, tree::LEVELS),
+            false => (top::node_count(leaves), top::levels_below(leaves)),
         };
+        self.check_levels(levels)?;
         let tree = match self.triangles.is_empty() {
             true => Tree::default(),
             false => tree::build_within(&self.triangles, levels),
@@ -84,6 +84,7 @@ impl SceneParts {
             instances: vec![Instance::default()],
             nodes: vec![TreeNode::default(); top],
             cameras: self.cameras,
+            punctual_lights: self.lights,
             origin: self.origin,
             bounds,
             has_nested_media: media.are_nested(),
@@ -91,57 +92,70 @@ impl SceneParts {
             ..Scene::default()
         };
         tree.append_to(&mut scene.nodes, &mut scene.blocks);
-        match self.motion {
-            None => {
-                scene.punctual_lights = self.lights;
-                scene.light_again()?;
-            }
-            Some(motion) => set_in_motion(&mut scene, motion, top, levels)?,
-        }
+        self.instanced.append(&mut scene, top, levels);
+        (scene.instanced, scene.motion) = (self.instanced, self.motion);
+        scene.start()?;
         scene.mark_hanging_sheets();
         scene.warnings = media.warnings(&scene);
         Ok(scene)
     }
 
-    /// Meshes that move.
-    fn meshes(&self) -> &[MovingMesh] {
-        self.motion.as_ref().map_or(&[], |motion| &motion.meshes)
-    }
-
     /// Whether it has no triangles.
     pub(super) fn is_empty(&self) -> bool {
-        self.triangles.len() + self.moving_triangles() == 0
+        self.triangles.len() + self.instanced.triangle_count() == 0
     }
 
-    /// Lower and upper corner of the box around all triangles, wherever they move (m).
+    /// Lower and upper corner of the box around all triangles, wherever they move (m); around boxes of those of instances.
     pub(super) fn bounds(&self) -> [Vec3; 2] {
-        let still = self.triangles.iter().flat_map(geometry::corners);
-        let moving = self.motion.iter().flat_map(|motion| motion.corners(self.origin));
         let usable = |p: &DVec3| p.is_finite() && p.abs().max_element() <= geometry::MAX_COORDINATE;
         let grow = |bounds: Option<[DVec3; 2]>, p: DVec3| {
             Some(bounds.map_or([p, p], |[lower, upper]| [lower.min(p), upper.max(p)]))
         };
-        let bounds = still.chain(moving).filter(usable).fold(None, grow);
+        let still = self.triangles.iter().flat_map(geometry::corners);
+        let mut bounds = still.filter(usable).fold(None, grow);
+        for places in self.looks() {
+            let hull = self.instanced.hull(&places).map(|corner| corner - self.origin);
+            bounds = hull.filter(usable).fold(bounds, grow);
+        }
         bounds.unwrap_or_default().map(|corner| corner.as_vec3())
     }
 
-    /// Triangles of the meshes that move.
-    fn moving_triangles(&self) -> usize {
-        self.meshes().iter().map(|mesh| mesh.corners.len()).sum()
+    /// Where nodes are at some times.
+    fn looks(&self) -> Vec<Vec<DAffine3>> {
+        self.motion.as_ref().map_or_else(|| vec![Vec::new()], |motion| motion.looks().collect())
     }
 
     /// Refuses parts that do not belong together, and values that no kernel can use.
     fn check(&mut self) -> Result<(), SceneError> {
         geometry::check(&self.name, &self.triangles, &self.surfaces, &self.materials, &self.material_names)?;
         light::check(&self.name, &self.lights)?;
-        // The coordinates of what moves stand behind the others while they are checked.
+        // The coordinates of meshes stand behind the others while they are checked.
         if !self.textures.textures.is_empty() {
-            let moving: Vec<_> = self.meshes().iter().flat_map(MovingMesh::coordinates).collect();
-            self.textures.coordinates.extend(moving);
+            let corners = self.instanced.meshes.iter().flat_map(|mesh| &mesh.corners);
+            self.textures.coordinates.extend(corners.map(coordinates));
         }
-        let count = self.triangles.len() + self.moving_triangles();
+        let count = self.triangles.len() + self.instanced.triangle_count();
         texture::check(&self.name, &self.textures, count, &self.material_names)?;
         self.textures.coordinates.truncate(self.triangles.len());
+        self.check_instances()
+    }
+
+    /// Refuses instances of no mesh, and a mesh that emits in several places.
+    fn check_instances(&self) -> Result<(), SceneError> {
+        let Instanced { meshes, instances, .. } = &self.instanced;
+        if let Some(instance) = instances.iter().find(|instance| instance.mesh >= meshes.len()) {
+            let what = format!("there is no mesh {} for an instance", instance.mesh);
+            return Err(SceneError::Tables { file: self.name.clone(), what });
+        }
+        let uses = self.instanced.uses();
+        let emits = |mesh: &Mesh| {
+            let mut materials = mesh.materials.iter().filter_map(|&id| self.materials.get(id as usize));
+            materials.any(|material| material.emission != Vec3::ZERO)
+        };
+        if let Some(id) = (0..meshes.len()).find(|&id| uses[id] > 1 && emits(&meshes[id])) {
+            let what = format!("mesh {id} emits and has {} instances; give each a mesh of its own", uses[id]);
+            return Err(SceneError::Tables { file: self.name.clone(), what });
+        }
         Ok(())
     }
 
@@ -154,19 +168,28 @@ impl SceneParts {
         keep.iter().filter(|keep| !**keep).count()
     }
 
-    /// Refuses a scene of no triangles, or of more that move than the tables hold.
+    /// Refuses a scene of no triangles, or of more instances than the tables hold.
     fn check_counts(&self, dropped: usize) -> Result<(), SceneError> {
-        let (meshes, moving) = (self.meshes().len(), self.moving_triangles());
-        let what = if self.triangles.len() + moving == 0 {
+        if self.is_empty() {
             return Err(SceneError::NoGeometry { file: self.name.clone(), dropped });
-        } else if meshes > top::MAX_MESHES {
-            format!("{meshes} meshes move, but at most {} may", top::MAX_MESHES)
-        } else if moving > 0 && self.triangles.len() + moving > MAX_TRIANGLES {
-            "a scene with meshes that move has more than 2^24 triangles".into()
-        } else {
+        }
+        let count = self.instanced.instances.len();
+        if count > top::MAX_INSTANCES {
+            let what = format!("{count} meshes are placed, but at most {} may be", top::MAX_INSTANCES);
+            return Err(SceneError::Tables { file: self.name.clone(), what });
+        }
+        Ok(())
+    }
+
+    /// Refuses what a tree of so many levels cannot hold.
+    fn check_levels(&self, levels: u32) -> Result<(), SceneError> {
+        let meshes = self.instanced.meshes.iter().map(|mesh| mesh.count as usize);
+        let most = meshes.chain([self.triangles.len()]).max().unwrap_or(0);
+        if tree::fits(most, levels) {
             return Ok(());
-        };
-        Err(SceneError::Tables { file: self.name.clone(), what })
+        }
+        let what = format!("a mesh of {most} triangles beside {} instances", self.instanced.instances.len());
+        Err(SceneError::Tables { file: self.name.clone(), what: format!("{what} makes its tree too deep") })
     }
 
     /// Brings the rows of triangles into the order of the tree, and completes them.
@@ -174,8 +197,7 @@ impl SceneParts {
         self.triangles = order.iter().map(|&id| self.triangles[id as usize]).collect();
         self.surfaces = order.iter().map(|&id| self.surfaces[id as usize]).collect();
         for (triangle, surface) in self.triangles.iter().zip(&mut self.surfaces) {
-            surface.curvature = geometry::curvature(triangle, surface);
-            geometry::flatten(triangle, surface);
+            geometry::complete(triangle, surface);
             surface.light = NONE;
         }
         let coordinates = &mut self.textures.coordinates;
@@ -183,19 +205,4 @@ impl SceneParts {
             *coordinates = order.iter().map(|&id| coordinates[id as usize]).collect();
         }
     }
-}
-
-/// Appends the rows of what moves to those that stand still, and brings it to time 0.
-fn set_in_motion(scene: &mut Scene, mut motion: Motion, top: usize, levels: u32) -> Result<(), SceneError> {
-    (motion.top, motion.still) = (top, scene.triangles.len());
-    motion.still_bounds = scene.triangles.iter().map(tree::bounds).reduce(|all, next| all.union(&next));
-    for (id, mesh) in motion.meshes.iter_mut().enumerate() {
-        mesh.append(scene, id as u32 + 1, levels);
-    }
-    if !scene.textures.textures.is_empty() {
-        scene.textures.coordinates.resize(scene.triangles.len(), TextureCoordinates::default());
-    }
-    motion.start(scene)?;
-    scene.motion = Some(motion);
-    Ok(())
 }

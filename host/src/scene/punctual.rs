@@ -6,7 +6,6 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::light::Light;
-use caustics_kernels::interface::triangle::Triangle;
 use caustics_kernels::math::frame::ShadingFrame;
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 use gltf::json::extensions::scene::khr_lights_punctual::{self, Type};
@@ -123,8 +122,14 @@ impl PunctualLight {
         }
     }
 
-    /// Its row of the light table, not yet chosen among others, and its emitted flux of each channel (W).
-    pub fn row(&self, triangles: &[Triangle]) -> (Light, DVec3) {
+    /// Whether its light is parallel.
+    pub fn is_directional(&self) -> bool {
+        matches!(self.shape, LightShape::Directional { .. })
+    }
+
+    /// Its row of the light table, not yet chosen among others, and its emitted flux of each channel (W). All that parallel light
+    /// meets lies within the hull of these points (m).
+    pub fn row(&self, hull: &[DVec3]) -> (Light, DVec3) {
         let light = Light {
             position: self.position,
             triangle: NONE,
@@ -143,7 +148,7 @@ impl PunctualLight {
                 (Light { direction, cone, falloff, ..light }, solid_angle)
             }
             LightShape::Directional { direction } => {
-                let (position, radius) = disc_before(triangles, direction);
+                let (position, radius) = disc_before(hull, direction);
                 let area = PI * f64::from(radius) * f64::from(radius);
                 (Light { direction, position, radius, ..light }, area)
             }
@@ -169,12 +174,12 @@ fn versine(angle: f64) -> f64 {
     2.0 * (0.5 * angle).sin().powi(2)
 }
 
-/// Centre (m) and radius (m) of a disc across `direction` that lies before all triangles and through which all light
-/// passes that they meet.
-fn disc_before(triangles: &[Triangle], direction: Vec3) -> (Vec3, f32) {
+/// Centre (m) and radius (m) of a disc across `direction` that lies before all points and through which all light passes that
+/// meets their hull.
+fn disc_before(hull: &[DVec3], direction: Vec3) -> (Vec3, f32) {
     let frame = ShadingFrame::new(direction);
     let (x, y, z) = (frame.x.as_dvec3(), frame.y.as_dvec3(), direction.as_dvec3());
-    let corners = || triangles.iter().flat_map(geometry::corners);
+    let corners = || hull.iter().copied();
     let across = |p: DVec3| DVec2::new(p.dot(x), p.dot(y));
     let (low, high) =
         corners().map(across).fold((DVec2::MAX, DVec2::MIN), |(low, high), p| (low.min(p), high.max(p)));
@@ -194,8 +199,8 @@ mod tests {
     use super::*;
 
     /// A right triangle in the plane z = 0.
-    fn triangle() -> [Triangle; 1] {
-        [Triangle { a: Vec3::ZERO, b: Vec3::new(2.0, 0.0, 0.0), c: Vec3::new(0.0, 2.0, 0.0) }]
+    fn triangle() -> [DVec3; 3] {
+        [DVec3::ZERO, DVec3::new(2.0, 0.0, 0.0), DVec3::new(0.0, 2.0, 0.0)]
     }
 
     fn directional(direction: Vec3) -> PunctualLight {
@@ -206,7 +211,7 @@ mod tests {
     fn discs_lie_before_the_scene_and_cover_it() {
         for direction in [Vec3::NEG_Z, Vec3::Z, Vec3::X, Vec3::new(0.6, 0.0, -0.8)] {
             let (light, _) = directional(direction).row(&triangle());
-            for corner in geometry::corners(&triangle()[0]) {
+            for corner in triangle() {
                 let along = corner.as_vec3() - light.position;
                 let depth = along.dot(direction);
                 assert!(depth > 0.0, "{direction}: {depth}");

@@ -6,6 +6,7 @@
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::{FLAG_HANGING, FLAG_SHEET};
 use caustics_kernels::interface::ray::Ray;
+use caustics_kernels::interface::triangle::Triangle;
 use caustics_kernels::math::frame::ShadingFrame;
 use caustics_kernels::math::offset;
 use caustics_kernels::math::rng::{Rng, Stream};
@@ -20,6 +21,8 @@ use super::{Scene, geometry};
 const WALKS: u32 = 2048;
 /// Faces that each of them meets, at most.
 const MAX_FACES: u32 = 16;
+/// Faces that they start from, at most: what is stored once may stand in thousands of places.
+const MAX_STARTS: usize = 1 << 20;
 /// A sheet hangs where one in so many walks comes round its border to the wrong side,
 const ROUND: u32 = 100;
 /// or one in so many escapes from its inside past its border: a hull that lacks one of six sides loses one in ten.
@@ -48,12 +51,15 @@ impl Scene {
 
     /// Whether walks from the faces of this material come to the wrong side of one.
     fn hangs(&self, material: usize) -> bool {
-        let of_material = |&id: &usize| self.surfaces[id].material as usize == material;
-        let faces: Vec<usize> = (0..self.triangles.len()).filter(of_material).collect();
+        let of_material = |id: &usize| self.surfaces[*id].material as usize == material;
+        let of_instance = |instance: usize| {
+            let rows = self.instanced.rows(instance).filter(of_material);
+            rows.map(move |id| self.world_triangle(instance as u32, id as u32))
+        };
+        let faces: Vec<Triangle> = (0..self.instances.len()).flat_map(of_instance).take(MAX_STARTS).collect();
         let mut area = 0.0;
-        let areas = faces.iter().map(|&id| {
-            let [a, b, c] = geometry::corners(&self.triangles[id]);
-            area += (b - a).cross(c - a).length();
+        let areas = faces.iter().map(|face| {
+            area += geometry::area(face);
             area
         });
         let areas: Vec<f64> = areas.collect();
@@ -61,21 +67,13 @@ impl Scene {
             let mut rng = Rng::new(Stream::Camera, 0, walk, 0);
             let [face, u, v, side] = rng.next4().to_array();
             let at = areas.partition_point(|&up_to| up_to <= f64::from(face) * area);
-            let Some(&triangle) = faces.get(at) else { return End::Consistent };
-            let place = self.place(triangle, warp::uniform_triangle(u, v).to_array());
+            let Some(face) = faces.get(at) else { return End::Consistent };
+            let place = place(face, warp::uniform_triangle(u, v).to_array());
             self.walk(material, place, side < 0.5, &mut rng)
         });
         let ends: Vec<End> = ends.collect();
         let count = |end| ends.iter().filter(|&&found| found == end).count() as u32;
         count(End::Round) >= WALKS / ROUND || count(End::Open) >= WALKS / OPEN
-    }
-
-    /// A point of a triangle, its normal and clearance.
-    fn place(&self, triangle: usize, [u, v]: [f32; 2]) -> (Vec3, Vec3, f32) {
-        let triangle = &self.triangles[triangle];
-        let (b, c) = (triangle.b - triangle.a, triangle.c - triangle.a);
-        let magnitude = offset::magnitude(triangle.a, triangle.b, triangle.c);
-        (triangle.a + b * u + c * v, b.cross(c).normalize(), offset::clearance(magnitude))
     }
 
     /// Walks from a face, `inside` of it or outside, through whatever transmits and diffusely off the rest.
@@ -99,7 +97,7 @@ impl Scene {
             if hit.is_miss() {
                 return if inside { End::Open } else { End::Consistent };
             }
-            let here = vertex(tables, Features(0), &ray, &hit, 0.0);
+            let here = vertex(tables, Features::INSTANCES, &ray, &hit, 0.0);
             if here.material as usize == material {
                 if here.front == inside {
                     return End::Round;
@@ -115,4 +113,11 @@ impl Scene {
         }
         End::Consistent
     }
+}
+
+/// A point of a triangle, its normal and clearance.
+fn place(triangle: &Triangle, [u, v]: [f32; 2]) -> (Vec3, Vec3, f32) {
+    let (b, c) = (triangle.b - triangle.a, triangle.c - triangle.a);
+    let magnitude = offset::magnitude(triangle.a, triangle.b, triangle.c);
+    (triangle.a + b * u + c * v, b.cross(c).normalize(), offset::clearance(magnitude))
 }

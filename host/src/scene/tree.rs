@@ -57,6 +57,11 @@ pub fn bounds(triangle: &Triangle) -> Aabb {
     Aabb::from_points(&[triangle.a, triangle.b, triangle.c].map(Vec3A::from))
 }
 
+/// Whether a tree of so many levels of nodes holds this many triangles.
+pub fn fits(count: usize, levels: u32) -> bool {
+    least_levels(count) <= levels
+}
+
 /// Gathers triangles that share a box: clustering them one by one would take quadratic time.
 fn group(boxes: &[Aabb]) -> Vec<Vec<u32>> {
     let mut groups: Vec<Vec<u32>> = Vec::with_capacity(boxes.len());

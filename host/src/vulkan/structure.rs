@@ -64,15 +64,16 @@ impl Hierarchy {
         buffer: &Buffer,
         capacity: u64,
     ) -> Result<Hierarchy, VulkanError> {
-        Self::of_parts(memory, name, primitives, &[Part { buffer, first: 0, capacity }])
+        Self::of_parts(memory, name, primitives, &[Part { buffer, first: 0, capacity }], 1)
     }
 
-    /// Allocates a structure over parts of buffers; the first has an instance, untransformed.
+    /// Allocates a structure over parts of buffers, for at most `most` instances; the first part has one, untransformed.
     pub fn of_parts(
         memory: &Arc<Memory>,
         name: &'static str,
         primitives: Primitives,
         parts: &[Part<'_>],
+        most: u32,
     ) -> Result<Hierarchy, VulkanError> {
         let context = Arc::clone(&memory.context);
         let mut bottoms = Vec::with_capacity(parts.len());
@@ -93,7 +94,6 @@ impl Hierarchy {
             scratch_bytes = scratch.max(scratch_bytes);
             bottoms.push(Bottom { structure, address, capacity });
         }
-        let most = parts.len() as u32;
         let bytes = u64::from(most) * INSTANCE_BYTES as u64;
         let instances = Buffer::new(memory, &format!("{name}.instances"), bytes, Purpose::Instances)?;
         let (top, top_scratch) =
@@ -143,7 +143,7 @@ impl Hierarchy {
     }
 
     /// Records the build of a bottom level over the first `count` primitives of its part.
-    pub(super) fn record_bottom(&self, commands: vk::CommandBuffer, part: usize, count: u32) {
+    fn record_bottom(&self, commands: vk::CommandBuffer, part: usize, count: u32) {
         let Bottom { structure, address, .. } = &self.bottoms[part];
         self.record_level(
             commands,
@@ -158,15 +158,6 @@ impl Hierarchy {
     pub(super) fn record_top(&self, commands: vk::CommandBuffer) {
         let geometry = instance_geometry(&self.instances);
         self.record_level(commands, &self.top, Level::Top, geometry, self.placed);
-    }
-
-    /// Records what brings instances to where they were placed, and rebuilds the bottom levels whose triangles changed.
-    pub(super) fn record_again(&self, commands: vk::CommandBuffer, changed: &[usize], barrier: impl Fn()) {
-        for &part in changed {
-            self.record_bottom(commands, part, self.bottoms[part].capacity);
-            barrier();
-        }
-        self.record_top(commands);
     }
 
     fn record_level(

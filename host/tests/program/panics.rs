@@ -5,6 +5,7 @@ use bytemuck::{Zeroable, cast_slice};
 use caustics::kernels;
 use caustics::runner::Runner;
 use caustics::runner::gpu::GpuRunner;
+use caustics::scene::Instanced;
 use caustics::vulkan::passes::DeviceOptions;
 use caustics_kernels::declare::buffers;
 use caustics_kernels::gather::variant::POINTS_RT;
@@ -29,6 +30,7 @@ fn an_index_out_of_bounds_is_reported() {
     // Watched by the validation layer, as the tests are that must not panic.
     let base = kernels::modules().unwrap().base;
     let options = DeviceOptions { base, validation: true, ..DeviceOptions::default() };
-    let mut runner = GpuRunner::new(&options, Features::ALL, &buffers, &tables, 0, &[]).unwrap();
+    let mut runner =
+        GpuRunner::new(&options, Features::ALL, &buffers, &tables, &Instanced::default()).unwrap();
     runner.run(&params, &[step]).unwrap();
 }

@@ -7,10 +7,11 @@ use syn::{Ident, LitInt};
 use crate::declaration::{Declaration, Parameter, Role};
 
 /// The tables that `SceneTables` holds beside those of textures.
-const SCENE: [(&str, &str); 7] = [
+const SCENE: [(&str, &str); 8] = [
     ("triangles", "triangle::Triangle"),
     ("surfaces", "triangle::TriangleSurface"),
     ("materials", "material::Material"),
+    ("instances", "instance::Instance"),
     ("lights", "light::Light"),
     ("environment", "environment::Environment"),
     ("environment_texels", "environment::EnvironmentTexel"),
@@ -27,8 +28,7 @@ const TEXTURES: [(&str, &str); 7] = [
     ("texels_3", ""),
 ];
 /// Those of the software tracer.
-const TREE: [(&str, &str); 3] =
-    [("nodes", "tree::TreeNode"), ("blocks", "tree::TriangleBlock"), ("instances", "instance::Instance")];
+const TREE: [(&str, &str); 2] = [("nodes", "tree::TreeNode"), ("blocks", "tree::TriangleBlock")];
 
 /// How a buffer is bound.
 #[derive(Clone, Copy, PartialEq)]
@@ -138,7 +138,7 @@ fn bound(declaration: &Declaration, tracer: Tracer) -> Vec<Bound> {
         add(&TEXTURES);
     }
     if traces(declaration) {
-        add(&SCENE[1..3]);
+        add(&SCENE[1..4]);
         add(&TEXTURES);
         if tracer == Tracer::Software {
             add(&TREE);
@@ -171,7 +171,7 @@ fn composed(declaration: &Declaration, tracer: Tracer) -> TokenStream {
                 ::caustics_kernels::trace::bvh::BvhTracer { nodes, blocks, instances, cut_outs }
             },
             Tracer::RayQuery => quote! {
-                ::caustics_kernels::trace::ray_query::RayQueryTracer { scene: scene_structure, cut_outs }
+                ::caustics_kernels::trace::ray_query::RayQueryTracer { scene: scene_structure, instances, cut_outs }
             },
         };
         composed.extend(quote! {

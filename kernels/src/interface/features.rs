@@ -64,7 +64,7 @@ macro_rules! lights_and_others {
             LEDGER "ledger";
             /// The eye or a light stands inside of a medium.
             ENCLOSED "enclosed";
-            /// Some mesh moves.
+            /// Some mesh moves, or is stored once for many nodes.
             INSTANCES "instances";
             /// Solids of media may overlap, or some medium is a sheet.
             NESTED "nested";

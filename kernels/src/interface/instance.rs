@@ -1,4 +1,4 @@
-//! Instances: where meshes that move stand now, and where they stood in the frame before.
+//! Instances: where meshes stand that move or are stored once for many nodes, and where they stood in the frame before.
 
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::Vec3;
@@ -17,21 +17,28 @@ pub struct Transform {
     pub offset: Vec3,
 }
 
-/// A mesh that moves. The first instance is the world: it does not move, and all that stands still belongs to it.
+/// A mesh in a place; its rows of triangles are in its own space, and may serve other instances too. The first instance is the
+/// world, where rows are what they say.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Instance {
     /// From the world, now, to the mesh's own space.
     pub to_object: Transform,
+    /// Back.
+    pub to_world: Transform,
     /// From the world, now, to where the same place of the mesh was in the frame before.
     pub to_previous: Transform,
     /// Root of the mesh's tree in the nodes.
     pub root: u32,
-    /// Keeps rows at 16 bytes.
-    pub padding: [u32; 3],
+    /// Id of the mesh's first triangle.
+    pub first: u32,
+    /// Its own index if it moves; 0, the world's, if it does not.
+    pub moving: u32,
+    /// 1, or -1 where it is mirrored: corners then run clockwise seen from the front.
+    pub orientation: f32,
 }
 
-const _: () = assert!(size_of::<Instance>() == 112);
+const _: () = assert!(size_of::<Instance>() == 160);
 
 impl Transform {
     /// Leaves all as it is.
@@ -41,6 +48,12 @@ impl Transform {
     #[inline(always)]
     pub fn vector(&self, v: Vec3) -> Vec3 {
         self.x * v.x + self.y * v.y + self.z * v.z
+    }
+
+    /// A normal, its length changed too, of what the inverse of this map places.
+    #[inline(always)]
+    pub fn normal(&self, n: Vec3) -> Vec3 {
+        Vec3::new(self.x.dot(n), self.y.dot(n), self.z.dot(n))
     }
 
     /// A position (m).
@@ -53,5 +66,20 @@ impl Transform {
 impl Default for Transform {
     fn default() -> Self {
         Transform::IDENTITY
+    }
+}
+
+impl Default for Instance {
+    /// The world.
+    fn default() -> Self {
+        Instance {
+            to_object: Transform::IDENTITY,
+            to_world: Transform::IDENTITY,
+            to_previous: Transform::IDENTITY,
+            root: 0,
+            first: 0,
+            moving: 0,
+            orientation: 1.0,
+        }
     }
 }

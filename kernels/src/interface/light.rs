@@ -39,6 +39,8 @@ pub struct Light {
     pub radius: f32,
     /// Share of the scene's power that the rows before this one have.
     pub power_below: f32,
+    /// Index of the triangle's instance; 0 for a punctual light.
+    pub instance: u32,
 }
 
 /// Calls a macro with the types of lights: their files in `light/`, their bits of `Features` with their names. A row whose
@@ -82,4 +84,4 @@ impl Light {
     }
 }
 
-const _: () = assert!(size_of::<Light>() == 80);
+const _: () = assert!(size_of::<Light>() == 84);

@@ -41,11 +41,13 @@ pub struct Hit {
     pub u: f32,
     /// Barycentric weight of the triangle's corner c.
     pub v: f32,
+    /// Index of the instance that the triangle was met in; 0 is the world.
+    pub instance: u32,
 }
 
 impl Hit {
     /// No hit.
-    pub const MISS: Hit = Hit { distance: MAX_DISTANCE, triangle: NONE, u: 0.0, v: 0.0 };
+    pub const MISS: Hit = Hit { distance: MAX_DISTANCE, triangle: NONE, u: 0.0, v: 0.0, instance: 0 };
 
     /// Whether nothing was hit.
     #[inline]

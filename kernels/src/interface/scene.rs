@@ -1,6 +1,7 @@
 //! The tables of a scene that paths read, as kernels pass them around.
 
 use crate::interface::environment::{Environment, EnvironmentSum, EnvironmentTexel};
+use crate::interface::instance::Instance;
 use crate::interface::light::Light;
 use crate::interface::material::Material;
 use crate::interface::texture::{MaterialTextures, Texture, TextureCoordinates};
@@ -13,6 +14,8 @@ pub struct SceneTables<'a> {
     pub triangles: &'a [Triangle],
     /// Normals and ids.
     pub surfaces: &'a [TriangleSurface],
+    /// The world, and meshes with rows in spaces of their own.
+    pub instances: &'a [Instance],
     /// Materials.
     pub materials: &'a [Material],
     /// Lights.

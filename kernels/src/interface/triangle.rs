@@ -1,4 +1,5 @@
-//! Geometry tables, one entry a triangle, all in the order of the software tree's leaves.
+//! Geometry tables, one entry a triangle, in the order of the software tree's leaves: those of the world first, then those of
+//! every mesh that is an instance, in its own space.
 
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::Vec3;
@@ -29,11 +30,9 @@ pub struct TriangleSurface {
     pub curvature: f32,
     /// Index into the materials.
     pub material: u32,
-    /// Index into the light table, or `NONE`.
+    /// Index into the light table, or `NONE`. A mesh that emits has one instance.
     pub light: u32,
-    /// Index into the instances; 0 is the world, which does not move.
-    pub instance: u32,
 }
 
 const _: () = assert!(size_of::<Triangle>() == 36);
-const _: () = assert!(size_of::<TriangleSurface>() == 52);
+const _: () = assert!(size_of::<TriangleSurface>() == 48);

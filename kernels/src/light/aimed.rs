@@ -81,7 +81,7 @@ impl Emit for Aimed<'_> {
         let (place, numbers) = (rng.next4(), rng.next4());
         let row = choose(scene.lights, params.light_count, place.x, place.y);
         let (light, place) = drawn(scene, features, row, place, numbers);
-        let from = place_on(&light, scene, place);
+        let from = place_on(&light, scene, features, place);
         let count = params.casters.count;
         let target = |index: u32| Target::at(&params.casters.spheres[index as usize], &light, from);
         let choice = choose_target(count, numbers.w, target);

@@ -8,9 +8,9 @@ use crate::interface::features::Features;
 use crate::interface::light::Light;
 use crate::interface::ray::Ray;
 use crate::interface::scene::SceneTables;
-use crate::interface::triangle::Triangle;
 use crate::light::connect::Connection;
 use crate::light::emit::{EmissionSample, Towards};
+use crate::math::face::Face;
 use crate::math::frame::ShadingFrame;
 use crate::math::spherical_triangle::SphericalTriangle;
 use crate::math::{PI, offset, warp};
@@ -36,38 +36,43 @@ struct Place {
 
 impl Place {
     #[inline(always)]
-    fn uniform(triangle: &Triangle, u: f32, v: f32) -> Place {
-        Place::of(triangle, warp::uniform_triangle(u, v))
+    fn uniform(face: &Face, u: f32, v: f32) -> Place {
+        Place::of(face, warp::uniform_triangle(u, v))
     }
 
     /// What is seen from a position in a direction that meets the triangle, less rounding.
     #[inline(always)]
-    fn seen(triangle: &Triangle, position: Vec3, direction: Vec3) -> Place {
-        let (edge_b, edge_c) = (triangle.b - triangle.a, triangle.c - triangle.a);
+    fn seen(face: &Face, position: Vec3, direction: Vec3) -> Place {
+        let (edge_b, edge_c) = (face.b - face.a, face.c - face.a);
         let normal = edge_b.cross(edge_c);
         let mut weights = Vec2::ZERO;
         let approach = direction.dot(normal);
         if approach != 0.0 {
-            let from_a = position - triangle.a;
+            let from_a = position - face.a;
             let met = from_a - direction * (from_a.dot(normal) / approach);
             let square = normal.length_squared();
             weights = Vec2::new(met.cross(edge_c).dot(normal), edge_b.cross(met).dot(normal)) / square;
             weights = weights.clamp(Vec2::ZERO, Vec2::ONE);
             weights /= (weights.x + weights.y).max(1.0);
         }
-        Place::of(triangle, weights)
+        Place::of(face, weights)
     }
 
     #[inline(always)]
-    fn of(triangle: &Triangle, weights: Vec2) -> Place {
-        let (edge_b, edge_c) = (triangle.b - triangle.a, triangle.c - triangle.a);
+    fn of(face: &Face, weights: Vec2) -> Place {
         Place {
             weights,
-            position: triangle.a + edge_b * weights.x + edge_c * weights.y,
-            normal: edge_b.cross(edge_c).normalize(),
-            clearance: offset::clearance(offset::magnitude(triangle.a, triangle.b, triangle.c)),
+            position: face.a + (face.b - face.a) * weights.x + (face.c - face.a) * weights.y,
+            normal: face.outward().normalize(),
+            clearance: face.clearance,
         }
     }
+}
+
+/// Its triangle in the world.
+#[inline(always)]
+fn face(light: &Light, scene: SceneTables<'_>, features: Features) -> Face {
+    Face::of(scene, features, light.instance, light.triangle)
 }
 
 /// A path from any side that emits.
@@ -79,7 +84,7 @@ pub fn leave(
     place: Vec4,
     direction: Vec4,
 ) -> EmissionSample {
-    let mut place = Place::uniform(&scene.triangles[light.triangle as usize], place.z, place.w);
+    let mut place = Place::uniform(&face(light, scene, features), place.z, place.w);
     if light.sides == 2 && direction.z < 0.5 {
         place.normal = -place.normal;
     }
@@ -107,8 +112,8 @@ fn start(
 
 /// Where a path starts.
 #[inline(always)]
-pub fn place_on(light: &Light, scene: SceneTables<'_>, place: Vec4) -> Vec3 {
-    Place::uniform(&scene.triangles[light.triangle as usize], place.z, place.w).position
+pub fn place_on(light: &Light, scene: SceneTables<'_>, features: Features, place: Vec4) -> Vec3 {
+    Place::uniform(&face(light, scene, features), place.z, place.w).position
 }
 
 /// A path in a direction, from the side that it leaves.
@@ -120,7 +125,7 @@ pub fn towards(
     place: Vec4,
     direction: Vec3,
 ) -> Towards {
-    let mut place = Place::uniform(&scene.triangles[light.triangle as usize], place.z, place.w);
+    let mut place = Place::uniform(&face(light, scene, features), place.z, place.w);
     let mut cos = direction.dot(place.normal);
     if light.sides == 2 && cos < 0.0 {
         (place.normal, cos) = (-place.normal, -cos);
@@ -139,12 +144,12 @@ pub fn connect(
     u: f32,
     v: f32,
 ) -> Connection {
-    let triangle = &scene.triangles[light.triangle as usize];
-    let near = near(triangle, position);
+    let face = face(light, scene, features);
+    let near = near(&face, position);
     let place = if near.solid_angle > 0.0 {
-        Place::seen(triangle, position, near.sample(u, v))
+        Place::seen(&face, position, near.sample(u, v))
     } else {
-        Place::uniform(triangle, u, v)
+        Place::uniform(&face, u, v)
     };
     let along = place.position - position;
     let square = along.length_squared();
@@ -167,8 +172,8 @@ pub fn connect(
 /// The triangle as it is seen from a position that it is near to; else its solid angle is 0. A function of both alone, so that a
 /// path which finds a lamp by scattering knows how its vertex would have connected to it.
 #[inline(always)]
-fn near(triangle: &Triangle, position: Vec3) -> SphericalTriangle {
-    let (a, b, c) = (triangle.a - position, triangle.b - position, triangle.c - position);
+fn near(face: &Face, position: Vec3) -> SphericalTriangle {
+    let (a, b, c) = (face.a - position, face.b - position, face.c - position);
     let edge = (b - a).length_squared().max((c - a).length_squared());
     let mut seen = SphericalTriangle::default();
     if ((a + b + c) / 3.0).length_squared() < NEAR * edge {
@@ -183,8 +188,15 @@ fn near(triangle: &Triangle, position: Vec3) -> SphericalTriangle {
 
 /// Density (1/sr) with which a connection from a position finds a point of a triangle light at this squared distance (m^2).
 #[inline(always)]
-pub fn pdf_solid_angle(light: &Light, scene: SceneTables<'_>, position: Vec3, square: f32, cos: f32) -> f32 {
-    density(light, near(&scene.triangles[light.triangle as usize], position).solid_angle, square, cos)
+pub fn pdf_solid_angle(
+    light: &Light,
+    scene: SceneTables<'_>,
+    features: Features,
+    position: Vec3,
+    square: f32,
+    cos: f32,
+) -> f32 {
+    density(light, near(&face(light, scene, features), position).solid_angle, square, cos)
 }
 
 /// The same by the solid angle of a near one.

@@ -193,7 +193,7 @@ impl Emit for Guided<'_> {
         let (light, place) = drawn(scene, features, row, place, numbers);
         let index = Group::of(row, params);
         let first = index * maps_of_group(params);
-        let from = place_on(&light, scene, place);
+        let from = place_on(&light, scene, features, place);
         let everywhere = Target::everywhere(&light);
         let target = |caster: u32| {
             if caster < casters {

@@ -232,7 +232,7 @@ pub fn follow<T: Tracer, C: Atomics>(
                 let cos = here.to_previous.dot(here.face_normal);
                 let square = hit.distance * hit.distance;
                 let pdf_connected =
-                    pdf_solid_angle(&light, scene, previous, square, cos) * candidates.gain(&light);
+                    pdf_solid_angle(&light, scene, features, previous, square, cos) * candidates.gain(&light);
                 weight = pdf_scattered / (pdf_scattered + pdf_connected);
             }
             collected.radiance += throughput * material.emission * weight;

@@ -6,6 +6,7 @@ use spirv_std::num_traits::Float;
 use crate::interface::features::Features;
 use crate::interface::ray::Hit;
 use crate::interface::scene::SceneTables;
+use crate::math::face::{Face, Normals};
 use spirv_std::glam::Vec3;
 
 /// Change of the unit interpolated normal at `hit`, on the side that the path met, for a small `step` along the face (m);
@@ -15,11 +16,10 @@ pub fn normal_change(scene: SceneTables<'_>, features: Features, hit: &Hit, fron
     if !features.has(Features::SMOOTH_NORMALS) {
         return Vec3::ZERO;
     }
-    let triangle = scene.triangles[hit.triangle as usize];
-    let surface = scene.surfaces[hit.triangle as usize];
-    let smooth =
-        surface.normal_a * (1.0 - hit.u - hit.v) + surface.normal_b * hit.u + surface.normal_c * hit.v;
-    let (edge_b, edge_c) = (triangle.b - triangle.a, triangle.c - triangle.a);
+    let face = Face::of(scene, features, hit.instance, hit.triangle);
+    let normals = Normals::of(scene, features, hit.instance, hit.triangle);
+    let smooth = normals.at(hit.u, hit.v);
+    let (edge_b, edge_c) = (face.b - face.a, face.c - face.a);
     let outward = edge_b.cross(edge_c);
     let (length_squared, square) = (smooth.length_squared(), outward.length_squared());
     if length_squared <= 1.0e-12 || square == 0.0 {
@@ -28,8 +28,7 @@ pub fn normal_change(scene: SceneTables<'_>, features: Features, hit: &Hit, fron
     // The step in barycentric coordinates.
     let along_b = step.cross(edge_c).dot(outward) / square;
     let along_c = edge_b.cross(step).dot(outward) / square;
-    let change =
-        (surface.normal_b - surface.normal_a) * along_b + (surface.normal_c - surface.normal_a) * along_c;
+    let change = (normals.b - normals.a) * along_b + (normals.c - normals.a) * along_c;
     let length = length_squared.sqrt();
     let unit = smooth / length;
     let change = (change - unit * unit.dot(change)) / length;

@@ -7,8 +7,9 @@ use crate::interface::features::Features;
 use crate::interface::material::{FLAG_NORMAL_MAP, FLAGS_TEXTURE};
 use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
-use crate::math::offset;
+use crate::math::face::{Face, Normals};
 use crate::surface::normal_map;
+use crate::texture::coordinates::coordinates;
 use crate::texture::cut_out::uv;
 use spirv_std::glam::{Vec2, Vec3};
 
@@ -32,7 +33,7 @@ pub struct Vertex {
     pub material: u32,
     /// Index into the lights, or `NONE`.
     pub light: u32,
-    /// Index into the instances.
+    /// Index into the instances if it moves, else 0.
     pub instance: u32,
     /// Distance to keep when leaving (m).
     pub clearance: f32,
@@ -49,20 +50,24 @@ const MIN_COS: f32 = 0.05;
 /// other path gives 0, so that paths of both kinds see the same material behind the collection point.
 #[inline(always)]
 pub fn vertex(scene: SceneTables<'_>, features: Features, ray: &Ray, hit: &Hit, width: f32) -> Vertex {
-    let triangle = scene.triangles[hit.triangle as usize];
+    let face = Face::of(scene, features, hit.instance, hit.triangle);
     let surface = scene.surfaces[hit.triangle as usize];
-    let (edge_b, edge_c) = (triangle.b - triangle.a, triangle.c - triangle.a);
     let to_previous = -ray.direction;
-    let outward = edge_b.cross(edge_c).normalize();
+    let outward = face.outward().normalize();
     let front = outward.dot(to_previous) >= 0.0;
     let side = if front { 1.0 } else { -1.0 };
     let face_normal = outward * side;
 
-    let mut shading_normal = face_normal;
+    let (mut shading_normal, mut curvature, mut moving) = (face_normal, surface.curvature, 0);
+    if features.has(Features::INSTANCES) {
+        moving = scene.instances[hit.instance as usize].moving;
+    }
     if features.has(Features::SMOOTH_NORMALS) {
-        let a = 1.0 - hit.u - hit.v;
-        let smooth = surface.normal_a * a + surface.normal_b * hit.u + surface.normal_c * hit.v;
-        let smooth = smooth * side;
+        let normals = Normals::of(scene, features, hit.instance, hit.triangle);
+        if features.has(Features::INSTANCES) && hit.instance != 0 && curvature != 0.0 {
+            curvature = normals.curvature(&face);
+        }
+        let smooth = normals.at(hit.u, hit.v) * side;
         let length_squared = smooth.length_squared();
         // Zeros ask for the face's own normal.
         if length_squared > 1.0e-12 {
@@ -74,7 +79,7 @@ pub fn vertex(scene: SceneTables<'_>, features: Features, ray: &Ray, hit: &Hit, 
     if features.has(Features::TEXTURES | Features::NORMAL_MAPS) {
         let flags = scene.materials[surface.material as usize].flags;
         if flags & FLAGS_TEXTURE != 0 {
-            let coordinates = scene.textures.texture_coordinates[hit.triangle as usize];
+            let coordinates = coordinates(scene, features, hit.instance, hit.triangle, &face);
             at = uv(&coordinates, hit.u, hit.v);
             // The longer axis of the footprint [ray cones, section 3].
             uv_footprint = width.abs() * coordinates.density / to_previous.dot(face_normal).max(MIN_COS);
@@ -94,16 +99,16 @@ pub fn vertex(scene: SceneTables<'_>, features: Features, ray: &Ray, hit: &Hit, 
         }
     }
     Vertex {
-        position: triangle.a + edge_b * hit.u + edge_c * hit.v,
+        position: face.a + (face.b - face.a) * hit.u + (face.c - face.a) * hit.v,
         to_previous,
         face_normal,
         shading_normal,
-        curvature: surface.curvature * side,
+        curvature: curvature * side,
         front,
         material: surface.material,
         light: surface.light,
-        instance: surface.instance,
-        clearance: offset::clearance(offset::magnitude(triangle.a, triangle.b, triangle.c)),
+        instance: moving,
+        clearance: face.clearance,
         uv: at,
         uv_footprint,
     }

@@ -1,13 +1,14 @@
 //! What is there of a surface: not where its alpha is below its material's cut-off (holes), and where it blends for a share
 //! alpha of rays [stochastic transparency, Enderton et al. 2010].
 //!
-//! Whether a ray meets what blends is told by a hash of the ray's key and the triangle, whatever else it meets and in whatever
+//! Whether a ray meets what blends is told by a hash of the ray's key, the triangle and its instance, whatever else it meets and in whatever
 //! order: so tracers agree, a path that is traced again is the same, and what passes is no event. Rays have keys of their own,
 //! so that layers and rays are independent, and all light that passes n layers is what their shares let pass.
 
 use crate::interface::NONE;
 use crate::interface::features::Features;
 use crate::interface::material::{FLAG_BLEND, FLAG_CUT_OUT, Material};
+use crate::interface::ray::Hit;
 use crate::interface::scene::{SceneTables, TextureTables};
 use crate::interface::texture::{MaterialTextures, TextureCoordinates};
 use crate::interface::triangle::TriangleSurface;
@@ -38,19 +39,19 @@ impl<'a> CutOuts<'a> {
         CutOuts { surfaces: scene.surfaces, materials: scene.materials, textures: scene.textures, features }
     }
 
-    /// Whether a triangle is there for rays of this key, at the weights `u` and `v` of its corners b and c.
+    /// Whether there is anything at a hit, for rays of this key.
     #[inline(always)]
-    pub fn is_there(&self, triangle: u32, u: f32, v: f32, key: u32) -> bool {
-        !self.features.has(SOME_ARE_NOT_THERE) || self.is_solid(triangle, u, v, key)
+    pub fn is_there(&self, hit: &Hit, key: u32) -> bool {
+        !self.features.has(SOME_ARE_NOT_THERE) || self.is_solid(hit, key)
     }
 
     /// The same where not everything is. On a CPU an own function, so that it takes no registers from tracers.
     #[cfg_attr(target_arch = "spirv", inline(always))]
     #[cfg_attr(not(target_arch = "spirv"), inline(never))]
-    fn is_solid(&self, triangle: u32, u: f32, v: f32, key: u32) -> bool {
-        let share = self.share(triangle, u, v);
+    fn is_solid(&self, hit: &Hit, key: u32) -> bool {
+        let share = self.share(hit.triangle, hit.u, hit.v);
         // All or nothing needs no hash.
-        share > 0.0 && (share >= 1.0 || share > chance(key, triangle))
+        share > 0.0 && (share >= 1.0 || share > chance(key, hit.triangle, hit.instance))
     }
 
     /// Share of rays for which a triangle is there; 0 in holes.
@@ -83,10 +84,10 @@ impl<'a> CutOuts<'a> {
     }
 }
 
-/// Uniform in [0, 1) by a ray's key and a triangle.
+/// Uniform in [0, 1) by a ray's key and the triangle of an instance.
 #[inline(always)]
-pub fn chance(key: u32, triangle: u32) -> f32 {
-    units(pcg4d(UVec4::new(key, triangle, 0x6a09_e667, 0xbb67_ae85))).x
+pub fn chance(key: u32, triangle: u32, instance: u32) -> f32 {
+    units(pcg4d(UVec4::new(key, triangle, instance ^ 0x6a09_e667, 0xbb67_ae85))).x
 }
 
 /// Texture coordinates at the weights `u` and `v` of corners b and c.

@@ -17,7 +17,7 @@ pub struct BvhTracer<'a> {
     pub nodes: &'a [TreeNode],
     /// Leaves.
     pub blocks: &'a [TriangleBlock],
-    /// Meshes that move.
+    /// Meshes with trees of their own.
     pub instances: &'a [Instance],
     /// What is not there of its triangles.
     pub cut_outs: CutOuts<'a>,
@@ -35,7 +35,7 @@ impl Tracer for BvhTracer<'_> {
 }
 
 impl BvhTracer<'_> {
-    /// On a CPU, scenes without meshes that move have a traversal of their own, which carries nothing of theirs. A GPU's
+    /// On a CPU, scenes without instances have a traversal of their own, which carries nothing of theirs. A GPU's
     /// compiler knows the bit.
     #[inline(always)]
     fn find<const ANY: bool>(&self, ray: &Ray) -> Hit {
@@ -61,21 +61,21 @@ fn safe_inverse(x: f32) -> f32 {
     1.0 / if x.abs() < limit { if x < 0.0 { -limit } else { limit } } else { x }
 }
 
-/// Closest hit, or any hit if `ANY`. With `MOVING`, instances take the ray into their own space; its direction keeps the
+/// Closest hit, or any hit if `ANY`. With `INSTANCES`, these take the ray into their own space; its direction keeps the
 /// length that it gets there, so that distances are the world's.
 #[inline]
-fn traverse<const ANY: bool, const MOVING: bool>(
+fn traverse<const ANY: bool, const INSTANCES: bool>(
     nodes: &[TreeNode],
     blocks: &[TriangleBlock],
     instances: &[Instance],
     cut_outs: &CutOuts<'_>,
     world: &Ray,
 ) -> Hit {
-    let moving = MOVING && cut_outs.features.has(Features::INSTANCES);
+    let instanced = INSTANCES && cut_outs.features.has(Features::INSTANCES);
     let mut ray = *world;
     let mut inverse = safe_inverses(ray.direction);
-    // Height of the stack at which the instance at hand ends, plus one; 0 outside of instances.
-    let mut floor = 0usize;
+    // The instance at hand, and the height of the stack at which it ends, plus one; 0 outside of instances.
+    let (mut inside, mut floor) = (0u32, 0usize);
     let mut best = Hit { distance: world.length, ..Hit::MISS };
     let mut stack_child = [0u32; TREE_STACK];
     let mut stack_distance = [0.0f32; TREE_STACK];
@@ -83,12 +83,13 @@ fn traverse<const ANY: bool, const MOVING: bool>(
     let mut current = 0u32;
     loop {
         if current & LEAF != 0 {
-            intersect_block(&blocks[(current & !LEAF) as usize], cut_outs, &ray, &mut best);
+            intersect_block(&blocks[(current & !LEAF) as usize], inside, cut_outs, &ray, &mut best);
             if ANY && best.triangle != NONE {
                 return best;
             }
-        } else if moving && current & INSTANCE != 0 {
-            let instance = &instances[(current & !INSTANCE) as usize];
+        } else if instanced && current & INSTANCE != 0 {
+            inside = current & !INSTANCE;
+            let instance = &instances[inside as usize];
             ray.origin = instance.to_object.point(world.origin);
             ray.direction = instance.to_object.vector(world.direction);
             inverse = safe_inverses(ray.direction);
@@ -129,10 +130,10 @@ fn traverse<const ANY: bool, const MOVING: bool>(
 
         // Pop the next subtree that may hold a closer hit.
         loop {
-            if moving && floor == height + 1 {
+            if instanced && floor == height + 1 {
                 ray = *world;
                 inverse = safe_inverses(ray.direction);
-                floor = 0;
+                (inside, floor) = (0, 0);
             }
             if height == 0 {
                 return best;
@@ -167,7 +168,7 @@ fn slabs(planes: Vec4, origin: f32, inverse: f32) -> Vec4 {
 /// Tests the ray against the block's triangles by signed edge volumes around the ray's origin: a shared edge gives
 /// its two triangles the same numbers with opposite signs, so that no ray slips between them.
 #[inline(always)]
-fn intersect_block(block: &TriangleBlock, cut_outs: &CutOuts<'_>, ray: &Ray, best: &mut Hit) {
+fn intersect_block(block: &TriangleBlock, instance: u32, cut_outs: &CutOuts<'_>, ray: &Ray, best: &mut Hit) {
     let o = ray.origin;
     let a = [block.a_x - Vec4::splat(o.x), block.a_y - Vec4::splat(o.y), block.a_z - Vec4::splat(o.z)];
     let b = [block.b_x - Vec4::splat(o.x), block.b_y - Vec4::splat(o.y), block.b_z - Vec4::splat(o.z)];
@@ -207,8 +208,9 @@ fn intersect_block(block: &TriangleBlock, cut_outs: &CutOuts<'_>, ray: &Ray, bes
                     triangle: block.first + lane as u32,
                     u: v[lane] * inverse,
                     v: w[lane] * inverse,
+                    instance,
                 };
-                if cut_outs.is_there(found.triangle, found.u, found.v, ray.key) {
+                if cut_outs.is_there(&found, ray.key) {
                     *best = found;
                 }
             }

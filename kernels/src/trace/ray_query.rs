@@ -3,18 +3,20 @@
 //! Where surfaces have holes or blend the structure's triangles are not opaque: the query hands each to us to confirm.
 
 use crate::interface::features::Features;
+use crate::interface::instance::Instance;
 use crate::interface::ray::{Hit, Ray};
 use crate::texture::cut_out::{CutOuts, SOME_ARE_NOT_THERE};
 use crate::trace::Tracer;
 use spirv_std::ray_query;
 use spirv_std::ray_tracing::{AccelerationStructure, CommittedIntersection, RayFlags, RayQuery};
 
-/// Traces the scene's acceleration structure; an instance's custom index is the id of its first
-/// triangle.
+/// Traces the scene's acceleration structure; an instance's custom index is its row of `instances`.
 #[derive(Clone, Copy)]
 pub struct RayQueryTracer<'a> {
-    /// All triangles of the scene: an instance for those that stand still, and one for each mesh that moves.
+    /// All triangles of the scene, in the world and in its instances.
     pub scene: &'a AccelerationStructure,
+    /// Where the rows of an instance begin.
+    pub instances: &'a [Instance],
     /// What is not there of them.
     pub cut_outs: CutOuts<'a>,
 }
@@ -22,39 +24,42 @@ pub struct RayQueryTracer<'a> {
 impl Tracer for RayQueryTracer<'_> {
     #[inline(always)]
     fn closest(&mut self, ray: &Ray) -> Hit {
-        closest(self.scene, self.cut_outs, ray)
+        closest(self.scene, self.instances, self.cut_outs, ray)
     }
     #[inline(always)]
     fn occluded(&mut self, ray: &Ray) -> bool {
-        occluded(self.scene, self.cut_outs, ray)
+        occluded(self.scene, self.instances, self.cut_outs, ray)
     }
 }
 
 /// Confirms a candidate that is there.
 #[inline(always)]
-unsafe fn consider(query: &RayQuery, cut_outs: CutOuts<'_>, key: u32) {
+unsafe fn consider(query: &RayQuery, instances: &[Instance], cut_outs: CutOuts<'_>, key: u32) {
     // SAFETY: the caller's query stands at a candidate, and all candidates are triangles.
     unsafe {
         let at = query.get_candidate_intersection_barycentrics();
         let mut triangle = query.get_candidate_intersection_primitive_index();
+        let mut instance = 0;
         if cut_outs.features.has(Features::INSTANCES) {
-            triangle += query.get_candidate_intersection_instance_custom_index();
+            instance = query.get_candidate_intersection_instance_custom_index();
+            triangle += instances[instance as usize].first;
         }
-        if cut_outs.is_there(triangle, at.x, at.y, key) {
+        let candidate = Hit { distance: 0.0, triangle, u: at.x, v: at.y, instance };
+        if cut_outs.is_there(&candidate, key) {
             query.confirm_intersection();
         }
     }
 }
 
 #[inline(always)]
-fn closest(scene: &AccelerationStructure, cut_outs: CutOuts<'_>, ray: &Ray) -> Hit {
+fn closest(scene: &AccelerationStructure, instances: &[Instance], cut_outs: CutOuts<'_>, ray: &Ray) -> Hit {
     ray_query!(let mut query);
     // SAFETY: the query is initialised before it proceeds, and read only after it has.
     unsafe {
         if cut_outs.features.has(SOME_ARE_NOT_THERE) {
             query.initialize(scene, RayFlags::NONE, 0xff, ray.origin, 0.0, ray.direction, ray.length);
             while query.proceed() {
-                consider(query, cut_outs, ray.key);
+                consider(query, instances, cut_outs, ray.key);
             }
         } else {
             query.initialize(scene, RayFlags::OPAQUE, 0xff, ray.origin, 0.0, ray.direction, ray.length);
@@ -62,8 +67,10 @@ fn closest(scene: &AccelerationStructure, cut_outs: CutOuts<'_>, ray: &Ray) -> H
         }
         if query.get_committed_intersection_type() as u32 == CommittedIntersection::Triangle as u32 {
             let mut triangle = query.get_committed_intersection_primitive_index();
+            let mut instance = 0;
             if cut_outs.features.has(Features::INSTANCES) {
-                triangle += query.get_committed_intersection_instance_custom_index();
+                instance = query.get_committed_intersection_instance_custom_index();
+                triangle += instances[instance as usize].first;
             }
             let barycentrics = query.get_committed_intersection_barycentrics();
             Hit {
@@ -71,6 +78,7 @@ fn closest(scene: &AccelerationStructure, cut_outs: CutOuts<'_>, ray: &Ray) -> H
                 triangle,
                 u: barycentrics.x,
                 v: barycentrics.y,
+                instance,
             }
         } else {
             Hit::MISS
@@ -79,7 +87,7 @@ fn closest(scene: &AccelerationStructure, cut_outs: CutOuts<'_>, ray: &Ray) -> H
 }
 
 #[inline(always)]
-fn occluded(scene: &AccelerationStructure, cut_outs: CutOuts<'_>, ray: &Ray) -> bool {
+fn occluded(scene: &AccelerationStructure, instances: &[Instance], cut_outs: CutOuts<'_>, ray: &Ray) -> bool {
     ray_query!(let mut query);
     // SAFETY: as above.
     unsafe {
@@ -87,7 +95,7 @@ fn occluded(scene: &AccelerationStructure, cut_outs: CutOuts<'_>, ray: &Ray) -> 
             let flags = RayFlags::TERMINATE_ON_FIRST_HIT;
             query.initialize(scene, flags, 0xff, ray.origin, 0.0, ray.direction, ray.length);
             while query.proceed() {
-                consider(query, cut_outs, ray.key);
+                consider(query, instances, cut_outs, ray.key);
             }
         } else {
             let flags = RayFlags::OPAQUE | RayFlags::TERMINATE_ON_FIRST_HIT;

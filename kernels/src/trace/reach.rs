@@ -40,6 +40,8 @@ pub fn reach<T: Tracer>(
     scene: SceneTables<'_>,
     tracer: &mut T,
 ) -> Reached {
+    // Which side was met, and where to go on.
+    let bare = Features(features.0 & Features::INSTANCES.0);
     let mut reached = Reached { hit: Hit::MISS, media, left: Vec3::ONE, unexpected: 0, overflows: 0 };
     let mut part = *ray;
     let (mut passed, mut covered) = (0.0, 0);
@@ -53,7 +55,7 @@ pub fn reach<T: Tracer>(
             length = hit.distance;
             let material = scene.surfaces[hit.triangle as usize].material;
             if features.has(Features::NESTED) && scene.materials[material as usize].is_medium() {
-                let here = vertex(scene, Features(0), &part, &hit, 0.0);
+                let here = vertex(scene, bare, &part, &hit, 0.0);
                 let sides = reached.media.at_face(material, here.front, features, scene.materials);
                 reached.unexpected += u32::from(!sides.is_expected);
                 along = sides.along;

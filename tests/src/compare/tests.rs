@@ -4,7 +4,7 @@ use caustics_kernels::interface::ray::Hit;
 const LOOSE: Tolerance = Tolerance::relative(1.0e-4, 0.0, "ulps of a division");
 
 fn hits() -> Vec<Hit> {
-    (0..100).map(|i| Hit { distance: i as f32 + 1.0, triangle: i, u: 0.25, v: 0.5 }).collect()
+    (0..100).map(|i| Hit { distance: i as f32 + 1.0, triangle: i, u: 0.25, v: 0.5, instance: 0 }).collect()
 }
 
 fn compare_hits(right: &[Hit]) -> Vec<Difference> {

@@ -52,8 +52,9 @@ fn module_with_ray_queries_is_refused_on_a_device_without() {
         DeviceOptions { validation: gpu.validation, base: modules.rayquery, ..DeviceOptions::default() };
     let scene = load("plain-room");
     let tables = scene.buffers();
-    let error =
-        GpuRunner::new(&options, scene.features(0.25), &[], &tables, 0, &[]).err().expect("it is refused");
+    let error = GpuRunner::new(&options, scene.features(0.25), &[], &tables, &scene.instanced)
+        .err()
+        .expect("it is refused");
     assert!(error.to_string().contains("RayQuery"), "{error}");
 }
 

@@ -2,6 +2,7 @@
 
 mod aimed;
 mod gathers;
+mod instances;
 mod lobes;
 mod media;
 mod textures;

@@ -141,15 +141,20 @@ fn soups() -> File {
     file
 }
 
+/// Every triangle where it stands, with its instance and its id.
+fn triangles(scene: &Scene) -> Vec<(u32, u32, Triangle)> {
+    let of = |instance: usize| {
+        let rows = scene.instanced.rows(instance);
+        let (instance, ids) = (instance as u32, rows.map(|id| id as u32));
+        ids.map(move |id| (instance, id, scene.world_triangle(instance, id)))
+    };
+    (0..scene.instances.len()).flat_map(of).collect()
+}
+
 /// Rays from anywhere in the scene's bounds to near the meshes that move.
 fn aimed(scene: &Scene, count: usize) -> Vec<Ray> {
-    let moving: Vec<_> = scene
-        .triangles
-        .iter()
-        .zip(&scene.surfaces)
-        .filter(|(_, s)| s.instance != 0)
-        .map(|(t, _)| t)
-        .collect();
+    let moving: Vec<_> =
+        triangles(scene).into_iter().filter(|(instance, ..)| *instance != 0).map(|(.., t)| t).collect();
     let aim = |(index, ray): (usize, Ray)| {
         let u = Rng::new(Stream::Camera, 31, index as u32, 0).next4();
         let triangle = moving[(u.x * moving.len() as f32) as usize];
@@ -181,19 +186,23 @@ fn instances_are_hit_where_their_triangles_are() {
         scene.pose(time).unwrap();
         let mut tracer = scene.tracer(features);
         let (mut hits, mut others) = (0, 0);
+        let all = triangles(&scene);
         for ray in aimed(&scene, 4000) {
             let hit = tracer.closest(&ray);
-            let all = scene.triangles.iter().enumerate();
-            let oracle = all.filter_map(|(id, triangle)| Some((meet(&ray, triangle)?, id as u32)));
-            let Some(((t, u, v), id)) = oracle.min_by(|a, b| a.0.0.total_cmp(&b.0.0)) else {
+            let oracle = all.iter().filter_map(|at| Some((meet(&ray, &at.2)?, at)));
+            let Some(((t, u, v), &(instance, id, _))) = oracle.min_by(|a, b| a.0.0.total_cmp(&b.0.0)) else {
                 others += u32::from(!hit.is_miss());
                 continue;
             };
             // A few ulp of coordinates up to 10 m, over a grazing cosine of a percent.
-            let same = hit.triangle == id && (f64::from(hit.distance) - t).abs() <= 1e-4 * t.max(1.0);
+            let same = (hit.instance, hit.triangle) == (instance, id)
+                && (f64::from(hit.distance) - t).abs() <= 1e-4 * t.max(1.0);
             others += u32::from(!same);
             if same {
-                hits += u32::from(scene.surfaces[id as usize].instance != 0);
+                // A mirrored instance has its front on the other side: b and c change places.
+                let (u, v) =
+                    if scene.instances[instance as usize].orientation < 0.0 { (v, u) } else { (u, v) };
+                hits += u32::from(instance != 0);
                 // Slivers amplify an ulp: these soups have triangles a hundred times as long as wide.
                 let off = (f64::from(hit.u) - u).abs().max((f64::from(hit.v) - v).abs());
                 assert!(off < 1e-2, "{hit:?} should be at {u} {v}");
@@ -217,10 +226,12 @@ fn poses_do_not_depend_on_those_before() {
     assert_eq!(there.surfaces, back.surfaces);
     assert_eq!((&there.nodes, &there.blocks), (&back.nodes, &back.blocks));
     assert_eq!((&there.lights, there.flux), (&back.lights, back.flux));
-    assert_eq!((&there.cameras, &there.object_triangles), (&back.cameras, &back.object_triangles));
-    let to_object = |scene: &Scene| scene.instances.iter().map(|row| row.to_object).collect::<Vec<_>>();
-    assert_eq!(to_object(&there), to_object(&back));
-    assert_ne!(there.triangles, soups().load().unwrap().triangles);
+    assert_eq!(there.cameras, back.cameras);
+    let to_world = |scene: &Scene| {
+        scene.instances.iter().map(|row| (row.to_object, row.to_world, row.orientation)).collect::<Vec<_>>()
+    };
+    assert_eq!(to_world(&there), to_world(&back));
+    assert_ne!(to_world(&there), to_world(&soups().load().unwrap()));
     assert_ne!(there.fingerprint(), soups().load().unwrap().fingerprint());
 }
 
@@ -230,11 +241,11 @@ fn previous_places_are_where_vertices_were() {
     let identity = caustics_kernels::interface::instance::Transform::IDENTITY;
     assert!(scene.instances.iter().all(|row| row.to_previous == identity));
     scene.pose(0.4).unwrap();
-    let before = scene.triangles.clone();
+    let before = triangles(&scene);
     scene.pose(0.8).unwrap();
     let mut moved = 0;
-    for ((triangle, old), surface) in scene.triangles.iter().zip(&before).zip(&scene.surfaces) {
-        let back = scene.instances[surface.instance as usize].to_previous.point(triangle.a);
+    for ((instance, _, triangle), (.., old)) in triangles(&scene).iter().zip(&before) {
+        let back = scene.instances[*instance as usize].to_previous.point(triangle.a);
         // f32 of a dozen operations on coordinates up to 10 m.
         assert!((back - old.a).length() <= 1e-6 * 10.0, "{back} should be {}", old.a);
         moved += u32::from((triangle.a - old.a).length() > 0.05);
@@ -291,10 +302,10 @@ fn posed_scenes_are_static_scenes_with_the_same_places() {
         // 1e-5 of a scene of 10 m.
         let same = a.is_miss() == b.is_miss() && (a.is_miss() || (a.distance - b.distance).abs() < 1e-4);
         others += u32::from(!same);
-        met += u32::from(!a.is_miss() && moving.surfaces[a.triangle as usize].instance != 0);
+        met += u32::from(!a.is_miss() && a.instance != 0);
         if same && !a.is_miss() {
             let normal = |scene: &Scene, hit: &Hit| {
-                let t = scene.triangles[hit.triangle as usize];
+                let t = scene.world_triangle(hit.instance, hit.triangle);
                 (t.b - t.a).cross(t.c - t.a).normalize()
             };
             assert!((normal(&moving, &a) - normal(&still, &b)).length() < 1e-4, "fronts agree");
@@ -340,7 +351,7 @@ fn flux_follows_the_area_and_a_lamp_of_no_size_is_out() {
     let mut tracer = scene.tracer(scene.features(0.25));
     let through = Ray::endless(Vec3::new(0.0, 0.0, 9.0), Vec3::NEG_Z);
     let hit = tracer.closest(&through);
-    assert_eq!(scene.surfaces[hit.triangle as usize].instance, 0, "the lamp is not there");
+    assert_eq!(hit.instance, 0, "the lamp is not there");
 }
 
 #[test]
@@ -386,14 +397,13 @@ fn runners_agree_after_every_pose() {
             twin.step(&STEP_HIT, rays.len());
             let (cpu, gpu) = twin.head::<Hit>("hits", rays.len());
             let same = |a: &Hit, b: &Hit| {
-                a.triangle == b.triangle
+                (a.instance, a.triangle) == (b.instance, b.triangle)
                     && (a.is_miss()
                         || ((a.distance - b.distance).abs() <= 1e-4 * a.distance.max(1.0)
                             && (a.u - b.u).abs().max((a.v - b.v).abs()) < 1e-2))
             };
             let others = cpu.iter().zip(&gpu).filter(|(a, b)| !same(a, b)).count();
-            let moving = cpu.iter().filter(|hit| !hit.is_miss());
-            let moving = moving.filter(|hit| scene.surfaces[hit.triangle as usize].instance != 0).count();
+            let moving = cpu.iter().filter(|hit| hit.instance != 0).count();
             assert!(moving > 4000, "{moving}");
             // The rule for twins: 0.2 % on edges and slivers.
             assert!(others <= 40, "hardware {hardware}, {time} s: {others} of 20000 differ");
@@ -446,7 +456,8 @@ fn sessions_take_their_buffers_for_all_times() {
     let scene = lamp().load().unwrap();
     let tables = scene.buffers();
     let of = |name: &str| tables.iter().find(|(table, _)| *table == name).unwrap().1.len();
-    assert_eq!((of("lights"), of("object_triangles")), (0, 2 * size_of::<Triangle>()));
+    // A floor, a mirror and a lamp of two triangles each.
+    assert_eq!((of("lights"), of("triangles")), (0, 6 * size_of::<Triangle>()));
     let settings = Settings::default();
     assert_eq!(settings.params(&scene, &scene.cameras[0], 0).light_path_count, 0);
     assert_eq!(settings.largest(&scene, &scene.cameras[0]).light_path_count, settings.light_paths);

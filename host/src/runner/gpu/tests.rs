@@ -9,6 +9,11 @@ use crate::vulkan::{devices, test_module};
 const COUNT: usize = 1000;
 const FEATURES: Features = Features(100);
 
+/// What a structure over so many triangles is built of.
+fn world(triangles: u32) -> Instanced {
+    Instanced::of_world(triangles as usize)
+}
+
 /// A runner over `values`, `doubled` and `index_0`; none if the test is to be skipped.
 fn runner(hardware: bool, tables: &[(&'static str, &[u8])], triangles: u32) -> Option<GpuRunner> {
     open(hardware, COUNT, tables, triangles)
@@ -20,7 +25,7 @@ fn open(hardware: bool, count: usize, tables: &[(&'static str, &[u8])], triangle
     let open = |validation| {
         let (base, rayquery) = (test_module::base(), Some(test_module::rayquery()));
         let options = DeviceOptions { device: None, hardware, validation, base, rayquery };
-        GpuRunner::new(&options, FEATURES, &buffers, tables, triangles, &[])
+        GpuRunner::new(&options, FEATURES, &buffers, tables, &world(triangles))
     };
     let opened = match open(true) {
         Err(error @ VulkanError::NoValidationLayer) => {
@@ -114,12 +119,13 @@ fn errors_name_the_buffer_and_the_pass() {
 
     let options = || DeviceOptions { base: test_module::base(), ..DeviceOptions::default() };
     let huge = [BufferSpec { name: "texels", bytes: 1 << 40 }];
-    let error = GpuRunner::new(&options(), FEATURES, &huge, &[], 0, &[]).err().unwrap().to_string();
+    let error =
+        GpuRunner::new(&options(), FEATURES, &huge, &[], &Instanced::default()).err().unwrap().to_string();
     assert!(error.contains("`texels` needs 1099511627776 bytes"), "{error}");
-    let mut unbound = GpuRunner::new(&options(), FEATURES, &[], &[], 0, &[]).unwrap();
+    let mut unbound = GpuRunner::new(&options(), FEATURES, &[], &[], &Instanced::default()).unwrap();
     assert!(message(run(&mut unbound, &[dispatch("fill", 1)])).contains("`fill` binds `values`"));
     let other = DeviceOptions { device: Some("no such device".into()), ..options() };
-    assert!(GpuRunner::new(&other, FEATURES, &[], &[], 0, &[]).err().unwrap().is_no_device());
+    assert!(GpuRunner::new(&other, FEATURES, &[], &[], &Instanced::default()).err().unwrap().is_no_device());
 }
 
 #[test]

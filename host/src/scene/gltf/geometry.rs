@@ -1,71 +1,117 @@
-//! The triangles of a file: those that stand still, in the world, and the meshes that move.
+//! The triangles of a file: those of the world, and meshes in spaces of their own: what moves, and what is stored once.
+
+use std::collections::HashMap;
 
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::{DAffine3, DVec3};
 
 use super::document::Document;
-use super::node::Placed;
+use super::node::{Placed, PlacedMesh};
+use super::sharing::Sharing;
 use super::texture::Mapping;
 use super::{huge, mesh};
 use crate::scene::corner::Corner;
-use crate::scene::moving::MovingMesh;
+use crate::scene::instanced::{Instanced, MeshInstance, Stand};
+use crate::scene::mesh::{Mesh, coordinates};
 use crate::scene::texture::CornerCoordinates;
 use crate::scene::{SceneError, geometry};
 
 /// Triangles of a file.
+#[derive(Default)]
 pub struct Geometry {
-    /// Corners of the triangles that stand still, in the world in f64 (m).
+    /// Corners of the triangles of the world, in f64 (m).
     corners: Vec<[Corner; 3]>,
     /// Their materials.
     materials: Vec<usize>,
-    /// Meshes that move.
-    pub moving: Vec<MovingMesh>,
+    /// Meshes in spaces of their own, and where they stand.
+    pub instanced: Instanced,
     /// Triangles without an area that those meshes lost.
     pub dropped: usize,
 }
 
 impl Geometry {
-    /// Reads every mesh that is placed; at most `count` triangles.
+    /// Reads every mesh that is placed, or once that which is stored once.
     pub fn read(
         document: &mut Document,
         placed: &Placed,
         mappings: &[Option<Mapping>],
-        count: usize,
+        sharing: &Sharing,
     ) -> Result<Geometry, SceneError> {
-        let mut corners: Vec<[Corner; 3]> = Vec::new();
-        if !placed.meshes.iter().any(|mesh| mesh.moves) {
-            corners.reserve_exact(count);
-        }
-        let (mut materials, mut moving, mut dropped) = (Vec::new(), Vec::new(), 0);
+        let mut geometry = Geometry::default();
+        geometry.corners.reserve_exact(sharing.in_world);
+        // Meshes of the file that are stored once, or have nothing to store.
+        let mut stored: HashMap<usize, Option<usize>> = HashMap::new();
         for instance in &placed.meshes {
-            let (mut own, mut own_materials) = (Vec::new(), Vec::new());
-            for mesh::Part { material, triangles } in mesh::read(document, instance, mappings)? {
-                if instance.moves {
-                    own_materials.resize(own_materials.len() + triangles.len(), material as u32);
-                    own.extend(triangles);
-                } else {
-                    materials.resize(materials.len() + triangles.len(), material);
-                    corners.extend(triangles);
+            let id = instance.mesh.value();
+            let shares = sharing.is_stored_once(instance);
+            if !shares && !instance.moves {
+                geometry.bake(mesh::read(document, instance, mappings)?);
+                continue;
+            }
+            let known = stored.get(&id).copied().filter(|_| shares);
+            let mesh = match known {
+                Some(mesh) => mesh,
+                None => {
+                    let own = PlacedMesh { to_world: DAffine3::IDENTITY, ..instance.clone() };
+                    let parts = mesh::read(document, &own, mappings)?;
+                    let mesh = geometry.store(parts.into_iter().filter(|part| !(shares && part.emits)));
+                    if shares {
+                        stored.insert(id, mesh);
+                    }
+                    mesh
                 }
+            };
+            if shares && sharing.emits(instance) {
+                let parts = mesh::read(document, instance, mappings)?;
+                geometry.bake(parts.into_iter().filter(|part| part.emits));
             }
-            let (mesh, lost) = MovingMesh::new(instance.joint, own, own_materials);
-            dropped += lost;
-            if !mesh.corners.is_empty() {
-                moving.push(mesh);
-            }
+            let stand =
+                if instance.moves { Stand::Node(instance.joint) } else { Stand::Still(instance.to_world) };
+            geometry.instanced.instances.extend(mesh.map(|mesh| MeshInstance { mesh, stand }));
         }
-        Ok(Geometry { corners, materials, moving, dropped })
+        Ok(geometry)
+    }
+
+    /// Puts triangles into the world.
+    fn bake(&mut self, parts: impl IntoIterator<Item = mesh::Part>) {
+        for mesh::Part { material, triangles, .. } in parts {
+            self.materials.resize(self.materials.len() + triangles.len(), material);
+            self.corners.extend(triangles);
+        }
+    }
+
+    /// Makes a mesh of triangles in its node's space; none of nothing.
+    fn store(&mut self, parts: impl Iterator<Item = mesh::Part>) -> Option<usize> {
+        let (mut own, mut materials) = (Vec::new(), Vec::new());
+        for mesh::Part { material, triangles, .. } in parts {
+            materials.resize(materials.len() + triangles.len(), material as u32);
+            own.extend(triangles);
+        }
+        let (mesh, lost) = Mesh::new(own, materials);
+        self.dropped += lost;
+        (mesh.count > 0).then(|| {
+            self.instanced.meshes.push(mesh);
+            self.instanced.meshes.len() - 1
+        })
     }
 
     /// The scene's origin (m), so that f32 is finest where the scene is: the centre of its bounds, or of what is small
     /// beside huge triangles, which are split.
     pub fn centre(&mut self, places: &[DAffine3]) -> DVec3 {
-        let still = self.corners.iter().flatten().map(|corner| corner.position);
-        let all = still.chain(self.moving.iter().flat_map(|mesh| mesh.world(&places[mesh.joint])));
-        let all: Vec<DVec3> = all.collect();
-        let details = huge::details(all.as_chunks().0.iter().copied());
-        let (lower, upper) =
-            all.iter().fold((DVec3::MAX, DVec3::MIN), |(lower, upper), &p| (lower.min(p), upper.max(p)));
+        let world = self.corners.iter().map(|corners| corners.map(|corner| corner.position));
+        // Of an instance a triangle across each of its boxes.
+        let hull: Vec<DVec3> = self.instanced.hull(places).collect();
+        let across = hull
+            .as_chunks::<8>()
+            .0
+            .iter()
+            .flat_map(|corners| [0, 1, 2].map(|axis| [corners[0], corners[7], corners[1 << axis]]));
+        let all: Vec<[DVec3; 3]> = world.chain(across).collect();
+        let details = huge::details(all.iter().copied());
+        let (lower, upper) = all
+            .iter()
+            .flatten()
+            .fold((DVec3::MAX, DVec3::MIN), |(lower, upper), &p| (lower.min(p), upper.max(p)));
         huge::split(&details, &mut self.corners, &mut self.materials);
         match details.first() {
             Some(smallest) => smallest.centre,
@@ -74,7 +120,7 @@ impl Geometry {
         }
     }
 
-    /// Rows of the triangles that stand still, around an origin (m).
+    /// Rows of the triangles of the world, around an origin (m).
     pub fn rows(&self, origin: DVec3) -> (Vec<Triangle>, Vec<TriangleSurface>) {
         let local = |corner: &Corner| (corner.position - origin).as_vec3();
         let row = |([a, b, c], &material): (&[Corner; 3], &usize)| {
@@ -93,13 +139,8 @@ impl Geometry {
         self.corners.iter().zip(&self.materials).map(row).unzip()
     }
 
-    /// Where the corners of the triangles that stand still lie on textures.
+    /// Where the corners of the triangles of the world lie on textures.
     pub fn coordinates(&self) -> Vec<CornerCoordinates> {
-        let row = |corners: &[Corner; 3]| {
-            let [a, b, c] = corners.map(|corner| corner.tangent);
-            let tangents = a.zip(b).zip(c).map(|((a, b), c)| [a, b, c]);
-            CornerCoordinates { uv: corners.map(|corner| corner.uv), tangents }
-        };
-        self.corners.iter().map(row).collect()
+        self.corners.iter().map(coordinates).collect()
     }
 }

@@ -8,7 +8,7 @@ use gltf::json::validation::Checked;
 
 use super::atlas::Atlas;
 use super::document::Document;
-use super::node::MeshInstance;
+use super::node::PlacedMesh;
 use super::texture::Mapping;
 use super::{accessor, unsupported};
 use crate::scene::SceneError;
@@ -18,6 +18,8 @@ use crate::scene::corner::{Corner, placed, turned};
 pub struct Part {
     /// Index of their material.
     pub material: usize,
+    /// Whether it emits.
+    pub emits: bool,
     /// Their corners, counter-clockwise seen from the front.
     pub triangles: Vec<[Corner; 3]>,
 }
@@ -27,12 +29,14 @@ pub struct Part {
 pub struct Extent {
     /// Triangles.
     pub triangles: u64,
+    /// Triangles of those that emit.
+    pub emitting: u64,
     /// Vertices of the largest primitive.
     pub vertices: u64,
 }
 
 /// The extent of a mesh, by its accessors: none of their elements is read.
-pub fn extent(document: &Document, instance: &MeshInstance) -> Result<Extent, SceneError> {
+pub fn extent(document: &Document, instance: &PlacedMesh) -> Result<Extent, SceneError> {
     let mesh = document.get(&document.root.meshes, instance.mesh, "mesh", &instance.node)?;
     let label = unsupported::label("mesh", instance.mesh.value(), mesh.name.as_deref());
     let mut extent = Extent::default();
@@ -43,20 +47,30 @@ pub fn extent(document: &Document, instance: &MeshInstance) -> Result<Extent, Sc
         let indices = primitive.indices;
         let corners =
             indices.map_or(Ok(vertices), |indices| accessor::integer_count(document, indices, &owner))?;
-        extent.triangles = extent.triangles.saturating_add(match primitive.mode {
+        let triangles = match primitive.mode {
             Checked::Valid(Mode::Triangles) => corners / 3,
             Checked::Valid(Mode::TriangleStrip | Mode::TriangleFan) => corners.saturating_sub(2),
             _ => 0,
-        });
+        };
+        extent.triangles = extent.triangles.saturating_add(triangles);
+        if emits(document, primitive) {
+            extent.emitting = extent.emitting.saturating_add(triangles);
+        }
         extent.vertices = extent.vertices.max(vertices);
     }
     Ok(extent)
 }
 
+/// Whether a primitive's material emits.
+fn emits(document: &Document, primitive: &Primitive) -> bool {
+    let material = primitive.material.and_then(|material| document.root.materials.get(material.value()));
+    material.is_some_and(|material| material.emissive_factor.0 != [0.0; 3])
+}
+
 /// Triangles of every primitive of an instance.
 pub fn read(
     document: &mut Document,
-    instance: &MeshInstance,
+    instance: &PlacedMesh,
     mappings: &[Option<Mapping>],
 ) -> Result<Vec<Part>, SceneError> {
     let mesh = document.get(&document.root.meshes, instance.mesh, "mesh", &instance.node)?.clone();
@@ -80,7 +94,7 @@ pub fn read(
         let atlas = document.atlases.get(&material).copied();
         let mapping = mappings.get(material).copied().flatten().filter(|_| atlas.is_none());
         let triangles = triangles(document, primitive, mode, instance, mapping, atlas, &owner)?;
-        read.push(Part { material, triangles });
+        read.push(Part { material, emits: emits(document, primitive), triangles });
     }
     Ok(read)
 }
@@ -89,7 +103,7 @@ fn triangles(
     document: &mut Document,
     primitive: &Primitive,
     mode: Mode,
-    instance: &MeshInstance,
+    instance: &PlacedMesh,
     mapping: Option<Mapping>,
     atlas: Option<Atlas>,
     owner: &str,

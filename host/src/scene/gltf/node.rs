@@ -14,7 +14,8 @@ use crate::scene::motion::OnNode;
 use crate::scene::{LightShape, PunctualLight, SceneCamera, SceneError};
 
 /// A mesh in the world.
-pub struct MeshInstance {
+#[derive(Clone)]
+pub struct PlacedMesh {
     /// How messages call its node.
     pub node: String,
     /// The mesh.
@@ -35,7 +36,7 @@ pub struct Placed {
     /// Where they stand at first.
     pub places: Vec<DAffine3>,
     /// Meshes.
-    pub meshes: Vec<MeshInstance>,
+    pub meshes: Vec<PlacedMesh>,
     /// Cameras.
     pub cameras: Vec<OnNode<SceneCamera>>,
     /// Punctual lights.
@@ -68,7 +69,7 @@ impl Placed {
 }
 
 impl Placed {
-    fn mesh(&mut self, mut instance: MeshInstance) {
+    fn mesh(&mut self, mut instance: PlacedMesh) {
         if instance.moves {
             instance.to_world = DAffine3::IDENTITY;
         }
@@ -76,7 +77,7 @@ impl Placed {
     }
 
     /// Places a mesh many times; what has a scale of zero is not there. Where its node moves each is a node below.
-    fn instances(&mut self, first: &MeshInstance, places: Vec<Local>, file: &str) -> Result<(), SceneError> {
+    fn instances(&mut self, first: &PlacedMesh, places: Vec<Local>, file: &str) -> Result<(), SceneError> {
         for (id, local) in places.into_iter().enumerate() {
             let node = format!("{}, instance {id}", first.node);
             let to_world = local.at(0.0).map(|local| first.to_world * local).filter(DAffine3::is_finite);
@@ -94,7 +95,7 @@ impl Placed {
                 self.rig.joints.push(Node { label: node.clone(), parent: Some(first.joint), local, moves });
                 self.places.push(to_world);
             }
-            self.mesh(MeshInstance { node, mesh, to_world, joint, moves });
+            self.mesh(PlacedMesh { node, mesh, to_world, joint, moves });
         }
         Ok(())
     }
@@ -132,7 +133,7 @@ pub fn place(document: &mut Document) -> Result<Placed, SceneError> {
         placed.rig.joints.push(Node { label: label.clone(), parent, local, moves });
         placed.places.push(to_world);
         if let Some(mesh) = node.mesh {
-            let instance = MeshInstance { node: label.clone(), mesh, to_world, joint, moves };
+            let instance = PlacedMesh { node: label.clone(), mesh, to_world, joint, moves };
             match instancing::read(document, index.value(), &label)? {
                 Some(places) => placed.instances(&instance, places, &document.file)?,
                 None => placed.mesh(instance),

@@ -1,7 +1,7 @@
 //! How a file is read where it can be read in several ways.
 
 /// Options of [`Scene::load_with`](crate::Scene::load_with).
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadOptions {
     /// What is missing or out of range is an error. Else it is replaced, with a warning that names it.
     pub strict: bool,
@@ -9,4 +9,13 @@ pub struct LoadOptions {
     pub variant: Option<String>,
     /// The scene stands on a floor: a wide Lambertian square right under its bounds.
     pub floor: bool,
+    /// Triangles that copies of meshes may take which stand still in several places: paths are faster without instances. Beyond, the
+    /// meshes that would take most are stored once.
+    pub copies: u64,
+}
+
+impl Default for LoadOptions {
+    fn default() -> LoadOptions {
+        LoadOptions { strict: false, variant: None, floor: false, copies: 1 << 20 }
+    }
 }

@@ -88,8 +88,12 @@ fn load(document: &Value, binary: &[u8]) -> Result<Scene, SceneError> {
 }
 
 fn load_strictly(document: &Value, binary: &[u8]) -> Result<Scene, SceneError> {
+    load_as(document, binary, &LoadOptions { strict: true, ..LoadOptions::default() })
+}
+
+fn load_as(document: &Value, binary: &[u8], options: &LoadOptions) -> Result<Scene, SceneError> {
     let bytes = pack(&serde_json::to_vec(document).unwrap(), binary);
-    super::read("tiny.glb", &bytes, Path::new("."), &LoadOptions { strict: true, ..LoadOptions::default() })
+    super::read("tiny.glb", &bytes, Path::new("."), options)
 }
 
 /// Loads `tiny` with the value at a JSON pointer replaced.

@@ -1,5 +1,5 @@
-//! The top level of the tree where meshes move: what stands still is one leaf, every moving mesh another. Rebuilt
-//! for every pose, of least depth.
+//! The top level of the tree where there are instances: the world's triangles are one leaf, every instance another. Rebuilt for
+//! every pose, of least depth.
 
 use caustics_kernels::interface::tree::TreeNode;
 use obvhs::aabb::Aabb;
@@ -7,8 +7,8 @@ use obvhs::aabb::Aabb;
 use super::plan::WIDTH;
 use super::{LEVELS, empty_node, set_lane};
 
-/// Meshes that move at most: the levels that are left then hold every tree below.
-pub const MAX_MESHES: usize = 4095;
+/// Instances at most: the levels that are left then hold trees of millions of triangles.
+pub const MAX_INSTANCES: usize = (1 << 20) - 1;
 
 /// A leaf: its box (m), and the child that a node refers to.
 #[derive(Clone, Copy, Debug)]

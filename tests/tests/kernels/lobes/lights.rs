@@ -110,7 +110,14 @@ fn density(world: &World<'_>, direction: Vec3) -> f32 {
     if cos < 0.0 && light.sides != 2 {
         return 0.0;
     }
-    pdf_solid_angle(&light, world.tables(), Vec3::ZERO, hit.distance * hit.distance, cos)
+    pdf_solid_angle(
+        &light,
+        world.tables(),
+        caustics_kernels::interface::features::Features::ALL,
+        Vec3::ZERO,
+        hit.distance * hit.distance,
+        cos,
+    )
 }
 
 /// Starts fall into lights by their power, into the quarters of a triangle and into cells of cos^2 evenly, and each

@@ -153,15 +153,22 @@ fn chances_of_layers_and_of_rays_are_independent() {
     let camera = |path: u32| key(Stream::Camera, path, 0, 1, 0);
     for step in [1, 2, 3, 64, 1000, 1 << 20] {
         assert!(
-            are_independent(&|i| (chance(camera(i), 17), chance(camera(i), 17 + step))),
+            are_independent(&|i| (chance(camera(i), 17, 0), chance(camera(i), 17 + step, 0))),
             "triangles {step}"
         );
         assert!(
-            are_independent(&|i| (chance(camera(i), i), chance(camera(i), i + step))),
+            are_independent(&|i| (chance(camera(i), i, 0), chance(camera(i), i + step, 0))),
             "triangles {step}"
         );
-        assert!(are_independent(&|i| (chance(camera(i), 5), chance(camera(i + step), 5))), "paths {step}");
-        let frame = |frame| move |i| chance(key(Stream::Camera, i, frame, 1, 0), 5);
+        assert!(
+            are_independent(&|i| (chance(camera(i), 17, 3), chance(camera(i), 17, 3 + step))),
+            "instances {step}"
+        );
+        assert!(
+            are_independent(&|i| (chance(camera(i), 5, 0), chance(camera(i + step), 5, 0))),
+            "paths {step}"
+        );
+        let frame = |frame| move |i| chance(key(Stream::Camera, i, frame, 1, 0), 5, 0);
         assert!(are_independent(&|i| (frame(0)(i), frame(step)(i))), "frames {step}");
     }
     let others: [(&str, &dyn Fn(u32) -> u32); 4] = [
@@ -171,13 +178,13 @@ fn chances_of_layers_and_of_rays_are_independent() {
         ("a light path", &|i| key(Stream::Light, i, 0, 1, 0)),
     ];
     for (what, other) in others {
-        assert!(are_independent(&|i| (chance(camera(i), 9), chance(other(i), 9))), "{what}");
+        assert!(are_independent(&|i| (chance(camera(i), 9, 0), chance(other(i), 9, 0))), "{what}");
         let draw = |i| Rng::new(Stream::Camera, 3, i, 0).next4();
-        assert!(are_independent(&|i| (draw(i).x, chance(other(i), 9))), "{what} and what is drawn");
+        assert!(are_independent(&|i| (draw(i).x, chance(other(i), 9, 0))), "{what} and what is drawn");
     }
     // A hash of the key alone lets all layers decide alike, one of the triangle alone all rays.
-    assert!(!are_independent(&|i| (chance(camera(i), 0), chance(camera(i), 0))));
-    assert!(!are_independent(&|i| (chance(0, i % 64), chance(0, (i + 1) % 64))));
+    assert!(!are_independent(&|i| (chance(camera(i), 0, 0), chance(camera(i), 0, 0))));
+    assert!(!are_independent(&|i| (chance(0, i % 64, 0), chance(0, (i + 1) % 64, 0))));
 }
 
 /// A pane with a texture in a lit room.

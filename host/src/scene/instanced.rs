@@ -1,0 +1,228 @@
+//! Meshes that are instances: those that move, and those that are stored once for many nodes.
+
+use std::ops::Range;
+
+use caustics_kernels::interface::instance::{Instance, Transform};
+use caustics_kernels::interface::tree::INSTANCE;
+use caustics_kernels::interface::triangle::Triangle;
+use glam::{DAffine3, DVec3, Vec3A};
+use obvhs::aabb::Aabb;
+
+use super::animation::is_singular;
+use super::mesh::Mesh;
+use super::tree::top::{self, Leaf};
+use super::{Scene, geometry, tree};
+
+/// What a mesh stands on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stand {
+    /// A node, by its index; it may move.
+    Node(usize),
+    /// A place in the world, from the mesh's node's space.
+    Still(DAffine3),
+}
+
+/// A mesh in a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeshInstance {
+    /// Index of the mesh.
+    pub mesh: usize,
+    /// Where.
+    pub stand: Stand,
+}
+
+impl MeshInstance {
+    /// From the mesh's node's space to the world, where nodes have these places.
+    pub fn to_world(&self, places: &[DAffine3]) -> DAffine3 {
+        match self.stand {
+            Stand::Node(node) => places[node],
+            Stand::Still(to_world) => to_world,
+        }
+    }
+
+    /// Its node, if it stands on one.
+    pub fn node(&self) -> Option<usize> {
+        match self.stand {
+            Stand::Node(node) => Some(node),
+            Stand::Still(_) => None,
+        }
+    }
+}
+
+/// Where an instance stands, for structures that are built over the mesh's own triangles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// Index of its mesh.
+    pub mesh: usize,
+    /// From the mesh's own space to the world; none while a scale of zero hides it.
+    pub to_world: Option<Transform>,
+}
+
+/// Meshes in spaces of their own, and their instances. In a scene's table of instances these follow the world.
+#[derive(Clone, Debug, Default)]
+pub struct Instanced {
+    /// Meshes.
+    pub meshes: Vec<Mesh>,
+    /// Instances. A mesh that emits has one.
+    pub instances: Vec<MeshInstance>,
+    /// Triangles of the world; they come first.
+    pub still: usize,
+    /// Nodes at the head that the top level of the tree takes; 0 without instances.
+    pub top: usize,
+    /// Box of the triangles of the world (m).
+    still_bounds: Option<Aabb>,
+    /// From each mesh's own space to the world, at the pose at hand; none before the first.
+    places: Vec<Option<DAffine3>>,
+    /// Those that can be seen.
+    placements: Vec<Placement>,
+}
+
+impl Instanced {
+    /// None, beside so many triangles of the world.
+    pub fn of_world(still: usize) -> Instanced {
+        Instanced { still, ..Instanced::default() }
+    }
+
+    /// Triangles of all meshes, each once.
+    pub fn triangle_count(&self) -> usize {
+        self.meshes.iter().map(|mesh| mesh.count as usize).sum()
+    }
+
+    /// Instances of each mesh.
+    pub fn uses(&self) -> Vec<usize> {
+        let mut uses = vec![0; self.meshes.len()];
+        self.instances.iter().for_each(|instance| uses[instance.mesh] += 1);
+        uses
+    }
+
+    /// Corners of boxes around all instances, where nodes have these places (m); of those that are hidden there are none.
+    pub fn hull<'a>(&'a self, places: &'a [DAffine3]) -> impl Iterator<Item = DVec3> + 'a {
+        let shown = self.instances.iter().map(|instance| (instance, instance.to_world(places)));
+        let shown = shown.filter(|(_, to_world)| !is_singular(to_world));
+        shown.flat_map(|(instance, to_world)| self.meshes[instance.mesh].hull(to_world))
+    }
+
+    /// Where the instances stand at the pose at hand, for structures over them.
+    pub fn placements(&self) -> &[Placement] {
+        &self.placements
+    }
+
+    /// Rows of the triangles of an instance, by its row among the instances; the first is the world.
+    pub fn rows(&self, instance: usize) -> Range<usize> {
+        match instance.checked_sub(1) {
+            None => 0..self.still,
+            Some(id) => {
+                let mesh = &self.meshes[self.instances[id].mesh];
+                mesh.first as usize..(mesh.first + mesh.count) as usize
+            }
+        }
+    }
+
+    /// Appends the rows of all meshes, and a row an instance, to the tables of a scene that has those of the world and `top` nodes
+    /// before them; trees of meshes may have so many levels.
+    pub(super) fn append(&mut self, scene: &mut Scene, top: usize, levels: u32) {
+        (self.still, self.top) = (scene.triangles.len(), top);
+        self.still_bounds = scene.triangles.iter().map(tree::bounds).reduce(|all, next| all.union(&next));
+        for mesh in &mut self.meshes {
+            mesh.append(scene, levels);
+        }
+        scene.instances.extend(self.instances.iter().enumerate().map(|(id, instance)| {
+            let mesh = &self.meshes[instance.mesh];
+            let moving = if instance.node().is_some() { id as u32 + 1 } else { 0 };
+            Instance { root: mesh.root, first: mesh.first, moving, ..Instance::default() }
+        }));
+        self.places = vec![None; self.instances.len()];
+    }
+
+    /// Brings a scene's instances, and the tree above them, to where nodes have these places.
+    pub(super) fn place(&mut self, scene: &mut Scene, places: &[DAffine3]) {
+        if self.instances.is_empty() {
+            return;
+        }
+        let mut leaves = Vec::with_capacity(self.instances.len() + 1);
+        if let Some(bounds) = self.still_bounds {
+            leaves.push(Leaf { bounds, child: self.top as u32 });
+        }
+        self.placements.clear();
+        for (id, instance) in self.instances.iter().enumerate() {
+            let mesh = &self.meshes[instance.mesh];
+            let to_world = DAffine3::from_translation(-scene.origin) * instance.to_world(places);
+            let place = to_world * DAffine3::from_translation(mesh.centre);
+            let before = self.places[id].replace(place);
+            let is_hidden = is_hidden(&place);
+            let shown = (!is_hidden).then(|| transform(&place));
+            self.placements.push(Placement { mesh: instance.mesh, to_world: shown });
+            let row = &mut scene.instances[id + 1];
+            let Instance { root, first, moving, .. } = *row;
+            *row = Instance { root, first, moving, ..Instance::default() };
+            if is_hidden {
+                continue;
+            }
+            let to_object = place.inverse();
+            (row.to_object, row.to_world) = (transform(&to_object), transform(&place));
+            row.to_previous = before.map_or(Transform::IDENTITY, |before| transform(&(before * to_object)));
+            row.orientation = if place.matrix3.determinant() < 0.0 { -1.0 } else { 1.0 };
+            leaves.push(Leaf { bounds: bounds(mesh, to_world), child: INSTANCE | (id as u32 + 1) });
+        }
+        top::build(&mut scene.nodes[..self.top], leaves);
+    }
+
+    /// Where an instance stands at the pose at hand, by its row; none of one that is hidden.
+    fn place_of(&self, instance: u32) -> Option<DAffine3> {
+        match (instance as usize).checked_sub(1) {
+            None => Some(DAffine3::IDENTITY),
+            Some(id) => self.places[id].filter(|place| !is_hidden(place)),
+        }
+    }
+}
+
+impl Scene {
+    /// A triangle of an instance where it stands at the pose at hand (m), counter-clockwise seen from its front; one that is hidden
+    /// has no area.
+    pub fn world_triangle(&self, instance: u32, triangle: u32) -> Triangle {
+        let row = self.triangles[triangle as usize];
+        if instance == 0 {
+            return row;
+        }
+        let Some(place) = self.instanced.place_of(instance) else { return Triangle::default() };
+        let [a, b, c] = geometry::corners(&row).map(|corner| place.transform_point3(corner).as_vec3());
+        if place.matrix3.determinant() < 0.0 { Triangle { a, b: c, c: b } } else { Triangle { a, b, c } }
+    }
+
+    /// Points (m) around all that can be met at the pose at hand: the corners of the world's triangles, and those of boxes
+    /// around the parts of instances.
+    pub(super) fn hull(&self) -> Vec<DVec3> {
+        let Instanced { meshes, instances, still, .. } = &self.instanced;
+        let world = self.triangles[..*still].iter().flat_map(geometry::corners);
+        let shown = (1..).zip(instances).filter_map(|(row, instance)| {
+            let mesh = &meshes[instance.mesh];
+            let place = self.instanced.place_of(row)? * DAffine3::from_translation(-mesh.centre);
+            Some(mesh.hull(place))
+        });
+        world.chain(shown.flatten()).collect()
+    }
+}
+
+/// The box of a mesh in the world, a few ulp of the largest coordinate wider: the mesh's own space rounds differently.
+fn bounds(mesh: &Mesh, to_world: DAffine3) -> Aabb {
+    let points = mesh.hull(to_world).map(|p| Vec3A::from(p.as_vec3()));
+    let bounds = points.fold(Aabb::empty(), |all, p| all.union(&Aabb::from_point(p)));
+    let most = bounds.min.abs().max(bounds.max.abs()).max_element();
+    Aabb { min: bounds.min - most * 2e-6, max: bounds.max + most * 2e-6 }
+}
+
+/// Whether a scale is zero, or so near that f32 cannot carry the inverse.
+fn is_hidden(place: &DAffine3) -> bool {
+    let inverse = place.inverse();
+    let columns = [inverse.x_axis, inverse.y_axis, inverse.z_axis];
+    is_singular(place) || columns.into_iter().any(|axis: DVec3| axis.length() > 1e9)
+}
+
+fn transform(place: &DAffine3) -> Transform {
+    Transform {
+        x: place.x_axis.as_vec3(),
+        y: place.y_axis.as_vec3(),
+        z: place.z_axis.as_vec3(),
+        offset: place.translation.as_vec3(),
+    }
+}

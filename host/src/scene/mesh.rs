@@ -1,0 +1,140 @@
+//! A mesh in a space of its own, for instances to place.
+
+use caustics_kernels::interface::NONE;
+use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
+use glam::{DAffine3, DVec3, IVec3};
+
+use super::corner::Corner;
+use super::geometry;
+use super::texture::{self, CornerCoordinates};
+use super::{Scene, tree};
+
+/// Parts of a mesh along an axis that have boxes of their own.
+const PARTS: i32 = 4;
+
+/// A mesh with a tree of its own.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// Corners of its triangles in its node's space (m); taken when rows are made of them.
+    pub corners: Vec<[Corner; 3]>,
+    /// Their materials; taken too.
+    pub materials: Vec<u32>,
+    /// Centre of their bounds (m): the origin of its own space, in which its rows are.
+    pub centre: DVec3,
+    /// Boxes around its parts in its node's space (m).
+    pub boxes: Vec<[DVec3; 2]>,
+    /// Id of its first triangle.
+    pub first: u32,
+    /// Its triangles.
+    pub count: u32,
+    /// Root of its tree.
+    pub root: u32,
+}
+
+impl Mesh {
+    /// A mesh of these triangles, and how many without an area it lost.
+    pub fn new(mut corners: Vec<[Corner; 3]>, mut materials: Vec<u32>) -> (Mesh, usize) {
+        let [lower, upper] = bounds(corners.iter());
+        let centre = if corners.is_empty() { DVec3::ZERO } else { 0.5 * (lower + upper) };
+        let keep: Vec<bool> = own_triangles(&corners, centre).map(|own| geometry::has_area(&own)).collect();
+        let dropped = keep.iter().filter(|keep| !**keep).count();
+        geometry::retain(&mut corners, &keep);
+        geometry::retain(&mut materials, &keep);
+        let (boxes, count) = (boxes(&corners), corners.len() as u32);
+        (Mesh { corners, materials, centre, boxes, count, ..Mesh::default() }, dropped)
+    }
+
+    /// Its triangles in its own space, and their materials, before rows are made of them.
+    pub fn own(&self) -> impl Iterator<Item = (Triangle, u32)> + '_ {
+        own_triangles(&self.corners, self.centre).zip(self.materials.iter().copied())
+    }
+
+    /// Corners of the boxes around its parts, placed (m).
+    pub fn hull(&self, to_world: DAffine3) -> impl Iterator<Item = DVec3> + '_ {
+        let corners = self.boxes.iter().flat_map(|&[lower, upper]| {
+            (0..8).map(move |bits: u32| {
+                let pick = |bit: u32, low: f64, high: f64| if bits & bit == 0 { low } else { high };
+                DVec3::new(pick(1, lower.x, upper.x), pick(2, lower.y, upper.y), pick(4, lower.z, upper.z))
+            })
+        });
+        corners.map(move |corner| to_world.transform_point3(corner))
+    }
+
+    /// Whether no coordinate is too large where it stands.
+    pub fn fits(&self, to_world: &DAffine3, origin: DVec3) -> bool {
+        let fits = |p: DVec3| p.is_finite() && p.abs().max_element() <= geometry::MAX_COORDINATE;
+        self.hull(*to_world).all(|p| fits(p - origin))
+    }
+
+    /// Appends its rows and its tree, at most `levels` deep, to those of a scene.
+    pub fn append(&mut self, scene: &mut Scene, levels: u32) {
+        let (corners, materials) = (std::mem::take(&mut self.corners), std::mem::take(&mut self.materials));
+        let own: Vec<Triangle> = own_triangles(&corners, self.centre).collect();
+        let mut tree = tree::build_within(&own, levels);
+        self.first = scene.triangles.len() as u32;
+        for block in &mut tree.blocks {
+            block.first += self.first;
+        }
+        let has_textures = !scene.textures.textures.is_empty();
+        for id in std::mem::take(&mut tree.order) {
+            let (triangle, corners) = (own[id as usize], &corners[id as usize]);
+            let face = geometry::face_normal(&triangle);
+            let [normal_a, normal_b, normal_c] = corners.map(|corner| corner.normal.unwrap_or(face));
+            let mut surface = TriangleSurface {
+                normal_a,
+                normal_b,
+                normal_c,
+                material: materials[id as usize],
+                light: NONE,
+                ..TriangleSurface::default()
+            };
+            geometry::complete(&triangle, &mut surface);
+            scene.triangles.push(triangle);
+            scene.surfaces.push(surface);
+            if has_textures {
+                scene.textures.coordinates.push(texture::row(&triangle, &coordinates(corners)));
+            }
+        }
+        self.root = scene.nodes.len() as u32;
+        tree.append_to(&mut scene.nodes, &mut scene.blocks);
+    }
+}
+
+/// Where the corners of a triangle lie on textures.
+pub fn coordinates(corners: &[Corner; 3]) -> CornerCoordinates {
+    let [a, b, c] = corners.map(|corner| corner.tangent);
+    let tangents = a.zip(b).zip(c).map(|((a, b), c)| [a, b, c]);
+    CornerCoordinates { uv: corners.map(|corner| corner.uv), tangents }
+}
+
+/// Triangles around a centre.
+fn own_triangles(corners: &[[Corner; 3]], centre: DVec3) -> impl Iterator<Item = Triangle> + '_ {
+    let own = move |corner: Corner| (corner.position - centre).as_vec3();
+    corners.iter().map(move |&[a, b, c]| Triangle { a: own(a), b: own(b), c: own(c) })
+}
+
+fn bounds<'a>(corners: impl Iterator<Item = &'a [Corner; 3]>) -> [DVec3; 2] {
+    let positions = corners.flatten().map(|corner| corner.position);
+    positions.fold([DVec3::MAX, DVec3::MIN], |[lower, upper], p| [lower.min(p), upper.max(p)])
+}
+
+/// Boxes around the triangles whose middles lie in each cell of a grid: tighter than one when they are turned.
+fn boxes(corners: &[[Corner; 3]]) -> Vec<[DVec3; 2]> {
+    let [lower, upper] = bounds(corners.iter());
+    let size = (upper - lower).max(DVec3::splat(f64::MIN_POSITIVE));
+    let cell = |triangle: &[Corner; 3]| {
+        let middle = triangle.iter().map(|corner| corner.position).sum::<DVec3>() / 3.0;
+        let cell = ((middle - lower) / size * f64::from(PARTS)).as_ivec3();
+        let IVec3 { x, y, z } = cell.clamp(IVec3::ZERO, IVec3::splat(PARTS - 1));
+        ((x * PARTS + y) * PARTS + z) as usize
+    };
+    let mut boxes = vec![[DVec3::MAX, DVec3::MIN]; (PARTS * PARTS * PARTS) as usize];
+    for triangle in corners {
+        let [lower, upper] = &mut boxes[cell(triangle)];
+        for corner in triangle {
+            (*lower, *upper) = (lower.min(corner.position), upper.max(corner.position));
+        }
+    }
+    boxes.retain(|[lower, upper]| lower.x <= upper.x);
+    boxes
+}

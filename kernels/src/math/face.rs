@@ -1,0 +1,106 @@
+//! Triangles where they stand: the rows of a mesh that is an instance are in its own space.
+
+#[cfg(target_arch = "spirv")]
+use spirv_std::num_traits::Float;
+
+use crate::interface::features::Features;
+use crate::interface::scene::SceneTables;
+use crate::math::{max_abs, offset};
+use spirv_std::glam::Vec3;
+
+/// A triangle in the world.
+#[derive(Clone, Copy, Debug)]
+pub struct Face {
+    /// First corner (m).
+    pub a: Vec3,
+    /// Second corner.
+    pub b: Vec3,
+    /// Third corner.
+    pub c: Vec3,
+    /// 1, or -1 where corners run clockwise seen from the front: its instance is mirrored.
+    pub orientation: f32,
+    /// Distance to keep when leaving it (m).
+    pub clearance: f32,
+}
+
+impl Face {
+    /// A triangle of an instance.
+    #[inline(always)]
+    pub fn of(scene: SceneTables<'_>, features: Features, instance: u32, triangle: u32) -> Face {
+        let row = scene.triangles[triangle as usize];
+        let (mut a, mut b, mut c) = (row.a, row.b, row.c);
+        let (mut orientation, mut most) = (1.0, 0.0);
+        if features.has(Features::INSTANCES) && instance != 0 {
+            let to_world = scene.instances[instance as usize].to_world;
+            (a, b, c) = (to_world.point(a), to_world.point(b), to_world.point(c));
+            orientation = scene.instances[instance as usize].orientation;
+            // The sum is rounded to what its parts are.
+            most = max_abs(to_world.offset);
+        }
+        let clearance = offset::clearance(offset::magnitude(a, b, c).max(most));
+        Face { a, b, c, orientation, clearance }
+    }
+
+    /// Along its front's normal, by twice its area (m^2).
+    #[inline(always)]
+    pub fn outward(&self) -> Vec3 {
+        (self.b - self.a).cross(self.c - self.a) * self.orientation
+    }
+}
+
+/// Vertex normals of a triangle in the world: unit vectors, or zeros where the face's own serves.
+#[derive(Clone, Copy, Debug)]
+pub struct Normals {
+    /// At its first corner.
+    pub a: Vec3,
+    /// At its second.
+    pub b: Vec3,
+    /// At its third.
+    pub c: Vec3,
+}
+
+impl Normals {
+    /// Those of a triangle of an instance.
+    #[inline(always)]
+    pub fn of(scene: SceneTables<'_>, features: Features, instance: u32, triangle: u32) -> Normals {
+        let row = scene.surfaces[triangle as usize];
+        let (mut a, mut b, mut c) = (row.normal_a, row.normal_b, row.normal_c);
+        if features.has(Features::INSTANCES) && instance != 0 {
+            let to_object = scene.instances[instance as usize].to_object;
+            (a, b, c) = (unit(to_object.normal(a)), unit(to_object.normal(b)), unit(to_object.normal(c)));
+        }
+        Normals { a, b, c }
+    }
+
+    /// Their mean, by the weights of the corners b and c.
+    #[inline(always)]
+    pub fn at(&self, u: f32, v: f32) -> Vec3 {
+        self.a * (1.0 - u - v) + self.b * u + self.c * v
+    }
+
+    /// Mean over the edges of the normal's change along the edge [1/m]; 0 where there are none.
+    #[inline(always)]
+    pub fn curvature(&self, face: &Face) -> f32 {
+        let along = |from: Vec3, to: Vec3, edge: Vec3| (to - from).dot(edge) / edge.length_squared();
+        let sum = along(self.a, self.b, face.b - face.a)
+            + along(self.b, self.c, face.c - face.b)
+            + along(self.c, self.a, face.a - face.c);
+        // Some f32 cannot hold.
+        let mut curvature = 0.0;
+        if sum.abs() < 1.0e30 {
+            curvature = sum / 3.0;
+        }
+        curvature
+    }
+}
+
+/// Of unit length; zero stays zero.
+#[inline(always)]
+pub fn unit(v: Vec3) -> Vec3 {
+    let square = v.length_squared();
+    let mut inverse = 0.0;
+    if square > 0.0 {
+        inverse = 1.0 / square.sqrt();
+    }
+    v * inverse
+}

@@ -1,0 +1,33 @@
+//! Where a triangle lies on its material's textures, as it stands in the world.
+
+#[cfg(target_arch = "spirv")]
+use spirv_std::num_traits::Float;
+
+use crate::interface::features::Features;
+use crate::interface::scene::SceneTables;
+use crate::interface::texture::TextureCoordinates;
+use crate::math::face::{Face, unit};
+
+/// The coordinates of a triangle of an instance, which stands at `face`: its tangents turn with it, and it is larger or smaller.
+#[inline(always)]
+pub fn coordinates(
+    scene: SceneTables<'_>,
+    features: Features,
+    instance: u32,
+    triangle: u32,
+    face: &Face,
+) -> TextureCoordinates {
+    let mut row = scene.textures.texture_coordinates[triangle as usize];
+    if features.has(Features::INSTANCES) && instance != 0 {
+        let own = scene.triangles[triangle as usize];
+        let (area, in_world) = ((own.b - own.a).cross(own.c - own.a).length(), face.outward().length());
+        // Without an area it is never hit.
+        row.density *= (area / in_world.max(f32::MIN_POSITIVE)).sqrt();
+        let to_world = scene.instances[instance as usize].to_world;
+        row.tangent_a = unit(to_world.vector(row.tangent_a));
+        row.tangent_b = unit(to_world.vector(row.tangent_b));
+        row.tangent_c = unit(to_world.vector(row.tangent_c));
+        row.handedness *= face.orientation;
+    }
+    row
+}

@@ -36,8 +36,9 @@ pub trait Runner {
     }
     /// Overwrites a buffer from an offset on (bytes).
     fn write_at(&mut self, buffer: &str, offset: usize, bytes: &[u8]) -> Result<(), RunError>;
-    /// Brings meshes that move to where they stand, for structures that are not buffers.
-    fn place(&mut self, placements: &[Placement]) -> Result<(), RunError>;
+    /// Brings instances to where they stand, and meshes that were bent, by their index, to what their rows say now, for structures
+    /// that are not buffers.
+    fn place(&mut self, placements: &[Placement], bent: &[usize]) -> Result<(), RunError>;
     /// A whole buffer.
     fn read(&mut self, buffer: &str) -> Result<Vec<u8>, RunError>;
     /// Executes the steps of a frame with these settings in order and returns the time of each.

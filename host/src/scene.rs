@@ -42,6 +42,7 @@ mod camera;
 mod casters;
 mod corner;
 mod default_light;
+mod deformation;
 mod environment;
 mod error;
 mod features;
@@ -52,7 +53,7 @@ mod gltf;
 pub(crate) mod instanced;
 mod light;
 mod media;
-mod mesh;
+pub(crate) mod mesh;
 pub(crate) mod motion;
 mod parts;
 mod pose;
@@ -172,7 +173,7 @@ impl Scene {
     /// Its software tracer; `CUT_OUTS` and `INSTANCES` decide whether it looks for holes and for instances.
     pub fn tracer(&self, features: Features) -> BvhTracer<'_> {
         let cut_outs = CutOuts::of(self.tables(), features);
-        BvhTracer { nodes: &self.nodes, blocks: &self.blocks, instances: &self.instances, cut_outs }
+        BvhTracer { nodes: &self.nodes, blocks: &self.blocks, cut_outs }
     }
 
     /// The tables as kernels take them.

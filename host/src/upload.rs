@@ -3,10 +3,12 @@
 use bytemuck::{NoUninit, cast_slice};
 use caustics_kernels::interface::environment::Environment;
 use caustics_kernels::interface::light::Light;
+use caustics_kernels::interface::triangle::Triangle;
 
 use crate::runner::{RunError, Runner};
 use crate::scene::Scene;
 use crate::scene::instanced::Placement;
+use crate::scene::mesh::Mesh;
 
 /// What a runner holds of the pose before.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -14,6 +16,8 @@ pub struct Upload {
     lights: Vec<Light>,
     environment: Vec<Environment>,
     placements: Vec<Placement>,
+    /// Triangles of each mesh that is bent.
+    bent: Vec<Vec<Triangle>>,
 }
 
 impl Upload {
@@ -26,6 +30,7 @@ impl Upload {
             lights: scene.lights.clone(),
             environment: scene.environment.rows.clone(),
             placements: scene.instanced.placements().to_vec(),
+            bent: bent(scene).map(|(_, mesh)| scene.triangles[mesh.rows()].to_vec()).collect(),
         }
     }
 
@@ -50,15 +55,31 @@ impl Upload {
         if now.environment != self.environment {
             runner.write("environment", cast_slice(&scene.environment.rows))?;
         }
+        for (_, mesh) in bent(scene) {
+            rows(runner, "triangles", &scene.triangles, mesh.rows())?;
+            rows(runner, "surfaces", &scene.surfaces, mesh.rows())?;
+            if !scene.textures.coordinates.is_empty() {
+                rows(runner, "texture_coordinates", &scene.textures.coordinates, mesh.rows())?;
+            }
+            rows(runner, "nodes", &scene.nodes, mesh.nodes.clone())?;
+            rows(runner, "blocks", &scene.blocks, mesh.blocks())?;
+        }
         if !now.placements.is_empty() {
             rows(runner, "nodes", &scene.nodes, 0..scene.instanced.top)?;
             rows(runner, "instances", &scene.instances, 1..scene.instances.len())?;
-            runner.place(&now.placements)?;
+            let bent: Vec<usize> = bent(scene).map(|(id, _)| id).collect();
+            runner.place(&now.placements, &bent)?;
         }
         let changed = now != *self;
         *self = now;
         Ok(changed)
     }
+}
+
+/// Meshes that are bent, by their index.
+fn bent(scene: &Scene) -> impl Iterator<Item = (usize, &Mesh)> {
+    let meshes = scene.instanced.meshes.iter().enumerate();
+    meshes.filter(|(_, mesh)| mesh.deformation.is_some())
 }
 
 /// Writes some rows of a table.

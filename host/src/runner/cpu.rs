@@ -47,7 +47,7 @@ impl Runner for CpuRunner {
         Ok(self.buffers.write(buffer, offset, bytes)?)
     }
 
-    fn place(&mut self, _: &[Placement]) -> Result<(), RunError> {
+    fn place(&mut self, _: &[Placement], _: &[usize]) -> Result<(), RunError> {
         // The tree is a buffer.
         Ok(())
     }

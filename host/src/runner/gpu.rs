@@ -166,14 +166,16 @@ impl Runner for GpuRunner {
         Ok(self.upload(buffer, offset, bytes)?)
     }
 
-    fn place(&mut self, placements: &[Placement]) -> Result<(), RunError> {
+    fn place(&mut self, placements: &[Placement], bent: &[usize]) -> Result<(), RunError> {
         let Some(scene) = self.resources.structures.get_mut(SCENE_STRUCTURE) else { return Ok(()) };
-        if *placements == *self.placements {
+        if bent.is_empty() && *placements == *self.placements {
             return Ok(());
         }
         scene.place(&placed(placements))?;
         let scene = &*scene;
-        self.frame.execute(&["build.scene".into()], |recorder, _| recorder.build_top(scene))?;
+        // The world is the first part.
+        let parts: Vec<usize> = bent.iter().map(|mesh| mesh + 1).collect();
+        self.frame.execute(&["build.scene".into()], |recorder, _| recorder.build_again(scene, &parts))?;
         self.placements = placements.to_vec();
         Ok(())
     }

@@ -11,6 +11,8 @@ pub enum Path {
     Rotation,
     /// Its scale.
     Scale,
+    /// Weights of morph targets of its mesh, four a channel.
+    Weights,
 }
 
 /// How values between keys come about.
@@ -109,6 +111,7 @@ impl Local {
                 Path::Translation => translation = value.truncate(),
                 Path::Rotation => rotation = DQuat::from_vec4(value),
                 Path::Scale => scale = value.truncate(),
+                Path::Weights => {}
             }
         }
         let transform = match self.matrix {
@@ -133,6 +136,37 @@ pub struct Node {
     pub local: Local,
     /// Whether it or a node above it has channels.
     pub moves: bool,
+    /// How its mesh's morph targets are weighted.
+    pub morph: Morph,
+}
+
+/// Weights of a node's morph targets.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Morph {
+    /// Without channels, one a target.
+    pub weights: Vec<f64>,
+    /// What sets them, four at a time; empty or all.
+    pub channels: Vec<Channel>,
+}
+
+impl Morph {
+    /// The weights at a time (s), one a target.
+    pub fn at(&self, time: f64) -> Vec<f64> {
+        if self.channels.is_empty() {
+            return self.weights.clone();
+        }
+        let all = self.channels.iter().flat_map(|channel| channel.at(time).to_array());
+        all.take(self.weights.len()).collect()
+    }
+}
+
+/// Where nodes are at a time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Nodes {
+    /// From each node to the world.
+    pub places: Vec<DAffine3>,
+    /// Weights of each node's morph targets.
+    pub weights: Vec<Vec<f64>>,
 }
 
 /// The node tree, parents first.
@@ -142,21 +176,29 @@ pub struct NodeTree {
     pub joints: Vec<Node>,
 }
 
+impl Node {
+    /// All that its animations set.
+    fn channels(&self) -> impl Iterator<Item = &Channel> {
+        self.local.channels.iter().chain(&self.morph.channels)
+    }
+}
+
 impl NodeTree {
-    /// Where every node stands at a time (s), or the node whose place is not finite.
-    pub fn at(&self, time: f64) -> Result<Vec<DAffine3>, &Node> {
+    /// Where every node is at a time (s), or the node whose place is not finite.
+    pub fn at(&self, time: f64) -> Result<Nodes, &Node> {
         let mut places: Vec<DAffine3> = Vec::with_capacity(self.joints.len());
         for joint in &self.joints {
             let parent = joint.parent.map_or(DAffine3::IDENTITY, |parent| places[parent]);
             let place = joint.local.at(time).map(|local| parent * local);
             places.push(place.filter(DAffine3::is_finite).ok_or(joint)?);
         }
-        Ok(places)
+        let weights = self.joints.iter().map(|joint| joint.morph.at(time)).collect();
+        Ok(Nodes { places, weights })
     }
 
     /// Time of the last key (s); 0 where nothing moves.
     pub fn duration(&self) -> f64 {
-        let channels = self.joints.iter().flat_map(|joint| &joint.local.channels);
+        let channels = self.joints.iter().flat_map(Node::channels);
         channels.filter_map(|channel| channel.times.last()).fold(0.0, |last: f64, &time| last.max(time))
     }
 
@@ -166,7 +208,7 @@ impl NodeTree {
             .joints
             .iter()
             .enumerate()
-            .flat_map(|(id, joint)| joint.local.channels.iter().map(move |channel| (id, channel)));
+            .flat_map(|(id, joint)| joint.channels().map(move |channel| (id, channel)));
         let words = channels.flat_map(|(id, channel)| {
             let head = [id as u64, channel.path as u64, channel.interpolation as u64];
             let values = channel.values.iter().flat_map(|value| value.to_array());
@@ -270,7 +312,13 @@ mod tests {
             &[0.0, 1.0],
             &[[1.0, 1.0, 1.0, 0.0], [3.0, 1.0, 1.0, 0.0]],
         );
-        let joint = |parent, local| Node { label: String::new(), parent, local, moves: true };
+        let joint = |parent, local| Node {
+            label: String::new(),
+            parent,
+            local,
+            moves: true,
+            morph: Morph::default(),
+        };
         let rig = NodeTree {
             joints: vec![
                 joint(None, Local { channels: vec![grows], ..still(DVec3::Y) }),
@@ -278,6 +326,6 @@ mod tests {
             ],
         };
         assert_eq!(rig.duration(), 1.0);
-        assert_eq!(rig.at(0.5).unwrap()[1].translation, DVec3::new(2.0, 1.0, 0.0));
+        assert_eq!(rig.at(0.5).unwrap().places[1].translation, DVec3::new(2.0, 1.0, 0.0));
     }
 }

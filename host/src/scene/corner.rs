@@ -16,6 +16,16 @@ pub struct Corner {
 }
 
 impl Corner {
+    /// Where a transform brings it, whose normals turn by `turn`.
+    pub fn placed(&self, to_world: &DAffine3, turn: &DMat3) -> Corner {
+        Corner {
+            position: to_world.transform_point3(self.position),
+            normal: self.normal.and_then(|normal| turned(turn, normal.to_array()).ok().flatten()),
+            uv: self.uv,
+            tangent: self.tangent.and_then(|tangent| placed(to_world, tangent.to_array())),
+        }
+    }
+
     /// The corner half way to another, the same from either end.
     pub fn middle(&self, other: &Corner) -> Corner {
         let unit = |a: Vec3, b: Vec3| (a + b).try_normalize();

@@ -56,7 +56,8 @@ impl Scene {
                 let local =
                     Local { translation, rotation, scale: DVec3::ONE, matrix: None, channels: Vec::new() };
                 let label = "the default light".into();
-                motion.rig.joints.push(Node { label, parent: None, local, moves: false });
+                let morph = crate::scene::animation::Morph::default();
+                motion.rig.joints.push(Node { label, parent: None, local, moves: false, morph });
                 motion.lights.push(OnNode { joint, moves: false, what });
             }
         }

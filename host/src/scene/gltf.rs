@@ -16,6 +16,7 @@ use crate::file::read_file;
 mod accessor;
 mod animation;
 mod atlas;
+mod bending;
 mod buffer;
 mod colors;
 mod document;
@@ -94,7 +95,7 @@ fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Resul
     let mut geometry = Geometry::read(&mut document, &placed, &mappings, &sharing)?;
 
     // Bring everything into a world around its origin.
-    let origin = geometry.centre(&placed.places);
+    let origin = geometry.centre(&placed.nodes);
     let (triangles, surfaces) = geometry.rows(origin);
     if !parts.textures.is_empty() {
         parts.coordinates = geometry.coordinates();
@@ -102,7 +103,7 @@ fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Resul
     let (lights, cameras) = (placed.lights_around(file, origin)?, placed.cameras_around(origin));
     let (materials, material_names) = material::read_all(&mut document)?;
     material::name_blended_media(&mut document, &materials, &material_names, &parts);
-    let moves = placed.rig.joints.iter().any(|joint| joint.moves);
+    let moves = placed.rig.joints.iter().any(|joint| joint.moves || !joint.morph.channels.is_empty());
     let motion = moves.then_some(Motion {
         file: file.into(),
         rig: placed.rig,

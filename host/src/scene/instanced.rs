@@ -5,13 +5,17 @@ use std::ops::Range;
 use caustics_kernels::interface::instance::{Instance, Transform};
 use caustics_kernels::interface::tree::INSTANCE;
 use caustics_kernels::interface::triangle::Triangle;
-use glam::{DAffine3, DVec3, Vec3A};
+use glam::{DAffine3, DVec3, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 
-use super::animation::is_singular;
+use super::animation::{Nodes, is_singular};
+use super::corner::Corner;
 use super::mesh::Mesh;
 use super::tree::top::{self, Leaf};
 use super::{Scene, geometry, tree};
+
+/// Where a mesh that is bent was before: no map of all of it says so, and nothing is found that far away.
+const NOWHERE: Transform = Transform { offset: Vec3::splat(1e9), ..Transform::IDENTITY };
 
 /// What a mesh stands on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,10 +36,10 @@ pub struct MeshInstance {
 }
 
 impl MeshInstance {
-    /// From the mesh's node's space to the world, where nodes have these places.
-    pub fn to_world(&self, places: &[DAffine3]) -> DAffine3 {
+    /// From the mesh's node's space to the world, where nodes are like this; a node that has no place yet is the world's.
+    pub fn to_world(&self, nodes: &Nodes) -> DAffine3 {
         match self.stand {
-            Stand::Node(node) => places[node],
+            Stand::Node(node) => nodes.places.get(node).copied().unwrap_or_default(),
             Stand::Still(to_world) => to_world,
         }
     }
@@ -95,11 +99,18 @@ impl Instanced {
         uses
     }
 
-    /// Corners of boxes around all instances, where nodes have these places (m); of those that are hidden there are none.
-    pub fn hull<'a>(&'a self, places: &'a [DAffine3]) -> impl Iterator<Item = DVec3> + 'a {
-        let shown = self.instances.iter().map(|instance| (instance, instance.to_world(places)));
+    /// Corners of boxes around all instances, eight after eight, where nodes are like this (m), before rows are made of meshes; of
+    /// those that are hidden there are none.
+    pub fn hull<'a>(&'a self, nodes: &'a Nodes) -> impl Iterator<Item = DVec3> + 'a {
+        let shown = self.instances.iter().map(|instance| (instance, instance.to_world(nodes)));
         let shown = shown.filter(|(_, to_world)| !is_singular(to_world));
-        shown.flat_map(|(instance, to_world)| self.meshes[instance.mesh].hull(to_world))
+        shown.flat_map(|(instance, to_world)| self.meshes[instance.mesh].hull_at(nodes, to_world))
+    }
+
+    /// Meshes that are bent, with their vertices where nodes are like this.
+    pub(super) fn bend(&self, nodes: &Nodes) -> Vec<(usize, Vec<Corner>)> {
+        let bent = |(id, mesh): (usize, &Mesh)| Some((id, mesh.deformation.as_ref()?.bend(nodes)));
+        self.meshes.iter().enumerate().filter_map(bent).collect()
     }
 
     /// Where the instances stand at the pose at hand, for structures over them.
@@ -111,10 +122,7 @@ impl Instanced {
     pub fn rows(&self, instance: usize) -> Range<usize> {
         match instance.checked_sub(1) {
             None => 0..self.still,
-            Some(id) => {
-                let mesh = &self.meshes[self.instances[id].mesh];
-                mesh.first as usize..(mesh.first + mesh.count) as usize
-            }
+            Some(id) => self.meshes[self.instances[id].mesh].rows(),
         }
     }
 
@@ -128,16 +136,20 @@ impl Instanced {
         }
         scene.instances.extend(self.instances.iter().enumerate().map(|(id, instance)| {
             let mesh = &self.meshes[instance.mesh];
-            let moving = if instance.node().is_some() { id as u32 + 1 } else { 0 };
-            Instance { root: mesh.root, first: mesh.first, moving, ..Instance::default() }
+            let moves = instance.node().is_some() || mesh.deformation.is_some();
+            let moving = if moves { id as u32 + 1 } else { 0 };
+            Instance { root: mesh.nodes.start as u32, first: mesh.first, moving, ..Instance::default() }
         }));
         self.places = vec![None; self.instances.len()];
     }
 
-    /// Brings a scene's instances, and the tree above them, to where nodes have these places.
-    pub(super) fn place(&mut self, scene: &mut Scene, places: &[DAffine3]) {
+    /// Brings a scene's instances, and the tree above them, to where nodes are like this and meshes are bent to these vertices.
+    pub(super) fn place(&mut self, scene: &mut Scene, nodes: &Nodes, bent: &[(usize, Vec<Corner>)]) {
         if self.instances.is_empty() {
             return;
+        }
+        for (mesh, vertices) in bent {
+            self.meshes[*mesh].bend(scene, vertices);
         }
         let mut leaves = Vec::with_capacity(self.instances.len() + 1);
         if let Some(bounds) = self.still_bounds {
@@ -146,7 +158,7 @@ impl Instanced {
         self.placements.clear();
         for (id, instance) in self.instances.iter().enumerate() {
             let mesh = &self.meshes[instance.mesh];
-            let to_world = DAffine3::from_translation(-scene.origin) * instance.to_world(places);
+            let to_world = DAffine3::from_translation(-scene.origin) * instance.to_world(nodes);
             let place = to_world * DAffine3::from_translation(mesh.centre);
             let before = self.places[id].replace(place);
             let is_hidden = is_hidden(&place);
@@ -161,6 +173,9 @@ impl Instanced {
             let to_object = place.inverse();
             (row.to_object, row.to_world) = (transform(&to_object), transform(&place));
             row.to_previous = before.map_or(Transform::IDENTITY, |before| transform(&(before * to_object)));
+            if mesh.deformation.is_some() && before.is_some() {
+                row.to_previous = NOWHERE;
+            }
             row.orientation = if place.matrix3.determinant() < 0.0 { -1.0 } else { 1.0 };
             leaves.push(Leaf { bounds: bounds(mesh, to_world), child: INSTANCE | (id as u32 + 1) });
         }

@@ -4,6 +4,7 @@ use caustics_kernels::interface::material::{FLAG_HANGING, FLAG_SHEET, Material};
 use caustics_kernels::interface::triangle::Triangle;
 use glam::{DAffine3, DVec3, Vec3};
 
+use super::animation::Nodes;
 use super::mesh::Mesh;
 use super::solids::Solids;
 use super::{Scene, SceneParts};
@@ -43,21 +44,18 @@ impl Media {
             by_medium(materials, mesh.own()).map(|(id, of_medium)| (id, Solids::of(&of_medium))).collect()
         };
         let of_meshes: Vec<_> = instanced.meshes.iter().map(of_mesh).collect();
-        let places = motion.as_ref().and_then(|motion| motion.rig.at(0.0).ok());
+        let nodes = motion.as_ref().map(|motion| motion.rig.at(0.0).unwrap_or_default());
         for instance in &instanced.instances {
             let Some(solids) = of_meshes.get(instance.mesh).filter(|solids| !solids.is_empty()) else {
                 continue;
             };
-            let place = match (instance.node(), &places) {
-                (Some(_), None) => DAffine3::IDENTITY,
-                (_, places) => instance.to_world(places.as_deref().unwrap_or_default()),
-            };
+            let place = instance.to_world(nodes.as_ref().unwrap_or(&Nodes::default()));
             // A mesh that hides at time 0 is as large as in its own space.
             let scale = place.matrix3.determinant().abs();
             let scale = if scale > 0.0 { scale } else { 1.0 };
             for (id, solids) in solids {
                 media.add(*id, solids, scale);
-                if instance.node().is_some() {
+                if instance.node().is_some() || instanced.meshes[instance.mesh].deformation.is_some() {
                     media.moving += solids.boxes.len();
                     continue;
                 }

@@ -1,10 +1,15 @@
 //! A mesh in a space of its own, for instances to place.
 
+use std::ops::Range;
+
 use caustics_kernels::interface::NONE;
+use caustics_kernels::interface::texture::TextureCoordinates;
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::{DAffine3, DVec3, IVec3};
 
+use super::animation::Nodes;
 use super::corner::Corner;
+use super::deformation::Deformation;
 use super::geometry;
 use super::texture::{self, CornerCoordinates};
 use super::{Scene, tree};
@@ -27,8 +32,12 @@ pub struct Mesh {
     pub first: u32,
     /// Its triangles.
     pub count: u32,
-    /// Root of its tree.
-    pub root: u32,
+    /// Its nodes of the tree; the first is the root.
+    pub nodes: Range<usize>,
+    /// What bends it, if anything does.
+    pub deformation: Option<Deformation>,
+    /// Its blocks of the tree.
+    blocks: Range<usize>,
 }
 
 impl Mesh {
@@ -44,26 +53,41 @@ impl Mesh {
         (Mesh { corners, materials, centre, boxes, count, ..Mesh::default() }, dropped)
     }
 
+    /// A mesh that is bent; it stands as it does at time 0. Triangles without an area stay: they may get one.
+    pub fn bending(deformation: Deformation, materials: Vec<u32>, nodes: &Nodes) -> Mesh {
+        let vertices = deformation.bend(nodes);
+        let corners: Vec<[Corner; 3]> = deformation.corners(&vertices).collect();
+        let [lower, upper] = bounds(corners.iter());
+        let centre = if corners.is_empty() { DVec3::ZERO } else { 0.5 * (lower + upper) };
+        let (boxes, count) = (boxes(&corners), corners.len() as u32);
+        Mesh { corners, materials, centre, boxes, count, deformation: Some(deformation), ..Mesh::default() }
+    }
+
     /// Its triangles in its own space, and their materials, before rows are made of them.
     pub fn own(&self) -> impl Iterator<Item = (Triangle, u32)> + '_ {
         own_triangles(&self.corners, self.centre).zip(self.materials.iter().copied())
     }
 
-    /// Corners of the boxes around its parts, placed (m).
+    /// Corners of boxes around it, placed (m): eight after eight.
     pub fn hull(&self, to_world: DAffine3) -> impl Iterator<Item = DVec3> + '_ {
-        let corners = self.boxes.iter().flat_map(|&[lower, upper]| {
-            (0..8).map(move |bits: u32| {
-                let pick = |bit: u32, low: f64, high: f64| if bits & bit == 0 { low } else { high };
-                DVec3::new(pick(1, lower.x, upper.x), pick(2, lower.y, upper.y), pick(4, lower.z, upper.z))
-            })
-        });
-        corners.map(move |corner| to_world.transform_point3(corner))
+        corners_of(&self.boxes).map(move |corner| to_world.transform_point3(corner))
+    }
+
+    /// The same where nodes are like this, before rows are made of it.
+    pub fn hull_at(&self, nodes: &Nodes, to_world: DAffine3) -> Vec<DVec3> {
+        match &self.deformation {
+            None => self.hull(to_world).collect(),
+            Some(deformation) => {
+                let vertices = deformation.bend(nodes);
+                let corners: Vec<[Corner; 3]> = deformation.corners(&vertices).collect();
+                corners_of(&boxes(&corners)).map(|corner| to_world.transform_point3(corner)).collect()
+            }
+        }
     }
 
     /// Whether no coordinate is too large where it stands.
     pub fn fits(&self, to_world: &DAffine3, origin: DVec3) -> bool {
-        let fits = |p: DVec3| p.is_finite() && p.abs().max_element() <= geometry::MAX_COORDINATE;
-        self.hull(*to_world).all(|p| fits(p - origin))
+        fit(corners_of(&self.boxes), to_world, origin)
     }
 
     /// Appends its rows and its tree, at most `levels` deep, to those of a scene.
@@ -76,28 +100,95 @@ impl Mesh {
             block.first += self.first;
         }
         let has_textures = !scene.textures.textures.is_empty();
-        for id in std::mem::take(&mut tree.order) {
+        let order = std::mem::take(&mut tree.order);
+        for &id in &order {
             let (triangle, corners) = (own[id as usize], &corners[id as usize]);
-            let face = geometry::face_normal(&triangle);
-            let [normal_a, normal_b, normal_c] = corners.map(|corner| corner.normal.unwrap_or(face));
-            let mut surface = TriangleSurface {
-                normal_a,
-                normal_b,
-                normal_c,
-                material: materials[id as usize],
-                light: NONE,
-                ..TriangleSurface::default()
-            };
-            geometry::complete(&triangle, &mut surface);
+            scene.surfaces.push(surface(&triangle, corners, materials[id as usize]));
             scene.triangles.push(triangle);
-            scene.surfaces.push(surface);
             if has_textures {
-                scene.textures.coordinates.push(texture::row(&triangle, &coordinates(corners)));
+                scene.textures.coordinates.push(coordinate_row(&triangle, corners));
             }
         }
-        self.root = scene.nodes.len() as u32;
+        if let Some(deformation) = &mut self.deformation {
+            deformation.faces = order.iter().map(|&id| deformation.faces[id as usize]).collect();
+        }
+        let (node, block) = (scene.nodes.len(), scene.blocks.len());
         tree.append_to(&mut scene.nodes, &mut scene.blocks);
+        (self.nodes, self.blocks) = (node..scene.nodes.len(), block..scene.blocks.len());
     }
+
+    /// Its rows of the triangles.
+    pub fn rows(&self) -> Range<usize> {
+        self.first as usize..(self.first + self.count) as usize
+    }
+
+    /// Its blocks of the tree.
+    pub fn blocks(&self) -> Range<usize> {
+        self.blocks.clone()
+    }
+
+    /// Writes its rows for vertices that are bent, and fits the boxes of its tree to them.
+    pub fn bend(&mut self, scene: &mut Scene, vertices: &[Corner]) {
+        let Some(deformation) = &self.deformation else { return };
+        let corners: Vec<[Corner; 3]> = deformation.corners(vertices).collect();
+        let own = own_triangles(&corners, self.centre);
+        for ((id, triangle), corners) in self.rows().zip(own).zip(&corners) {
+            let before = scene.surfaces[id];
+            let light = before.light;
+            scene.surfaces[id] = TriangleSurface { light, ..surface(&triangle, corners, before.material) };
+            scene.triangles[id] = triangle;
+            if let Some(row) = scene.textures.coordinates.get_mut(id) {
+                *row = coordinate_row(&triangle, corners);
+            }
+        }
+        self.boxes = boxes(&corners);
+        tree::refit(
+            &mut scene.nodes,
+            self.nodes.clone(),
+            &mut scene.blocks,
+            self.blocks.clone(),
+            &scene.triangles,
+        );
+    }
+}
+
+/// What a triangle has beside its corners.
+fn surface(triangle: &Triangle, corners: &[Corner; 3], material: u32) -> TriangleSurface {
+    let face = geometry::face_normal(triangle);
+    let [normal_a, normal_b, normal_c] = corners.map(|corner| corner.normal.unwrap_or(face));
+    let mut surface =
+        TriangleSurface { normal_a, normal_b, normal_c, material, light: NONE, ..TriangleSurface::default() };
+    geometry::complete(triangle, &mut surface);
+    // A triangle without an area is never hit.
+    if !surface.curvature.is_finite() {
+        surface.curvature = 0.0;
+    }
+    surface
+}
+
+/// Where it lies on textures.
+fn coordinate_row(triangle: &Triangle, corners: &[Corner; 3]) -> TextureCoordinates {
+    let mut row = texture::row(triangle, &coordinates(corners));
+    if !row.density.is_finite() {
+        row.density = 0.0;
+    }
+    row
+}
+
+/// Whether no coordinate is too large of points that are placed, around an origin (m).
+pub fn fit(mut points: impl Iterator<Item = DVec3>, to_world: &DAffine3, origin: DVec3) -> bool {
+    let fits = |p: DVec3| p.is_finite() && p.abs().max_element() <= geometry::MAX_COORDINATE;
+    points.all(|p| fits(to_world.transform_point3(p) - origin))
+}
+
+/// Corners of boxes, eight each.
+fn corners_of(boxes: &[[DVec3; 2]]) -> impl Iterator<Item = DVec3> + '_ {
+    boxes.iter().flat_map(|&[lower, upper]| {
+        (0..8).map(move |bits: u32| {
+            let pick = |bit: u32, low: f64, high: f64| if bits & bit == 0 { low } else { high };
+            DVec3::new(pick(1, lower.x, upper.x), pick(2, lower.y, upper.y), pick(4, lower.z, upper.z))
+        })
+    })
 }
 
 /// Where the corners of a triangle lie on textures.

@@ -1,9 +1,8 @@
 //! What moves in a scene: its nodes, and the cameras and lights on them.
 
 use caustics_kernels::interface::features::Features;
-use glam::DAffine3;
 
-use super::animation::NodeTree;
+use super::animation::{NodeTree, Nodes};
 use super::instanced::{Instanced, MeshInstance};
 use super::{PunctualLight, SceneCamera};
 
@@ -36,7 +35,7 @@ pub struct Motion {
 
 impl Motion {
     /// Where nodes are at some times of the animations; a time at which that is not finite is left out.
-    pub fn looks(&self) -> impl Iterator<Item = Vec<DAffine3>> + '_ {
+    pub fn looks(&self) -> impl Iterator<Item = Nodes> + '_ {
         let last = self.rig.duration();
         let times = (0..=LOOKS).map(move |look| last * f64::from(look) / f64::from(LOOKS));
         times.filter_map(|time| self.rig.at(time).ok())
@@ -52,8 +51,9 @@ impl Motion {
     pub fn names(&self, instanced: &Instanced) -> Vec<&str> {
         let cameras = self.cameras.iter().filter(|camera| camera.moves).map(|camera| camera.joint);
         let lights = self.lights.iter().filter(|light| light.moves).map(|light| light.joint);
-        let mut joints: Vec<_> =
-            cameras.chain(lights).chain(instanced.instances.iter().filter_map(MeshInstance::node)).collect();
+        let meshes = instanced.instances.iter().filter_map(MeshInstance::node);
+        let bent = instanced.meshes.iter().filter_map(|mesh| Some(mesh.deformation.as_ref()?.node));
+        let mut joints: Vec<_> = cameras.chain(lights).chain(meshes).chain(bent).collect();
         joints.sort_unstable();
         joints.dedup();
         joints.into_iter().map(|joint| self.rig.joints[joint].label.as_str()).collect()

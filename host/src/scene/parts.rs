@@ -5,8 +5,9 @@ use caustics_kernels::interface::instance::Instance;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::tree::TreeNode;
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 
+use super::animation::Nodes;
 use super::instanced::Instanced;
 use super::media::Media;
 use super::mesh::{Mesh, coordinates};
@@ -113,16 +114,16 @@ impl SceneParts {
         };
         let still = self.triangles.iter().flat_map(geometry::corners);
         let mut bounds = still.filter(usable).fold(None, grow);
-        for places in self.looks() {
-            let hull = self.instanced.hull(&places).map(|corner| corner - self.origin);
+        for nodes in self.looks() {
+            let hull = self.instanced.hull(&nodes).map(|corner| corner - self.origin);
             bounds = hull.filter(usable).fold(bounds, grow);
         }
         bounds.unwrap_or_default().map(|corner| corner.as_vec3())
     }
 
     /// Where nodes are at some times.
-    fn looks(&self) -> Vec<Vec<DAffine3>> {
-        self.motion.as_ref().map_or_else(|| vec![Vec::new()], |motion| motion.looks().collect())
+    fn looks(&self) -> Vec<Nodes> {
+        self.motion.as_ref().map_or_else(|| vec![Nodes::default()], |motion| motion.looks().collect())
     }
 
     /// Refuses parts that do not belong together, and values that no kernel can use.

@@ -1,11 +1,11 @@
 //! The scene's tables at a time: cameras, lights and meshes where their nodes stand.
 
 use caustics_kernels::interface::NONE;
-use glam::DAffine3;
 
-use super::animation::{Node, is_singular};
-use super::light;
+use super::animation::{Node, Nodes, is_singular};
+use super::corner::Corner;
 use super::{PunctualLight, Scene, SceneError, geometry};
+use super::{light, mesh};
 
 impl Scene {
     /// Brings cameras, lights and meshes to where they stand at a time (s). The pose before becomes the previous one.
@@ -15,7 +15,7 @@ impl Scene {
     /// If something cannot be shown at this time; then nothing changes.
     pub fn pose(&mut self, time: f64) -> Result<(), SceneError> {
         if let Some(pose) = self.pose_at(time)? {
-            self.stand(&pose.places);
+            self.stand(&pose);
             self.light(&pose.lights);
         }
         Ok(())
@@ -24,7 +24,7 @@ impl Scene {
     /// Brings a scene that has all its rows to time 0, and finds what emits. There is no previous pose.
     pub(super) fn start(&mut self) -> Result<(), SceneError> {
         let pose = self.pose_at(0.0)?;
-        self.stand(pose.as_ref().map_or(&[], |pose| &pose.places));
+        self.stand(pose.as_ref().unwrap_or(&Pose::default()));
         self.emitters = light::emitters(self);
         match pose {
             Some(pose) => self.light(&pose.lights),
@@ -63,15 +63,15 @@ impl Scene {
         !self.environment.rows.is_empty() || punctual_lights.iter().any(PunctualLight::is_directional)
     }
 
-    /// Writes the rows of cameras and instances, where nodes have these places.
-    fn stand(&mut self, places: &[DAffine3]) {
+    /// Writes the rows of cameras and instances.
+    fn stand(&mut self, pose: &Pose) {
         if let Some(motion) = &self.motion {
             for (on_node, camera) in motion.cameras.iter().zip(&mut self.cameras) {
-                *camera = on_node.what.placed(&places[on_node.joint], self.origin);
+                *camera = on_node.what.placed(&pose.nodes.places[on_node.joint], self.origin);
             }
         }
         let mut instanced = std::mem::take(&mut self.instanced);
-        instanced.place(self, places);
+        instanced.place(self, &pose.nodes, &pose.bent);
         self.instanced = instanced;
     }
 
@@ -84,8 +84,9 @@ impl Scene {
             what: format!("at {time} s {what}"),
         };
         let time = if time.is_nan() { 0.0 } else { time };
-        let places =
+        let nodes =
             motion.rig.at(time).map_err(|node| wrong(node, "its place in the world is not finite"))?;
+        let places = &nodes.places;
         for camera in motion.cameras.iter().filter(|camera| camera.moves) {
             if is_singular(&places[camera.joint]) {
                 return Err(wrong(
@@ -98,21 +99,31 @@ impl Scene {
         let lights: Vec<_> =
             lights.filter_map(|light| light.what.placed(&places[light.joint], self.origin)).collect();
         light::check(&motion.file, &lights)?;
+        let bent = self.instanced.bend(&nodes);
         for instance in &self.instanced.instances {
-            let Some(node) = instance.node() else { continue };
-            if !self.instanced.meshes[instance.mesh].fits(&places[node], self.origin) {
+            let mesh = &self.instanced.meshes[instance.mesh];
+            let to_world = instance.to_world(&nodes);
+            let fits = match bent.iter().find(|(id, _)| *id == instance.mesh) {
+                Some((_, vertices)) => mesh::fit(vertices.iter().map(|v| v.position), &to_world, self.origin),
+                None => instance.node().is_none() || mesh.fits(&to_world, self.origin),
+            };
+            if !fits {
                 let what = format!("its mesh reaches beyond {:e} m", geometry::MAX_COORDINATE);
+                let node = mesh.deformation.as_ref().map(|deformation| deformation.node);
+                let node = node.or(instance.node()).unwrap_or_default();
                 return Err(wrong(&motion.rig.joints[node], &what));
             }
         }
-        Ok(Some(Pose { places, lights }))
+        Ok(Some(Pose { nodes, lights, bent }))
     }
 }
 
 /// Where everything stands at a time that can be shown.
+#[derive(Default)]
 struct Pose {
-    /// From each node to the world.
-    places: Vec<DAffine3>,
+    nodes: Nodes,
     /// Lights that shine then.
     lights: Vec<PunctualLight>,
+    /// Meshes that are bent, with their vertices.
+    bent: Vec<(usize, Vec<Corner>)>,
 }

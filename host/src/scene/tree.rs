@@ -1,6 +1,7 @@
 //! Builds the four-wide tree of `interface::tree` over triangles. Imports obvhs, interface.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use caustics_kernels::interface::tree::{LEAF, TREE_STACK, TreeNode, TriangleBlock};
 use caustics_kernels::interface::triangle::Triangle;
@@ -157,14 +158,7 @@ impl Builder<'_> {
         let first = self.tree.order.len() as u32;
         self.tree.order.extend(ids);
         let mut block = TriangleBlock { first, count: ids.len() as u32, ..TriangleBlock::default() };
-        let unused = self.triangles[ids[0] as usize].a;
-        for lane in 0..WIDTH {
-            let corners = ids.get(lane).map(|&id| self.triangles[id as usize]);
-            let Triangle { a, b, c } = corners.unwrap_or(Triangle { a: unused, b: unused, c: unused });
-            (block.a_x[lane], block.a_y[lane], block.a_z[lane]) = a.into();
-            (block.b_x[lane], block.b_y[lane], block.b_z[lane]) = b.into();
-            (block.c_x[lane], block.c_y[lane], block.c_z[lane]) = c.into();
-        }
+        fill(&mut block, |lane| ids.get(lane).map(|&id| self.triangles[id as usize]));
         self.tree.blocks.push(block);
         LEAF | (self.tree.blocks.len() - 1) as u32
     }
@@ -179,6 +173,57 @@ impl Tree {
         }
         nodes.append(&mut self.nodes);
         blocks.append(&mut self.blocks);
+    }
+}
+
+/// Fits part of a tree to triangles that have moved: blocks take their corners, and nodes the boxes around them, children first.
+pub fn refit(
+    nodes: &mut [TreeNode],
+    range: Range<usize>,
+    blocks: &mut [TriangleBlock],
+    leaves: Range<usize>,
+    triangles: &[Triangle],
+) {
+    for block in &mut blocks[leaves] {
+        let (first, count) = (block.first as usize, block.count as usize);
+        fill(block, |lane| (lane < count).then(|| triangles[first + lane]));
+    }
+    let of_block = |block: &TriangleBlock| {
+        let own = &triangles[block.first as usize..(block.first + block.count) as usize];
+        own.iter().fold(Aabb::empty(), |all, triangle| all.union(&bounds(triangle)))
+    };
+    for id in range.rev() {
+        for lane in 0..WIDTH {
+            let child = nodes[id].children[lane];
+            let bounds = match child & LEAF {
+                _ if nodes[id].min_x[lane] == f32::MAX => continue,
+                0 => of_node(&nodes[child as usize]),
+                _ => of_block(&blocks[(child & !LEAF) as usize]),
+            };
+            set_lane(&mut nodes[id], lane, &bounds, child);
+        }
+    }
+}
+
+/// The box around a node's children.
+fn of_node(node: &TreeNode) -> Aabb {
+    let lanes = (0..WIDTH).filter(|&lane| node.min_x[lane] != f32::MAX);
+    lanes.fold(Aabb::empty(), |all, lane| {
+        let min = Vec3A::new(node.min_x[lane], node.min_y[lane], node.min_z[lane]);
+        let max = Vec3A::new(node.max_x[lane], node.max_y[lane], node.max_z[lane]);
+        all.union(&Aabb { min, max })
+    })
+}
+
+/// Writes the corners of a block's triangles; unused lanes are points.
+fn fill(block: &mut TriangleBlock, triangle: impl Fn(usize) -> Option<Triangle>) {
+    let unused = triangle(0).unwrap_or_default().a;
+    for lane in 0..WIDTH {
+        let unused = Triangle { a: unused, b: unused, c: unused };
+        let Triangle { a, b, c } = triangle(lane).unwrap_or(unused);
+        (block.a_x[lane], block.a_y[lane], block.a_z[lane]) = a.into();
+        (block.b_x[lane], block.b_y[lane], block.b_z[lane]) = b.into();
+        (block.c_x[lane], block.c_y[lane], block.c_z[lane]) = c.into();
     }
 }
 

@@ -55,9 +55,9 @@ impl Recorder<'_> {
         hierarchy.record(self.commands, count, || self.barrier());
     }
 
-    /// Records the build of a structure's top level alone: its instances were placed anew.
-    pub fn build_top(&self, hierarchy: &Hierarchy) {
-        hierarchy.record_top(self.commands);
+    /// Brings a structure's instances to where they were placed, and rebuilds the bottom levels whose triangles changed.
+    pub fn build_again(&self, hierarchy: &Hierarchy, changed: &[usize]) {
+        hierarchy.record_again(self.commands, changed, || self.barrier());
     }
 
     /// Copies bytes between buffers, each given with an offset (bytes).

@@ -155,9 +155,18 @@ impl Hierarchy {
     }
 
     /// Records the build of the top level over the instances that were placed.
-    pub(super) fn record_top(&self, commands: vk::CommandBuffer) {
+    fn record_top(&self, commands: vk::CommandBuffer) {
         let geometry = instance_geometry(&self.instances);
         self.record_level(commands, &self.top, Level::Top, geometry, self.placed);
+    }
+
+    /// Records what brings instances to where they were placed, and rebuilds the bottom levels whose triangles changed.
+    pub(super) fn record_again(&self, commands: vk::CommandBuffer, changed: &[usize], barrier: impl Fn()) {
+        for &part in changed {
+            self.record_bottom(commands, part, self.bottoms[part].capacity);
+            barrier();
+        }
+        self.record_top(commands);
     }
 
     fn record_level(

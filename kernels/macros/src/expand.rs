@@ -168,15 +168,15 @@ fn composed(declaration: &Declaration, tracer: Tracer) -> TokenStream {
     if traces(declaration) {
         let tracer = match tracer {
             Tracer::Software => quote! {
-                ::caustics_kernels::trace::bvh::BvhTracer { nodes, blocks, instances, cut_outs }
+                ::caustics_kernels::trace::bvh::BvhTracer { nodes, blocks, cut_outs }
             },
             Tracer::RayQuery => quote! {
-                ::caustics_kernels::trace::ray_query::RayQueryTracer { scene: scene_structure, instances, cut_outs }
+                ::caustics_kernels::trace::ray_query::RayQueryTracer { scene: scene_structure, cut_outs }
             },
         };
         composed.extend(quote! {
             let cut_outs = ::caustics_kernels::texture::cut_out::CutOuts {
-                surfaces, materials, textures: texture_tables, features
+                instances, surfaces, materials, textures: texture_tables, features
             };
             let tracer = #tracer;
         });

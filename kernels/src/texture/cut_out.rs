@@ -7,6 +7,7 @@
 
 use crate::interface::NONE;
 use crate::interface::features::Features;
+use crate::interface::instance::Instance;
 use crate::interface::material::{FLAG_BLEND, FLAG_CUT_OUT, Material};
 use crate::interface::ray::Hit;
 use crate::interface::scene::{SceneTables, TextureTables};
@@ -19,9 +20,11 @@ use spirv_std::glam::{UVec4, Vec2};
 /// Some surface is not there somewhere, or not for every ray.
 pub const SOME_ARE_NOT_THERE: Features = Features(Features::CUT_OUTS.0 | Features::BLENDS.0);
 
-/// What a tracer reads to know whether a hit is there.
+/// What a tracer reads beside its structure: where instances stand, and whether a hit is there.
 #[derive(Clone, Copy)]
 pub struct CutOuts<'a> {
+    /// The world, and meshes with rows of their own.
+    pub instances: &'a [Instance],
     /// Materials of triangles.
     pub surfaces: &'a [TriangleSurface],
     /// Materials.
@@ -36,7 +39,8 @@ impl<'a> CutOuts<'a> {
     /// Those of a scene.
     #[inline(always)]
     pub fn of(scene: SceneTables<'a>, features: Features) -> Self {
-        CutOuts { surfaces: scene.surfaces, materials: scene.materials, textures: scene.textures, features }
+        let SceneTables { instances, surfaces, materials, textures, .. } = scene;
+        CutOuts { instances, surfaces, materials, textures, features }
     }
 
     /// Whether there is anything at a hit, for rays of this key.

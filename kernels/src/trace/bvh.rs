@@ -3,7 +3,6 @@
 
 use crate::interface::NONE;
 use crate::interface::features::Features;
-use crate::interface::instance::Instance;
 use crate::interface::ray::{Hit, Ray};
 use crate::interface::tree::{INSTANCE, LEAF, TREE_STACK, TreeNode, TriangleBlock};
 use crate::texture::cut_out::CutOuts;
@@ -17,9 +16,7 @@ pub struct BvhTracer<'a> {
     pub nodes: &'a [TreeNode],
     /// Leaves.
     pub blocks: &'a [TriangleBlock],
-    /// Meshes with trees of their own.
-    pub instances: &'a [Instance],
-    /// What is not there of its triangles.
+    /// Meshes with trees of their own, and what is not there of triangles.
     pub cut_outs: CutOuts<'a>,
 }
 
@@ -39,11 +36,11 @@ impl BvhTracer<'_> {
     /// compiler knows the bit.
     #[inline(always)]
     fn find<const ANY: bool>(&self, ray: &Ray) -> Hit {
-        let BvhTracer { nodes, blocks, instances, cut_outs } = self;
+        let BvhTracer { nodes, blocks, cut_outs } = self;
         if cfg!(target_arch = "spirv") || cut_outs.features.has(Features::INSTANCES) {
-            traverse::<ANY, true>(nodes, blocks, instances, cut_outs, ray)
+            traverse::<ANY, true>(nodes, blocks, cut_outs, ray)
         } else {
-            traverse::<ANY, false>(nodes, blocks, instances, cut_outs, ray)
+            traverse::<ANY, false>(nodes, blocks, cut_outs, ray)
         }
     }
 }
@@ -67,7 +64,6 @@ fn safe_inverse(x: f32) -> f32 {
 fn traverse<const ANY: bool, const INSTANCES: bool>(
     nodes: &[TreeNode],
     blocks: &[TriangleBlock],
-    instances: &[Instance],
     cut_outs: &CutOuts<'_>,
     world: &Ray,
 ) -> Hit {
@@ -89,7 +85,7 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
             }
         } else if instanced && current & INSTANCE != 0 {
             inside = current & !INSTANCE;
-            let instance = &instances[inside as usize];
+            let instance = &cut_outs.instances[inside as usize];
             ray.origin = instance.to_object.point(world.origin);
             ray.direction = instance.to_object.vector(world.direction);
             inverse = safe_inverses(ray.direction);

@@ -3,7 +3,6 @@
 //! Where surfaces have holes or blend the structure's triangles are not opaque: the query hands each to us to confirm.
 
 use crate::interface::features::Features;
-use crate::interface::instance::Instance;
 use crate::interface::ray::{Hit, Ray};
 use crate::texture::cut_out::{CutOuts, SOME_ARE_NOT_THERE};
 use crate::trace::Tracer;
@@ -15,26 +14,24 @@ use spirv_std::ray_tracing::{AccelerationStructure, CommittedIntersection, RayFl
 pub struct RayQueryTracer<'a> {
     /// All triangles of the scene, in the world and in its instances.
     pub scene: &'a AccelerationStructure,
-    /// Where the rows of an instance begin.
-    pub instances: &'a [Instance],
-    /// What is not there of them.
+    /// Where the rows of an instance begin, and what is not there of them.
     pub cut_outs: CutOuts<'a>,
 }
 
 impl Tracer for RayQueryTracer<'_> {
     #[inline(always)]
     fn closest(&mut self, ray: &Ray) -> Hit {
-        closest(self.scene, self.instances, self.cut_outs, ray)
+        closest(self.scene, self.cut_outs, ray)
     }
     #[inline(always)]
     fn occluded(&mut self, ray: &Ray) -> bool {
-        occluded(self.scene, self.instances, self.cut_outs, ray)
+        occluded(self.scene, self.cut_outs, ray)
     }
 }
 
 /// Confirms a candidate that is there.
 #[inline(always)]
-unsafe fn consider(query: &RayQuery, instances: &[Instance], cut_outs: CutOuts<'_>, key: u32) {
+unsafe fn consider(query: &RayQuery, cut_outs: CutOuts<'_>, key: u32) {
     // SAFETY: the caller's query stands at a candidate, and all candidates are triangles.
     unsafe {
         let at = query.get_candidate_intersection_barycentrics();
@@ -42,7 +39,7 @@ unsafe fn consider(query: &RayQuery, instances: &[Instance], cut_outs: CutOuts<'
         let mut instance = 0;
         if cut_outs.features.has(Features::INSTANCES) {
             instance = query.get_candidate_intersection_instance_custom_index();
-            triangle += instances[instance as usize].first;
+            triangle += cut_outs.instances[instance as usize].first;
         }
         let candidate = Hit { distance: 0.0, triangle, u: at.x, v: at.y, instance };
         if cut_outs.is_there(&candidate, key) {
@@ -52,14 +49,14 @@ unsafe fn consider(query: &RayQuery, instances: &[Instance], cut_outs: CutOuts<'
 }
 
 #[inline(always)]
-fn closest(scene: &AccelerationStructure, instances: &[Instance], cut_outs: CutOuts<'_>, ray: &Ray) -> Hit {
+fn closest(scene: &AccelerationStructure, cut_outs: CutOuts<'_>, ray: &Ray) -> Hit {
     ray_query!(let mut query);
     // SAFETY: the query is initialised before it proceeds, and read only after it has.
     unsafe {
         if cut_outs.features.has(SOME_ARE_NOT_THERE) {
             query.initialize(scene, RayFlags::NONE, 0xff, ray.origin, 0.0, ray.direction, ray.length);
             while query.proceed() {
-                consider(query, instances, cut_outs, ray.key);
+                consider(query, cut_outs, ray.key);
             }
         } else {
             query.initialize(scene, RayFlags::OPAQUE, 0xff, ray.origin, 0.0, ray.direction, ray.length);
@@ -70,7 +67,7 @@ fn closest(scene: &AccelerationStructure, instances: &[Instance], cut_outs: CutO
             let mut instance = 0;
             if cut_outs.features.has(Features::INSTANCES) {
                 instance = query.get_committed_intersection_instance_custom_index();
-                triangle += instances[instance as usize].first;
+                triangle += cut_outs.instances[instance as usize].first;
             }
             let barycentrics = query.get_committed_intersection_barycentrics();
             Hit {
@@ -87,7 +84,7 @@ fn closest(scene: &AccelerationStructure, instances: &[Instance], cut_outs: CutO
 }
 
 #[inline(always)]
-fn occluded(scene: &AccelerationStructure, instances: &[Instance], cut_outs: CutOuts<'_>, ray: &Ray) -> bool {
+fn occluded(scene: &AccelerationStructure, cut_outs: CutOuts<'_>, ray: &Ray) -> bool {
     ray_query!(let mut query);
     // SAFETY: as above.
     unsafe {
@@ -95,7 +92,7 @@ fn occluded(scene: &AccelerationStructure, instances: &[Instance], cut_outs: Cut
             let flags = RayFlags::TERMINATE_ON_FIRST_HIT;
             query.initialize(scene, flags, 0xff, ray.origin, 0.0, ray.direction, ray.length);
             while query.proceed() {
-                consider(query, instances, cut_outs, ray.key);
+                consider(query, cut_outs, ray.key);
             }
         } else {
             let flags = RayFlags::OPAQUE | RayFlags::TERMINATE_ON_FIRST_HIT;

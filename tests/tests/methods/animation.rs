@@ -19,7 +19,7 @@ use caustics_kernels::trace::Tracer;
 use caustics_tests::gpu::gpu;
 use caustics_tests::rays;
 use caustics_tests::twin::Twin;
-use glam::{DVec3, Vec3};
+use glam::{DQuat, DVec3, Vec3};
 use serde_json::{Value, json};
 
 /// A glTF file in the making.
@@ -68,6 +68,18 @@ impl File {
         )
     }
 
+    /// Joints of vertices, four each, as bytes.
+    fn joints(&mut self, joints: &[[u8; 4]]) -> usize {
+        let (offset, length) = (self.bytes.len(), 4 * joints.len());
+        self.bytes.extend(joints.as_flattened());
+        let view =
+            self.push("bufferViews", json!({ "buffer": 0, "byteOffset": offset, "byteLength": length }));
+        self.push(
+            "accessors",
+            json!({ "bufferView": view, "componentType": 5121, "count": joints.len(), "type": "VEC4" }),
+        )
+    }
+
     fn mesh(&mut self, positions: &[f32], material: usize) -> usize {
         let positions = self.accessor("VEC3", 3, positions);
         let primitive = json!({ "attributes": { "POSITION": positions }, "material": material });
@@ -82,7 +94,11 @@ impl File {
 
     fn channel(&mut self, node: usize, path: &str, how: &str, times: &[f32], values: &[f32]) {
         let input = self.accessor("SCALAR", 1, times);
-        let (kind, width) = if path == "rotation" { ("VEC4", 4) } else { ("VEC3", 3) };
+        let (kind, width) = match path {
+            "rotation" => ("VEC4", 4),
+            "weights" => ("SCALAR", 1),
+            _ => ("VEC3", 3),
+        };
         let output = self.accessor(kind, width, values);
         let animation = &mut self.document["animations"][0];
         let samplers = animation["samplers"].as_array_mut().unwrap();
@@ -141,6 +157,87 @@ fn soups() -> File {
     file
 }
 
+/// A tube from the origin along y, 2 m long, with its normals: corners of triangles.
+fn tube() -> Vec<([f32; 3], [f32; 3])> {
+    let at = |turn: u32, step: u32| {
+        let (sine, cosine) = (std::f32::consts::TAU * (turn % 12) as f32 / 12.0).sin_cos();
+        ([0.4 * cosine, step as f32 / 5.0, 0.4 * sine], [cosine, 0.0, sine])
+    };
+    let quad = |(turn, step): (u32, u32)| {
+        let [a, b] = [at(turn, step), at(turn + 1, step)];
+        let [c, d] = [at(turn + 1, step + 1), at(turn, step + 1)];
+        [a, c, b, a, d, c]
+    };
+    (0..12).flat_map(|turn| (0..10).map(move |step| (turn, step))).flat_map(quad).collect()
+}
+
+/// How much the upper joint pulls a vertex of the tube.
+fn upper(position: [f32; 3]) -> f32 {
+    ((position[1] - 0.5) / 1.0).clamp(0.0, 1.0)
+}
+
+/// Targets of the soup that is morphed: more than the four that a channel holds.
+const TARGETS: usize = 5;
+
+/// What a target adds to a corner of the soup.
+fn displacement(target: usize, corner: usize) -> [f32; 3] {
+    let u = Rng::new(Stream::Light, 90 + target as u32, corner as u32, 0).next4();
+    [u.x - 0.5, u.y - 0.5, u.z - 0.5]
+}
+
+/// A floor, a camera and a lamp; a tube whose upper half turns a quarter about z in 2 s, on a node that does not count; and a
+/// soup that moves while five morph targets come and go.
+fn bends() -> File {
+    let mut file = File::new();
+    let floor = file.mesh(&square(6.0), 0);
+    file.root(json!({ "mesh": floor, "translation": [0, 0, -3] }));
+    file.root(json!({ "camera": 0, "translation": [0, 0, 9] }));
+    file.root(json!({ "translation": [0, 0, 8], "extensions": { "KHR_lights_punctual": { "light": 0 } } }));
+
+    let tube = tube();
+    let positions: Vec<f32> = tube.iter().flat_map(|(position, _)| *position).collect();
+    let normals: Vec<f32> = tube.iter().flat_map(|(_, normal)| *normal).collect();
+    let weights: Vec<f32> =
+        tube.iter().flat_map(|(at, _)| [1.0 - upper(*at), upper(*at), 0.0, 0.0]).collect();
+    // The lower joint stands still at (1, 0, 0), the upper one below it 1 m higher; both are bound there.
+    let elbow = file.push("nodes", json!({ "translation": [0, 1, 0] }));
+    let shoulder = file.root(json!({ "translation": [1, 0, 0], "children": [elbow] }));
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    file.channel(elbow, "rotation", "LINEAR", &[0.0, 2.0], &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, half, half]);
+    let bound = |y: f32| {
+        let mut matrix = [0.0; 16];
+        (matrix[0], matrix[5], matrix[10], matrix[15], matrix[13]) = (1.0, 1.0, 1.0, 1.0, -y);
+        matrix
+    };
+    let matrices = file.accessor("MAT4", 16, &[bound(0.0), bound(1.0)].concat());
+    let attributes = json!({
+        "POSITION": file.accessor("VEC3", 3, &positions),
+        "NORMAL": file.accessor("VEC3", 3, &normals),
+        "JOINTS_0": file.joints(&vec![[0, 1, 7, 7]; tube.len()]),
+        "WEIGHTS_0": file.accessor("VEC4", 4, &weights),
+    });
+    let mesh = file.push("meshes", json!({ "primitives": [{ "attributes": attributes, "material": 0 }] }));
+    file.document["skins"] = json!([{ "joints": [shoulder, elbow], "inverseBindMatrices": matrices }]);
+    file.root(json!({ "name": "tube", "mesh": mesh, "skin": 0, "translation": [50, 0, 0] }));
+
+    let corners = soup(3, 40);
+    let rest = file.accessor("VEC3", 3, &corners);
+    let targets: Vec<_> = (0..TARGETS)
+        .map(|target| {
+            let all: Vec<f32> =
+                (0..corners.len() / 3).flat_map(|corner| displacement(target, corner)).collect();
+            json!({ "POSITION": file.accessor("VEC3", 3, &all) })
+        })
+        .collect();
+    let primitive = json!({ "attributes": { "POSITION": rest }, "targets": targets, "material": 0 });
+    let mesh = file.push("meshes", json!({ "primitives": [primitive] }));
+    let node = file.root(json!({ "name": "soup", "mesh": mesh }));
+    file.channel(node, "translation", "LINEAR", &[0.0, 2.0], &[-2.0, 0.0, 0.0, -2.0, 0.5, 1.0]);
+    let weights: Vec<f32> = (0..2 * TARGETS).map(|at| at as f32 / 4.0).collect();
+    file.channel(node, "weights", "LINEAR", &[0.0, 2.0], &weights);
+    file
+}
+
 /// Every triangle where it stands, with its instance and its id.
 fn triangles(scene: &Scene) -> Vec<(u32, u32, Triangle)> {
     let of = |instance: usize| {
@@ -179,15 +276,23 @@ fn meet(ray: &Ray, triangle: &Triangle) -> Option<(f64, f64, f64)> {
 
 #[test]
 fn instances_are_hit_where_their_triangles_are() {
-    let mut scene = soups().load().unwrap();
+    for (file, times) in [soups(), bends()].into_iter().zip([[0.0, 0.7, 1.9, 1.2], [0.0, 1.9, 0.7, 1.2]]) {
+        let mut scene = file.load().unwrap();
+        assert_eq!(scene.warnings, [""; 0]);
+        are_hit_where_their_triangles_are(&mut scene, times);
+    }
+}
+
+fn are_hit_where_their_triangles_are(scene: &mut Scene, times: [f64; 4]) {
     let features = scene.features(0.25);
     assert!(features.has(Features::INSTANCES) && scene.is_animated());
-    for time in [0.0, 0.7, 1.9, 1.2] {
+    for time in times {
         scene.pose(time).unwrap();
+        let scene = &*scene;
         let mut tracer = scene.tracer(features);
         let (mut hits, mut others) = (0, 0);
-        let all = triangles(&scene);
-        for ray in aimed(&scene, 4000) {
+        let all = triangles(scene);
+        for ray in aimed(scene, 4000) {
             let hit = tracer.closest(&ray);
             let oracle = all.iter().filter_map(|at| Some((meet(&ray, &at.2)?, at)));
             let Some(((t, u, v), &(instance, id, _))) = oracle.min_by(|a, b| a.0.0.total_cmp(&b.0.0)) else {
@@ -217,7 +322,13 @@ fn instances_are_hit_where_their_triangles_are() {
 
 #[test]
 fn poses_do_not_depend_on_those_before() {
-    let (mut there, mut back) = (soups().load().unwrap(), soups().load().unwrap());
+    for file in [soups, bends] {
+        poses_are_their_own(file);
+    }
+}
+
+fn poses_are_their_own(file: fn() -> File) {
+    let (mut there, mut back) = (file().load().unwrap(), file().load().unwrap());
     there.pose(1.3).unwrap();
     for time in [2.0, 0.1, 1.9, 1.3] {
         back.pose(time).unwrap();
@@ -231,8 +342,8 @@ fn poses_do_not_depend_on_those_before() {
         scene.instances.iter().map(|row| (row.to_object, row.to_world, row.orientation)).collect::<Vec<_>>()
     };
     assert_eq!(to_world(&there), to_world(&back));
-    assert_ne!(to_world(&there), to_world(&soups().load().unwrap()));
-    assert_ne!(there.fingerprint(), soups().load().unwrap().fingerprint());
+    assert_ne!(to_world(&there), to_world(&file().load().unwrap()));
+    assert_ne!(there.fingerprint(), file().load().unwrap().fingerprint());
 }
 
 #[test]
@@ -251,6 +362,95 @@ fn previous_places_are_where_vertices_were() {
         moved += u32::from((triangle.a - old.a).length() > 0.05);
     }
     assert!(moved > 200);
+}
+
+/// The tube by the formula of linear blend skinning, the soup by that of morph targets.
+#[test]
+fn skins_and_morph_targets_bend_by_their_formulas() {
+    let mut scene = bends().load().unwrap();
+    assert_eq!(scene.instanced.instances.len(), 2);
+    for time in [0.0_f64, 0.5, 2.0, 1.3] {
+        scene.pose(time).unwrap();
+        let all = triangles(&scene);
+        let near = |instance: u32, expected: [DVec3; 3]| {
+            let expected = expected.map(|p| p - scene.origin);
+            let middle = (expected[0] + expected[1] + expected[2]) / 3.0;
+            let off = |t: &Triangle| ((t.a + t.b + t.c).as_dvec3() / 3.0 - middle).length();
+            let found = all.iter().filter(|(at, ..)| *at == instance);
+            let (_, id, t) = found.min_by(|a, b| off(&a.2).total_cmp(&off(&b.2))).unwrap();
+            let corners = [t.a, t.b, t.c].map(|p| p.as_dvec3());
+            for p in expected {
+                let off = corners.iter().map(|corner| corner.distance(p)).fold(f64::MAX, f64::min);
+                assert!(off < 2e-6, "at {time} s {p} is {off} m away");
+            }
+            *id
+        };
+        let angle = PI / 2.0 * time / 2.0;
+        let turn = DQuat::from_rotation_z(angle);
+        let skinned = |at: [f32; 3]| {
+            let (p, upper) = (DVec3::from(at.map(f64::from)), f64::from(upper(at)));
+            let pulled = DVec3::Y + turn * (p - DVec3::Y);
+            DVec3::X + p * (1.0 - upper) + pulled * upper
+        };
+        for corners in tube().as_chunks::<3>().0 {
+            let id = near(1, corners.map(|(at, _)| skinned(at)));
+            // Where one joint alone pulls, normals turn with it.
+            if corners.iter().all(|(at, _)| upper(*at) == 1.0) {
+                let normals = scene.surfaces[id as usize];
+                let expected = corners.map(|(_, normal)| turn * DVec3::from(normal.map(f64::from)));
+                for normal in [normals.normal_a, normals.normal_b, normals.normal_c] {
+                    let off = expected.iter().map(|n| n.distance(normal.as_dvec3())).fold(f64::MAX, f64::min);
+                    assert!(off < 1e-6, "{normal}");
+                }
+            }
+        }
+        let share = time / 2.0;
+        let place = DVec3::new(-2.0, 0.5 * share, share);
+        let morphed = |corner: usize, at: &[f32; 3]| {
+            let delta = |target: usize| {
+                let weight = (target as f64 + share * TARGETS as f64) / 4.0;
+                weight * DVec3::from(displacement(target, corner).map(f64::from))
+            };
+            place + DVec3::from(at.map(f64::from)) + (0..TARGETS).map(delta).sum::<DVec3>()
+        };
+        let corners = soup(3, 40);
+        let corners: Vec<_> =
+            corners.as_chunks::<3>().0.iter().enumerate().map(|(id, at)| morphed(id, at)).collect();
+        for corners in corners.as_chunks::<3>().0 {
+            near(2, *corners);
+        }
+    }
+}
+
+/// A pose without animation is baked: the same triangles as those of an animation that comes to it.
+#[test]
+fn a_skin_that_stands_still_is_bent_once() {
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    let mut file = bends();
+    file.document["animations"] = json!([]);
+    file.document["nodes"][3]["rotation"] = json!([0.0, 0.0, half, half]);
+    let still = file.load().unwrap();
+    assert!(!still.is_animated() && still.instanced.instances.is_empty());
+    let mut moving = bends().load().unwrap();
+    moving.pose(2.0).unwrap();
+    let middle = |scene: &Scene, t: &Triangle| (t.a + t.b + t.c).as_dvec3() / 3.0 + scene.origin;
+    let baked: Vec<DVec3> = triangles(&still).iter().map(|(.., t)| middle(&still, t)).collect();
+    let tube = triangles(&moving).into_iter().filter(|(instance, ..)| *instance == 1);
+    let off = tube.map(|(.., t)| {
+        let there = middle(&moving, &t);
+        baked.iter().map(|p| p.distance(there)).fold(f64::MAX, f64::min)
+    });
+    let off: Vec<f64> = off.collect();
+    assert!(off.len() == 240 && off.iter().all(|&off| off < 2e-6), "{off:?}");
+    // What cannot be used is named.
+    let mut broken = bends();
+    broken.document["skins"][0]["joints"] = json!([0, 99]);
+    let scene = broken.load().unwrap();
+    assert!(
+        scene.warnings.iter().any(|warning| warning.contains("no node of the scene")),
+        "{:?}",
+        scene.warnings
+    );
 }
 
 #[test]
@@ -384,8 +584,8 @@ fn frames_go_dark_with_the_lamp_and_light_up_again() {
 fn runners_agree_after_every_pose() {
     let Some(gpu) = gpu() else { return };
     let settings = Settings { width: 32, height: 32, light_paths: 1024, ..Settings::default() };
-    for &hardware in gpu.tracers() {
-        let mut scene = soups().load().unwrap();
+    for (&hardware, file) in gpu.tracers().iter().flat_map(|at| [(at, soups()), (at, bends())]) {
+        let mut scene = file.load().unwrap();
         let mut twin = Twin::open(&gpu, hardware, &scene, &settings);
         let (mut cpu, mut device) = (Upload::new(&scene), Upload::new(&scene));
         for time in [0.0, 1.9, 0.6] {

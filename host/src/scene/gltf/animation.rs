@@ -23,13 +23,13 @@ pub fn read(document: &mut Document) -> Result<BTreeMap<usize, Vec<Channel>>, Sc
             let sampler =
                 position(&value["sampler"]).and_then(|sampler| list(&animation["samplers"]).get(sampler));
             let sampler = sampler.ok_or_else(|| wrong(document, &owner, "has no sampler"))?;
-            let channel = channel(document, sampler, path, &owner)?;
+            let read = read_channels(document, sampler, node, path, &owner)?;
             let of_node = channels.entry(node).or_default();
             if of_node.iter().any(|known| known.path == path) {
                 document.warn(&owner, "another channel sets the same; the last one counts");
                 of_node.retain(|known| known.path != path);
             }
-            of_node.push(channel);
+            of_node.extend(read);
         }
     }
     Ok(channels)
@@ -58,6 +58,7 @@ fn target(
         Some("translation") => Path::Translation,
         Some("rotation") => Path::Rotation,
         Some("scale") => Path::Scale,
+        Some("weights") => Path::Weights,
         Some(path) => {
             let what = format!("animated {} is not supported; left out", cut(path, 80));
             document.warn(owner, what);
@@ -76,13 +77,32 @@ fn target(
         let (file, owner) = (document.file.clone(), owner.into());
         return Err(SceneError::Index { file, owner, kind: "node", index: node, count });
     };
-    if target.matrix.is_some() {
+    if path == Path::Weights {
+        if target_count(document, node) == 0 {
+            document.warn(owner, "it weights morph targets that its node does not have; left out");
+            return Ok(None);
+        }
+    } else if target.matrix.is_some() {
         return Err(wrong(document, owner, format!("moves node {node}, which is placed by a matrix")));
     }
     Ok(Some((node, path)))
 }
 
-fn channel(document: &mut Document, sampler: &Value, path: Path, owner: &str) -> Result<Channel, SceneError> {
+/// Morph targets of a node's mesh.
+fn target_count(document: &Document, node: usize) -> usize {
+    let mesh = document.root.nodes.get(node).and_then(|node| document.root.meshes.get(node.mesh?.value()));
+    let targets = mesh.and_then(|mesh| mesh.primitives.first()?.targets.as_ref());
+    targets.map_or(0, Vec::len)
+}
+
+/// What a sampler sets of a node: weights take a channel for every four.
+fn read_channels(
+    document: &mut Document,
+    sampler: &Value,
+    node: usize,
+    path: Path,
+    owner: &str,
+) -> Result<Vec<Channel>, SceneError> {
     let file = document.file.clone();
     let wrong = |what: String| SceneError::Animation { file: file.clone(), animation: owner.into(), what };
     let interpolation = match &sampler["interpolation"] {
@@ -105,14 +125,34 @@ fn channel(document: &mut Document, sampler: &Value, path: Path, owner: &str) ->
     let bytes = keys.saturating_mul(12).saturating_add(values.saturating_mul(48));
     document.take(bytes, format_args!("{owner}"))?;
     let times: Vec<f32> = accessor::numbers(document, input, owner)?.into_iter().map(|[time]| time).collect();
-    let values: Vec<DVec4> = match path {
+    let targets = target_count(document, node);
+    let values: Vec<Vec<DVec4>> = match path {
+        Path::Weights => {
+            let values: Vec<f64> = accessor::numbers(document, output, owner)?
+                .into_iter()
+                .map(|[x]: [f32; 1]| x.into())
+                .collect();
+            if values.len() % targets != 0 {
+                return Err(wrong(format!(
+                    "has {} weights, no multiple of its {targets} targets",
+                    values.len()
+                )));
+            }
+            let four = |first: usize| {
+                let of_key = |key: &[f64]| {
+                    DVec4::from(std::array::from_fn(|at| key.get(first + at).copied().unwrap_or(0.0)))
+                };
+                values.chunks(targets).map(of_key).collect()
+            };
+            (0..targets).step_by(4).map(four).collect()
+        }
         Path::Rotation => {
             let values = accessor::numbers::<4>(document, output, owner)?;
-            values.into_iter().map(|value| DVec4::from(value.map(f64::from))).collect()
+            vec![values.into_iter().map(|value| DVec4::from(value.map(f64::from))).collect()]
         }
         _ => {
             let values = accessor::numbers::<3>(document, output, owner)?;
-            values.into_iter().map(|value| Vec3::from(value).as_dvec3().extend(0.0)).collect()
+            vec![values.into_iter().map(|value| Vec3::from(value).as_dvec3().extend(0.0)).collect()]
         }
     };
 
@@ -127,19 +167,23 @@ fn channel(document: &mut Document, sampler: &Value, path: Path, owner: &str) ->
     if let Some(key) = times.windows(2).position(|pair| pair[0] >= pair[1]) {
         return Err(wrong(format!("has times that do not ascend (key {})", key + 1)));
     }
-    if values.len() != wanted {
-        let (keys, values) = (times.len(), values.len());
-        return Err(wrong(format!("has {values} values for {keys} keys, but {wanted} are needed")));
+    for values in &values {
+        if values.len() != wanted {
+            let (keys, values) = (times.len(), values.len());
+            return Err(wrong(format!("has {values} values for {keys} keys, but {wanted} are needed")));
+        }
+        let usable = |value: &DVec4| value.is_finite() && value.abs().max_element() <= 1e30;
+        if let Some(id) = values.iter().position(|value| !usable(value)) {
+            return Err(wrong(format!("has a value that is not finite or beyond 1e30 (value {id})")));
+        }
+        let keys = values.iter().skip(usize::from(is_spline)).step_by(if is_spline { 3 } else { 1 });
+        if path == Path::Rotation
+            && let Some(key) = keys.into_iter().position(|value| value.length() <= 1e-6)
+        {
+            return Err(wrong(format!("has a rotation of no length (key {key})")));
+        }
     }
-    if let Some(id) = values.iter().position(|value| !value.is_finite() || value.abs().max_element() > 1e30) {
-        return Err(wrong(format!("has a value that is not finite or beyond 1e30 (value {id})")));
-    }
-    let keys = values.iter().skip(usize::from(is_spline)).step_by(if is_spline { 3 } else { 1 });
-    if path == Path::Rotation
-        && let Some(key) = keys.into_iter().position(|value| value.length() <= 1e-6)
-    {
-        return Err(wrong(format!("has a rotation of no length (key {key})")));
-    }
-    let times = times.into_iter().map(f64::from).collect();
-    Ok(Channel { path, interpolation, times, values })
+    let times: Vec<f64> = times.into_iter().map(f64::from).collect();
+    let channel = |values| Channel { path, interpolation, times: times.clone(), values };
+    Ok(values.into_iter().map(channel).collect())
 }

@@ -52,6 +52,8 @@ pub struct Document {
 pub struct Sections {
     /// Animations.
     pub animations: Vec<Value>,
+    /// Skins.
+    pub skins: Vec<Value>,
     /// Materials.
     pub materials: Vec<Value>,
     /// Textures.
@@ -103,6 +105,7 @@ impl Document {
         let section = |name: &str| value[name].as_array().cloned().unwrap_or_default();
         let sections = Sections {
             animations: section("animations"),
+            skins: section("skins"),
             materials: section("materials"),
             textures: section("textures"),
             samplers: section("samplers"),

@@ -5,11 +5,13 @@ use std::collections::HashMap;
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::{DAffine3, DVec3};
 
+use super::bending::{self, Bent};
 use super::document::Document;
 use super::node::{Placed, PlacedMesh};
 use super::sharing::Sharing;
 use super::texture::Mapping;
 use super::{huge, mesh};
+use crate::scene::animation::Nodes;
 use crate::scene::corner::Corner;
 use crate::scene::instanced::{Instanced, MeshInstance, Stand};
 use crate::scene::mesh::{Mesh, coordinates};
@@ -42,6 +44,10 @@ impl Geometry {
         // Meshes of the file that are stored once, or have nothing to store.
         let mut stored: HashMap<usize, Option<usize>> = HashMap::new();
         for instance in &placed.meshes {
+            if let Some(bent) = bending::read(document, placed, instance, mappings)? {
+                geometry.add_bent(bent, placed, instance);
+                continue;
+            }
             let id = instance.mesh.value();
             let shares = sharing.is_stored_once(instance);
             if !shares && !instance.moves {
@@ -80,6 +86,41 @@ impl Geometry {
         }
     }
 
+    /// Adds a mesh that is bent: for ever alike as triangles of the world, or as a mesh on its node, or one that is bent at every
+    /// pose.
+    fn add_bent(&mut self, bent: Bent, placed: &Placed, instance: &PlacedMesh) {
+        let Bent { deformation, materials, moves } = bent;
+        let is_skinned = deformation.is_skinned();
+        let stand = match (is_skinned, instance.moves) {
+            (true, _) => Stand::Still(DAffine3::IDENTITY),
+            (false, true) => Stand::Node(instance.joint),
+            (false, false) => Stand::Still(instance.to_world),
+        };
+        let mesh = if moves {
+            Mesh::bending(deformation, materials, &placed.nodes)
+        } else {
+            let vertices = deformation.bend(&placed.nodes);
+            let corners = deformation.corners(&vertices);
+            if let Stand::Still(to_world) = stand {
+                let is_mirrored = to_world.matrix3.determinant() < 0.0;
+                let turn = to_world.matrix3.inverse().transpose();
+                let place = |corners: [Corner; 3]| {
+                    mesh::turned_over(corners.map(|corner| corner.placed(&to_world, &turn)), is_mirrored)
+                };
+                self.corners.extend(corners.map(place));
+                self.materials.extend(materials.iter().map(|&material| material as usize));
+                return;
+            }
+            let (mesh, lost) = Mesh::new(corners.collect(), materials);
+            self.dropped += lost;
+            mesh
+        };
+        if mesh.count > 0 {
+            self.instanced.instances.push(MeshInstance { mesh: self.instanced.meshes.len(), stand });
+            self.instanced.meshes.push(mesh);
+        }
+    }
+
     /// Makes a mesh of triangles in its node's space; none of nothing.
     fn store(&mut self, parts: impl Iterator<Item = mesh::Part>) -> Option<usize> {
         let (mut own, mut materials) = (Vec::new(), Vec::new());
@@ -97,10 +138,10 @@ impl Geometry {
 
     /// The scene's origin (m), so that f32 is finest where the scene is: the centre of its bounds, or of what is small
     /// beside huge triangles, which are split.
-    pub fn centre(&mut self, places: &[DAffine3]) -> DVec3 {
+    pub fn centre(&mut self, nodes: &Nodes) -> DVec3 {
         let world = self.corners.iter().map(|corners| corners.map(|corner| corner.position));
         // Of an instance a triangle across each of its boxes.
-        let hull: Vec<DVec3> = self.instanced.hull(places).collect();
+        let hull: Vec<DVec3> = self.instanced.hull(nodes).collect();
         let across = hull
             .as_chunks::<8>()
             .0

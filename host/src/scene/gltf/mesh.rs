@@ -1,6 +1,6 @@
 //! Meshes: primitives as triangles with corners in the world.
 
-use glam::{Vec2, Vec3};
+use glam::{DAffine3, Vec2, Vec3};
 use gltf::json::Index;
 use gltf::json::accessor::Accessor;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
@@ -62,20 +62,33 @@ pub fn extent(document: &Document, instance: &PlacedMesh) -> Result<Extent, Scen
 }
 
 /// Whether a primitive's material emits.
-fn emits(document: &Document, primitive: &Primitive) -> bool {
+pub fn emits(document: &Document, primitive: &Primitive) -> bool {
     let material = primitive.material.and_then(|material| document.root.materials.get(material.value()));
     material.is_some_and(|material| material.emissive_factor.0 != [0.0; 3])
 }
 
-/// Triangles of every primitive of an instance.
-pub fn read(
+/// A primitive that is read.
+pub struct Surface<'a> {
+    /// The primitive.
+    pub primitive: &'a Primitive,
+    /// How messages call it.
+    pub owner: String,
+    /// Index of its material.
+    pub material: usize,
+    mode: Mode,
+    mapping: Option<Mapping>,
+    atlas: Option<Atlas>,
+}
+
+/// Calls a function with every primitive of an instance that has triangles.
+pub fn for_each_surface(
     document: &mut Document,
     instance: &PlacedMesh,
     mappings: &[Option<Mapping>],
-) -> Result<Vec<Part>, SceneError> {
+    mut then: impl FnMut(&mut Document, &Surface<'_>) -> Result<(), SceneError>,
+) -> Result<(), SceneError> {
     let mesh = document.get(&document.root.meshes, instance.mesh, "mesh", &instance.node)?.clone();
     let label = unsupported::label("mesh", instance.mesh.value(), mesh.name.as_deref());
-    let mut read = Vec::with_capacity(mesh.primitives.len());
     for (index, primitive) in mesh.primitives.iter().enumerate() {
         let owner = format!("{label}, primitive {index}");
         let material = match primitive.material {
@@ -93,21 +106,72 @@ pub fn read(
         };
         let atlas = document.atlases.get(&material).copied();
         let mapping = mappings.get(material).copied().flatten().filter(|_| atlas.is_none());
-        let triangles = triangles(document, primitive, mode, instance, mapping, atlas, &owner)?;
-        read.push(Part { material, emits: emits(document, primitive), triangles });
+        then(document, &Surface { primitive, owner, material, mode, mapping, atlas })?;
     }
+    Ok(())
+}
+
+/// Triangles of every primitive of an instance.
+pub fn read(
+    document: &mut Document,
+    instance: &PlacedMesh,
+    mappings: &[Option<Mapping>],
+) -> Result<Vec<Part>, SceneError> {
+    let mut read = Vec::new();
+    for_each_surface(document, instance, mappings, |document, surface| {
+        let vertices = surface.vertices(document, &instance.to_world)?;
+        let faces = surface.faces(document, vertices.len())?;
+        let is_mirrored = instance.to_world.matrix3.determinant() < 0.0;
+        let triangle = |(face, ids): (usize, [u32; 3])| {
+            let mut corners = ids.map(|id| vertices[id as usize]);
+            surface.colour(face, &mut corners);
+            turned_over(corners, is_mirrored)
+        };
+        let triangles = faces.into_iter().enumerate().map(triangle).collect();
+        let emits = emits(document, surface.primitive);
+        read.push(Part { material: surface.material, emits, triangles });
+        Ok(())
+    })?;
     Ok(read)
 }
 
-fn triangles(
+/// Corners of a triangle whose front a mirror turns over.
+pub fn turned_over([a, b, c]: [Corner; 3], is_mirrored: bool) -> [Corner; 3] {
+    if is_mirrored { [a, c, b] } else { [a, b, c] }
+}
+
+impl Surface<'_> {
+    /// Corners of its triangles, counter-clockwise, each one of so many vertices.
+    pub fn faces(&self, document: &Document, vertices: usize) -> Result<Vec<[u32; 3]>, SceneError> {
+        let indices = indices(document, self.primitive, vertices, &self.owner)?;
+        Ok(faces(&indices, self.mode).collect())
+    }
+
+    /// Whether corners of its triangles have coordinates of their own, which no vertex has.
+    pub fn is_coloured(&self) -> bool {
+        self.atlas.is_some()
+    }
+
+    /// Gives the corners of a triangle their coordinates on an image of vertex colours, if there is one.
+    pub fn colour(&self, face: usize, [a, b, c]: &mut [Corner; 3]) {
+        if let Some(atlas) = self.atlas {
+            [a.uv, b.uv, c.uv] = atlas.corners(face);
+        }
+    }
+
+    /// Its vertices, placed.
+    pub fn vertices(&self, document: &mut Document, to_world: &DAffine3) -> Result<Vec<Corner>, SceneError> {
+        vertices(document, self.primitive, to_world, self.mapping, &self.owner)
+    }
+}
+
+fn vertices(
     document: &mut Document,
     primitive: &Primitive,
-    mode: Mode,
-    instance: &PlacedMesh,
+    to_world: &DAffine3,
     mapping: Option<Mapping>,
-    atlas: Option<Atlas>,
     owner: &str,
-) -> Result<Vec<[Corner; 3]>, SceneError> {
+) -> Result<Vec<Corner>, SceneError> {
     let file = document.file.clone();
     let wrong = |what: String| SceneError::Mesh { file: file.clone(), mesh: owner.into(), what };
     let attribute = |semantic: Semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
@@ -123,7 +187,6 @@ fn triangles(
         .unwrap_or_default();
 
     // Bring each vertex into the world.
-    let to_world = instance.to_world;
     let turn = to_world.matrix3.inverse().transpose();
     let mut corners = Vec::with_capacity(positions.len());
     for (id, &position) in positions.iter().enumerate() {
@@ -142,20 +205,11 @@ fn triangles(
             None => None,
         };
         let uv = coordinates.uvs.get(id).copied().unwrap_or_default();
-        let tangent = coordinates.tangents.get(id).and_then(|&tangent| placed(&to_world, tangent));
+        let tangent = coordinates.tangents.get(id).and_then(|&tangent| placed(to_world, tangent));
         corners.push(Corner { position, normal, uv, tangent });
     }
 
-    let indices = indices(document, primitive, corners.len(), owner)?;
-    let is_mirrored = to_world.matrix3.determinant() < 0.0;
-    let triangle = |(face, ids): (usize, [u32; 3])| {
-        let [mut a, mut b, mut c] = ids.map(|id| corners[id as usize]);
-        if let Some(atlas) = atlas {
-            [a.uv, b.uv, c.uv] = atlas.corners(face);
-        }
-        if is_mirrored { [a, c, b] } else { [a, b, c] }
-    };
-    Ok(faces(&indices, mode).enumerate().map(triangle).collect())
+    Ok(corners)
 }
 
 /// Indices of a primitive of so many vertices, each of one that is there.
@@ -220,7 +274,7 @@ fn coordinates(
 }
 
 /// An attribute of as many elements as there are vertices; fewer or more are refused before they are read.
-fn of_vertices<const N: usize>(
+pub fn of_vertices<const N: usize>(
     document: &Document,
     index: Index<Accessor>,
     vertices: usize,

@@ -1,5 +1,6 @@
 //! The node tree: what stands where, in f64.
 
+use std::collections::HashMap;
 use std::f32::consts::PI;
 
 use glam::{DAffine3, DMat4, DQuat, DVec3, Vec3};
@@ -9,7 +10,7 @@ use gltf::json::{Index, Mesh};
 
 use super::document::Document;
 use super::{animation, instancing, unsupported};
-use crate::scene::animation::{Channel, Local, Node, NodeTree, is_singular};
+use crate::scene::animation::{Channel, Local, Morph, Node, NodeTree, Nodes, Path, is_singular};
 use crate::scene::motion::OnNode;
 use crate::scene::{LightShape, PunctualLight, SceneCamera, SceneError};
 
@@ -26,6 +27,8 @@ pub struct PlacedMesh {
     pub joint: usize,
     /// Whether it moves.
     pub moves: bool,
+    /// Its skin.
+    pub skin: Option<usize>,
 }
 
 /// All that stands in the world, not yet recentred.
@@ -33,8 +36,10 @@ pub struct PlacedMesh {
 pub struct Placed {
     /// The nodes.
     pub rig: NodeTree,
-    /// Where they stand at first.
-    pub places: Vec<DAffine3>,
+    /// Where they are at first.
+    pub nodes: Nodes,
+    /// Which of them each node of the file is.
+    pub joint_of: HashMap<usize, usize>,
     /// Meshes.
     pub meshes: Vec<PlacedMesh>,
     /// Cameras.
@@ -48,7 +53,7 @@ impl Placed {
     pub fn lights_around(&self, file: &str, origin: DVec3) -> Result<Vec<PunctualLight>, SceneError> {
         let mut lights = Vec::new();
         for light in &self.lights {
-            match light.what.placed(&self.places[light.joint], origin) {
+            match light.what.placed(&self.nodes.places[light.joint], origin) {
                 Some(light) => lights.push(light),
                 None if light.moves => {}
                 None => {
@@ -63,7 +68,8 @@ impl Placed {
 
     /// Cameras in a world around an origin (m).
     pub fn cameras_around(&self, origin: DVec3) -> Vec<SceneCamera> {
-        let placed = |camera: &OnNode<SceneCamera>| camera.what.placed(&self.places[camera.joint], origin);
+        let placed =
+            |camera: &OnNode<SceneCamera>| camera.what.placed(&self.nodes.places[camera.joint], origin);
         self.cameras.iter().map(placed).collect()
     }
 }
@@ -88,14 +94,16 @@ impl Placed {
             if is_singular(&to_world) {
                 continue;
             }
-            let (mesh, moves) = (first.mesh, first.moves);
+            let (mesh, moves, skin) = (first.mesh, first.moves, first.skin);
             let mut joint = first.joint;
             if moves {
                 joint = self.rig.joints.len();
-                self.rig.joints.push(Node { label: node.clone(), parent: Some(first.joint), local, moves });
-                self.places.push(to_world);
+                let (label, morph) = (node.clone(), self.rig.joints[first.joint].morph.clone());
+                self.nodes.weights.push(morph.weights.clone());
+                self.rig.joints.push(Node { label, parent: Some(first.joint), local, moves, morph });
+                self.nodes.places.push(to_world);
             }
-            self.mesh(PlacedMesh { node, mesh, to_world, joint, moves });
+            self.mesh(PlacedMesh { node, mesh, to_world, joint, moves, skin });
         }
         Ok(())
     }
@@ -118,8 +126,10 @@ pub fn place(document: &mut Document) -> Result<Placed, SceneError> {
         if std::mem::replace(&mut visited[index.value()], true) {
             return Err(wrong("has two parents or is below itself"));
         }
-        let local = local(&node, channels.remove(&index.value()).unwrap_or_default());
-        let to_parent = parent.map_or(DAffine3::IDENTITY, |parent: usize| placed.places[parent]);
+        let channels = channels.remove(&index.value()).unwrap_or_default();
+        let (weights, channels) = channels.into_iter().partition(|channel| channel.path == Path::Weights);
+        let (local, morph) = (local(&node, channels), morph(document, &node, weights));
+        let to_parent = parent.map_or(DAffine3::IDENTITY, |parent: usize| placed.nodes.places[parent]);
         let to_world = to_parent * local.at(0.0).ok_or_else(|| wrong("its transform is not finite"))?;
         if !to_world.is_finite() {
             return Err(wrong("its place in the world is not finite"));
@@ -130,10 +140,13 @@ pub fn place(document: &mut Document) -> Result<Placed, SceneError> {
             return Err(wrong("its transform is singular (a scale of zero, or axes in one plane)"));
         }
         let joint = placed.rig.joints.len();
-        placed.rig.joints.push(Node { label: label.clone(), parent, local, moves });
-        placed.places.push(to_world);
+        placed.joint_of.insert(index.value(), joint);
+        placed.nodes.weights.push(morph.at(0.0));
+        placed.rig.joints.push(Node { label: label.clone(), parent, local, moves, morph });
+        placed.nodes.places.push(to_world);
         if let Some(mesh) = node.mesh {
-            let instance = PlacedMesh { node: label.clone(), mesh, to_world, joint, moves };
+            let skin = node.skin.map(|skin| skin.value());
+            let instance = PlacedMesh { node: label.clone(), mesh, to_world, joint, moves, skin };
             match instancing::read(document, index.value(), &label)? {
                 Some(places) => placed.instances(&instance, places, &document.file)?,
                 None => placed.mesh(instance),
@@ -178,6 +191,18 @@ fn local(node: &JsonNode, channels: Vec<Channel>) -> Local {
         matrix: node.matrix.map(|m| DAffine3::from_mat4(DMat4::from_cols_array(&m.map(f64::from)))),
         channels,
     }
+}
+
+/// How a node weights the morph targets of its mesh.
+fn morph(document: &Document, node: &JsonNode, channels: Vec<Channel>) -> Morph {
+    let mesh = node.mesh.and_then(|mesh| document.root.meshes.get(mesh.value()));
+    let Some(count) = mesh.and_then(|mesh| mesh.primitives.first()?.targets.as_ref()).map(Vec::len) else {
+        return Morph::default();
+    };
+    let set = node.weights.as_ref().or(mesh.and_then(|mesh| mesh.weights.as_ref()));
+    let mut weights: Vec<f64> = set.iter().flat_map(|all| all.iter()).map(|&weight| weight.into()).collect();
+    weights.resize(count, 0.0);
+    Morph { weights, channels }
 }
 
 /// A perspective camera, not yet placed; none, with a warning, if it is another one.

@@ -142,6 +142,8 @@ const DOCUMENT: &[(&str, Kind)] = &[
     ("images[].bufferView", Index),
     ("images[].mimeType", Text),
     ("skins[].name", Text),
+    ("skins[].joints[]", Index),
+    ("skins[].inverseBindMatrices", Index),
     ("animations[].name", Text),
     ("animations[].channels[].sampler", Index),
     ("animations[].channels[].target.node", Index),

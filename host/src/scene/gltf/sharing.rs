@@ -106,6 +106,9 @@ impl Sharing {
     /// Whether what does not emit of a mesh is stored once for all places like this.
     pub fn is_stored_once(&self, instance: &PlacedMesh) -> bool {
         let id = instance.mesh.value();
+        if instance.skin.is_some() {
+            return false;
+        }
         if instance.moves { !self.emits(instance) } else { self.spared.contains(&id) }
     }
 

@@ -61,12 +61,8 @@ pub fn list(document: &Value, warnings: &mut Warnings) {
             let owner = label(kind, index, element["name"].as_str());
             let mut note = |what: String| warnings.note(&owner, what);
             walk(element, &mut note);
-            match section {
-                "materials" => of_material(element, &mut note),
-                "nodes" if !element["skin"].is_null() => {
-                    note("skins are not supported; shown unbent".into());
-                }
-                _ => {}
+            if section == "materials" {
+                of_material(element, &mut note);
             }
         }
     }
@@ -78,7 +74,7 @@ pub fn label(kind: &str, index: usize, name: Option<&str>) -> String {
     name.map_or_else(|| format!("{kind} {index}"), named)
 }
 
-/// Finds unknown extensions, textures and morph targets at any depth.
+/// Finds unknown extensions and textures at any depth.
 fn walk(value: &Value, note: &mut impl FnMut(String)) {
     if let Value::Array(elements) = value {
         elements.iter().for_each(|element| walk(element, note));
@@ -96,7 +92,6 @@ fn walk(value: &Value, note: &mut impl FnMut(String)) {
                     ));
                 }
             }
-            "targets" => note("morph targets are not supported; shown at rest".into()),
             _ if key.ends_with("Texture") && !TEXTURES.contains(&key.as_str()) => {
                 note(format!("{:?} is not supported; its factor alone is rendered", cut(key, MAX_NAME)));
             }

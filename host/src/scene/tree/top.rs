@@ -40,23 +40,31 @@ pub fn build(nodes: &mut [TreeNode], mut leaves: Vec<Leaf>) {
     node(nodes, &mut used, &mut leaves);
 }
 
-/// Appends a node: quarters along the longest axis.
+/// Appends a node: halves along the longest axis, and halves of each along its own.
 fn node(nodes: &mut [TreeNode], used: &mut usize, leaves: &mut [Leaf]) -> u32 {
     let id = *used;
     *used += 1;
+    let mut lane = 0;
+    for half in halves(leaves) {
+        for part in halves(half) {
+            let bounds = bounds(part);
+            let child = if let [leaf] = part { leaf.child } else { node(nodes, used, part) };
+            set_lane(&mut nodes[id], lane, &bounds, child);
+            lane += 1;
+        }
+    }
+    id as u32
+}
+
+/// Halves along the longest axis of the box around all; one of a leaf.
+fn halves(leaves: &mut [Leaf]) -> impl Iterator<Item = &mut [Leaf]> {
     let size = bounds(leaves).diagonal();
     let axis = if size.x >= size.y.max(size.z) { 0 } else { 1 + usize::from(size.z > size.y) };
     leaves.sort_by(|a, b| {
         let centre = |leaf: &Leaf| leaf.bounds.center_axis(axis);
         centre(a).total_cmp(&centre(b)).then(a.child.cmp(&b.child))
     });
-    let quarter = leaves.len().div_ceil(WIDTH).max(1);
-    for (lane, part) in leaves.chunks_mut(quarter).enumerate() {
-        let bounds = bounds(part);
-        let child = if let [leaf] = part { leaf.child } else { node(nodes, used, part) };
-        set_lane(&mut nodes[id], lane, &bounds, child);
-    }
-    id as u32
+    leaves.chunks_mut(leaves.len().div_ceil(2).max(1))
 }
 
 fn bounds(leaves: &[Leaf]) -> Aabb {

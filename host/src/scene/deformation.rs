@@ -1,0 +1,111 @@
+//! Meshes whose corners move against each other: skins and morph targets [glTF 2.0, section 3.7].
+
+use glam::{DAffine3, DMat3, DVec3, Vec3, Vec4};
+use rayon::prelude::*;
+
+use super::animation::Nodes;
+use super::corner::Corner;
+
+/// Joints that pull a vertex at most: two sets of four.
+pub const MAX_PULLS: usize = 8;
+
+/// What bends a mesh.
+#[derive(Clone, Debug, Default)]
+pub struct Deformation {
+    /// Its node, which says how the targets are weighted.
+    pub node: usize,
+    /// Vertices at rest, in the node's space.
+    pub rest: Vec<Corner>,
+    /// Targets: what each adds to every vertex.
+    pub targets: Vec<Vec<Delta>>,
+    /// Nodes that pull, each with the way from the mesh to where it was bound; empty without a skin, which leads to the world.
+    pub joints: Vec<(usize, DAffine3)>,
+    /// Which of them pull each vertex; empty without a skin.
+    pub pulls: Vec<Pull>,
+    /// Vertices of the triangles, in the order of the mesh's rows.
+    pub faces: Vec<[u32; 3]>,
+}
+
+/// What a morph target of weight 1 adds to a vertex.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Delta {
+    /// To its position (m).
+    pub position: Vec3,
+    /// To its normal.
+    pub normal: Vec3,
+    /// To its tangent.
+    pub tangent: Vec3,
+}
+
+/// Joints that pull a vertex, and how much each.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Pull {
+    /// Indices into the joints.
+    pub joints: [u16; MAX_PULLS],
+    /// Weights, of any sum; where all are zero the first joint pulls.
+    pub weights: [f32; MAX_PULLS],
+}
+
+impl Deformation {
+    /// Whether it has a skin: then its vertices are in the world, wherever its node is.
+    pub fn is_skinned(&self) -> bool {
+        !self.joints.is_empty()
+    }
+
+    /// Its vertices where nodes are like this: in the world with a skin, else in the space of its node.
+    pub fn bend(&self, nodes: &Nodes) -> Vec<Corner> {
+        let joint = |(node, bound): &(usize, DAffine3)| nodes.places[*node] * *bound;
+        let joints: Vec<DAffine3> = self.joints.iter().map(joint).collect();
+        let weights = nodes.weights.get(self.node).map_or(&[][..], Vec::as_slice);
+        let bend = |id: usize| {
+            let vertex = self.morphed(id, weights);
+            self.pulls.get(id).map_or(vertex, |pull| pull.pulled(&vertex, &joints))
+        };
+        (0..self.rest.len()).into_par_iter().map(bend).collect()
+    }
+
+    /// Corners of its triangles, with these vertices.
+    pub fn corners<'a>(&'a self, vertices: &'a [Corner]) -> impl Iterator<Item = [Corner; 3]> + 'a {
+        self.faces.iter().map(|face| face.map(|id| vertices[id as usize]))
+    }
+
+    fn morphed(&self, id: usize, weights: &[f64]) -> Corner {
+        let mut vertex = self.rest[id];
+        let (mut normal, mut tangent) = (DVec3::ZERO, DVec3::ZERO);
+        for (target, &weight) in self.targets.iter().zip(weights).filter(|(_, weight)| **weight != 0.0) {
+            let delta = &target[id];
+            vertex.position += weight * delta.position.as_dvec3();
+            normal += weight * delta.normal.as_dvec3();
+            tangent += weight * delta.tangent.as_dvec3();
+        }
+        let add = |to: Vec3, what: DVec3| (to.as_dvec3() + what).try_normalize().map(|unit| unit.as_vec3());
+        if normal != DVec3::ZERO {
+            vertex.normal = vertex.normal.and_then(|known| add(known, normal));
+        }
+        if tangent != DVec3::ZERO {
+            let turn = |known: Vec4| Some(add(known.truncate(), tangent)?.extend(known.w));
+            vertex.tangent = vertex.tangent.and_then(turn);
+        }
+        vertex
+    }
+}
+
+impl Pull {
+    /// A vertex where the joints bring it: linear blend skinning.
+    fn pulled(&self, vertex: &Corner, joints: &[DAffine3]) -> Corner {
+        let sum: f64 = self.weights.iter().map(|&weight| f64::from(weight)).sum();
+        let mut place = joints[self.joints[0] as usize];
+        if sum > 0.0 {
+            place = DAffine3 { matrix3: DMat3::ZERO, translation: DVec3::ZERO };
+            for (&joint, &weight) in
+                self.joints.iter().zip(&self.weights).filter(|(_, weight)| **weight != 0.0)
+            {
+                let (share, joint) = (f64::from(weight) / sum, joints[joint as usize]);
+                place.matrix3 += joint.matrix3 * share;
+                place.translation += joint.translation * share;
+            }
+        }
+        let turn = place.matrix3.inverse().transpose();
+        vertex.placed(&place, &turn)
+    }
+}

@@ -17,6 +17,9 @@ use super::{Scene, geometry, tree};
 /// Where a mesh that is bent was before: no map of all of it says so, and nothing is found that far away.
 const NOWHERE: Transform = Transform { offset: Vec3::splat(1e9), ..Transform::IDENTITY };
 
+/// Triangles of all instances that each is looked at of, to find where the scene is.
+const MANY: usize = 1 << 22;
+
 /// What a mesh stands on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stand {
@@ -99,12 +102,17 @@ impl Instanced {
         uses
     }
 
-    /// Corners of boxes around all instances, eight after eight, where nodes are like this (m), before rows are made of meshes; of
-    /// those that are hidden there are none.
-    pub fn hull<'a>(&'a self, nodes: &'a Nodes) -> impl Iterator<Item = DVec3> + 'a {
+    /// The triangles of all instances where nodes are like this (m), before rows are made of meshes; of very many, triangles across
+    /// boxes around them. Of instances that are hidden there are none.
+    pub fn triangles<'a>(&'a self, nodes: &'a Nodes) -> impl Iterator<Item = [DVec3; 3]> + 'a {
+        let all =
+            self.instances.iter().map(|instance| self.meshes[instance.mesh].count as usize).sum::<usize>();
         let shown = self.instances.iter().map(|instance| (instance, instance.to_world(nodes)));
         let shown = shown.filter(|(_, to_world)| !is_singular(to_world));
-        shown.flat_map(|(instance, to_world)| self.meshes[instance.mesh].hull_at(nodes, to_world))
+        shown.flat_map(move |(instance, to_world)| {
+            let mesh = &self.meshes[instance.mesh];
+            if all > MANY { mesh.across(to_world) } else { mesh.triangles_at(nodes, to_world) }
+        })
     }
 
     /// Meshes that are bent, with their vertices where nodes are like this.

@@ -73,16 +73,23 @@ impl Mesh {
         corners_of(&self.boxes).map(move |corner| to_world.transform_point3(corner))
     }
 
-    /// The same where nodes are like this, before rows are made of it.
-    pub fn hull_at(&self, nodes: &Nodes, to_world: DAffine3) -> Vec<DVec3> {
-        match &self.deformation {
-            None => self.hull(to_world).collect(),
-            Some(deformation) => {
-                let vertices = deformation.bend(nodes);
-                let corners: Vec<[Corner; 3]> = deformation.corners(&vertices).collect();
-                corners_of(&boxes(&corners)).map(|corner| to_world.transform_point3(corner)).collect()
-            }
+    /// Its triangles where nodes are like this, placed (m), before rows are made of it.
+    pub fn triangles_at(&self, nodes: &Nodes, to_world: DAffine3) -> Vec<[DVec3; 3]> {
+        let bent = self.deformation.as_ref().map(|deformation| (deformation, deformation.bend(nodes)));
+        let place = |corners: [Corner; 3]| corners.map(|corner| to_world.transform_point3(corner.position));
+        match &bent {
+            None => self.corners.iter().copied().map(place).collect(),
+            Some((deformation, vertices)) => deformation.corners(vertices).map(place).collect(),
         }
+    }
+
+    /// Triangles across boxes around it, placed (m): all corners of each.
+    pub fn across(&self, to_world: DAffine3) -> Vec<[DVec3; 3]> {
+        let corners: Vec<DVec3> = self.hull(to_world).collect();
+        let of_box = |corners: &[DVec3; 8]| {
+            [[0, 7, 1], [0, 7, 2], [4, 3, 5], [4, 3, 6]].map(|ids| ids.map(|id: usize| corners[id]))
+        };
+        corners.as_chunks().0.iter().flat_map(of_box).collect()
     }
 
     /// Whether no coordinate is too large where it stands.

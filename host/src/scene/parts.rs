@@ -106,7 +106,7 @@ impl SceneParts {
         self.triangles.len() + self.instanced.triangle_count() == 0
     }
 
-    /// Lower and upper corner of the box around all triangles, wherever they move (m); around boxes of those of instances.
+    /// Lower and upper corner of the box around all triangles, wherever they move (m).
     pub(super) fn bounds(&self) -> [Vec3; 2] {
         let usable = |p: &DVec3| p.is_finite() && p.abs().max_element() <= geometry::MAX_COORDINATE;
         let grow = |bounds: Option<[DVec3; 2]>, p: DVec3| {
@@ -115,8 +115,8 @@ impl SceneParts {
         let still = self.triangles.iter().flat_map(geometry::corners);
         let mut bounds = still.filter(usable).fold(None, grow);
         for nodes in self.looks() {
-            let hull = self.instanced.hull(&nodes).map(|corner| corner - self.origin);
-            bounds = hull.filter(usable).fold(bounds, grow);
+            let corners = self.instanced.triangles(&nodes).flatten().map(|corner| corner - self.origin);
+            bounds = corners.filter(usable).fold(bounds, grow);
         }
         bounds.unwrap_or_default().map(|corner| corner.as_vec3())
     }

@@ -140,14 +140,7 @@ impl Geometry {
     /// beside huge triangles, which are split.
     pub fn centre(&mut self, nodes: &Nodes) -> DVec3 {
         let world = self.corners.iter().map(|corners| corners.map(|corner| corner.position));
-        // Of an instance a triangle across each of its boxes.
-        let hull: Vec<DVec3> = self.instanced.hull(nodes).collect();
-        let across = hull
-            .as_chunks::<8>()
-            .0
-            .iter()
-            .flat_map(|corners| [0, 1, 2].map(|axis| [corners[0], corners[7], corners[1 << axis]]));
-        let all: Vec<[DVec3; 3]> = world.chain(across).collect();
+        let all: Vec<[DVec3; 3]> = world.chain(self.instanced.triangles(nodes)).collect();
         let details = huge::details(all.iter().copied());
         let (lower, upper) = all
             .iter()

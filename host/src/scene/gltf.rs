@@ -7,6 +7,9 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::Path;
 
+use gltf::json::mesh::Mode;
+use gltf::json::validation::Checked;
+
 use self::document::Document;
 use self::geometry::Geometry;
 use self::mesh::Extent;
@@ -35,12 +38,14 @@ mod mesh;
 mod meshopt;
 mod node;
 pub mod options;
+mod required;
 mod shape;
 #[cfg(test)]
 mod tests;
 mod texture;
 mod translate;
 mod unsupported;
+mod version;
 mod warning;
 
 /// Triangles of a scene at most: ids have 31 bits, and this many fill the memory of a large machine.
@@ -95,7 +100,14 @@ pub(crate) fn read_alone(bytes: &[u8]) -> Result<Scene, SceneError> {
 
 /// Reads a scene from a file's bytes; other files are looked for in `folder`.
 fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
-    let mut document = Document::read(file, bytes, folder, options)?;
+    let document = Document::read(file, bytes, folder, options)?;
+    let lack = document.lack.clone();
+    scene_of(document).map_err(|error| required::without(lack, error))
+}
+
+/// What a document shows.
+fn scene_of(mut document: Document) -> Result<Scene, SceneError> {
+    let file = &document.file.clone();
     meshopt::decompress(&mut document)?;
     draco::decompress(&mut document)?;
     colors::bake(&mut document)?;
@@ -105,6 +117,10 @@ fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Resul
     let triangle_count = take_triangles(&mut document, &placed.meshes)?;
     let texture::Read { mut parts, mappings } = texture::read(&mut document)?;
     let mut geometry = Geometry::read(&mut document, &placed, &mappings, triangle_count)?;
+
+    if geometry.is_empty() {
+        return Err(nothing_to_see(&document, &placed.meshes));
+    }
 
     // Bring everything into a world around its origin.
     let origin = geometry.centre(&placed.places);
@@ -126,7 +142,7 @@ fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Resul
     });
 
     let textures = parts;
-    let name = file.into();
+    let name = file.clone();
     let mut parts = SceneParts {
         name,
         triangles,
@@ -140,7 +156,7 @@ fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Resul
         motion,
         bounds: None,
     };
-    let has_floor = options.floor && !parts.is_empty();
+    let has_floor = document.options.floor && !parts.is_empty();
     if has_floor {
         parts.add_floor();
     }
@@ -154,6 +170,25 @@ fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Resul
     }
     let warnings = document.warnings.lines(file).into_iter().chain(scene.warnings).collect();
     Ok(Scene { background: document.background, warnings, ..scene })
+}
+
+/// The error of a document without triangles.
+fn nothing_to_see(document: &Document, meshes: &[MeshInstance]) -> SceneError {
+    let modes = meshes.iter().filter_map(|mesh| document.root.meshes.get(mesh.mesh.value()));
+    let mut modes = modes.flat_map(|mesh| &mesh.primitives).map(|primitive| primitive.mode);
+    let is_thin = modes.any(|mode| {
+        matches!(mode, Checked::Valid(Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip))
+    });
+    let (what, remedy) = match () {
+        () if is_thin => (
+            "has no triangles: points and lines are not rendered",
+            "make surfaces of them where they come from (in Blender: lines become curves with a bevel, points instances of a \
+             sphere; then convert them to meshes)",
+        ),
+        () if document.root.meshes.is_empty() => ("has no mesh", "export it with its objects"),
+        () => ("has no triangles", "add a mesh of triangles"),
+    };
+    SceneError::NothingToSee { file: document.file.clone(), what: what.into(), remedy }
 }
 
 /// Takes memory for all triangles, by the accessors of every mesh and the nodes that place it. How many there are.

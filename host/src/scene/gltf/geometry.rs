@@ -57,6 +57,11 @@ impl Geometry {
         Ok(Geometry { corners, materials, moving, dropped })
     }
 
+    /// Whether there is no triangle, not even one without an area.
+    pub fn is_empty(&self) -> bool {
+        self.corners.is_empty() && self.moving.is_empty() && self.dropped == 0
+    }
+
     /// The scene's origin (m), so that f32 is finest where the scene is: the centre of its bounds, or of what is small
     /// beside huge triangles, which are split.
     pub fn centre(&mut self, places: &[DAffine3]) -> DVec3 {

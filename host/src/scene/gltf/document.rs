@@ -14,8 +14,8 @@ use super::required::{Lack, without};
 use super::warning::Warnings;
 use super::{buffer, extension, shape, translate, unsupported, version};
 use crate::memory::{Budget, Short};
-use crate::scene::SceneError;
 use crate::scene::texture::Image;
+use crate::scene::{Radiance, SceneError};
 
 /// A parsed document with its buffers and what it asks for in vain.
 pub struct Document {
@@ -185,6 +185,19 @@ impl Document {
         self.budget.take(bytes).map_err(|short| too_much(&self.file, what, short))
     }
 
+    /// Takes memory for what is there for a while, after other such things that are not any more: the growth of the `largest`
+    /// [bytes].
+    pub fn take_for_a_while(
+        &mut self,
+        bytes: u64,
+        largest: &mut u64,
+        what: impl std::fmt::Display,
+    ) -> Result<(), SceneError> {
+        self.take(bytes.saturating_sub(*largest), what)?;
+        *largest = bytes.max(*largest);
+        Ok(())
+    }
+
     /// Looks an index up in a list of the document.
     pub fn get<'a, T>(
         &self,
@@ -330,12 +343,7 @@ pub fn radiance(value: &Value) -> Option<Vec3> {
     let channels: Option<Vec<f32>> = value
         .as_array()
         .and_then(|channels| channels.iter().map(|channel| channel.as_f64().map(|c| c as f32)).collect());
-    match channels.as_deref() {
-        Some(&[red, green, blue]) if [red, green, blue].iter().all(|c| (0.0..=1e30).contains(c)) => {
-            Some(Vec3::new(red, green, blue))
-        }
-        _ => None,
-    }
+    Radiance::new(&channels?).map(|Radiance(radiance)| radiance)
 }
 
 /// The JSON and, in a binary container, the first binary chunk. Chunks of other kinds, and what is left behind the last, are

@@ -65,6 +65,10 @@ pub fn sparse() -> Small {
     let accessor = &mut small.json["accessors"][positions as usize];
     accessor["sparse"] = sparse.clone();
     accessor["max"][2] = json!(0.4_f32);
+    let ends = |pick: fn(f32, f32) -> f32| {
+        places.as_chunks::<3>().0.iter().fold([0.0_f32; 3], |a, b| std::array::from_fn(|i| pick(a[i], b[i])))
+    };
+    let (least, most) = (ends(f32::min), ends(f32::max));
     let fan = small.push(
         "accessors",
         json!({

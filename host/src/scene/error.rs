@@ -56,8 +56,10 @@ pub enum SceneError {
         remedy: &'static str,
     },
     /// A file that requires an extension which is not supported cannot be read without it either.
-    #[error("{source} (it requires the extension {extension:?}, which is not supported; {remedy})")]
+    #[error("{file}: requires the extension {extension:?}, which is not supported; {remedy} (without it {source})")]
     WithoutExtension {
+        /// The file.
+        file: String,
         /// The extension.
         extension: String,
         /// What to do.

@@ -371,7 +371,7 @@ pub fn split<'a>(file: &str, bytes: &'a [u8]) -> Result<(&'a [u8], Option<&'a [u
         return Err(wrong(format!("{} of {length} bytes are there", bytes.len())));
     }
     // A chunk's kind, its bytes if they are there, and where the next begins.
-    let chunk = |at: usize| -> Option<(&'a [u8], Option<&'a [u8]>, usize)> {
+    let chunk = |at: usize| {
         let (length, kind) = (word(at)? as usize, rest.get(at + 4..at + 8)?);
         let end = (at + 8).saturating_add(length);
         Some((kind, rest.get(at + 8..end), end))

@@ -12,6 +12,7 @@ use crate::text::cut;
 /// A required extension that is not supported: the first of a file.
 #[derive(Clone, Debug)]
 pub struct Lack {
+    file: String,
     extension: String,
     remedy: &'static str,
 }
@@ -39,7 +40,7 @@ impl Lack {
                      show another thing than the file means ({remedy})"
                 ),
             );
-            first.get_or_insert(Lack { extension, remedy });
+            first.get_or_insert(Lack { file: file.into(), extension, remedy });
         }
         Ok(first)
     }
@@ -49,8 +50,8 @@ impl Lack {
 pub fn without(lack: Option<Lack>, error: SceneError) -> SceneError {
     match lack {
         None => error,
-        Some(Lack { extension, remedy }) => {
-            SceneError::WithoutExtension { extension, remedy, source: error.into() }
+        Some(Lack { file, extension, remedy }) => {
+            SceneError::WithoutExtension { file, extension, remedy, source: error.into() }
         }
     }
 }

@@ -56,7 +56,9 @@ pub enum SceneError {
         remedy: &'static str,
     },
     /// A file that requires an extension which is not supported cannot be read without it either.
-    #[error("{file}: requires the extension {extension:?}, which is not supported; {remedy} (without it {source})")]
+    #[error(
+        "{file}: requires the extension {extension:?}, which is not supported; {remedy} (without it {source})"
+    )]
     WithoutExtension {
         /// The file.
         file: String,

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::axes::{AxisOptions, ManyWays};
-use super::{Machine, View};
+use super::{Loading, Machine, View};
 
 /// Options of `bench`: a sweep of one scene, given by options.
 #[derive(Args, Debug)]
@@ -58,6 +58,9 @@ pub struct Bench {
     /// What is seen.
     #[command(flatten)]
     pub view: View,
+    /// How the scene is read.
+    #[command(flatten)]
+    pub loading: Loading,
     /// Print the results to stdout as JSON instead of a table
     #[arg(long)]
     pub json: bool,

@@ -17,6 +17,7 @@ use super::identity::pose_independent;
 use super::interrupt;
 use super::keeper::Keeper;
 use super::open::open;
+use super::options::scene_files;
 use super::pick::pick;
 use super::say::say;
 use super::scene::feature_names;
@@ -38,7 +39,7 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     let file = scene::resolve(&common.scene)?;
     let is_interrupted = interrupt::watch()?;
     let Staged { scene, camera: name, .. } = open(&file, &common.view, &common.loading)?;
-    plan.set_frames(&scene, &file)?;
+    plan.set_frames(&scene, scene_files(&file, &common.view))?;
     let video = plan.pattern.whole("mp4");
     if options.video {
         video::check(&video, common.force)?;

@@ -89,6 +89,8 @@ fn config(options: &Bench) -> anyhow::Result<Config> {
         }),
         default_light: default_light(view),
         floor: view.floor,
+        strict: options.loading.strict,
+        variant: options.loading.variant.clone(),
         moment_s: options.moment,
         time: of(Quantity::Time).then_some(TimeTable {
             width,

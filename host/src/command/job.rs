@@ -25,7 +25,7 @@ use super::identity::identity;
 use super::interrupt;
 use super::keeper::Keeper;
 use super::open::open;
-use super::options::{check_outputs, check_scene_files, duration};
+use super::options::{check_outputs, check_scene_files, duration, scene_files};
 use super::pick::pick;
 use super::report::Report;
 use super::say::say;
@@ -60,7 +60,7 @@ impl Job {
         check_outputs(&options)?;
         let every = duration("--checkpoint-every", options.checkpoint_every)?;
         let file = scene::resolve(&options.scene)?;
-        let scene_files = scene::files(&file);
+        let scene_files = scene_files(&file, &options.view);
         check_scene_files(&scene_files, "-o", &options.output)?;
         if let Some(png) = &options.png {
             check_scene_files(&scene_files, "--png", png)?;

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use caustics::checkpoint;
 use caustics::experiment::cell::Cell;
-use caustics::scene::{CameraChoice, DefaultLight, EnvironmentMap, SceneError};
+use caustics::scene::{self, CameraChoice, DefaultLight, EnvironmentMap, Radiance, SceneError};
 use caustics::settings::Settings;
 use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
 use glam::Vec3;
@@ -85,18 +85,10 @@ pub fn texture_filter(filter: TextureFilter) -> caustics_kernels::interface::cho
     }
 }
 
-/// A colour from three numbers with commas between.
+/// The radiance of --background.
 pub fn color(text: &str) -> Result<Vec3, Usage> {
-    let wrong =
-        || Usage(format!("--background {text}: give three numbers from 0 to 1e30, such as 0.2,0.3,0.5"));
-    let channels: Vec<f32> =
-        text.split(',').map(|part| part.trim().parse().map_err(|_| wrong())).collect::<Result<_, _>>()?;
-    match channels[..] {
-        [red, green, blue] if channels.iter().all(|channel| (0.0..=1e30).contains(channel)) => {
-            Ok(Vec3::new(red, green, blue))
-        }
-        _ => Err(wrong()),
-    }
+    let Radiance(color) = text.parse().map_err(|wrong| Usage(format!("--background {text}: {wrong}")))?;
+    Ok(color)
 }
 
 /// Checks that the files to write are two files.
@@ -130,6 +122,12 @@ pub fn check_ending(flag: &str, path: &Path, ending: &str) -> Result<(), Usage> 
         ))),
         _ => Ok(()),
     }
+}
+
+/// The files that a scene is made of: its own, and that of `--environment`.
+pub fn scene_files(scene: &Path, view: &View) -> Vec<PathBuf> {
+    let environment = view.environment.as_deref().and_then(EnvironmentMap::file);
+    scene::files(scene).into_iter().chain(environment.map(Into::into)).collect()
 }
 
 /// Refuses to write in the place of a file of the scene; `flag` names the output.

@@ -1,6 +1,7 @@
 //! Light from all around: its picture, and the tables by which kernels look it up and draw directions.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::environment::Environment;
@@ -11,7 +12,7 @@ use glam::{DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
 use self::picture::Picture;
-use super::{Scene, SceneError};
+use super::{Radiance, Scene, SceneError};
 
 mod picture;
 
@@ -21,10 +22,10 @@ const LEAST_SHARE: f64 = 1.0 / 64.0;
 /// Largest factor on a picture's radiance.
 const MAX_SCALE: f32 = 1e15;
 
-/// An environment that a scene can be put into.
+/// An environment that a scene can be put into; its picture is shared by what is cloned of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnvironmentMap {
-    picture: Picture,
+    picture: Arc<Picture>,
     scale: f32,
     rotation: f32,
 }
@@ -37,12 +38,12 @@ impl EnvironmentMap {
 
     /// The same radiance from everywhere (W m^-2 sr^-1).
     pub fn constant(radiance: Vec3) -> EnvironmentMap {
-        EnvironmentMap { picture: Picture::new(1, 1, vec![radiance]), scale: 1.0, rotation: 0.0 }
+        EnvironmentMap::of(Picture::new(1, 1, vec![radiance]))
     }
 
     /// The same from a file's bytes; an error says what is wrong with them.
     pub(super) fn decode(bytes: &[u8]) -> Result<EnvironmentMap, String> {
-        Picture::decode(bytes).map(|picture| EnvironmentMap { picture, scale: 1.0, rotation: 0.0 })
+        Picture::decode(bytes).map(EnvironmentMap::of)
     }
 
     /// What a text names: one radiance as `R,G,B`, or the file of a picture.
@@ -51,17 +52,21 @@ impl EnvironmentMap {
     ///
     /// As [`EnvironmentMap::read`]; three numbers must be from 0 to 1e30.
     pub fn named(text: &str) -> Result<EnvironmentMap, SceneError> {
-        let numbers: Result<Vec<f32>, _> = text.split(',').map(|part| part.trim().parse()).collect();
-        match numbers.as_deref() {
-            Ok(&[red, green, blue]) if [red, green, blue].iter().all(|c| (0.0..=1e30).contains(c)) => {
-                Ok(EnvironmentMap::constant(Vec3::new(red, green, blue)))
+        match EnvironmentMap::file(text) {
+            Some(path) => EnvironmentMap::read(path),
+            None => {
+                let wrong = |what: &str| SceneError::Environment {
+                    file: text.into(),
+                    what: format!("{what}, or a file"),
+                };
+                text.parse().map(|Radiance(radiance)| EnvironmentMap::constant(radiance)).map_err(wrong)
             }
-            Ok(_) => Err(SceneError::Environment {
-                file: text.into(),
-                what: "give a file, or three numbers from 0 to 1e30, such as 0.2,0.3,0.5".into(),
-            }),
-            Err(_) => EnvironmentMap::read(Path::new(text)),
         }
+    }
+
+    /// The file that such a text names, if it is none of numbers.
+    pub fn file(text: &str) -> Option<&Path> {
+        (!Radiance::is_meant(text)).then_some(Path::new(text))
     }
 
     /// A latitude-longitude picture by its radiances, row by row from the top; see [`EnvironmentMap::read`].
@@ -70,7 +75,7 @@ impl EnvironmentMap {
     ///
     /// If there are not `width` times `height`, or none.
     pub fn new(width: u32, height: u32, texels: Vec<Vec3>) -> EnvironmentMap {
-        EnvironmentMap { picture: Picture::new(width, height, texels), scale: 1.0, rotation: 0.0 }
+        EnvironmentMap::of(Picture::new(width, height, texels))
     }
 
     /// A latitude-longitude picture, Radiance HDR or EXR: its middle is +z, a quarter from the left is +x, its top is +y.
@@ -81,7 +86,11 @@ impl EnvironmentMap {
     pub fn read(path: &Path) -> Result<EnvironmentMap, SceneError> {
         let picture = Picture::read(path)
             .map_err(|what| SceneError::Environment { file: path.display().to_string(), what })?;
-        Ok(EnvironmentMap { picture, scale: 1.0, rotation: 0.0 })
+        Ok(EnvironmentMap::of(picture))
+    }
+
+    fn of(picture: Picture) -> EnvironmentMap {
+        EnvironmentMap { picture: Arc::new(picture), scale: 1.0, rotation: 0.0 }
     }
 }
 
@@ -91,7 +100,7 @@ pub struct EnvironmentTables {
     /// One row.
     pub rows: Vec<Environment>,
     /// The picture, from its top.
-    pub texels: Vec<Vec3>,
+    pub texels: Arc<[Vec3]>,
     /// The pyramid of its brightness over directions.
     pub tree: Vec<f32>,
     /// Mean radiance (W m^-2 sr^-1).
@@ -148,7 +157,7 @@ impl Scene {
         };
         let (width, height) = (picture.width, picture.height);
         self.environment =
-            EnvironmentTables { rows: vec![row], texels: picture.texels, ..Default::default() };
+            EnvironmentTables { rows: vec![row], texels: picture.texels.clone(), ..Default::default() };
         let (tree, mean) = self.brightness(width.max(2 * height));
         (self.environment.tree, self.environment.mean) = (tree, mean);
         self.light_again()

@@ -55,6 +55,26 @@ pub enum SceneError {
         /// What to do.
         remedy: &'static str,
     },
+    /// A file that requires an extension which is not supported cannot be read without it either.
+    #[error(
+        "{file}: requires the extension {extension:?}, which is not supported; {remedy} (without it {source})"
+    )]
+    WithoutExtension {
+        /// The file.
+        file: String,
+        /// The extension.
+        extension: String,
+        /// What to do.
+        remedy: &'static str,
+        /// What is wrong without it.
+        source: Box<SceneError>,
+    },
+    /// The file is of the first version of glTF.
+    #[error("{file}: is glTF 1.0, which is not read; convert it: npx gltf-pipeline -i OLD.gltf -o NEW.gltf")]
+    OldVersion {
+        /// The file.
+        file: String,
+    },
     /// An environment cannot be used.
     #[error("environment {file}: {what}")]
     Environment {
@@ -191,6 +211,16 @@ pub enum SceneError {
         image: usize,
         /// What is wrong.
         what: String,
+    },
+    /// Nothing to see in the whole file.
+    #[error("{file}: {what}; {remedy}")]
+    NothingToSee {
+        /// The file.
+        file: String,
+        /// Why.
+        what: String,
+        /// What to do.
+        remedy: &'static str,
     },
     /// Nothing to see.
     #[error(

@@ -5,8 +5,12 @@
 
 use std::path::Path;
 
+use gltf::json::mesh::Mode;
+use gltf::json::validation::Checked;
+
 use self::document::Document;
 use self::geometry::Geometry;
+use self::node::PlacedMesh;
 use self::options::LoadOptions;
 use self::sharing::Sharing;
 use super::motion::Motion;
@@ -33,6 +37,7 @@ mod mesh;
 mod meshopt;
 mod node;
 pub mod options;
+mod required;
 mod shape;
 mod sharing;
 #[cfg(test)]
@@ -40,6 +45,7 @@ mod tests;
 mod texture;
 mod translate;
 mod unsupported;
+mod version;
 mod warning;
 
 impl Scene {
@@ -83,16 +89,27 @@ pub(crate) fn read_alone(bytes: &[u8]) -> Result<Scene, SceneError> {
 
 /// Reads a scene from a file's bytes; other files are looked for in `folder`.
 fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
-    let mut document = Document::read(file, bytes, folder, options)?;
+    let document = Document::read(file, bytes, folder, options)?;
+    let lack = document.lack.clone();
+    scene_of(document).map_err(|error| required::without(lack, error))
+}
+
+/// What a document shows.
+fn scene_of(mut document: Document) -> Result<Scene, SceneError> {
+    let file = &document.file.clone();
     meshopt::decompress(&mut document)?;
     draco::decompress(&mut document)?;
     colors::bake(&mut document)?;
     let placed = node::place(&mut document)?;
 
     // Take memory before anything large is decoded; textures say what a mesh has to carry.
-    let sharing = Sharing::plan(&mut document, &placed.meshes, options.copies)?;
+    let sharing = Sharing::plan(&mut document, &placed.meshes)?;
     let texture::Read { mut parts, mappings } = texture::read(&mut document)?;
     let mut geometry = Geometry::read(&mut document, &placed, &mappings, &sharing)?;
+
+    if geometry.is_empty() {
+        return Err(nothing_to_see(&document, &placed.meshes));
+    }
 
     // Bring everything into a world around its origin.
     let origin = geometry.centre(&placed.nodes);
@@ -112,7 +129,7 @@ fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Resul
     });
 
     let textures = parts;
-    let name = file.into();
+    let name = file.clone();
     let mut parts = SceneParts {
         name,
         triangles,
@@ -127,7 +144,7 @@ fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Resul
         motion,
         bounds: None,
     };
-    let has_floor = options.floor && !parts.is_empty();
+    let has_floor = document.options.floor && !parts.is_empty();
     if has_floor {
         parts.add_floor();
     }
@@ -141,4 +158,23 @@ fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Resul
     }
     let warnings = document.warnings.lines(file).into_iter().chain(scene.warnings).collect();
     Ok(Scene { background: document.background, warnings, ..scene })
+}
+
+/// The error of a document without triangles.
+fn nothing_to_see(document: &Document, meshes: &[PlacedMesh]) -> SceneError {
+    let modes = meshes.iter().filter_map(|mesh| document.root.meshes.get(mesh.mesh.value()));
+    let mut modes = modes.flat_map(|mesh| &mesh.primitives).map(|primitive| primitive.mode);
+    let is_thin = modes.any(|mode| {
+        matches!(mode, Checked::Valid(Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip))
+    });
+    let (what, remedy) = match () {
+        () if is_thin => (
+            "has no triangles: points and lines are not rendered",
+            "make surfaces of them where they come from (in Blender: lines become curves with a bevel, points instances of a \
+             sphere; then convert them to meshes)",
+        ),
+        () if document.root.meshes.is_empty() => ("has no mesh", "export it with its objects"),
+        () => ("has no triangles", "add a mesh of triangles"),
+    };
+    SceneError::NothingToSee { file: document.file.clone(), what: what.into(), remedy }
 }

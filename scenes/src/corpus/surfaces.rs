@@ -9,25 +9,25 @@ use crate::mesh::Mesh;
 use crate::picture::{draw, normal};
 
 /// A square of two metres before a wall, upright.
-fn panel() -> Mesh {
+pub(super) fn panel() -> Mesh {
     Mesh::default().mapped_panel(DVec3::new(0.0, 1.0, 0.5), DVec3::X, DVec3::Y, 1.0)
 }
 
-fn wall(small: &mut Small) {
+pub(super) fn wall(small: &mut Small) {
     small.thing(
         paint([0.3, 0.5, 0.8]),
         &Mesh::default().panel(DVec3::new(0.0, 1.0, 0.0), DVec3::X * 1.5, DVec3::Y * 1.2),
     );
 }
 
-fn textured(texture: &Value) -> Value {
+pub(super) fn textured(texture: &Value) -> Value {
     json!({ "pbrMetallicRoughness": {
         "baseColorTexture": texture, "metallicFactor": 0.0, "roughnessFactor": 0.8,
     } })
 }
 
 /// Squares of two colours.
-fn checks() -> Vec<u8> {
+pub(super) fn checks() -> Vec<u8> {
     draw(16, |u, v| {
         let is_light = ((u * 4.0) as u32 + (v * 4.0) as u32).is_multiple_of(2);
         if is_light { [230, 220, 200, 255] } else { [60, 30, 20, 255] }

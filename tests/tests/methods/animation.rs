@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use caustics::scene::{Scene, SceneError};
+use caustics::scene::{LoadOptions, Scene, SceneError};
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics::upload::Upload;
@@ -109,12 +109,16 @@ impl File {
     }
 
     fn load(mut self) -> Result<Scene, SceneError> {
+        self.write_and_load(&LoadOptions::default())
+    }
+
+    fn write_and_load(&mut self, options: &LoadOptions) -> Result<Scene, SceneError> {
         let folder = tempfile::tempdir().unwrap();
         self.document["buffers"] = json!([{ "byteLength": self.bytes.len(), "uri": "scene.bin" }]);
         std::fs::write(folder.path().join("scene.bin"), &self.bytes).unwrap();
         let path = folder.path().join("moving.gltf");
         std::fs::write(&path, serde_json::to_vec(&self.document).unwrap()).unwrap();
-        Scene::load(&path)
+        Scene::load_with(&path, options)
     }
 }
 
@@ -612,8 +616,9 @@ fn runners_agree_after_every_pose() {
 }
 
 #[test]
-fn damaged_animations_are_errors_that_name_them() {
+fn damaged_animations_are_named_and_left_out() {
     type Damage = fn(&mut File);
+    let strict = LoadOptions { strict: true, ..LoadOptions::default() };
     let cases: [(&str, Damage); 8] = [
         ("ascend", |f| f.channel(3, "translation", "LINEAR", &[0.0, 1.0, 1.0], &[0.0; 9])),
         ("needed", |f| f.channel(3, "translation", "LINEAR", &[0.0, 1.0], &[0.0; 9])),
@@ -627,7 +632,10 @@ fn damaged_animations_are_errors_that_name_them() {
     for (word, damage) in cases {
         let mut file = lamp();
         damage(&mut file);
-        let error = file.load().expect_err(word).to_string();
+        let scene = file.write_and_load(&LoadOptions::default()).expect(word);
+        let is_named = |warning: &String| warning.contains(word) && warning.contains("left out");
+        assert!(scene.warnings.iter().any(is_named), "{word}: {:?}", scene.warnings);
+        let error = file.write_and_load(&strict).expect_err(word).to_string();
         for word in [word, "moving.gltf", "animation"] {
             assert!(error.contains(word), "{error} does not say {word}");
         }
@@ -640,7 +648,8 @@ fn damaged_animations_are_errors_that_name_them() {
     ] {
         let mut file = lamp();
         *file.document.pointer_mut(pointer).unwrap() = json!(999);
-        assert!(file.load().expect_err(pointer).to_string().contains("moving.gltf"));
+        let error = file.write_and_load(&strict).expect_err(pointer).to_string();
+        assert!(error.contains("moving.gltf"), "{error}");
     }
     // A camera flattened at some time is an error then, and the scene stays as it was.
     let mut file = lamp();

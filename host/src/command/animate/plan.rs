@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use caustics::checkpoint::Identity;
@@ -10,7 +10,7 @@ use caustics::experiment::axis::{DENOISER, HISTORY, PATH_HISTORY, SAMPLER};
 use caustics::experiment::cell::Cell;
 use caustics::exposure::Exposure;
 use caustics::output::target::TargetError;
-use caustics::scene::{self, Scene};
+use caustics::scene::Scene;
 use caustics::settings::Settings;
 use caustics_kernels::interface::choice::{PathHistory, Sampler, TextureFilter};
 use caustics_kernels::method::Method;
@@ -84,8 +84,9 @@ impl Plan {
         })
     }
 
-    /// Sets the frames where none were given: all of the scene's animations. Checks them, and the files they make.
-    pub fn set_frames(&mut self, scene: &Scene, file: &Path) -> anyhow::Result<()> {
+    /// Sets the frames where none were given: all of the scene's animations. Checks them, and the files they make, none of which
+    /// may be one of `files`, of which the scene is made.
+    pub fn set_frames(&mut self, scene: &Scene, files: Vec<PathBuf>) -> anyhow::Result<()> {
         if self.frames.is_empty() {
             if !scene.is_animated() {
                 let name = &scene.name;
@@ -102,9 +103,8 @@ impl Plan {
         let whole = ["mp4", "state"].map(|extension| self.pattern.whole(extension));
         let frames = self.frames.clone().flat_map(|k| ["exr", "png"].map(|end| self.pattern.frame(k, end)));
         // Of many frames only those are looked at that share a name with a file of the scene.
-        let scene = scene::files(file);
-        let real = scene.iter().filter_map(|file| file.canonicalize().ok()).collect::<Vec<_>>();
-        let scene: Vec<_> = scene.into_iter().chain(real).collect();
+        let real = files.iter().filter_map(|file| file.canonicalize().ok()).collect::<Vec<_>>();
+        let scene: Vec<_> = files.into_iter().chain(real).collect();
         let names: BTreeSet<_> = scene.iter().filter_map(|file| file.file_name()).collect();
         let is_named = |path: &PathBuf| path.file_name().is_some_and(|name| names.contains(name));
         for path in whole.iter().cloned().chain(frames).filter(is_named) {

@@ -10,10 +10,20 @@ pub fn cause(message: &str, file: &Path) -> String {
         Some(at) => &message[at + of_file.len()..],
         None => message,
     };
-    let end = ["; give ", "; export ", "; repair ", "; check ", "; restore ", "; make ", "; add ", "; set "]
-        .into_iter()
-        .filter_map(|advice| rest.rfind(advice))
-        .min();
+    let end = [
+        "; give ",
+        "; export ",
+        "; repair ",
+        "; check ",
+        "; restore ",
+        "; make ",
+        "; add ",
+        "; set ",
+        "; convert ",
+    ]
+    .into_iter()
+    .filter_map(|advice| rest.rfind(advice))
+    .min();
     rest[..end.unwrap_or(rest.len())].into()
 }
 

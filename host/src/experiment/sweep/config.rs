@@ -7,7 +7,7 @@ use toml::Spanned;
 use super::matrix_table::MatrixTable;
 use super::value::{Count, Filter, NonEmpty, Positive, Side};
 use crate::experiment::reference::SEED;
-use crate::scene::{DefaultLight, EnvironmentMap, SceneError};
+use crate::scene::{DefaultLight, EnvironmentMap, LoadOptions, Radiance, SceneError};
 use crate::settings::Settings;
 
 /// Most cells of a file, counted before any is left out.
@@ -48,6 +48,11 @@ pub struct Config {
     /// Whether scenes stand on a floor.
     #[serde(default)]
     pub floor: bool,
+    /// Whether what is missing or out of range in a scene's file is an error.
+    #[serde(default)]
+    pub strict: bool,
+    /// Variant of the scenes' materials, by its name.
+    pub variant: Option<String>,
     /// The time of the scenes' animations that all frames show (s); none: frame k shows the time k / fps.
     pub moment_s: Option<f64>,
     /// How times are measured, if they are.
@@ -148,6 +153,16 @@ impl Config {
         Ok(config)
     }
 
+    /// How the files of scenes are read.
+    pub fn load(&self) -> LoadOptions {
+        LoadOptions {
+            strict: self.strict,
+            variant: self.variant.clone(),
+            floor: self.floor,
+            ..LoadOptions::default()
+        }
+    }
+
     /// Checks what no value by itself shows; `text` is that of the file, if there is one.
     ///
     /// # Errors
@@ -162,7 +177,7 @@ impl Config {
         if !(0.0..=1.0).contains(&self.specular_roughness) {
             return Err(format!("specular_roughness = {}: give 0 to 1", self.specular_roughness));
         }
-        if self.background.iter().flatten().any(|channel| !(0.0..=1e30).contains(channel)) {
+        if self.background.is_some_and(|background| Radiance::new(&background).is_none()) {
             return Err("background: give three numbers from 0 to 1e30".into());
         }
         if self.moment_s.is_some_and(|time| !time.is_finite()) {

@@ -14,7 +14,7 @@ use crate::experiment::identity::{posed, view};
 use crate::experiment::matrix::{Cells, keep_one_of_each};
 use crate::experiment::plan::{Compared, Plan};
 use crate::hash::fnv1a;
-use crate::scene::{self, LoadOptions, Scene, Staged, Staging};
+use crate::scene::{self, EnvironmentMap, Scene, Staged, Staging};
 use crate::session::RunnerChoice;
 use crate::settings::Settings;
 
@@ -55,6 +55,7 @@ impl Expanded {
     ) -> anyhow::Result<Expanded> {
         let mut all = Expanded::default();
         let mut known = BTreeMap::new();
+        let environment = config.environment.as_ref().map(EnvironmentTable::map).transpose()?;
         for matrix in &config.matrix {
             let matrix = matrix.get_ref();
             let Cells { cells, skipped } = matrix.axes.cells(runner)?;
@@ -73,7 +74,10 @@ impl Expanded {
                         }
                         Entry::Vacant(place) => {
                             place.insert(all.parts.len());
-                            all.parts.push(Part::new(config, argument, matrix, timed_size, cells.clone())?);
+                            let cells = cells.clone();
+                            let part =
+                                Part::new(config, argument, matrix, timed_size, cells, environment.as_ref())?;
+                            all.parts.push(part);
                         }
                     }
                 }
@@ -94,14 +98,14 @@ impl Part {
         matrix: &MatrixTable,
         timed_size: Option<(u32, u32)>,
         cells: Vec<Cell>,
+        environment: Option<&EnvironmentMap>,
     ) -> anyhow::Result<Part> {
         let error_size = config.error.as_ref().map(|error| (error.width.0, error.height.0));
         let (width, height) = timed_size.or(error_size).unwrap_or((1, 1));
-        let environment = config.environment.as_ref().map(EnvironmentTable::map).transpose()?;
         let staging = Staging {
             camera: matrix.camera.clone(),
-            load: LoadOptions { floor: config.floor, ..LoadOptions::default() },
-            environment,
+            load: config.load(),
+            environment: environment.cloned(),
             default_light: config.default_light,
             aspect: f64::from(width) / f64::from(height),
         };
@@ -192,6 +196,8 @@ impl Part {
             environment: _,
             default_light: _,
             floor: _,
+            strict: _,
+            variant: _,
             matrix: _,
         } = config;
         let moves = self.moves(config).then_some((fps.0, first_frame));

@@ -2,6 +2,7 @@
 
 use std::io::Cursor;
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::Vec3;
 use image::{ImageFormat, ImageReader};
@@ -28,7 +29,7 @@ pub struct Picture {
     /// Height (texels).
     pub height: u32,
     /// Radiances (W m^-2 sr^-1).
-    pub texels: Vec<Vec3>,
+    pub texels: Arc<[Vec3]>,
 }
 
 impl Picture {

@@ -12,18 +12,34 @@ use crate::scene::SceneError;
 use crate::scene::animation::{Channel, Interpolation, Path};
 use crate::text::cut;
 
-/// Channels by node. All animations play together.
+/// Channels by node; damaged ones are left out, with a warning. All animations play together.
 pub fn read(document: &mut Document) -> Result<BTreeMap<usize, Vec<Channel>>, SceneError> {
     let mut channels: BTreeMap<usize, Vec<Channel>> = BTreeMap::new();
     for (index, animation) in std::mem::take(&mut document.sections.animations).iter().enumerate() {
         let label = unsupported::label("animation", index, animation["name"].as_str());
         for (number, value) in list(&animation["channels"]).iter().enumerate() {
             let owner = format!("{label}, channel {number}");
-            let Some((node, path)) = target(document, value, &owner)? else { continue };
-            let sampler =
-                position(&value["sampler"]).and_then(|sampler| list(&animation["samplers"]).get(sampler));
-            let sampler = sampler.ok_or_else(|| wrong(document, &owner, "has no sampler"))?;
-            let read = read_channels(document, sampler, node, path, &owner)?;
+            let read = match target(document, value, &owner) {
+                Ok(None) => continue,
+                Ok(Some((node, path))) => {
+                    let sampler = position(&value["sampler"]);
+                    let sampler = sampler.and_then(|sampler| list(&animation["samplers"]).get(sampler));
+                    let sampler = sampler.ok_or_else(|| wrong(document, &owner, "has no sampler"));
+                    sampler
+                        .and_then(|sampler| read_channels(document, sampler, node, path, &owner))
+                        .map(|read| (node, path, read))
+                }
+                Err(error) => Err(error),
+            };
+            let (node, path, read) = match read {
+                Ok(read) => read,
+                Err(error @ SceneError::Memory { .. }) => return Err(error),
+                Err(error) => {
+                    let what = fault(&error);
+                    document.replace(&owner, &what, "left out", error)?;
+                    continue;
+                }
+            };
             let of_node = channels.entry(node).or_default();
             if of_node.iter().any(|known| known.path == path) {
                 document.warn(&owner, "another channel sets the same; the last one counts");
@@ -37,6 +53,18 @@ pub fn read(document: &mut Document) -> Result<BTreeMap<usize, Vec<Channel>>, Sc
 
 fn wrong(document: &Document, owner: &str, what: impl std::fmt::Display) -> SceneError {
     SceneError::Animation { file: document.file.clone(), animation: owner.into(), what: what.to_string() }
+}
+
+/// What an error says of a channel, without its file and advice.
+fn fault(error: &SceneError) -> String {
+    match error {
+        SceneError::Animation { what, .. } => what.clone(),
+        SceneError::Accessor { accessor, what, .. } => format!("accessor {accessor} {what}"),
+        SceneError::Index { kind, index, count, .. } => {
+            format!("refers to {kind} {index}, but there are {count}")
+        }
+        error => error.to_string(),
+    }
 }
 
 fn list(value: &Value) -> &[Value] {

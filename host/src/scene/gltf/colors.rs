@@ -28,18 +28,33 @@ const TEXTURES: [&str; 4] = [
     "/normalTexture",
 ];
 
+/// What has been made so far.
+#[derive(Default)]
+struct Baked {
+    /// Copies of materials, by the original and the factor.
+    known: HashMap<(Option<usize>, [u32; 4]), usize>,
+    /// Texels of images.
+    texels: u64,
+    /// Memory that the colours of one primitive took at most, for a while (bytes).
+    largest: u64,
+}
+
+/// Bytes that one colour takes while it is read.
+const COLOR_BYTES: u64 = 32;
+/// Bytes that one index takes while it is read.
+const INDEX_BYTES: u64 = 16;
+
 /// Makes materials of the vertex colours of every primitive.
 pub fn bake(document: &mut Document) -> Result<(), SceneError> {
-    let mut known = HashMap::new();
-    let mut texels = 0;
+    let mut baked = Baked::default();
     for mesh in 0..document.root.meshes.len() {
         let name = document.root.meshes[mesh].name.as_deref();
         let label = unsupported::label("mesh", mesh, name);
         for id in 0..document.root.meshes[mesh].primitives.len() {
             let owner = format!("{label}, primitive {id}");
             let primitive = document.root.meshes[mesh].primitives[id].clone();
-            let Some(colors) = read(document, &primitive, &owner)? else { continue };
-            let material = material(document, &primitive, &colors, &owner, &mut known, &mut texels)?;
+            let Some(colors) = read(document, &primitive, &owner, &mut baked.largest)? else { continue };
+            let material = material(document, &primitive, &colors, &owner, &mut baked)?;
             document.root.meshes[mesh].primitives[id].material = material;
         }
     }
@@ -51,6 +66,7 @@ fn read(
     document: &mut Document,
     primitive: &Primitive,
     owner: &str,
+    largest: &mut u64,
 ) -> Result<Option<Vec<[f32; 4]>>, SceneError> {
     let attribute = |semantic: Semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
     let (Some(colors), Some(positions)) = (attribute(Semantic::Colors(0)), attribute(Semantic::Positions))
@@ -65,7 +81,7 @@ fn read(
         document.replace(owner, &what, "rendered without them", error)?;
         return Ok(None);
     }
-    document.take(count.saturating_mul(32), format_args!("{owner}"))?;
+    document.take_for_a_while(count.saturating_mul(COLOR_BYTES), largest, format_args!("{owner}"))?;
     let accessor = document.get(&document.root.accessors, colors, "accessor", owner)?;
     let mut read = match accessor.type_ {
         Checked::Valid(Type::Vec3) => {
@@ -86,8 +102,7 @@ fn material(
     primitive: &Primitive,
     colors: &[[f32; 4]],
     owner: &str,
-    known: &mut HashMap<(Option<usize>, [u32; 4]), usize>,
-    texels: &mut u64,
+    baked: &mut Baked,
 ) -> Result<Option<Index<json::Material>>, SceneError> {
     let Some(&first) = colors.first() else { return Ok(primitive.material) };
     let is_near = |a: &[f32; 4], b: &[f32; 4]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < SAME);
@@ -95,7 +110,7 @@ fn material(
         if is_near(&first, &[1.0; 4]) {
             return Ok(primitive.material);
         }
-        return factored(document, primitive.material, first, known);
+        return factored(document, primitive.material, first, &mut baked.known);
     }
     let material = primitive.material.and_then(|material| document.sections.materials.get(material.value()));
     let is_textured = material
@@ -109,11 +124,14 @@ fn material(
             Some(indices) => accessor::integer_count(document, indices, owner)?,
             None => colors.len() as u64,
         };
-        document.take(corners.saturating_mul(16), format_args!("the indices of {owner}"))?;
+        let bytes = corners.saturating_mul(INDEX_BYTES).saturating_add(COLOR_BYTES * colors.len() as u64);
+        document.take_for_a_while(bytes, &mut baked.largest, format_args!("the indices of {owner}"))?;
         let indices = mesh::indices(document, primitive, colors.len(), owner)?;
         let faces: Vec<[u32; 3]> = mesh::faces(&indices, mode).collect();
-        if let Some(atlas) = Atlas::of(faces.len()).filter(|atlas| *texels + atlas.texels() <= MAX_TEXELS) {
-            *texels += atlas.texels();
+        if let Some(atlas) =
+            Atlas::of(faces.len()).filter(|atlas| baked.texels + atlas.texels() <= MAX_TEXELS)
+        {
+            baked.texels += atlas.texels();
             document.take(8 * atlas.texels(), format_args!("the colours of {owner}"))?;
             return textured(document, primitive.material, atlas, atlas.image(&faces, colors)).map(Some);
         }
@@ -125,7 +143,7 @@ fn material(
         mean.iter_mut().zip(color).for_each(|(mean, &share)| *mean += f64::from(share));
     }
     let mean = mean.map(|sum| (sum / colors.len() as f64) as f32);
-    factored(document, primitive.material, mean, known)
+    factored(document, primitive.material, mean, &mut baked.known)
 }
 
 /// A copy of a material with a factor on its base colour; the same for the same factor.

@@ -10,12 +10,12 @@ use serde_json::Value;
 use super::atlas::Atlas;
 use super::extension::Compressed;
 use super::options::LoadOptions;
+use super::required::{Lack, without};
 use super::warning::Warnings;
-use super::{buffer, extension, shape, translate, unsupported};
+use super::{buffer, extension, shape, translate, unsupported, version};
 use crate::memory::{Budget, Short};
-use crate::scene::SceneError;
 use crate::scene::texture::Image;
-use crate::text::cut;
+use crate::scene::{Radiance, SceneError};
 
 /// A parsed document with its buffers and what it asks for in vain.
 pub struct Document {
@@ -43,6 +43,8 @@ pub struct Document {
     pub atlases: HashMap<usize, Atlas>,
     /// Primitives that are compressed.
     pub compressed: Vec<Compressed>,
+    /// What it requires and is read without.
+    pub lack: Option<Lack>,
     /// Memory for what is yet to be read.
     budget: Budget,
 }
@@ -79,27 +81,34 @@ impl Document {
         let wrong = |what: String| SceneError::Document { file: file.into(), what };
         let (json, binary) = split(file, bytes)?;
         let mut budget = Budget::new();
-        let mut take = |bytes, what: &str| budget.take(bytes).map_err(|short| too_much(file, what, short));
-        take(parsed_bytes(json), "its JSON")?;
+        budget.take(parsed_bytes(json)).map_err(|short| too_much(file, "its JSON", short))?;
         let mut value = parse(json).map_err(|error| wrong(error.to_string()))?;
+        make_whole(&mut value);
 
-        let version = value["asset"]["version"].as_str().unwrap_or_default();
-        if !version.starts_with("2.") {
-            return Err(wrong(format!("asset.version is {version:?} and should be \"2.0\"")));
-        }
-        if let Some(least) = value["asset"]["minVersion"].as_str().filter(|least| *least != "2.0") {
-            return Err(wrong(format!("asset.minVersion is {least:?}, but only \"2.0\" is read")));
-        }
-        shape::check(&value).map_err(wrong)?;
-        for extension in value["extensionsRequired"].as_array().into_iter().flatten() {
-            let extension = extension.as_str().unwrap_or_default();
-            if !unsupported::EXTENSIONS.contains(&extension) {
-                let remedy = unsupported::remedy(extension);
-                let (file, extension) = (file.into(), cut(extension, 80));
-                return Err(SceneError::RequiredExtension { file, extension, remedy });
-            }
-        }
         let mut warnings = Warnings::default();
+        version::check(file, &value, options, &mut warnings)?;
+        shape::check(&value).map_err(wrong)?;
+        let lack = Lack::of(file, &value, options, &mut warnings)?;
+        let parsed = Parsed { value, binary, folder, budget, warnings, lack: lack.clone() };
+        parsed.document(file, options).map_err(|error| without(lack, error))
+    }
+}
+
+/// A document whose JSON has the right types.
+struct Parsed<'a> {
+    value: Value,
+    binary: Option<&'a [u8]>,
+    folder: &'a Path,
+    budget: Budget,
+    warnings: Warnings,
+    lack: Option<Lack>,
+}
+
+impl Parsed<'_> {
+    /// What its types say, with its buffers.
+    fn document(self, file: &str, options: &LoadOptions) -> Result<Document, SceneError> {
+        let Parsed { mut value, binary, folder, mut budget, mut warnings, lack } = self;
+        let wrong = |what: String| SceneError::Document { file: file.into(), what };
         translate::translate(file, &mut value, options, &mut warnings)?;
         unsupported::list(&value, &mut warnings);
         let section = |name: &str| value[name].as_array().cloned().unwrap_or_default();
@@ -115,7 +124,7 @@ impl Document {
         };
         let background = background(&value).map_err(wrong)?;
         let environment = scene_extras(&value)["environment"].clone();
-        let is_fallback: Vec<bool> = section("buffers").iter().map(extension::is_fallback).collect();
+        let is_fallback = extension::fallbacks(&value, binary.is_some());
         let compressed = extension::compressed_primitives(&value);
 
         // Take out what the document types cannot parse or what nothing reads.
@@ -130,7 +139,8 @@ impl Document {
             .map_err(|error| wrong(error.to_string()))?;
         let buffers = root.buffers.iter().zip(&is_fallback).filter(|(_, is_fallback)| !**is_fallback);
         let lengths = buffers.map(|(buffer, _)| buffer.byte_length.0);
-        take(lengths.fold(0, u64::saturating_add), "its buffers")?;
+        let bytes = lengths.fold(0, u64::saturating_add);
+        budget.take(bytes).map_err(|short| too_much(file, "its buffers", short))?;
         let buffers = buffer::load(file, &root, &is_fallback, binary, folder)?;
         let (file, folder, options) = (file.into(), folder.into(), options.clone());
         Ok(Document {
@@ -146,10 +156,13 @@ impl Document {
             baked: Vec::new(),
             atlases: HashMap::new(),
             compressed,
+            lack,
             budget,
         })
     }
+}
 
+impl Document {
     /// Notes that `owner` asks for what is not rendered, or not as it is asked for.
     pub fn warn(&mut self, owner: &str, what: impl std::fmt::Display) {
         self.warnings.note(owner, what);
@@ -173,6 +186,19 @@ impl Document {
     /// Takes memory for what is about to be read [bytes, by an estimate].
     pub fn take(&mut self, bytes: u64, what: impl std::fmt::Display) -> Result<(), SceneError> {
         self.budget.take(bytes).map_err(|short| too_much(&self.file, what, short))
+    }
+
+    /// Takes memory for what is there for a while, after other such things that are not any more: the growth of the `largest`
+    /// [bytes].
+    pub fn take_for_a_while(
+        &mut self,
+        bytes: u64,
+        largest: &mut u64,
+        what: impl std::fmt::Display,
+    ) -> Result<(), SceneError> {
+        self.take(bytes.saturating_sub(*largest), what)?;
+        *largest = bytes.max(*largest);
+        Ok(())
     }
 
     /// Looks an index up in a list of the document.
@@ -272,6 +298,21 @@ fn tokens(json: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
+/// Writes whole numbers without a fraction: 3.0 may stand where glTF wants an integer.
+fn make_whole(value: &mut Value) {
+    match value {
+        Value::Array(elements) => elements.iter_mut().for_each(make_whole),
+        Value::Object(members) => members.values_mut().for_each(make_whole),
+        Value::Number(number) if number.is_f64() => {
+            let exact = number.as_f64().filter(|x| x.fract() == 0.0 && x.abs() <= (1_u64 << 53) as f64);
+            if let Some(whole) = exact.filter(|x| *x != 0.0 || x.is_sign_positive()) {
+                *value = (whole as i64).into();
+            }
+        }
+        _ => {}
+    }
+}
+
 /// Removes all `extras`: they may be any JSON, which the document types do not know.
 fn remove_extras(value: &mut Value) {
     match value {
@@ -305,18 +346,15 @@ pub fn radiance(value: &Value) -> Option<Vec3> {
     let channels: Option<Vec<f32>> = value
         .as_array()
         .and_then(|channels| channels.iter().map(|channel| channel.as_f64().map(|c| c as f32)).collect());
-    match channels.as_deref() {
-        Some(&[red, green, blue]) if [red, green, blue].iter().all(|c| (0.0..=1e30).contains(c)) => {
-            Some(Vec3::new(red, green, blue))
-        }
-        _ => None,
-    }
+    Radiance::new(&channels?).map(|Radiance(radiance)| radiance)
 }
 
-/// The JSON and, in a binary container, the first binary chunk.
+/// The JSON and, in a binary container, the first binary chunk. Chunks of other kinds, and what is left behind the last, are
+/// skipped.
 pub fn split<'a>(file: &str, bytes: &'a [u8]) -> Result<(&'a [u8], Option<&'a [u8]>), SceneError> {
+    let without_mark = |json: &'a [u8]| json.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(json);
     let Some(rest) = bytes.strip_prefix(b"glTF") else {
-        return Ok((bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes), None));
+        return Ok((without_mark(bytes), None));
     };
     let wrong = |what: String| SceneError::Container { file: file.into(), what };
     let word = |at: usize| -> Option<u32> {
@@ -326,26 +364,33 @@ pub fn split<'a>(file: &str, bytes: &'a [u8]) -> Result<(&'a [u8], Option<&'a [u
     let (Some(version), Some(length)) = (word(0), word(4)) else {
         return Err(wrong("its header is cut off".into()));
     };
+    if version == 1 {
+        return Err(SceneError::OldVersion { file: file.into() });
+    }
     if version != 2 {
         return Err(wrong(format!("its version is {version}")));
     }
     if (length as usize) > bytes.len() {
         return Err(wrong(format!("{} of {length} bytes are there", bytes.len())));
     }
-    let chunk = |at: usize, kind: &[u8; 4]| -> Result<&'a [u8], SceneError> {
-        let name = String::from_utf8_lossy(kind).trim_end_matches('\0').to_string();
-        let length = word(at).ok_or_else(|| wrong(format!("its {name} chunk is missing")))? as usize;
-        if rest.get(at + 4..at + 8) != Some(kind) {
-            return Err(wrong(format!("its {name} chunk is missing")));
-        }
-        at.checked_add(8)
-            .and_then(|start| rest.get(start..start.checked_add(length)?))
-            .ok_or_else(|| wrong(format!("its {name} chunk is cut off")))
+    // A chunk's kind, its bytes if they are there, and where the next begins.
+    let chunk = |at: usize| {
+        let (length, kind) = (word(at)? as usize, rest.get(at + 4..at + 8)?);
+        let end = (at + 8).saturating_add(length);
+        Some((kind, rest.get(at + 8..end), end))
     };
-    let json = chunk(8, b"JSON")?;
-    let end = 16 + json.len();
-    let binary = if rest.len() > end { Some(chunk(end, b"BIN\0")?) } else { None };
-    Ok((json, binary))
+    let Some((b"JSON", json, mut at)) = chunk(8) else {
+        return Err(wrong("its JSON chunk is missing".into()));
+    };
+    let json = json.ok_or_else(|| wrong("its JSON chunk is cut off".into()))?;
+    let mut binary = None;
+    while let (None, Some((kind, bytes, end))) = (binary, chunk(at)) {
+        if kind == b"BIN\0" {
+            binary = Some(bytes.ok_or_else(|| wrong("its BIN chunk is cut off".into()))?);
+        }
+        at = end;
+    }
+    Ok((without_mark(json), binary))
 }
 
 #[cfg(test)]

@@ -120,8 +120,8 @@ fn decode(
     let faces = corners / 3;
     bytes = bytes.saturating_add(corners.saturating_mul(4));
     let transient = faces.saturating_mul(TRIANGLE_BYTES).saturating_add(bytes);
-    document.take(bytes.saturating_add(transient.saturating_sub(*largest)), format_args!("{owner}"))?;
-    *largest = transient.max(*largest);
+    document.take(bytes, format_args!("{owner}"))?;
+    document.take_for_a_while(transient, largest, format_args!("{owner}"))?;
 
     let view = extension["bufferView"].as_u64().unwrap_or(u64::MAX);
     let stream = match buffer::view_bytes(view, &document.sections.buffer_views, &document.buffers) {

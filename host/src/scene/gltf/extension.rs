@@ -39,9 +39,32 @@ pub fn compression(view: &Value) -> Option<&Value> {
         .filter(|extension| extension.is_object())
 }
 
-/// Whether a buffer only stands in for readers that decompress no views: its bytes need not be there.
-pub fn is_fallback(buffer: &Value) -> bool {
-    COMPRESSIONS.iter().any(|name| buffer["extensions"][name]["fallback"] == true)
+/// Which buffers only stand in for readers that decompress no views: their bytes need not be there. They say so, or have no
+/// bytes and are of compressed views alone.
+pub fn fallbacks(document: &Value, has_binary: bool) -> Vec<bool> {
+    let list = |section: &str| document[section].as_array().map_or(&[][..], Vec::as_slice);
+    let (buffers, views) = (list("buffers"), list("bufferViews"));
+    let mut is_read = vec![false; buffers.len()];
+    let mut is_compressed = is_read.clone();
+    let mark = |of: &mut Vec<bool>, view: &Value| {
+        let buffer = view["buffer"].as_u64().and_then(|buffer| of.get_mut(buffer as usize));
+        buffer.into_iter().for_each(|mark| *mark = true);
+    };
+    for view in views {
+        match compression(view) {
+            Some(compression) => {
+                mark(&mut is_read, compression);
+                mark(&mut is_compressed, view);
+            }
+            None => mark(&mut is_read, view),
+        }
+    }
+    let says_so =
+        |buffer: &Value| COMPRESSIONS.iter().any(|name| buffer["extensions"][name]["fallback"] == true);
+    let is_empty = |id: usize| buffers[id]["uri"].is_null() && !(has_binary && id == 0);
+    (0..buffers.len())
+        .map(|id| says_so(&buffers[id]) || is_empty(id) && is_compressed[id] && !is_read[id])
+        .collect()
 }
 
 /// Attributes of EXT_mesh_gpu_instancing, by node.

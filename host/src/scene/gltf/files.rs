@@ -16,5 +16,5 @@ pub fn files(path: &Path) -> Vec<PathBuf> {
     let uris = ["buffers", "images"].into_iter().flat_map(|section| document[section].as_array()).flatten();
     let uris = uris.chain([&document::scene_extras(&document)["environment"]]);
     let uris = uris.filter_map(|section| section["uri"].as_str()).filter(|uri| !uri.starts_with("data:"));
-    [path.to_path_buf()].into_iter().chain(uris.map(|uri| folder.join(buffer::decode_percent(uri)))).collect()
+    [path.to_path_buf()].into_iter().chain(uris.map(|uri| buffer::path_of(uri, folder))).collect()
 }

@@ -136,6 +136,11 @@ impl Geometry {
         })
     }
 
+    /// Whether there is no triangle, not even one without an area.
+    pub fn is_empty(&self) -> bool {
+        self.corners.is_empty() && self.instanced.meshes.is_empty() && self.dropped == 0
+    }
+
     /// The scene's origin (m), so that f32 is finest where the scene is: the centre of its bounds, or of what is small
     /// beside huge triangles, which are split.
     pub fn centre(&mut self, nodes: &Nodes) -> DVec3 {

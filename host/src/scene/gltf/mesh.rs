@@ -104,6 +104,12 @@ pub fn for_each_surface(
             document.warn(&owner, "points and lines are not supported; rendered without them");
             continue;
         };
+        if !primitive.attributes.contains_key(&Checked::Valid(Semantic::Positions)) {
+            let (file, mesh, what) = (document.file.clone(), owner.clone(), "has no POSITION".to_string());
+            let error = SceneError::Mesh { file, mesh, what: what.clone() };
+            document.replace(&owner, &what, "left out", error)?;
+            continue;
+        }
         let atlas = document.atlases.get(&material).copied();
         let mapping = mappings.get(material).copied().flatten().filter(|_| atlas.is_none());
         then(document, &Surface { primitive, owner, material, mode, mapping, atlas })?;

@@ -136,15 +136,18 @@ pub fn place(document: &mut Document) -> Result<Placed, SceneError> {
         }
         let moves =
             !local.channels.is_empty() || parent.is_some_and(|parent| placed.rig.joints[parent].moves);
-        if !moves && (node.mesh.is_some() || node.camera.is_some()) && is_singular(&to_world) {
-            return Err(wrong("its transform is singular (a scale of zero, or axes in one plane)"));
+        // A skin leads to the world, wherever its node is.
+        let is_flat = !moves && node.skin.is_none() && is_singular(&to_world);
+        if is_flat && (node.mesh.is_some() || node.camera.is_some()) {
+            let what = "its transform is singular (a scale of zero, or axes in one plane)";
+            document.warn(&label, format_args!("{what}; not shown"));
         }
         let joint = placed.rig.joints.len();
         placed.joint_of.insert(index.value(), joint);
         placed.nodes.weights.push(morph.at(0.0));
         placed.rig.joints.push(Node { label: label.clone(), parent, local, moves, morph });
         placed.nodes.places.push(to_world);
-        if let Some(mesh) = node.mesh {
+        if let Some(mesh) = node.mesh.filter(|_| !is_flat) {
             let skin = node.skin.map(|skin| skin.value());
             let instance = PlacedMesh { node: label.clone(), mesh, to_world, joint, moves, skin };
             match instancing::read(document, index.value(), &label)? {
@@ -152,13 +155,18 @@ pub fn place(document: &mut Document) -> Result<Placed, SceneError> {
                 None => placed.mesh(instance),
             }
         }
-        if node.camera.is_some() {
+        if node.camera.is_some() && !is_flat {
             let camera = camera(document, &node, &label)?;
             placed.cameras.extend(camera.map(|what| OnNode { joint, moves, what }));
         }
         if let Some(light) = node.extensions.as_ref().and_then(|all| all.khr_lights_punctual.as_ref()) {
-            let what = light_of(document, light.light, &label)?;
-            placed.lights.push(OnNode { joint, moves, what });
+            let light = light_of(document, light.light, &label)?;
+            let is_lost = |light: &PunctualLight| !moves && light.placed(&to_world, DVec3::ZERO).is_none();
+            if light.as_ref().is_some_and(is_lost) {
+                document.warn(&label, "its light has no direction (a scale of zero); left out");
+            }
+            let light = light.filter(|light| !is_lost(light));
+            placed.lights.extend(light.map(|what| OnNode { joint, moves, what }));
         }
         stack.extend(node.children.iter().flatten().rev().map(|&child| (child, Some(joint))));
     }
@@ -215,7 +223,9 @@ fn camera(document: &mut Document, node: &JsonNode, label: &str) -> Result<Optio
     };
     if !(lens.yfov > 1e-4 && lens.yfov < PI - 1e-4) {
         let what = format!("its camera's yfov is {} rad and should be between 0 and pi", lens.yfov);
-        return Err(SceneError::Node { file: document.file.clone(), node: label.into(), what });
+        let (file, node) = (document.file.clone(), label.into());
+        document.replace(label, &what, "left out", SceneError::Node { file, node, what: what.clone() })?;
+        return Ok(None);
     }
     let camera = SceneCamera {
         name: node.name.clone().or(camera.name).unwrap_or_else(|| format!("camera {}", index.value())),
@@ -229,20 +239,36 @@ fn camera(document: &mut Document, node: &JsonNode, label: &str) -> Result<Optio
     Ok(Some(camera))
 }
 
-/// A punctual light, not yet placed.
-fn light_of(document: &mut Document, index: Index<Light>, label: &str) -> Result<PunctualLight, SceneError> {
+/// A punctual light, not yet placed; none, with a warning, if it is none that can be.
+fn light_of(
+    document: &mut Document,
+    index: Index<Light>,
+    label: &str,
+) -> Result<Option<PunctualLight>, SceneError> {
     let extensions = document.root.extensions.as_ref();
     let lights = extensions.and_then(|all| all.khr_lights_punctual.as_ref()).map(|all| all.lights.as_slice());
     let light = document.get(lights.unwrap_or_default(), index, "light", label)?.clone();
-    let wrong = |what: String| SceneError::Node { file: document.file.clone(), node: label.into(), what };
     let intensity = Vec3::from(light.color) * light.intensity;
-    if !(intensity.is_finite() && intensity.min_element() >= 0.0) {
-        return Err(wrong("its light's intensity or colour is negative, infinite or not a number".into()));
-    }
-
-    let shape = LightShape::of(&light).map_err(|what| wrong(format!("its light {what}")))?;
+    let shape = match LightShape::of(&light) {
+        Ok(shape) if intensity.is_finite() && intensity.min_element() >= 0.0 => Ok(shape),
+        Ok(_) => Err("its light's intensity or colour is negative, infinite or not a number".into()),
+        Err(what) => Err(format!("its light {what}")),
+    };
+    let shape = match shape {
+        Ok(shape) => shape,
+        Err(what) => {
+            let (file, node) = (document.file.clone(), label.into());
+            document.replace(
+                label,
+                &what,
+                "left out",
+                SceneError::Node { file, node, what: what.clone() },
+            )?;
+            return Ok(None);
+        }
+    };
     if light.range.is_some() {
         document.warn(label, "a light's range is not supported; it reaches everywhere");
     }
-    Ok(PunctualLight { position: Vec3::ZERO, intensity, shape })
+    Ok(Some(PunctualLight { position: Vec3::ZERO, intensity, shape }))
 }

@@ -78,7 +78,7 @@ const DOCUMENT: &[(&str, Kind)] = &[
     ("extensions.KHR_lights_punctual.lights[].spot.innerConeAngle", Number),
     ("extensions.KHR_lights_punctual.lights[].spot.outerConeAngle", Number),
     ("cameras[].name", Text),
-    ("cameras[].type", Word(&["perspective", "orthographic"])),
+    ("cameras[].type", Text),
     ("cameras[].perspective.yfov", Number),
     ("cameras[].perspective.aspectRatio", Number),
     ("meshes[].name", Text),

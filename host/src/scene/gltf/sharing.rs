@@ -31,9 +31,8 @@ pub struct Sharing {
 }
 
 impl Sharing {
-    /// Decides by the accessors of every mesh and the nodes that place it, where copies of those that stand still may take so many
-    /// triangles; takes the memory of all.
-    pub fn plan(document: &mut Document, meshes: &[PlacedMesh], copies: u64) -> Result<Sharing, SceneError> {
+    /// Decides by the accessors of every mesh and the nodes that place it, and takes memory for all triangles.
+    pub fn plan(document: &mut Document, meshes: &[PlacedMesh]) -> Result<Sharing, SceneError> {
         let mut sharing = Sharing { extents: HashMap::new(), spared: Vec::new(), in_world: 0 };
         let mut still: HashMap<usize, u64> = HashMap::new();
         for instance in meshes {
@@ -43,7 +42,7 @@ impl Sharing {
             }
             *still.entry(id).or_default() += u64::from(!instance.moves);
         }
-        sharing.spare(&still, copies);
+        sharing.spare(&still, document.options.copies);
         sharing.take(document, meshes)?;
         Ok(sharing)
     }

@@ -9,8 +9,10 @@ use super::options::LoadOptions;
 use super::warning::Warnings;
 use crate::scene::SceneError;
 
+mod cameras;
 mod clearcoat;
 mod element;
+mod scenes;
 pub mod specular_glossiness;
 mod textures;
 mod unlit;
@@ -29,6 +31,8 @@ pub fn translate(
             image.as_object_mut().and_then(|members| members.remove(member));
         }
     }
+    cameras::reduce(document);
+    scenes::complete(file, document, options, warnings)?;
     variants::choose(file, document, options.variant.as_deref())?;
     textures::choose_sources(document);
     specular_glossiness::translate(document, warnings);

@@ -36,6 +36,7 @@ pub fn remedy(extension: &str) -> &'static str {
         "EXT_texture_avif" => {
             "convert its textures: npx @gltf-transform/cli png --formats \"*\" IN.glb OUT.glb"
         }
+        "KHR_techniques_webgl" => "convert its materials: npx gltf-pipeline -i OLD.gltf -o NEW.gltf",
         _ => "export the scene without it, or take it out of extensionsRequired if it can be seen without",
     }
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::json;
 
-use super::{Scene, TINY, refuses, render_refuses};
+use super::{Scene, TINY, caustics, refuses, render_refuses};
 
 #[test]
 fn nothing_is_overwritten_without_force() {
@@ -85,6 +85,15 @@ fn force_overwrites_no_file_of_the_scene() {
         let render = ["render", "scene.gltf", "--force", "-o", exr, "--png", png];
         refuses(scene.path(), &[&render[..], &TINY].concat(), 2, &["is a file of the scene", "another name"]);
     }
+    // The picture of all around is one too; a radiance is none.
+    std::fs::copy(scene.path().join("a buffer.exr"), scene.path().join("sky.exr")).unwrap();
+    let render = ["render", "scene.gltf", "--force", "-o", "sky.exr", "--environment", "./sky.exr"];
+    refuses(scene.path(), &[&render[..], &TINY].concat(), 2, &["sky.exr is a file of the scene"]);
+    let run = caustics(scene.path(), &[&["render", "ring", "-o", "sky1.exr"], &TINY[..]].concat());
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let options = ["-o", "sky#.exr", "--frames", "0..3", "--environment", "sky1.exr"];
+    let animate = [&["animate", "scene.gltf", "--force"], &options[..], &TINY].concat();
+    refuses(scene.path(), &animate, 2, &["sky1.exr is a file of the scene"]);
     // Of an animation each frame has a name.
     std::fs::rename(scene.path().join("a buffer.exr"), scene.path().join("01.exr")).unwrap();
     scene.json["buffers"][0]["uri"] = json!("01.exr");

@@ -68,7 +68,7 @@ fn names_of_a_file_command_no_terminal_and_drown_no_message() {
         for text in [active.to_string(), long(active), long("a")] {
             let mut scene = Scene::new("ring");
             spoil(&mut scene.json, text);
-            let run = caustics(scene.write().path(), &["scene", "info", "scene.gltf"]);
+            let run = caustics(scene.write().path(), &["scene", "info", "scene.gltf", "--strict"]);
             assert_eq!(fault(&run, 1, &["scene.gltf", ";"]), None);
             assert!(is_harmless(&run.stderr), "{}", run.stderr);
             assert!(run.stderr.len() < 8000, "{}", run.stderr.len());

@@ -99,6 +99,54 @@ fn normals_that_are_not_finite_are_the_faces() {
 }
 
 #[test]
+fn what_cannot_be_placed_is_left_out() {
+    let camera = tiny_with("/cameras/0/perspective/yfov", json!(4));
+    let scene = forgiven(&camera, &tiny_binary(), &["main", "yfov is 4 rad", "; left out"]);
+    assert!(scene.cameras.is_empty());
+    let primitive = json!({ "attributes": { "NORMAL": 1 } });
+    let mut document = tiny();
+    document["meshes"][0]["primitives"].as_array_mut().unwrap().push(primitive);
+    let scene = forgiven(&document, &tiny_binary(), &["primitive 1", "has no POSITION", "; left out"]);
+    assert_eq!(scene.triangles.len(), 1);
+}
+
+#[test]
+fn damaged_animations_are_left_out() {
+    let (mut document, mut binary) = (tiny(), tiny_binary());
+    let bytes: Vec<u8> = [0_f32, 1.0].into_iter().flat_map(f32::to_le_bytes).collect();
+    let keys = json!({ "componentType": 5126, "count": 2, "type": "SCALAR" });
+    let times = append(&mut document, &mut binary, keys.clone(), &bytes);
+    let still = append(&mut document, &mut binary, keys, &[0; 8]);
+    let places = json!({ "componentType": 5126, "count": 2, "type": "VEC3" });
+    let places = append(&mut document, &mut binary, places, &[0; 24]);
+    let animated = |channel: Value, sampler: Value| {
+        let mut document = document.clone();
+        document["animations"] = json!([{ "name": "sway", "channels": [channel], "samplers": [sampler] }]);
+        document
+    };
+    let channel = json!({ "sampler": 0, "target": { "node": 0, "path": "translation" } });
+    let sampler = json!({ "input": times, "output": places });
+    assert!(load_strictly(&animated(channel.clone(), sampler.clone()), &binary).unwrap().is_animated());
+    for (at, value, words) in [
+        ("/channels/0/sampler", json!(7), "has no sampler"),
+        ("/channels/0/target/node", json!(7), "refers to node 7"),
+        ("/channels/0/target/path", json!(null), "no target path"),
+        ("/samplers/0/input", json!(still), "do not ascend"),
+        ("/samplers/0/input", json!(99), "refers to accessor 99"),
+        ("/samplers/0/output", json!(times), "should hold 3 an element"),
+        ("/samplers/0/interpolation", json!("SPLINE"), "SPLINE"),
+    ] {
+        let mut document = animated(channel.clone(), sampler.clone());
+        *document["animations"][0].pointer_mut(at).unwrap_or(&mut json!(null)) = value.clone();
+        if at.ends_with("interpolation") {
+            document["animations"][0]["samplers"][0]["interpolation"] = value;
+        }
+        let scene = forgiven(&document, &binary, &["\"sway\", channel 0", words, "; left out"]);
+        assert!(!scene.is_animated());
+    }
+}
+
+#[test]
 fn factors_out_of_range_are_moved_into_it() {
     let with = |pointer: &str, value: Value, words: &[&str]| {
         let words = [&["glow"], words].concat();

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use caustics::exposure::Exposure;
+use caustics::picture::Aov;
 use caustics::scene::{LoadOptions, Place};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -200,6 +201,9 @@ pub struct Common {
     /// Also write a tone-mapped PNG
     #[arg(long)]
     pub png: Option<PathBuf>,
+    /// Also write these layers of what is seen, behind mirrors and glass what is seen in them; several by commas
+    #[arg(long, value_enum, value_name = "LAYER", value_delimiter = ',')]
+    pub aov: Vec<Aov>,
     /// Where it runs.
     #[command(flatten)]
     pub machine: Machine,

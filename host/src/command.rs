@@ -1,6 +1,7 @@
 //! The subcommands, a file each, and what several of them share.
 
 pub mod animate;
+mod aov;
 pub mod bar;
 pub mod bench;
 pub mod compare;

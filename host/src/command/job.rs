@@ -20,6 +20,7 @@ use caustics_kernels::interface::choice::TextureFilter;
 use caustics_kernels::interface::features::Features;
 use serde_json::json;
 
+use super::aov;
 use super::bar::bar;
 use super::identity::identity;
 use super::interrupt;
@@ -53,7 +54,8 @@ impl Job {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let Job { common: options, settings, cell, time, stop } = self;
         let method = cell.method;
-        let settings = Settings { batches: BATCHES, ..settings.of(method) };
+        let auxiliary = !options.aov.is_empty();
+        let settings = Settings { batches: BATCHES, auxiliary, ..settings.of(method) };
         if !time.is_finite() {
             return Err(Usage(format!("--time {time}: give a number of seconds")).into());
         }
@@ -92,7 +94,7 @@ impl Job {
         let identity = identity(&scene, &camera.name, &settings, method, gather, &choice, &session);
         let (width, height) = (settings.width as usize, settings.height as usize);
         let batches = settings.batches_of_frames();
-        let shape = Shape { width, height, frames: 0, gathers: method.gathers, batches };
+        let shape = Shape { width, height, frames: 0, gathers: method.gathers, batches, auxiliary };
         let Checkpoint { mut sums, spent: before, state } = match options.resume {
             true => checkpoint::load(&checkpoint, &identity, shape)?,
             false => Checkpoint { sums: Accumulation::in_batches(batches), ..Checkpoint::default() },
@@ -143,7 +145,8 @@ impl Job {
             tell!("interrupted after {} frames{hint}", sums.frames());
         }
 
-        let picture = sums.mean();
+        let mut picture = sums.mean();
+        picture.auxiliary.keep(&options.aov);
         let seconds = (before + report.wall).as_secs_f64();
         let mut attributes = identity;
         attributes.extend([
@@ -152,6 +155,7 @@ impl Job {
             ("frames".into(), sums.frames().to_string()),
             ("commit".into(), env!("CAUSTICS_COMMIT").to_string()),
         ]);
+        attributes.extend(aov::attributes(&options.aov, &scene));
         // Set by who wants equal files of equal runs (reproducible-builds.org).
         if std::env::var_os("SOURCE_DATE_EPOCH").is_none() {
             attributes.insert("seconds".into(), seconds.to_string());

@@ -1,6 +1,7 @@
 //! The program from outside: renders, animations and references, and what it makes of bad input.
 
 mod animate;
+mod aov;
 mod bad_input;
 mod cli;
 mod compile;

@@ -10,6 +10,7 @@ use caustics::experiment::axis::{DENOISER, HISTORY, PATH_HISTORY, SAMPLER};
 use caustics::experiment::cell::Cell;
 use caustics::exposure::Exposure;
 use caustics::output::target::TargetError;
+use caustics::picture::Aov;
 use caustics::scene::{self, Scene};
 use caustics::settings::Settings;
 use caustics_kernels::interface::choice::{PathHistory, Sampler, TextureFilter};
@@ -18,6 +19,7 @@ use caustics_kernels::{denoiser, history};
 
 use super::pattern::Pattern;
 use crate::cli::{Animate, Usage};
+use crate::command::aov;
 use crate::command::options::{check_scene_files, duration, settings};
 
 /// Most frames of a run.
@@ -39,6 +41,8 @@ pub struct Plan {
     pub every: Duration,
     /// Exposure of the PNGs.
     pub exposure: Exposure,
+    /// Layers for other tools.
+    pub aov: Vec<Aov>,
     /// Whether each EXR file has a PNG file beside it.
     pub pngs: bool,
 }
@@ -72,6 +76,7 @@ impl Plan {
             _ => {}
         }
         let settings = settings(&common.view, &cell, 1)?.of(cell.method);
+        let settings = Settings { auxiliary: !common.aov.is_empty(), ..settings };
         Ok(Plan {
             settings,
             cell,
@@ -80,6 +85,7 @@ impl Plan {
             fps: *fps,
             every: duration("--checkpoint-every", common.checkpoint_every)?,
             exposure: common.view.exposure,
+            aov: common.aov.clone(),
             pngs: options.pngs || options.video,
         })
     }
@@ -177,6 +183,7 @@ impl Plan {
             ("batches", batches.to_string()),
             ("path_history", path_history.name().to_string()),
             ("fireflies", fireflies.name().to_string()),
+            ("aov", aov::names(&self.aov)),
             ("fps", self.fps.to_string()),
             ("first_frame", first),
         ];

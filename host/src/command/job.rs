@@ -25,6 +25,7 @@ use super::bar::bar;
 use super::identity::identity;
 use super::interrupt;
 use super::keeper::Keeper;
+use super::live::Live;
 use super::open::open;
 use super::options::{check_outputs, check_scene_files, duration};
 use super::pick::pick;
@@ -72,7 +73,12 @@ impl Job {
         // Its checkpoint has one name for all runs.
         let _lock = Lock::take(&options.output)?;
         let target = Target::claim(&options.output, force)?;
-        let png_target = options.png.as_ref().map(|path| Target::claim(path, force)).transpose()?;
+        let mut png_target = options.png.as_ref().map(|path| Target::claim(path, force)).transpose()?;
+        let mut live = Live::new(&options)?;
+        if let Some(path) = options.png.as_ref().filter(|_| live.has_png()) {
+            // What is there then is the picture so far.
+            png_target = Some(Target::claim(path, true)?);
+        }
         let checkpoint = checkpoint::path_of(&options.output);
         if checkpoint.exists() && !force {
             return Err(TargetError::Exists(checkpoint).into());
@@ -124,6 +130,7 @@ impl Job {
             let energy = if has_ledger { session.energy()? } else { Energy::default() };
             report.add(&times, wall, &session.counters()?, energy);
             sums.add(&session.picture()?);
+            live.show(|| sums.mean());
             if saved.elapsed() >= every {
                 keeper.keep(save(&checkpoint, &identity, &sums, before + report.wall, &mut session));
                 saved = Instant::now();
@@ -176,6 +183,7 @@ impl Job {
         if options.json {
             rates.insert("closest_hits_per_s", closest_hits_per_second(&choice, &scene, camera, features)?);
         }
+        live.send(&picture);
         target.finish(&exr)?;
         if let Some((target, bytes)) = png {
             target.finish(&bytes)?;

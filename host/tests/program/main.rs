@@ -7,6 +7,8 @@ mod cli;
 mod compile;
 mod corpus;
 mod denoiser;
+mod live;
+mod pages;
 mod panics;
 mod reference;
 mod staging;

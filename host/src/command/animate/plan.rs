@@ -51,9 +51,11 @@ impl Plan {
     /// Checks what no type can, but for the frames.
     pub fn new(options: &Animate) -> anyhow::Result<Plan> {
         let Animate { common, axes, fps, .. } = options;
-        if common.png.is_some() || common.resume || common.no_ledger {
+        let is_live = common.tev.is_some() || common.refresh.is_some();
+        if common.png.is_some() || common.resume || common.no_ledger || is_live {
             return Err(Usage(
-                "animate has no --png-file, --resume or --no-ledger; it always goes on from the frames that are there"
+                "animate has no --png-file, --resume, --no-ledger, --tev or --refresh; it always goes on from the frames \
+                 that are there"
                     .into(),
             )
             .into());

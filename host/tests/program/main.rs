@@ -11,4 +11,5 @@ mod live;
 mod pages;
 mod panics;
 mod reference;
+mod schema;
 mod staging;

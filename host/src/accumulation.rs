@@ -1,11 +1,12 @@
 //! The mean of frames and the variance of that mean, in f64: from the squares of independent frames, or from the sums of batches
 //! that frames take turns in, which are independent of each other.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::picture::Picture;
+use crate::picture::auxiliary::NO_MATERIAL;
+use crate::picture::{Auxiliary, Picture};
 
 /// Batches that the frames of a mean usually take turns in: the fewer, the less noise the mean has, and the more its variance.
 pub const BATCHES: u32 = 4;
@@ -20,6 +21,8 @@ pub struct Accumulation {
     sums: [Vec<f64>; 5],
     /// Of all radiance, three channels: the sums of squares, or the sums of each batch.
     spread: Vec<Vec<f64>>,
+    /// Of what other tools ask, rows of `Shown`.
+    shown: Vec<f64>,
 }
 
 /// Size of the pictures, and how many were added.
@@ -36,6 +39,9 @@ pub struct Shape {
     /// Batches that frames take turns in, independent of each other; 0: every frame is independent.
     #[serde(default)]
     pub batches: u32,
+    /// Whether the pictures have what other tools ask for.
+    #[serde(default)]
+    pub auxiliary: bool,
 }
 
 impl Shape {
@@ -58,7 +64,8 @@ impl Accumulation {
     /// If it has another size or other layers than those before.
     pub fn add(&mut self, picture: &Picture) {
         let gathers = !picture.caustics.is_empty();
-        let shape = Shape { width: picture.width, height: picture.height, gathers, ..self.shape };
+        let auxiliary = !picture.auxiliary.is_empty();
+        let shape = Shape { width: picture.width, height: picture.height, gathers, auxiliary, ..self.shape };
         if self.shape.frames == 0 {
             *self = Accumulation::zero(shape);
         }
@@ -82,6 +89,10 @@ impl Accumulation {
             Some(_) => spread.for_each(|(sum, &value)| *sum += f64::from(value)),
             None => spread.for_each(|(sum, &value)| *sum += f64::from(value) * f64::from(value)),
         }
+        self.shown
+            .par_chunks_mut(SHOWN)
+            .enumerate()
+            .for_each(|(pixel, row)| show(row, &picture.auxiliary, pixel));
     }
 
     /// Number of frames added so far.
@@ -103,7 +114,25 @@ impl Accumulation {
             radius: numbers(radius),
             depth: numbers(depth),
             deposits: numbers(deposits),
+            auxiliary: self.shown(),
         }
+    }
+
+    /// The means of what other tools ask, over the frames in which a pixel shows something; the first material.
+    fn shown(&self) -> Auxiliary {
+        let mut auxiliary = Auxiliary::default();
+        for row in self.shown.chunks(SHOWN) {
+            let scale = 1.0 / row[0].max(1.0);
+            let number = |at: usize| (row[at] * scale) as f32;
+            let vector = |at: usize| Vec3::new(number(at), number(at + 1), number(at + 2));
+            auxiliary.normal.push(vector(1));
+            auxiliary.albedo.push(vector(4));
+            auxiliary.position.push(vector(7));
+            auxiliary.depth.push(number(10));
+            auxiliary.motion.push(Vec2::new(number(11), number(12)));
+            auxiliary.material.push(if row[0] > 0.0 { row[13] as f32 } else { NO_MATERIAL });
+        }
+        auxiliary
     }
 
     /// Estimated variance of the mean of all radiance in each pixel; `None` for fewer than two frames.
@@ -156,20 +185,21 @@ impl Accumulation {
 
     /// All sums as slices of numbers, in the order that [`Accumulation::of`] takes them: for a checkpoint.
     pub fn parts(&self) -> impl Iterator<Item = &[f64]> {
-        self.sums.iter().chain(&self.spread).map(Vec::as_slice)
+        self.sums.iter().chain(&self.spread).chain([&self.shown]).map(Vec::as_slice)
     }
 
     /// Sums of this shape from numbers in the order of [`Accumulation::parts`]; `None` if there are more or fewer than it has.
     pub fn of(shape: Shape, mut values: impl ExactSizeIterator<Item = f64>) -> Option<Accumulation> {
         let of_spread = 3usize.checked_mul(shape.batches.max(1) as usize)?;
-        let per_pixel = of_spread.checked_add(if shape.gathers { 9 } else { 3 })?;
+        let of_layers = if shape.gathers { 9 } else { 3 } + if shape.auxiliary { SHOWN } else { 0 };
+        let per_pixel = of_spread.checked_add(of_layers)?;
         // Compared before memory is asked for.
         let count = shape.width.checked_mul(shape.height)?.checked_mul(per_pixel)?;
         if values.len() != count {
             return None;
         }
         let mut sums = Accumulation::zero(shape);
-        for part in sums.sums.iter_mut().chain(&mut sums.spread) {
+        for part in sums.sums.iter_mut().chain(&mut sums.spread).chain([&mut sums.shown]) {
             part.iter_mut().zip(&mut values).for_each(|(sum, value)| *sum = value);
         }
         Some(sums)
@@ -181,8 +211,28 @@ impl Accumulation {
         let split = if shape.gathers { pixels } else { 0 };
         let sums = [3 * pixels, 3 * split, split, split, split].map(|count| vec![0.0; count]);
         let spread = vec![vec![0.0; 3 * pixels]; shape.batches.max(1) as usize];
-        Accumulation { shape, sums, spread }
+        let shown = vec![0.0; if shape.auxiliary { SHOWN * pixels } else { 0 }];
+        Accumulation { shape, sums, spread, shown }
     }
+}
+
+/// Numbers that are kept of what a pixel shows: the frames in which it shows something; of these the sums of normal, albedo,
+/// position, depth and motion; the first material.
+const SHOWN: usize = 14;
+
+/// Adds what a pixel shows.
+fn show(row: &mut [f64], auxiliary: &Auxiliary, pixel: usize) {
+    if auxiliary.depth[pixel] <= 0.0 {
+        return;
+    }
+    if row[0] == 0.0 {
+        row[13] = f64::from(auxiliary.material[pixel]);
+    }
+    row[0] += 1.0;
+    let vectors = [&auxiliary.normal, &auxiliary.albedo, &auxiliary.position];
+    let vectors = vectors.into_iter().flat_map(|layer| layer[pixel].to_array());
+    let values = vectors.chain([auxiliary.depth[pixel]]).chain(auxiliary.motion[pixel].to_array());
+    row[1..13].iter_mut().zip(values).for_each(|(sum, value)| *sum += f64::from(value));
 }
 
 #[cfg(test)]
@@ -198,6 +248,7 @@ mod tests {
             radius: vec![1.0],
             depth: vec![2.0],
             deposits: vec![path],
+            ..Picture::default()
         }
     }
 
@@ -230,6 +281,30 @@ mod tests {
             independent.add(&picture(path, 0.0));
         }
         assert!((few.variance().unwrap()[0].x - independent.variance().unwrap()[0].x).abs() < 1e-6);
+        let values: Vec<f64> = sums.parts().flatten().copied().collect();
+        assert_eq!(Accumulation::of(sums.shape, values.into_iter()), Some(sums));
+    }
+
+    #[test]
+    fn what_pixels_show_is_the_mean_of_the_frames_that_show_something_and_the_first_material() {
+        let mut sums = Accumulation::default();
+        for (depth, material) in [(0.0, NO_MATERIAL), (2.0, 7.0), (4.0, 1.0)] {
+            let is_there = if depth > 0.0 { 1.0 } else { 0.0 };
+            let auxiliary = Auxiliary {
+                normal: vec![Vec3::Y * is_there, Vec3::ZERO],
+                albedo: vec![Vec3::splat(0.5) * is_there, Vec3::ZERO],
+                depth: vec![depth, 0.0],
+                position: vec![Vec3::X * depth, Vec3::ZERO],
+                motion: vec![Vec2::new(depth, 1.0) * is_there, Vec2::ZERO],
+                material: vec![material, NO_MATERIAL],
+            };
+            let path = vec![Vec3::ONE; 2];
+            sums.add(&Picture { width: 2, height: 1, path, auxiliary, ..Picture::default() });
+        }
+        let mean = sums.mean().auxiliary;
+        assert_eq!((&mean.depth[..], &mean.material[..]), (&[3.0, 0.0][..], &[7.0, NO_MATERIAL][..]));
+        assert_eq!((mean.normal[0], mean.albedo[0]), (Vec3::Y, Vec3::splat(0.5)));
+        assert_eq!((mean.position[0], mean.motion[0]), (Vec3::X * 3.0, Vec2::new(3.0, 1.0)));
         let values: Vec<f64> = sums.parts().flatten().copied().collect();
         assert_eq!(Accumulation::of(sums.shape, values.into_iter()), Some(sums));
     }

@@ -207,7 +207,8 @@ mod tests {
     }
 
     /// That of the sums, whatever their frames.
-    const SHAPE: Shape = Shape { width: 3, height: 2, frames: 0, gathers: false, batches: 0 };
+    const SHAPE: Shape =
+        Shape { width: 3, height: 2, frames: 0, gathers: false, batches: 0, auxiliary: false };
 
     #[test]
     fn what_is_saved_is_loaded() {

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use caustics::exposure::Exposure;
+use caustics::picture::Aov;
 use caustics::scene::{LoadOptions, Place};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -12,6 +13,7 @@ mod animate;
 mod axes;
 mod bench;
 mod compare;
+mod pages;
 mod preset;
 mod report;
 mod survey;
@@ -21,6 +23,7 @@ pub use animate::Animate;
 pub use axes::{Averaged, AxisOptions, PathTraced};
 pub use bench::{Bench, Quantity};
 pub use compare::{Compare, Limit};
+pub use pages::{Completions, Man};
 pub use preset::Preset;
 pub use report::Report;
 pub use survey::Survey;
@@ -92,6 +95,10 @@ pub enum Command {
     /// List, inspect or make scenes
     #[command(subcommand)]
     Scene(Scene),
+    /// Print what completes this program's options in a shell
+    Completions(Completions),
+    /// Write man pages, a file a command
+    Man(Man),
 }
 
 /// Options of the machine that renders.
@@ -203,6 +210,15 @@ pub struct Common {
     /// Also write a tone-mapped PNG
     #[arg(long)]
     pub png: Option<PathBuf>,
+    /// Also write these layers of what is seen, behind mirrors and glass what is seen in them; several by commas
+    #[arg(long, value_enum, value_name = "LAYER", value_delimiter = ',')]
+    pub aov: Vec<Aov>,
+    /// Send the picture to the viewer tev while it converges; tev listens on 127.0.0.1:14158 unless told otherwise
+    #[arg(long, value_name = "HOST:PORT")]
+    pub tev: Option<String>,
+    /// Write the PNG anew while it converges, at most every so many seconds; what tev is sent, too [default: only tev, every 2]
+    #[arg(long, value_name = "SECONDS")]
+    pub refresh: Option<f64>,
     /// Where it runs.
     #[command(flatten)]
     pub machine: Machine,

@@ -1,6 +1,7 @@
 //! The subcommands, a file each, and what several of them share.
 
 pub mod animate;
+mod aov;
 pub mod bar;
 pub mod bench;
 pub mod compare;
@@ -10,9 +11,11 @@ pub mod identity;
 pub mod interrupt;
 pub mod job;
 mod keeper;
+mod live;
 pub mod merge;
 pub mod open;
 pub mod options;
+pub mod pages;
 pub mod pick;
 pub mod reference;
 pub mod render;

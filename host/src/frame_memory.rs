@@ -13,6 +13,8 @@ use caustics_kernels::method::frame::frame_buffers;
 /// Memory of a pixel beside the buffers (bytes): sums and sums of squares in f64 (120), a picture (44) as it is read, as a
 /// mean, with its variance (24) and as an EXR (60), and what copies them.
 const PICTURE_BYTES: u64 = 300;
+/// The same of what other tools ask: sums in f64 (112), and layers (52) as they are read, as means, and as an EXR.
+const AUXILIARY_BYTES: u64 = 300;
 
 /// More than is there.
 #[derive(Debug, Error)]
@@ -53,7 +55,8 @@ impl Need {
         let dark =
             FrameParams { light_path_count: 0, light_path_batch: 0, validation_path_count: 0, ..largest };
         let dark = bytes(dark).min(all);
-        let pictures = PICTURE_BYTES * u64::from(largest.width) * u64::from(largest.height);
+        let per_pixel = PICTURE_BYTES + if parts.auxiliary { AUXILIARY_BYTES } else { 0 };
+        let pictures = per_pixel * u64::from(largest.width) * u64::from(largest.height);
         match on_gpu {
             true => Need { pixels: pictures, light_paths: 0, scene: tables },
             false => Need { pixels: dark + pictures, light_paths: all - dark, scene: tables },

@@ -32,6 +32,8 @@ fn main() -> ExitCode {
         cli::Command::Report(options) => command::report_page::run(&options),
         cli::Command::Device(options) => command::device::run(&options),
         cli::Command::Scene(command) => command::scene::run(command),
+        cli::Command::Completions(options) => command::pages::completions(&options),
+        cli::Command::Man(options) => command::pages::man(&options),
     };
     match result {
         Ok(code) => code,

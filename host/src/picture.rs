@@ -2,6 +2,10 @@
 
 use glam::Vec3;
 
+pub mod auxiliary;
+
+pub use auxiliary::{Aov, Auxiliary};
+
 /// A picture and what it is made of, row by row from the top. Layers that a method does not make are empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Picture {
@@ -19,6 +23,8 @@ pub struct Picture {
     pub depth: Vec<f32>,
     /// Number of deposits that each pixel's collection point took.
     pub deposits: Vec<f32>,
+    /// What other tools ask of the pixels; empty where nobody does.
+    pub auxiliary: Auxiliary,
 }
 
 impl Picture {

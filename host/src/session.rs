@@ -3,6 +3,7 @@
 use bytemuck::cast_slice;
 use caustics_kernels::gather::accumulator;
 use caustics_kernels::gather::variant::Variant;
+use caustics_kernels::interface::auxiliary::Auxiliary as AuxiliaryRow;
 use caustics_kernels::interface::balance::Balance;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::{Camera, FrameParams};
@@ -10,13 +11,13 @@ use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::point::PointGeometry;
 use caustics_kernels::pass::collect::pixel_order;
 use caustics_kernels::pass::display::DISPLAY;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use crate::counters::Counters;
 use crate::energy::Energy;
 use crate::frame_memory::{FrameTooLarge, Need};
 use crate::kernels::{self, Stale};
-use crate::picture::Picture;
+use crate::picture::{Auxiliary, Picture};
 use crate::runner::cpu::CpuRunner;
 use crate::runner::gpu::GpuRunner;
 use crate::runner::{RunError, Runner, StepTime};
@@ -140,6 +141,8 @@ pub struct Session {
     params: FrameParams,
     /// Flux of the lights (W).
     flux: Vec3,
+    /// What the file's coordinates of a place are more than the kernels' (m).
+    origin: DVec3,
     /// Light paths of the next frame, if it shoots any.
     light_paths: u32,
     /// The eye of the frame before.
@@ -202,6 +205,7 @@ impl Session {
             settings,
             params,
             flux: scene.flux,
+            origin: scene.origin,
             light_paths,
             previous_camera,
             previous_frame: None,
@@ -219,6 +223,11 @@ impl Session {
         self.moved |= self.params.camera != self.previous_camera;
         self.moved |= self.upload.run(&mut *self.runner, scene)?;
         Ok(())
+    }
+
+    /// Takes the pose at hand for that of the picture before, as if a frame had been rendered of it: what moves, moves from there.
+    pub fn stand(&mut self) {
+        self.previous_camera = self.params.camera;
     }
 
     /// The buffers in which something outlives its frame, by name, for [`Session::restore`]; empty where frames do not depend on
@@ -280,7 +289,7 @@ impl Session {
         }
         let mut times = self.look_back()?;
         let params = self.params(index);
-        times.extend(self.runner.run(&params, &(self.method.steps)(self.parts, &params))?);
+        times.extend(self.runner.run(&params, &self.method.frame_steps(self.parts, &params))?);
         self.previous_camera = self.params.camera;
         self.previous_frame = Some(index);
         self.moved = false;
@@ -321,8 +330,12 @@ impl Session {
     pub fn picture(&mut self) -> Result<Picture, SessionError> {
         let (width, height) = (self.params.width as usize, self.params.height as usize);
         let path = self.read("path_radiance")?;
+        let mut auxiliary = Auxiliary::default();
+        if self.parts.auxiliary {
+            auxiliary = Auxiliary::new(&self.read::<AuxiliaryRow>("auxiliary")?, self.origin);
+        }
         if !self.method.gathers {
-            return Ok(Picture { width, height, path, ..Picture::default() });
+            return Ok(Picture { width, height, path, auxiliary, ..Picture::default() });
         }
         let geometry: Vec<PointGeometry> = self.read("point_geometry")?;
         let words: Vec<u32> = self.read("accumulator")?;
@@ -335,6 +348,7 @@ impl Session {
             radius: geometry.iter().map(|point| point.radius).collect(),
             depth: geometry.iter().map(|point| point.depth as f32).collect(),
             deposits: words.chunks(accumulator::WORDS as usize).map(count).collect(),
+            auxiliary,
         })
     }
 

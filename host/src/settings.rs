@@ -69,6 +69,8 @@ pub struct Settings {
     pub path_history: PathHistory,
     /// What is done about rare bright samples of camera paths, in methods that do not converge.
     pub fireflies: Fireflies,
+    /// Whether a picture has the layers of [`Auxiliary`](crate::picture::Auxiliary), which other tools ask for.
+    pub auxiliary: bool,
 }
 
 impl Default for Settings {
@@ -96,6 +98,7 @@ impl Default for Settings {
             batches: 1,
             path_history: PathHistory::None,
             fireflies: Fireflies::Kept,
+            auxiliary: false,
         }
     }
 }
@@ -197,12 +200,12 @@ impl Settings {
     /// The parts of a method's frames, less what the method has no use for: without collection points nothing is balanced, what
     /// it splats knows no disc, and what converges has no bounds and takes no path-traced light from the frame before.
     pub fn parts(&self, method: &Method, gather: &'static Variant) -> Parts {
-        let Settings { history, denoiser, emission, .. } = *self;
+        let Settings { history, denoiser, emission, auxiliary, .. } = *self;
         let balances = self.balances && method.gathers;
         let widens = self.widens && method.chooses_gather;
         let bounds = self.fireflies == Fireflies::Bounded && !method.converges;
         let keeps_path = self.path_history == PathHistory::Validated && method.gathers && !method.converges;
-        Parts { gather, history, denoiser, emission, balances, bounds, keeps_path, widens }
+        Parts { gather, history, denoiser, emission, balances, bounds, keeps_path, widens, auxiliary }
     }
 
     /// Light paths of a frame before which nothing is known.

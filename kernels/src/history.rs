@@ -1,6 +1,8 @@
 //! Histories: which of the last frame's collection points lend light to one of today's, and how much of it still holds. A
-//! history is a file and a line here: its passes, and what it is as data. Imports `interface`, `math`, `gather`, `pass`.
+//! history is a file and a line here: its passes, and what it is as data. `auxiliary` says to other tools what pixels show and
+//! where it was. Imports `interface`, `math`, `gather`, `pass`.
 
+pub mod auxiliary;
 pub mod cells;
 pub mod demodulate;
 pub mod nearest;

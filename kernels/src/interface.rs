@@ -1,5 +1,6 @@
 //! What host and kernels share: `repr(C)` plain-old-data with a unit on every field. Imports nothing of the crate.
 
+pub mod auxiliary;
 pub mod balance;
 pub mod caster;
 pub mod choice;

@@ -1,6 +1,7 @@
 //! The fields of the interface's rows, so that differences are reported by name.
 
 use bytemuck::Pod;
+use caustics_kernels::interface::auxiliary::Auxiliary;
 use caustics_kernels::interface::history::{Reprojected, ValidationDeposit};
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
 use caustics_kernels::interface::ray::Hit;
@@ -68,6 +69,9 @@ fields!(PointShading {
     to_viewer: 3 Floats, material: 1 Words, shading_normal: 3 Floats, red_green: 1 Words,
     throughput: 3 Floats, blue_roughness_metallic: 1 Words, eta: 1 Floats,
     instance: 1 Words, distance: 1 Floats, astigmatism: 1 Shares,
+});
+fields!(Auxiliary {
+    position: 3 Floats, depth: 1 Floats, normal: 3 Floats, material: 1 Words, albedo: 3 Floats, motion: 2 Floats,
 });
 fields!(DepositGeometry { position: 3 Floats, scatterings: 1 Words, normal: 3 Floats, });
 fields!(DepositLight { to_light: 3 Floats, flux: 3 Floats, });

@@ -24,6 +24,7 @@ use super::bench::frames;
 #[command(mut_arg("force", |arg| arg.help("Remove the frames that are there and render all anew")))]
 #[command(mut_arg("png", |arg| arg.long("png-file").hide(true)), mut_arg("resume", |arg| arg.hide(true)))]
 #[command(mut_arg("no_ledger", |arg| arg.hide(true)))]
+#[command(mut_arg("tev", |arg| arg.hide(true)), mut_arg("refresh", |arg| arg.hide(true)))]
 pub struct Animate {
     /// What every command that renders has.
     #[command(flatten)]

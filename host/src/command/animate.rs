@@ -70,7 +70,8 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     let _lock = Lock::take(&plan.pattern.whole("state"))?;
     let shared = pose_independent(&scene, &name, &plan.settings, plan.method(), gather, &choice, &session);
     let identity = plan.identity(shared);
-    let mut run = Run { plan, scene, camera: name, session, identity, keeper: Keeper::new("a state") };
+    let mut run =
+        Run { plan, scene, camera: name, session, identity, posed: None, keeper: Keeper::new("a state") };
     if common.force {
         run.forget()?;
     }

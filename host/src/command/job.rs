@@ -20,10 +20,12 @@ use caustics_kernels::interface::choice::TextureFilter;
 use caustics_kernels::interface::features::Features;
 use serde_json::json;
 
+use super::aov;
 use super::bar::bar;
 use super::identity::identity;
 use super::interrupt;
 use super::keeper::Keeper;
+use super::live::Live;
 use super::open::open;
 use super::options::{check_outputs, check_scene_files, duration, scene_files};
 use super::pick::pick;
@@ -53,7 +55,8 @@ impl Job {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let Job { common: options, settings, cell, time, stop } = self;
         let method = cell.method;
-        let settings = Settings { batches: BATCHES, ..settings.of(method) };
+        let auxiliary = !options.aov.is_empty();
+        let settings = Settings { batches: BATCHES, auxiliary, ..settings.of(method) };
         if !time.is_finite() {
             return Err(Usage(format!("--time {time}: give a number of seconds")).into());
         }
@@ -70,7 +73,12 @@ impl Job {
         // Its checkpoint has one name for all runs.
         let _lock = Lock::take(&options.output)?;
         let target = Target::claim(&options.output, force)?;
-        let png_target = options.png.as_ref().map(|path| Target::claim(path, force)).transpose()?;
+        let mut png_target = options.png.as_ref().map(|path| Target::claim(path, force)).transpose()?;
+        let mut live = Live::new(&options)?;
+        if let Some(path) = options.png.as_ref().filter(|_| live.has_png()) {
+            // What is there then is the picture so far.
+            png_target = Some(Target::claim(path, true)?);
+        }
         let checkpoint = checkpoint::path_of(&options.output);
         if checkpoint.exists() && !force {
             return Err(TargetError::Exists(checkpoint).into());
@@ -92,7 +100,7 @@ impl Job {
         let identity = identity(&scene, &camera.name, &settings, method, gather, &choice, &session);
         let (width, height) = (settings.width as usize, settings.height as usize);
         let batches = settings.batches_of_frames();
-        let shape = Shape { width, height, frames: 0, gathers: method.gathers, batches };
+        let shape = Shape { width, height, frames: 0, gathers: method.gathers, batches, auxiliary };
         let Checkpoint { mut sums, spent: before, state } = match options.resume {
             true => checkpoint::load(&checkpoint, &identity, shape)?,
             false => Checkpoint { sums: Accumulation::in_batches(batches), ..Checkpoint::default() },
@@ -122,6 +130,7 @@ impl Job {
             let energy = if has_ledger { session.energy()? } else { Energy::default() };
             report.add(&times, wall, &session.counters()?, energy);
             sums.add(&session.picture()?);
+            live.show(|| sums.mean());
             if saved.elapsed() >= every {
                 keeper.keep(save(&checkpoint, &identity, &sums, before + report.wall, &mut session));
                 saved = Instant::now();
@@ -143,7 +152,8 @@ impl Job {
             tell!("interrupted after {} frames{hint}", sums.frames());
         }
 
-        let picture = sums.mean();
+        let mut picture = sums.mean();
+        picture.auxiliary.keep(&options.aov);
         let seconds = (before + report.wall).as_secs_f64();
         let mut attributes = identity;
         attributes.extend([
@@ -152,6 +162,7 @@ impl Job {
             ("frames".into(), sums.frames().to_string()),
             ("commit".into(), env!("CAUSTICS_COMMIT").to_string()),
         ]);
+        attributes.extend(aov::attributes(&options.aov, &scene));
         // Set by who wants equal files of equal runs (reproducible-builds.org).
         if std::env::var_os("SOURCE_DATE_EPOCH").is_none() {
             attributes.insert("seconds".into(), seconds.to_string());
@@ -172,6 +183,7 @@ impl Job {
         if options.json {
             rates.insert("closest_hits_per_s", closest_hits_per_second(&choice, &scene, camera, features)?);
         }
+        live.send(&picture);
         target.finish(&exr)?;
         if let Some((target, bytes)) = png {
             target.finish(&bytes)?;

@@ -53,6 +53,8 @@ pub fn run(options: &Merge) -> anyhow::Result<ExitCode> {
         attributes.insert(name.into(), values.join(", "));
     }
     attributes.insert("frames".into(), samples.to_string());
+    // Layers of theirs that it does not have.
+    attributes.retain(|name, _| !["aov", "materials"].contains(&name.as_str()));
     let bytes = exr::encode(&picture, Some((colors(variance).collect(), samples as u32)), &attributes)?;
     target.finish(&bytes)?;
     tell!("{}: {} samples a pixel from {} files", options.output.display(), samples, parts.len());

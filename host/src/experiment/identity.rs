@@ -43,6 +43,7 @@ pub fn view(scene: &Scene, camera: &str, settings: &Settings) -> String {
         batches: _,
         path_history: _,
         fireflies: _,
+        auxiliary: _,
     } = settings;
     let viewpoint = scene.camera(Some(camera)).ok();
     format!(

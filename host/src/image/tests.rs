@@ -47,6 +47,7 @@ fn pictures_come_back_with_layers_and_attributes() {
         radius: vec![0.25; 6],
         depth: vec![2.0; 6],
         deposits: vec![7.0; 6],
+        ..Picture::default()
     };
     let bytes =
         crate::output::exr::encode(&picture, None, &BTreeMap::from([("scene".into(), "ring".into())]))

@@ -1,5 +1,6 @@
 //! Scene-linear EXR: beauty as R, G, B; layers by channel names: `path`, `caustics`, `points`, `deposits` of a gather,
-//! `variance` (of the mean of beauty) and `samples` of a mean.
+//! `variance` (of the mean of beauty) and `samples` of a mean;
+//! what other tools ask for ([`Auxiliary`](crate::picture::Auxiliary)).
 
 use std::collections::BTreeMap;
 
@@ -46,6 +47,9 @@ pub fn encode(
     number("points.depth", picture.depth.clone());
     number("deposits.count", picture.deposits.clone());
     number("samples.count", vec![samples as f32; variance.len()]);
+    for (name, values) in picture.auxiliary.channels() {
+        number(&name, values);
+    }
 
     let mut attributes = attributes.clone();
     if !variance.is_empty() {

@@ -1,11 +1,15 @@
 //! The program from outside: renders, animations and references, and what it makes of bad input.
 
 mod animate;
+mod aov;
 mod bad_input;
 mod cli;
 mod compile;
 mod corpus;
 mod denoiser;
+mod live;
+mod pages;
 mod panics;
 mod reference;
+mod schema;
 mod staging;

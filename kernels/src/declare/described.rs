@@ -74,6 +74,8 @@ pub enum Work {
     Gather,
     /// Brings deposits to pixels, not to collection points.
     Splat,
+    /// Says what pixels show, for other tools.
+    Auxiliary,
     /// Judges what the frame before lends, and lends it.
     Reuse,
     /// Turns sums into radiance.

@@ -181,6 +181,7 @@ fn all_steps() -> Vec<Step> {
                             bounds: true,
                             keeps_path: true,
                             widens: true,
+                            auxiliary: true,
                             gather,
                             history,
                             denoiser,
@@ -188,7 +189,7 @@ fn all_steps() -> Vec<Step> {
                         };
                         let params = (method.frame)(params, 0);
                         steps.extend(look_back(parts, &params));
-                        steps.extend((method.steps)(parts, &params));
+                        steps.extend(method.frame_steps(parts, &params));
                     }
                 }
             }
@@ -201,6 +202,6 @@ fn all_steps() -> Vec<Step> {
 pub fn frame_buffers(method: &Method, parts: Parts, params: &FrameParams) -> Vec<BufferSpec> {
     let params = (method.frame)(*params, 0);
     let mut steps = look_back(parts, &params);
-    steps.extend((method.steps)(parts, &params));
+    steps.extend(method.frame_steps(parts, &params));
     buffers(&steps, &params)
 }

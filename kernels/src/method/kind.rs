@@ -2,6 +2,7 @@
 
 use crate::declare::{Denoiser, Emission, History, Step, named};
 use crate::gather::variant::Variant;
+use crate::history::auxiliary::AUXILIARY;
 use crate::history::path;
 use crate::interface::choice::TextureFilter;
 use crate::interface::frame::FrameParams;
@@ -52,6 +53,15 @@ impl Method {
         all.into_iter().flatten().copied()
     }
 
+    /// The steps of a frame made of these parts, with what it leaves to other tools.
+    pub fn frame_steps(&self, parts: Parts, params: &FrameParams) -> Vec<Step> {
+        let mut steps = (self.steps)(parts, params);
+        if parts.auxiliary {
+            steps.push(Step::of(&AUXILIARY, params));
+        }
+        steps
+    }
+
     /// Whether its light paths can start so.
     pub fn takes_emission(&self, emission: &Emission) -> bool {
         self.chooses_emission || *emission == emission::POWER
@@ -77,6 +87,8 @@ pub struct Parts {
     pub keeps_path: bool,
     /// Whether discs are wider where deposits were few (`pass::widen`).
     pub widens: bool,
+    /// Whether it is said what pixels show (`history::auxiliary`).
+    pub auxiliary: bool,
 }
 
 impl Parts {
@@ -98,6 +110,7 @@ impl From<&'static Variant> for Parts {
             bounds: false,
             keeps_path: false,
             widens: false,
+            auxiliary: false,
         }
     }
 }

@@ -65,6 +65,15 @@ impl Beyond {
     /// All light is the camera's: path tracing.
     pub const ALL: Beyond = Beyond { follows: Classes::ALL, finds: Classes::ALL };
 
+    /// Nothing: the path ends there, and asks for no light on its way.
+    pub const NOTHING: Beyond = Beyond { follows: Classes::NONE, finds: Classes::NONE };
+
+    /// Whether the path asks for any light.
+    #[inline(always)]
+    fn is_lit(self) -> bool {
+        self.finds != Classes::NONE
+    }
+
     /// What the light paths of a frame leave to it.
     #[inline(always)]
     pub fn of(params: &FrameParams) -> Beyond {
@@ -92,6 +101,8 @@ pub struct Collected {
     pub geometry: PointGeometry,
     /// What its light is multiplied with.
     pub shading: PointShading,
+    /// Length of the camera path up to it (m); 0 without a point.
+    pub length: f32,
 }
 
 /// The camera ray through a pixel; draws from `rng` in any case, so that filters share all other numbers.
@@ -264,7 +275,7 @@ pub fn follow<T: Tracer, C: Atomics>(
         if prefix {
             (collected.seen, collected.direct.radiance) = (collected.radiance, Vec3::ZERO);
         }
-        if scattering.bsdf.scatters() {
+        if beyond.is_lit() && scattering.bsdf.scatters() {
             let mut number = 0;
             while number < candidates.connections * candidates.each {
                 let mut reservoir = Reservoir::new(here.position, choice);
@@ -318,6 +329,7 @@ pub fn follow<T: Tracer, C: Atomics>(
                     normal: here.face_normal,
                     depth,
                 };
+                collected.length = distance;
                 collected.direct.chance = chance;
                 collected.shading = PointShading {
                     to_viewer: here.to_previous,
@@ -336,6 +348,9 @@ pub fn follow<T: Tracer, C: Atomics>(
                     collected.shading.red_green = first;
                     collected.shading.blue_roughness_metallic = second;
                 }
+            }
+            if !beyond.is_lit() {
+                break;
             }
         }
         throughput *= scattered.sampled.weight;

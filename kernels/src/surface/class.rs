@@ -11,6 +11,8 @@ impl Classes {
     pub const SPECULAR: Classes = Classes(1);
     /// Lobes that end a camera prefix and receive caustics.
     pub const NON_SPECULAR: Classes = Classes(2);
+    /// None.
+    pub const NONE: Classes = Classes(0);
     /// Both.
     pub const ALL: Classes = Classes(3);
 

@@ -9,10 +9,13 @@ use caustics::settings::Settings;
 use caustics::upload::Upload;
 use caustics_kernels::declare::Step;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::history::auxiliary::AUXILIARY;
 use caustics_kernels::history::{self, History, VALIDATED};
+use caustics_kernels::interface::auxiliary::Auxiliary;
 use caustics_kernels::interface::frame::{Camera, FrameParams};
 use caustics_kernels::method::Parts;
 use caustics_kernels::method::basic;
+use caustics_tests::compare::{Tolerance, rows};
 use caustics_tests::gpu::{Gpu, watched_gpu};
 use caustics_tests::table::Table;
 use caustics_tests::twin::{Twin, load};
@@ -101,6 +104,32 @@ fn runners_agree_on_path_traced_light_that_is_kept() {
     for &hardware in gpu.tracers() {
         path::steps_agree(&mut Animation::open(&gpu, hardware, "animated-light", 1000), &["path_noise"]);
         path::steps_agree(&mut Animation::open(&gpu, hardware, "animated-camera", 1000), &[]);
+    }
+}
+
+/// What pixels show, and how it moves: behind a camera that moves, and on a plate that does.
+#[test]
+fn runners_agree_on_what_pixels_show() {
+    const REASON: &str = "the rule for twins: 0.2 % of the paths may diverge";
+    let Some(gpu) = watched_gpu() else { return };
+    for &hardware in gpu.tracers() {
+        for scene in ["animated-camera", "sliding-receiver"] {
+            let mut animation = Animation::open(&gpu, hardware, scene, 1000);
+            animation.pose(3);
+            let params = animation.pose(4);
+            animation.twin.run(&params, &[Step::of(&AUXILIARY, &params)]);
+            let (cpu, gpu) = animation.twin.rows::<Auxiliary>("auxiliary");
+            let moving = cpu.iter().filter(|row| row.depth > 0.0 && row.motion.length() > 0.1).count();
+            assert!(moving > cpu.len() / 20, "{scene}: {moving}");
+            let words = Tolerance::EXACT.except(2.0e-3, REASON);
+            let near = Tolerance::relative(1.0e-3, 0.0, REASON).except(2.0e-3, REASON);
+            // Pixels: a difference of two places in the picture.
+            let motion = Tolerance { absolute: 1.0e-2, ..near };
+            let tolerance = |name: &str| if name == "motion" { motion } else { near };
+            let mut table = Table::new(&format!("{scene}, what pixels show (hardware {hardware})"));
+            table.add("auxiliary", rows(&cpu, &gpu, words, |field| tolerance(field.name)));
+            table.finish();
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! What methods, histories, the denoiser and animations promise.
 
 mod animation;
+mod auxiliary;
 mod balance;
 mod baselines;
 mod denoiser;

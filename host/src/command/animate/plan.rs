@@ -10,6 +10,7 @@ use caustics::experiment::axis::{DENOISER, HISTORY, PATH_HISTORY, SAMPLER};
 use caustics::experiment::cell::Cell;
 use caustics::exposure::Exposure;
 use caustics::output::target::TargetError;
+use caustics::picture::Aov;
 use caustics::scene::Scene;
 use caustics::settings::Settings;
 use caustics_kernels::interface::choice::{PathHistory, Sampler, TextureFilter};
@@ -18,6 +19,7 @@ use caustics_kernels::{denoiser, history};
 
 use super::pattern::Pattern;
 use crate::cli::{Animate, Usage};
+use crate::command::aov;
 use crate::command::options::{check_scene_files, duration, settings};
 
 /// Most frames of a run.
@@ -39,6 +41,8 @@ pub struct Plan {
     pub every: Duration,
     /// Exposure of the PNGs.
     pub exposure: Exposure,
+    /// Layers for other tools.
+    pub aov: Vec<Aov>,
     /// Whether each EXR file has a PNG file beside it.
     pub pngs: bool,
 }
@@ -47,9 +51,11 @@ impl Plan {
     /// Checks what no type can, but for the frames.
     pub fn new(options: &Animate) -> anyhow::Result<Plan> {
         let Animate { common, axes, fps, .. } = options;
-        if common.png.is_some() || common.resume || common.no_ledger {
+        let is_live = common.tev.is_some() || common.refresh.is_some();
+        if common.png.is_some() || common.resume || common.no_ledger || is_live {
             return Err(Usage(
-                "animate has no --png-file, --resume or --no-ledger; it always goes on from the frames that are there"
+                "animate has no --png-file, --resume, --no-ledger, --tev or --refresh; it always goes on from the frames \
+                 that are there"
                     .into(),
             )
             .into());
@@ -72,6 +78,7 @@ impl Plan {
             _ => {}
         }
         let settings = settings(&common.view, &cell, 1)?.of(cell.method);
+        let settings = Settings { auxiliary: !common.aov.is_empty(), ..settings };
         Ok(Plan {
             settings,
             cell,
@@ -80,6 +87,7 @@ impl Plan {
             fps: *fps,
             every: duration("--checkpoint-every", common.checkpoint_every)?,
             exposure: common.view.exposure,
+            aov: common.aov.clone(),
             pngs: options.pngs || options.video,
         })
     }
@@ -177,6 +185,7 @@ impl Plan {
             ("batches", batches.to_string()),
             ("path_history", path_history.name().to_string()),
             ("fireflies", fireflies.name().to_string()),
+            ("aov", aov::names(&self.aov)),
             ("fps", self.fps.to_string()),
             ("first_frame", first),
         ];

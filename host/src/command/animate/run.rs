@@ -7,7 +7,7 @@ use caustics::exposure::Exposure;
 use caustics::file::read_file;
 use caustics::output::target::{Target, remove};
 use caustics::output::{exr, png};
-use caustics::picture::Picture;
+use caustics::picture::{Aov, Picture};
 use caustics::scene::Scene;
 use caustics::session::Session;
 
@@ -15,6 +15,7 @@ use super::kept::{self, refusal};
 use super::plan::Plan;
 use super::record::Record;
 use super::state::State;
+use crate::command::aov;
 use crate::command::bar::bar;
 use crate::command::keeper::Keeper;
 
@@ -30,6 +31,8 @@ pub struct Run {
     pub session: Session,
     /// All that decides the bits.
     pub identity: Identity,
+    /// The frame that scene and session stand at.
+    pub posed: Option<u32>,
     /// Whether what a history lends is on disk.
     pub keeper: Keeper,
 }
@@ -46,9 +49,22 @@ impl Run {
         Ok(remove(&self.plan.pattern.whole("state"))?)
     }
 
-    /// Brings scene and session to a frame.
+    /// Brings scene and session to a frame; where motion is asked for, from the one before.
     fn pose(&mut self, frame: u32) -> anyhow::Result<()> {
-        self.scene.pose(self.plan.time_of(frame))?;
+        if let Some(before) = frame.checked_sub(1)
+            && self.plan.aov.contains(&Aov::Motion)
+            && self.posed != Some(before)
+        {
+            self.pose_at(self.plan.time_of(before))?;
+            self.session.stand();
+        }
+        self.posed = Some(frame);
+        self.pose_at(self.plan.time_of(frame))
+    }
+
+    /// Brings scene and session to a time (s).
+    fn pose_at(&mut self, time: f64) -> anyhow::Result<()> {
+        self.scene.pose(time)?;
         let camera = self.scene.camera(Some(&self.camera))?;
         Ok(self.session.pose(&self.scene, camera)?)
     }
@@ -128,13 +144,15 @@ impl Run {
 
     /// Writes the frame at hand.
     fn write(&mut self, frame: u32) -> anyhow::Result<()> {
-        let picture = self.session.picture()?;
+        let mut picture = self.session.picture()?;
+        picture.auxiliary.keep(&self.plan.aov);
         let mut attributes = self.identity.clone();
         attributes.extend([
             ("frame".into(), frame.to_string()),
             ("time_s".into(), self.plan.time_of(frame).to_string()),
             ("commit".into(), env!("CAUSTICS_COMMIT").to_string()),
         ]);
+        attributes.extend(aov::attributes(&self.plan.aov, &self.scene));
         let path = self.plan.pattern.frame(frame, "exr");
         let target = Target::claim(&path, kept::is_damaged(&path))?;
         target.finish(&exr::encode(&picture, None, &attributes)?)?;

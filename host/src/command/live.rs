@@ -1,0 +1,137 @@
+//! A picture while it converges: in the PNG, and in the viewer tev (https://github.com/Tom94/tev).
+
+use std::net::{TcpStream, ToSocketAddrs};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, anyhow};
+use caustics::exposure::Exposure;
+use caustics::output::png;
+use caustics::output::target::Target;
+use caustics::picture::Picture;
+use caustics_kernels::pass::display::tone_mapped;
+use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
+
+use super::keeper::Keeper;
+use super::options::duration;
+use crate::cli::{Common, Usage};
+
+/// Time between the pictures that tev is sent, where nobody says.
+const USUAL: Duration = Duration::from_secs(2);
+/// Longest time that is waited for tev.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// The channels that it is sent.
+const CHANNELS: [&str; 3] = ["R", "G", "B"];
+
+/// Where a picture is shown while it converges. What fails there is told once, and the run goes on.
+pub struct Live {
+    every: Duration,
+    last: Option<Instant>,
+    png: Option<(PathBuf, Keeper)>,
+    viewer: Option<Viewer>,
+    exposure: Exposure,
+}
+
+impl Live {
+    /// As the options say; connects to tev.
+    pub fn new(options: &Common) -> anyhow::Result<Live> {
+        let refresh = options.refresh.map(|seconds| duration("--refresh", seconds)).transpose()?;
+        if refresh.is_some() && options.png.is_none() && options.tev.is_none() {
+            return Err(Usage("--refresh: there is nothing to show; give --png or --tev".into()).into());
+        }
+        let png = options.png.clone().filter(|_| refresh.is_some());
+        Ok(Live {
+            every: refresh.unwrap_or(USUAL),
+            last: None,
+            png: png.map(|path| (path, Keeper::new("the PNG of the picture so far"))),
+            viewer: options.tev.as_deref().map(|at| Viewer::open(at, &options.output)).transpose()?,
+            exposure: options.view.exposure,
+        })
+    }
+
+    /// Whether the PNG is written before the run is done.
+    pub fn has_png(&self) -> bool {
+        self.png.is_some()
+    }
+
+    /// Shows a picture so far, if it is time to.
+    pub fn show(&mut self, picture: impl FnOnce() -> Picture) {
+        let is_new = self.last.is_none_or(|last| last.elapsed() >= self.every);
+        if !is_new || (self.png.is_none() && self.viewer.is_none()) {
+            return;
+        }
+        let picture = picture();
+        if let Some((path, keeper)) = &mut self.png {
+            keeper.keep(write(path, &picture, self.exposure));
+        }
+        self.send(&picture);
+        self.last = Some(Instant::now());
+    }
+
+    /// Sends a picture to tev, if that is there.
+    pub fn send(&mut self, picture: &Picture) {
+        if let Some(viewer) = &mut self.viewer
+            && let Err(error) = viewer.send(picture)
+        {
+            tell!("warning: tev is sent no more, and the run goes on without: {error}");
+            self.viewer = None;
+        }
+    }
+}
+
+/// Writes the PNG of a picture so far in the place of the one before. Its colours are those of the device to a step or so.
+fn write(path: &Path, picture: &Picture, exposure: Exposure) -> anyhow::Result<()> {
+    let scale = exposure.of(picture).exp2() as f32;
+    let colors: Vec<_> = picture.beauty().into_iter().map(|color| tone_mapped(color, scale)).collect();
+    let bytes = png::encode(picture.width as u32, picture.height as u32, &colors)?;
+    Ok(Target::claim(path, true)?.finish(&bytes)?)
+}
+
+/// tev, and the picture that it shows.
+struct Viewer {
+    client: TevClient,
+    name: String,
+    is_open: bool,
+}
+
+impl Viewer {
+    /// Connects; the picture has the name of its file.
+    fn open(at: &str, output: &Path) -> anyhow::Result<Viewer> {
+        let hint =
+            || format!("--tev {at}: no viewer answers; start tev, or give where it listens as HOST:PORT");
+        let places = at.to_socket_addrs().with_context(hint)?;
+        let mut result = Err(anyhow!("the name has no address"));
+        for place in places {
+            result = TcpStream::connect_timeout(&place, PATIENCE).map_err(Into::into);
+            if result.is_ok() {
+                break;
+            }
+        }
+        let stream = result.with_context(hint)?;
+        stream.set_write_timeout(Some(PATIENCE))?;
+        let name = output.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Viewer { client: TevClient::wrap(stream), name, is_open: false })
+    }
+
+    fn send(&mut self, picture: &Picture) -> std::io::Result<()> {
+        let (width, height) = (picture.width as u32, picture.height as u32);
+        let (image_name, channel_names) = (&*self.name, &CHANNELS[..]);
+        if !self.is_open {
+            let grab_focus = true;
+            self.client.send(PacketCreateImage { image_name, grab_focus, width, height, channel_names })?;
+            self.is_open = true;
+        }
+        self.client.send(PacketUpdateImage {
+            image_name,
+            grab_focus: false,
+            channel_names,
+            channel_offsets: &[0, 1, 2],
+            channel_strides: &[3, 3, 3],
+            x: 0,
+            y: 0,
+            width,
+            height,
+            data: bytemuck::cast_slice(&picture.beauty()),
+        })
+    }
+}

@@ -1,0 +1,166 @@
+//! Pictures while they converge: `--refresh` and `--tev`.
+
+use std::io::Read;
+use std::net::{TcpListener, TcpStream};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use caustics::image::Channels;
+
+const VIEW: [&str; 8] = ["render", "mirror-room", "--width", "32", "--height", "18", "--runner", "cpu"];
+const PIXELS: usize = 32 * 18;
+
+fn render(folder: &Path, options: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_caustics"));
+    command.current_dir(folder).args(VIEW).args(options).stderr(Stdio::piped()).env("SOURCE_DATE_EPOCH", "0");
+    command
+}
+
+/// Runs to the end: exit code and stderr.
+fn run(folder: &Path, options: &[&str]) -> (i32, String) {
+    let output = render(folder, options).output().unwrap();
+    (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
+}
+
+/// Ends a process with its test.
+struct Ended(Child);
+
+impl Drop for Ended {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+#[test]
+fn the_png_is_there_and_whole_before_the_run_is_done_and_changes_nothing() {
+    let desk = tempfile::tempdir().unwrap();
+    let endless = ["-o", "endless.exr", "--png", "endless.png", "--refresh", "0", "--frames", "1000000"];
+    let mut child = Ended(render(desk.path(), &endless).spawn().unwrap());
+    let (path, begin) = (desk.path().join("endless.png"), Instant::now());
+    let mut seen = Vec::<Vec<u8>>::new();
+    while seen.len() < 4 {
+        assert!(begin.elapsed() < Duration::from_secs(120), "{} pictures", seen.len());
+        assert!(child.0.try_wait().unwrap().is_none(), "it is not done");
+        if let Ok(bytes) = std::fs::read(&path)
+            && seen.last() != Some(&bytes)
+        {
+            assert_eq!(Channels::decode(&bytes).unwrap().width, 32);
+            seen.push(bytes);
+        }
+    }
+    drop(child);
+
+    let finite = |name: &str, options: &[&str]| {
+        let (exr, png) = (format!("{name}.exr"), format!("{name}.png"));
+        let files = ["-o", &exr, "--png", &png, "--frames", "3"];
+        let (code, stderr) = run(desk.path(), &[&files, options].concat());
+        assert_eq!(code, 0, "{stderr}");
+        [exr, png].map(|file| std::fs::read(desk.path().join(file)).unwrap())
+    };
+    assert!(finite("plain", &[]) == finite("shown", &["--refresh", "0"]));
+
+    for (options, words) in
+        [(&["--refresh", "1"][..], "--png or --tev"), (&["--png", "a.png", "--refresh", "-1"], "--refresh")]
+    {
+        let (code, stderr) = run(desk.path(), &[&["-o", "a.exr"], options].concat());
+        assert!(code == 2 && stderr.contains(words), "{stderr}");
+    }
+    // Nor is a PNG of somebody else overwritten.
+    let (code, stderr) = run(desk.path(), &["-o", "b.exr", "--png", "plain.png", "--refresh", "0"]);
+    assert!(code == 2 && stderr.contains("--force"), "{stderr}");
+}
+
+/// What tev reads of a packet, in the order in which it stands there (tev: include/tev/Ipc.h, src/Ipc.cpp).
+struct Packet(std::vec::IntoIter<u8>);
+
+impl Packet {
+    /// The next of a connection: a length that counts itself, and what it is the length of.
+    fn read(stream: &mut TcpStream) -> Option<Packet> {
+        let mut length = [0; 4];
+        stream.read_exact(&mut length).ok()?;
+        let mut bytes = vec![0; u32::from_le_bytes(length) as usize - 4];
+        stream.read_exact(&mut bytes).ok()?;
+        Some(Packet(bytes.into_iter()))
+    }
+
+    fn bytes<const N: usize>(&mut self) -> [u8; N] {
+        std::array::from_fn(|_| self.0.next().expect("the packet goes on"))
+    }
+
+    fn int(&mut self) -> i32 {
+        i32::from_le_bytes(self.bytes())
+    }
+
+    fn long(&mut self) -> i64 {
+        i64::from_le_bytes(self.bytes())
+    }
+
+    fn text(&mut self) -> String {
+        String::from_utf8(self.0.by_ref().take_while(|byte| *byte != 0).collect()).unwrap()
+    }
+
+    fn texts(&mut self, count: i32) -> Vec<String> {
+        (0..count).map(|_| self.text()).collect()
+    }
+}
+
+/// Reads what a run sends: it must be a picture that is made, then its pixels again and again. Those of each time, three a pixel.
+fn pictures(stream: &mut TcpStream) -> Vec<Vec<f32>> {
+    let mut created = Packet::read(stream).expect("a packet");
+    assert_eq!((created.bytes(), created.bytes()), ([4], [1]), "a new picture comes to the front");
+    assert_eq!((created.text().as_str(), created.int(), created.int()), ("a.exr", 32, 18));
+    let count = created.int();
+    assert_eq!((created.texts(count), created.0.len()), (["R", "G", "B"].map(String::from).to_vec(), 0));
+    let mut pictures = Vec::new();
+    while let Some(mut update) = Packet::read(stream) {
+        assert_eq!((update.bytes(), update.bytes()), ([6], [0]), "one that is updated does not");
+        assert_eq!((update.text().as_str(), update.int()), ("a.exr", 3));
+        assert_eq!(update.texts(3), ["R", "G", "B"]);
+        assert_eq!([(); 4].map(|()| update.int()), [0, 0, 32, 18]);
+        assert_eq!([(); 6].map(|()| update.long()), [0, 1, 2, 3, 3, 3]);
+        assert_eq!(update.0.len(), 3 * PIXELS * 4);
+        pictures.push((0..3 * PIXELS).map(|_| f32::from_le_bytes(update.bytes())).collect());
+    }
+    pictures
+}
+
+#[test]
+fn tev_is_sent_the_picture_while_it_converges() {
+    let desk = tempfile::tempdir().unwrap();
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    let viewer = thread::spawn(move || pictures(&mut listener.accept().unwrap().0));
+    let options = ["-o", "a.exr", "--frames", "3", "--tev", &address, "--refresh", "0"];
+    let (code, stderr) = run(desk.path(), &options);
+    assert_eq!(code, 0, "{stderr}");
+    let pictures = viewer.join().unwrap();
+    // After each frame, and when all is done.
+    assert_eq!(pictures.len(), 4);
+    assert!(pictures[0] != pictures[1] && pictures[1] != pictures[2] && pictures[2] == pictures[3]);
+    let file = Channels::read(&desk.path().join("a.exr")).unwrap();
+    for (lane, name) in ["R", "G", "B"].into_iter().enumerate() {
+        assert!(pictures[3].iter().skip(lane).step_by(3).eq(&file.channels[name]), "{name}");
+    }
+}
+
+#[test]
+fn a_viewer_that_is_not_there_is_told_and_one_that_goes_ends_no_run() {
+    let desk = tempfile::tempdir().unwrap();
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    let viewer = thread::spawn(move || {
+        let mut stream = listener.accept().unwrap().0;
+        Packet::read(&mut stream).expect("a packet");
+    });
+    let options = ["-o", "a.exr", "--frames", "40", "--tev", &address, "--refresh", "0"];
+    let (code, stderr) = run(desk.path(), &options);
+    viewer.join().unwrap();
+    assert!(code == 0 && stderr.contains("tev is sent no more"), "{stderr}");
+    assert!(desk.path().join("a.exr").exists());
+    // Nobody listens there any more.
+    let (code, stderr) = run(desk.path(), &["-o", "b.exr", "--tev", &address]);
+    assert!(code == 1 && stderr.contains("start tev") && !desk.path().join("b.exr").exists(), "{stderr}");
+}

@@ -1,0 +1,65 @@
+//! `auxiliary`: what pixels show, for other tools, where a run asks for it. It walks the prefixes of `collect` again, by the
+//! same numbers to the same points, and asks for no light on the way; so methods without points have it too, and nobody else
+//! pays. Rays are not counted: what is learnt from counters, and rates, are those of the frame.
+
+use crate::declare::pass;
+use crate::history::reprojected::ReprojectedPoint;
+use crate::history::window::{project, seen_from};
+use crate::interface::auxiliary::Auxiliary;
+use crate::interface::features::Features;
+use crate::interface::frame::FrameParams;
+use crate::interface::instance::Instance;
+use crate::interface::scene::SceneTables;
+use crate::math::cone::RayCone;
+use crate::math::rng::{Rng, Stream};
+use crate::pass::collect::{Beyond, Collected, camera_ray, follow};
+use crate::seam::{Slots, Uncounted};
+use crate::surface::textured::material_of;
+use crate::trace::Tracer;
+use spirv_std::glam::Vec2;
+
+/// Prefixes of camera paths, a pixel an invocation.
+#[pass(name = "auxiliary", over = params.pixel_count(), work = Auxiliary)]
+pub fn auxiliary(
+    place: u32,
+    params: &FrameParams,
+    features: Features,
+    scene: SceneTables<'_>,
+    tracer: &mut impl Tracer,
+    instances: &[Instance],
+    #[len = params.pixel_count()] pixel_order: &[u32],
+    mut auxiliary: Slots<'_, Auxiliary>,
+) {
+    let pixel = pixel_order[place as usize];
+    // Where mirrors and lenses image a point says how it moved.
+    let features = features | Features::HISTORY;
+    let mut rng = Rng::new(Stream::Camera, params.seed, pixel, params.frame);
+    let ray = camera_ray(params, pixel, &mut rng);
+    let cone = RayCone::at_eye(params.pixel_spread);
+    let seen = follow(ray, cone, rng, Beyond::NOTHING, params, features, scene, tracer, &mut Uncounted);
+    let mut row = Auxiliary::default();
+    if seen.geometry.exists() {
+        row = Auxiliary {
+            position: seen.geometry.position,
+            depth: seen.length,
+            normal: seen.shading.shading_normal,
+            material: seen.shading.material,
+            albedo: material_of(&seen.shading, scene.materials, features).base_color,
+            motion: motion(pixel, &seen, instances, params),
+            ..row
+        };
+    }
+    auxiliary.write(pixel, row);
+}
+
+/// Where the picture shows a point less where the picture before did (px). Behind mirrors and glass the eye alone moves:
+/// the image is taken to stand where it is.
+#[inline(always)]
+fn motion(pixel: u32, seen: &Collected, instances: &[Instance], params: &FrameParams) -> Vec2 {
+    let (point, shading) = (&seen.geometry, &seen.shading);
+    let position = ReprojectedPoint::new(point, shading, instances).position;
+    let (eye, eye_before) = (&params.camera, &params.previous_camera);
+    let now = seen_from(eye, pixel, point, shading, point.position, params);
+    let before = seen_from(eye_before, pixel, point, shading, position, params);
+    project(now, eye, params) - project(before, eye_before, params)
+}

@@ -1,0 +1,28 @@
+//! What other tools ask of a pixel: denoisers, compositors.
+
+use bytemuck::{Pod, Zeroable};
+use spirv_std::glam::{Vec2, Vec3};
+
+/// What a pixel shows, at the first vertex of a camera path that is not specular; zeros where there is none.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Auxiliary {
+    /// Position (m).
+    pub position: Vec3,
+    /// Length of the camera path (m); 0 marks "nothing here".
+    pub depth: f32,
+    /// Unit shading normal, on the viewer's side.
+    pub normal: Vec3,
+    /// Index into the materials.
+    pub material: u32,
+    /// Base colour of the material.
+    pub albedo: Vec3,
+    /// Keeps rows at 16 bytes.
+    pub padding: u32,
+    /// Where the picture shows it less where the picture before did (px); x to the right, y down.
+    pub motion: Vec2,
+    /// Keeps rows at 16 bytes.
+    pub padding_behind: [u32; 2],
+}
+
+const _: () = assert!(size_of::<Auxiliary>() == 64);

@@ -1,0 +1,220 @@
+//! What pixels show for other tools: known answers on planes and in a plane mirror, lengths in curved glass, and that asking for
+//! it changes nothing else.
+
+use caustics::picture::Auxiliary;
+use caustics::picture::auxiliary::NO_MATERIAL;
+use caustics::scene::{Scene, SceneCamera};
+use caustics::session::Session;
+use caustics::settings::Settings;
+use caustics::{history, method};
+use caustics_kernels::interface::instance::Instance;
+use caustics_kernels::interface::point::{PointGeometry, PointShading};
+use caustics_tests::moving::Moving;
+use caustics_tests::scenes::*;
+use glam::{DVec2, DVec3, Vec2, Vec3};
+
+const WIDTH: u32 = 96;
+const HEIGHT: u32 = 54;
+/// What the file's coordinates are more than the kernels' (m).
+const ORIGIN: DVec3 = DVec3::new(100.0, 20.0, -50.0);
+/// The mirror's plane is z = this (m), the wall's z = that.
+const MIRROR: f64 = -1.0;
+const WALL: f64 = 2.9;
+
+fn settings() -> Settings {
+    Settings { width: WIDTH, height: HEIGHT, light_paths: 2000, auxiliary: true, ..Settings::default() }
+}
+
+/// A floor and a wall behind the eye, seen directly and in a mirror.
+fn room() -> Scene {
+    let mut b = Builder::default();
+    let floor = b.material(lambert(0.7));
+    let wall = b.material(lambert(0.3));
+    let mirror = b.material(metal(1.0, 0.0));
+    b.panel(floor, DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X);
+    b.panel(wall, DVec3::new(0.0, 1.0, WALL), -3.0 * DVec3::X, 3.0 * DVec3::Y);
+    b.panel(mirror, DVec3::new(0.0, 0.9, MIRROR), 1.5 * DVec3::X, 0.85 * DVec3::Y);
+    b.light(DVec3::new(0.3, 2.0, 0.6), 5.0);
+    b.camera(DVec3::new(0.1, 1.3, 1.6), DVec3::new(0.0, 0.75, -1.0), 0.9);
+    Scene { origin: ORIGIN, ..b.build() }
+}
+
+/// What a pixel shows, by plane geometry in f64.
+struct Shown {
+    material: f32,
+    position: DVec3,
+    normal: DVec3,
+    depth: f64,
+    /// Where the eye sees it (m).
+    image: DVec3,
+}
+
+/// Unit direction of the ray through the middle of a pixel.
+fn direction(camera: &SceneCamera, pixel: u32) -> DVec3 {
+    let frame = camera.camera(WIDTH, HEIGHT);
+    let x = (f64::from(pixel % WIDTH) + 0.5) / f64::from(WIDTH) * 2.0 - 1.0;
+    let y = 1.0 - (f64::from(pixel / WIDTH) + 0.5) / f64::from(HEIGHT) * 2.0;
+    (frame.forward.as_dvec3() + x * frame.right.as_dvec3() + y * frame.up.as_dvec3()).normalize()
+}
+
+/// Where a camera's picture shows a place (px).
+fn place(camera: &SceneCamera, at: DVec3) -> DVec2 {
+    let frame = camera.camera(WIDTH, HEIGHT);
+    let along = at - frame.position.as_dvec3();
+    let of = |axis: Vec3| {
+        along.dot(axis.as_dvec3()) / along.dot(frame.forward.as_dvec3()) / f64::from(axis.length_squared())
+    };
+    let (x, y) = (of(frame.right), of(frame.up));
+    DVec2::new(0.5 + 0.5 * x, 0.5 - 0.5 * y) * DVec2::new(f64::from(WIDTH), f64::from(HEIGHT))
+}
+
+/// Distances to the floor and the wall from a place (m).
+fn on_room(from: DVec3, along: DVec3) -> (f32, f64, DVec3) {
+    let floor = if along.y < 0.0 { -from.y / along.y } else { f64::INFINITY };
+    let wall = if along.z > 0.0 { (WALL - from.z) / along.z } else { f64::INFINITY };
+    if floor < wall { (0.0, floor, DVec3::Y) } else { (1.0, wall, -DVec3::Z) }
+}
+
+/// What a pixel shows; none where it shows nothing, or lies within a hundredth of an edge.
+fn shown(camera: &SceneCamera, pixel: u32) -> Option<Shown> {
+    let (eye, along) = (camera.position.as_dvec3(), direction(camera, pixel));
+    let to_mirror = (MIRROR - eye.z) / along.z;
+    let at = eye + to_mirror * along;
+    let beside = (at.x.abs() - 1.5).max((at.y - 0.9).abs() - 0.85);
+    if to_mirror > 0.0 && beside < -0.01 && at.y > 0.0 {
+        let back = DVec3::new(along.x, along.y, -along.z);
+        let (material, distance, normal) = on_room(at, back);
+        let depth = to_mirror + distance;
+        let position = at + distance * back;
+        return Some(Shown { material, position, normal, depth, image: eye + depth * along })
+            .filter(|shown| shown.position.x.abs() < 2.9);
+    }
+    let (material, depth, normal) = on_room(eye, along);
+    let position = eye + depth * along;
+    let is_there = depth.is_finite() && position.x.abs().max(position.z.abs()) < 2.9;
+    let hides = to_mirror > 0.0 && to_mirror < depth && beside < 0.01;
+    (is_there && !hides).then_some(Shown { material, position, normal, depth, image: position })
+}
+
+fn session(scene: &Scene, settings: Settings) -> Session {
+    Session::builder(scene).settings(settings).build().expect("a session")
+}
+
+fn auxiliary(session: &mut Session, frame: u32) -> Auxiliary {
+    session.frame(frame).expect("a frame");
+    session.picture().expect("a picture").auxiliary
+}
+
+#[test]
+fn in_a_mirror_is_what_the_mirror_shows() {
+    let scene = room();
+    let camera = scene.cameras[0].clone();
+    let found = auxiliary(&mut session(&scene, settings()), 0);
+    let (mut direct, mut mirrored) = ([0; 2], [0; 2]);
+    for pixel in 0..WIDTH * HEIGHT {
+        let Some(shown) = shown(&camera, pixel) else { continue };
+        let at = pixel as usize;
+        let is_direct = (shown.image - shown.position).length() < 1e-9;
+        let count = if is_direct { &mut direct } else { &mut mirrored };
+        count[shown.material as usize] += 1;
+        assert_eq!(found.material[at], shown.material, "pixel {pixel}");
+        assert_eq!(found.albedo[at], Vec3::splat([0.7, 0.3][shown.material as usize]));
+        assert!((found.normal[at].as_dvec3() - shown.normal).length() < 1e-6);
+        // f32 of coordinates of 100 m.
+        let position = found.position[at].as_dvec3();
+        assert!((position - shown.position - ORIGIN).length() < 2e-5, "{position} {}", shown.position);
+        assert!((f64::from(found.depth[at]) / shown.depth - 1.0).abs() < 1e-5);
+        assert_eq!(found.motion[at], Vec2::ZERO, "nothing moved");
+    }
+    // The wall stands behind the eye.
+    assert!(
+        direct[0] > 300 && direct[1] == 0 && mirrored.iter().all(|&count| count > 300),
+        "{direct:?} {mirrored:?}"
+    );
+    // The first pixel looks past everything.
+    let nothing = (found.depth[0], found.position[0], found.normal[0], found.albedo[0], found.material[0]);
+    assert_eq!(nothing, (0.0, Vec3::ZERO, Vec3::ZERO, Vec3::ZERO, NO_MATERIAL));
+}
+
+/// From a still camera to one that stepped aside and turned.
+#[test]
+fn motion_is_the_way_from_the_picture_before_in_mirrors_too() {
+    let scene = room();
+    let before = scene.cameras[0].clone();
+    let eye = before.position + Vec3::new(0.15, -0.05, 0.1);
+    let after = SceneCamera::look_at("main", eye, Vec3::new(0.1, 0.7, -1.0), Vec3::Y, before.fov_y);
+    let mut session = session(&scene, settings());
+    auxiliary(&mut session, 0);
+    session.pose(&scene, &after).expect("a pose");
+    let found = auxiliary(&mut session, 1);
+    let mut longest = 0.0f64;
+    for pixel in 0..WIDTH * HEIGHT {
+        let Some(shown) = shown(&after, pixel) else { continue };
+        let expected = place(&after, shown.image) - place(&before, shown.image);
+        let motion = found.motion[pixel as usize].as_dvec2();
+        assert!((motion - expected).length() < 1e-3, "pixel {pixel}: {motion} instead of {expected}");
+        longest = longest.max(expected.length());
+    }
+    assert!(longest > 3.0, "{longest}");
+    // It stands still again.
+    assert!(auxiliary(&mut session, 2).motion.iter().all(|motion| *motion == Vec2::ZERO));
+}
+
+/// A plate slides by 0.6 m a second below a ring; a session that stands at a pose moves from there.
+#[test]
+fn what_moves_moves_in_the_picture() {
+    let mut scene = Moving::Receiver.scene();
+    let mut session = session(&scene, settings());
+    for time in [0.5, 0.5 + 1.0 / 24.0] {
+        scene.pose(time).expect("a pose");
+        session.pose(&scene, &scene.cameras[0].clone()).expect("a pose");
+        session.stand();
+    }
+    let found = auxiliary(&mut session, 0);
+    let camera = &scene.cameras[0];
+    let points: Vec<PointGeometry> = session.read("point_geometry").expect("points");
+    let shading: Vec<PointShading> = session.read("point_shading").expect("points");
+    let instances: Vec<Instance> = session.read("instances").expect("instances");
+    assert!(instances.len() > 1);
+    let (mut moving, mut still) = (0, 0);
+    for ((point, shading), motion) in points.iter().zip(&shading).zip(&found.motion) {
+        if point.depth != 1 {
+            continue;
+        }
+        let way = if shading.instance == 0 { DVec3::ZERO } else { DVec3::X * 0.6 / 24.0 };
+        let now = point.position.as_dvec3();
+        let expected = place(camera, now) - place(camera, now - way);
+        assert!((motion.as_dvec2() - expected).length() < 1e-3, "{motion} instead of {expected}");
+        *(if shading.instance == 0 { &mut still } else { &mut moving }) += 1;
+    }
+    assert!(moving > 300 && still > 300, "{moving} {still}");
+}
+
+/// Curved glass: the way of the light, whether or not somebody asks where it is imaged.
+#[test]
+fn depth_is_the_length_of_the_path_and_nothing_else_changes() {
+    let scene = committed("mirror-room");
+    let of = |history, asked| {
+        let settings = Settings { auxiliary: asked, history, ..settings() };
+        let mut session = session(&scene, settings);
+        let auxiliary = auxiliary(&mut session, 0);
+        let lengths: Vec<PointShading> = session.read("point_shading").expect("points");
+        let lengths: Vec<f32> = lengths.iter().map(|shading| shading.distance).collect();
+        (session.picture().expect("a picture"), session.counters().expect("counters"), lengths, auxiliary)
+    };
+    let (picture, counters, lengths, found) = of(&history::NONE, true);
+    let there = found.depth.iter().filter(|depth| **depth > 0.0).count();
+    assert!(lengths == found.depth && there > lengths.len() / 2, "{there}");
+    let (plain, plain_counters, _, nothing) = of(&history::NONE, false);
+    assert!(nothing.is_empty());
+    assert_eq!((plain.beauty(), plain_counters), (picture.beauty(), counters));
+    // With a history, a point's distance is that of its image.
+    let (_, _, images, same) = of(&history::VALIDATED, true);
+    assert_eq!(same, found);
+    let bent = images.iter().zip(&found.depth).filter(|(image, depth)| image != depth).count();
+    assert!(bent > 50, "{bent}");
+    // Methods without points say the same.
+    let mut path =
+        Session::builder(&scene).settings(settings()).method(&method::PATH).build().expect("a session");
+    assert_eq!(auxiliary(&mut path, 0), found);
+}

@@ -5,7 +5,7 @@ use std::ops::Range;
 use caustics_kernels::interface::instance::{Instance, Transform};
 use caustics_kernels::interface::tree::INSTANCE;
 use caustics_kernels::interface::triangle::Triangle;
-use glam::{DAffine3, DVec3, Vec3, Vec3A};
+use glam::{DAffine3, DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 
 use super::animation::{Nodes, is_singular};
@@ -13,9 +13,6 @@ use super::corner::Corner;
 use super::mesh::Mesh;
 use super::tree::top::{self, Leaf};
 use super::{Scene, geometry, tree};
-
-/// Where a mesh that is bent was before: no map of all of it says so, and nothing is found that far away.
-const NOWHERE: Transform = Transform { offset: Vec3::splat(1e9), ..Transform::IDENTITY };
 
 /// Triangles of all instances that each is looked at of, to find where the scene is.
 const MANY: usize = 1 << 22;
@@ -182,7 +179,7 @@ impl Instanced {
             (row.to_object, row.to_world) = (transform(&to_object), transform(&place));
             row.to_previous = before.map_or(Transform::IDENTITY, |before| transform(&(before * to_object)));
             if mesh.deformation.is_some() && before.is_some() {
-                row.to_previous = NOWHERE;
+                row.to_previous = Transform::NOWHERE;
             }
             row.orientation = if place.matrix3.determinant() < 0.0 { -1.0 } else { 1.0 };
             leaves.push(Leaf { bounds: bounds(mesh, to_world), child: INSTANCE | (id as u32 + 1) });

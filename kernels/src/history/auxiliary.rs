@@ -53,11 +53,15 @@ pub fn auxiliary(
 }
 
 /// Where the picture shows a point less where the picture before did (px). Behind mirrors and glass the eye alone moves:
-/// the image is taken to stand where it is.
+/// the image is taken to stand where it is; so is what bends.
 #[inline(always)]
 fn motion(pixel: u32, seen: &Collected, instances: &[Instance], params: &FrameParams) -> Vec2 {
     let (point, shading) = (&seen.geometry, &seen.shading);
-    let position = ReprojectedPoint::new(point, shading, instances).position;
+    let mut position = point.position;
+    // What bends is taken to stand still.
+    if shading.instance != 0 && !instances[shading.instance as usize].to_previous.is_nowhere() {
+        position = ReprojectedPoint::new(point, shading, instances).position;
+    }
     let (eye, eye_before) = (&params.camera, &params.previous_camera);
     let now = seen_from(eye, pixel, point, shading, point.position, params);
     let before = seen_from(eye_before, pixel, point, shading, position, params);

@@ -14,7 +14,7 @@ fn compare_hits(right: &[Hit]) -> Vec<Difference> {
 #[test]
 fn equal_rows_pass() {
     let differences = compare_hits(&hits());
-    assert_eq!(differences.len(), 4);
+    assert_eq!(differences.len(), 5);
     assert!(differences.iter().all(|d| d.passes() && d.exceeding == 0 && d.count == 100 && d.max_abs == 0.0));
 }
 

@@ -23,7 +23,7 @@ pub struct CorpusFile {
 }
 
 /// All files.
-pub const ALL: [CorpusFile; 20] = [
+pub const ALL: [CorpusFile; 21] = [
     of("plain.gltf", "neither camera nor light; its buffer is a data URI", nodes::plain),
     of(
         "negative-scale.gltf",
@@ -54,6 +54,11 @@ pub const ALL: [CorpusFile; 20] = [
         "glass.gltf",
         "transmission, a volume with attenuation, an index of refraction; a metal",
         surfaces::glass,
+    ),
+    of(
+        "dispersion.gltf",
+        "KHR_materials_dispersion: a ball that parts colours, in the sun",
+        surfaces::dispersion,
     ),
     of("emissive.gltf", "KHR_materials_emissive_strength: the light of the scene", surfaces::emissive),
 ];

@@ -169,6 +169,7 @@ fn in_a_furnace_lossless_things_cannot_be_seen() {
     let furnace = EnvironmentMap::constant(Vec3::splat(0.7));
     for (what, material, albedo) in [
         ("glass", glass(1.5), 1.0),
+        ("dispersive glass", flint(1.5), 1.0),
         ("mirror", metal(1.0, 0.0), 1.0),
         ("white", lambert(1.0), 1.0),
         ("grey", lambert(0.5), 0.5),

@@ -114,6 +114,7 @@ const DOCUMENT: &[(&str, Kind)] = &[
     ("materials[].pbrMetallicRoughness.baseColorFactor", Numbers(4)),
     ("materials[].pbrMetallicRoughness.metallicFactor", Number),
     ("materials[].pbrMetallicRoughness.roughnessFactor", Number),
+    ("materials[].extensions.KHR_materials_dispersion.dispersion", Number),
     ("materials[].extensions.KHR_materials_emissive_strength.emissiveStrength", Number),
     ("materials[].extensions.KHR_materials_ior.ior", Number),
     ("materials[].extensions.KHR_materials_specular.specularFactor", Number),

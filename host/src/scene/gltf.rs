@@ -29,6 +29,7 @@ pub mod files;
 mod geometry;
 mod huge;
 mod image;
+mod image_based;
 mod instancing;
 mod material;
 mod mesh;
@@ -149,7 +150,7 @@ fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Resul
         scene.additions.insert("floor", "a Lambertian square of albedo 0.5 under the bounds".into());
     }
     scene.dropped_triangles += geometry.dropped;
-    if let Some(map) = environment::read(&document)? {
+    if let Some(map) = environment::read(&mut document)? {
         scene.set_environment(map)?;
     }
     let warnings = document.warnings.lines(file).into_iter().chain(scene.warnings).collect();

@@ -215,9 +215,9 @@ fn a_cut_equals_no_history() {
     assert!(none[11] != kept[11] && none[13] != kept[13], "there is a history elsewhere");
 }
 
-/// Behind dispersive glass a pixel sees another channel in every frame, which lends nothing to the others: all keep their light.
+/// Behind dispersive glass a pixel sees another channel in every frame, which says nothing of the others: nothing is lent.
 #[test]
-fn what_lies_behind_dispersive_glass_keeps_its_colours() {
+fn behind_dispersive_glass_nothing_is_lent() {
     let mut b = Builder::default();
     let (floor, pane) = (b.material(lambert(0.6)), b.material(flint(1.5)));
     let lamp = b.material(Material { emission: Vec3::new(9.0, 3.0, 1.0), ..emitter(0.0) });
@@ -226,21 +226,14 @@ fn what_lies_behind_dispersive_glass_keeps_its_colours() {
     b.block(pane, DVec3::new(-1.5, 0.05, 1.2), DVec3::new(1.5, 1.4, 1.4), false);
     b.camera(DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO, 0.6);
     let scene = b.build();
-    let of = |path_history| {
-        let run = |seed| {
-            let mut session = session(&scene, &settings(path_history, seed), 0);
-            (0..6).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
-            session.picture().expect("a picture").path.iter().map(|v| v.as_dvec3()).sum::<DVec3>()
-        };
-        (0..32).map(run).collect::<Vec<_>>()
-    };
-    let [none, kept] = ALL.map(of);
-    for channel in 0..3 {
-        let [none, kept] =
-            [&none, &kept].map(|sums| Mean::of(&sums.iter().map(|sum| sum[channel]).collect::<Vec<_>>()));
-        println!("{none:?} {kept:?}");
-        assert!(none.agrees(&kept, 3.5) && kept.error < 0.005 * kept.value, "{none:?} {kept:?}");
-    }
+    let [none, kept] = ALL.map(|of| {
+        let mut session = session(&scene, &settings(of, 0), 0);
+        (0..6).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
+        session.picture().expect("a picture").path
+    });
+    let lit = |channel| none.iter().filter(|seen| seen[channel] > 0.0).count();
+    assert!([0, 1, 2].map(lit).iter().all(|lit| *lit > none.len() / 6), "each pixel has a channel");
+    assert!(none == kept, "and it is what this frame found");
 }
 
 /// Light of a class that is chosen by chance, as below a coat, is the same in the mean: direct light is lent without the chance of the

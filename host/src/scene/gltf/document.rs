@@ -9,6 +9,7 @@ use serde_json::Value;
 
 use super::atlas::Atlas;
 use super::extension::Compressed;
+use super::image_based::ImageBased;
 use super::options::LoadOptions;
 use super::warning::Warnings;
 use super::{buffer, extension, shape, translate, unsupported};
@@ -35,6 +36,8 @@ pub struct Document {
     pub background: Vec3,
     /// `extras.environment` of the default scene.
     pub environment: Value,
+    /// The light of EXT_lights_image_based that the default scene refers to.
+    pub image_based: ImageBased,
     /// How it is read.
     pub options: LoadOptions,
     /// Images that are made of vertex colours.
@@ -112,6 +115,7 @@ impl Document {
         };
         let background = background(&value).map_err(wrong)?;
         let environment = scene_extras(&value)["environment"].clone();
+        let image_based = ImageBased::of(&value);
         let is_fallback: Vec<bool> = section("buffers").iter().map(extension::is_fallback).collect();
         let compressed = extension::compressed_primitives(&value);
 
@@ -139,6 +143,7 @@ impl Document {
             sections,
             background,
             environment,
+            image_based,
             options,
             baked: Vec::new(),
             atlases: HashMap::new(),
@@ -293,8 +298,13 @@ fn background(document: &Value) -> Result<Vec3, String> {
 
 /// `extras` of the default scene.
 pub fn scene_extras(document: &Value) -> &Value {
+    &default_scene(document)["extras"]
+}
+
+/// The default scene.
+pub fn default_scene(document: &Value) -> &Value {
     let scene = document["scene"].as_u64().unwrap_or(0);
-    &document["scenes"][scene as usize]["extras"]
+    &document["scenes"][scene as usize]
 }
 
 /// Three radiances.

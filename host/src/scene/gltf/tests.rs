@@ -15,6 +15,7 @@ use crate::scene::geometry::face_normal;
 mod colors;
 mod compressed;
 mod forgiving;
+mod image_based;
 mod limits;
 mod numbers;
 mod textures;

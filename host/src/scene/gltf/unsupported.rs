@@ -10,6 +10,7 @@ const MAX_NAME: usize = 80;
 
 /// Extensions that are rendered, at least in part.
 pub const EXTENSIONS: &[&str] = &[
+    "EXT_lights_image_based",
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",

@@ -9,7 +9,6 @@ use serde_json::Value;
 
 use super::atlas::Atlas;
 use super::extension::Compressed;
-use super::image_based::ImageBased;
 use super::options::LoadOptions;
 use super::warning::Warnings;
 use super::{buffer, extension, shape, translate, unsupported};
@@ -36,8 +35,8 @@ pub struct Document {
     pub background: Vec3,
     /// `extras.environment` of the default scene.
     pub environment: Value,
-    /// The light of EXT_lights_image_based that the default scene refers to.
-    pub image_based: ImageBased,
+    /// The light of EXT_lights_image_based that the default scene refers to, or what is wrong with its reference.
+    pub image_based: Option<Result<Value, String>>,
     /// How it is read.
     pub options: LoadOptions,
     /// Images that are made of vertex colours.
@@ -115,7 +114,7 @@ impl Document {
         };
         let background = background(&value).map_err(wrong)?;
         let environment = scene_extras(&value)["environment"].clone();
-        let image_based = ImageBased::of(&value);
+        let image_based = extension::image_based(&value, default_scene(&value));
         let is_fallback: Vec<bool> = section("buffers").iter().map(extension::is_fallback).collect();
         let compressed = extension::compressed_primitives(&value);
 
@@ -302,7 +301,7 @@ pub fn scene_extras(document: &Value) -> &Value {
 }
 
 /// The default scene.
-pub fn default_scene(document: &Value) -> &Value {
+fn default_scene(document: &Value) -> &Value {
     let scene = document["scene"].as_u64().unwrap_or(0);
     &document["scenes"][scene as usize]
 }

@@ -8,39 +8,16 @@ use std::f64::consts::{PI, TAU};
 use glam::{DQuat, DVec2, DVec3, Vec3};
 use serde_json::Value;
 
-use super::document::{Document, default_scene};
+use super::document::Document;
+use super::extension::IMAGE_BASED as OWNER;
 use super::image;
 use crate::scene::texture::{Image, srgb};
 use crate::scene::{EnvironmentMap, SceneError};
 
-/// How messages call it.
-const OWNER: &str = "EXT_lights_image_based";
 /// Largest height of the picture (texels).
 const MAX_HEIGHT: u32 = 2048;
 /// Height of a picture of nine coefficients (texels).
 const SMOOTH_HEIGHT: u32 = 32;
-
-/// The light that the default scene refers to.
-pub enum ImageBased {
-    /// It refers to none.
-    None,
-    /// To one of this index that is not among so many.
-    Missing(u64, usize),
-    /// To this one.
-    Light(Value),
-}
-
-impl ImageBased {
-    /// That of a document.
-    pub fn of(document: &Value) -> ImageBased {
-        let Some(index) = default_scene(document)["extensions"][OWNER]["light"].as_u64() else {
-            return ImageBased::None;
-        };
-        let lights = document["extensions"][OWNER]["lights"].as_array().map_or(&[][..], Vec::as_slice);
-        let found = usize::try_from(index).ok().and_then(|index| lights.get(index));
-        found.map_or(ImageBased::Missing(index, lights.len()), |light| ImageBased::Light(light.clone()))
-    }
-}
 
 /// The environment that it makes.
 pub fn read(document: &mut Document) -> Result<Option<EnvironmentMap>, SceneError> {
@@ -48,15 +25,14 @@ pub fn read(document: &mut Document) -> Result<Option<EnvironmentMap>, SceneErro
         file: document.file.clone(),
         what: format!("{OWNER}: {what}"),
     };
-    let light = match std::mem::replace(&mut document.image_based, ImageBased::None) {
-        ImageBased::None => return Ok(None),
-        ImageBased::Missing(index, count) => {
-            let what = format!("the scene refers to light {index}, but there are {count}");
+    let light = match document.image_based.take() {
+        None => return Ok(None),
+        Some(Err(what)) => {
             let error = error(document, &what);
             document.replace(OWNER, &what, "rendered without it", error)?;
             return Ok(None);
         }
-        ImageBased::Light(light) => light,
+        Some(Ok(light)) => light,
     };
     let rotation = rotation(&light["rotation"]);
     let map = match faces(document, &light["specularImages"][0]) {

@@ -61,14 +61,14 @@ pub fn scene() -> Scene {
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
         add(corners, [normal; 3], material);
     };
-    let (x, z) = (5.0, 2.0);
+    let (x, z) = (5.5, 2.0);
     let floor = [Vec3::new(-x, 0.0, -z), Vec3::new(-x, 0.0, z), Vec3::new(x, 0.0, z), Vec3::new(x, 0.0, -z)];
     flat([floor[0], floor[1], floor[2]], 0);
     flat([floor[0], floor[2], floor[3]], 0);
     flat([Vec3::new(-1.0, 2.5, -1.0), Vec3::new(1.0, 2.5, -1.0), Vec3::new(0.0, 2.5, 1.0)], last);
 
     for material in 1..last {
-        let centre = Vec3::new(0.7 * (material as f32 - 0.5 * last as f32), 0.6, 0.0);
+        let centre = Vec3::new(0.75 * (material as f32 - 0.5 * last as f32), 0.6, 0.0);
         for direction in ball() {
             add(direction.map(|d| centre + d * 0.35), direction, material);
         }

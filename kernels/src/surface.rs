@@ -39,6 +39,7 @@ for_each_lobe!(modules);
 
 pub mod albedo;
 pub mod class;
+pub mod dispersion;
 pub mod fold;
 pub mod fresnel;
 pub mod ggx;

@@ -24,7 +24,7 @@ pub struct CorpusFile {
 }
 
 /// All files.
-pub const ALL: [CorpusFile; 31] = [
+pub const ALL: [CorpusFile; 32] = [
     of("plain.gltf", "neither camera nor light; its buffer is a data URI", nodes::plain),
     of("negative-scale.gltf", "a scale of -1, and a mirror by a matrix", nodes::negative_scale),
     of("shared-mesh.gltf", "one mesh on many nodes, at several depths", nodes::shared_mesh),
@@ -44,6 +44,7 @@ pub const ALL: [CorpusFile; 31] = [
     of("normal-map.gltf", "a normal map with a scale, without tangents", surfaces::normal_map),
     of("texture-transform.gltf", "KHR_texture_transform", surfaces::texture_transform),
     of("glass.gltf", "transmission, volume, index of refraction; a metal", surfaces::glass),
+    of("dispersion.gltf", "KHR_materials_dispersion: a ball in the sun", surfaces::dispersion),
     of("emissive.gltf", "KHR_materials_emissive_strength, the only light", surfaces::emissive),
     of("blend.gltf", "alphaMode BLEND, by factor and texture", extensions::blend),
     of("environment.gltf", "`extras.environment` of the scene", extensions::environment),

@@ -19,6 +19,7 @@ mod lathe;
 mod mesh;
 mod moving;
 mod picture;
+mod prism;
 mod ring;
 mod room;
 mod still_life;
@@ -29,7 +30,7 @@ mod walls;
 use cornell::Detail;
 
 /// Names of the scenes.
-pub const NAMES: [&str; 15] = [
+pub const NAMES: [&str; 16] = [
     "still-life",
     "mirror-room",
     "glossy-room",
@@ -45,6 +46,7 @@ pub const NAMES: [&str; 15] = [
     "camera-cut",
     "cornell-box",
     "uplight",
+    "prism",
 ];
 
 /// Names of the scenes that are too large to be committed: they are made where they are wanted.
@@ -64,6 +66,7 @@ pub fn description(name: &str) -> Option<&'static str> {
         }
         "glossy-room" => "mirror-room with a mirror of roughness 0.15.",
         "uplight" => "A lamp lights a spot of the ceiling, which a glass ball gathers on the floor.",
+        "prism" => "A prism and a ball of dispersive glass: light fans out into colours.",
         "ring" => "A metal ring on a plane under a distant small emitter: the nephroid.",
         "textured-room" => {
             "Tiles, bricks, leaves, a metal polished in rings and a lamp of panes: every kind of texture."
@@ -102,6 +105,7 @@ fn files(name: &str) -> Option<Vec<(&'static str, Vec<u8>)>> {
         "glossy-room" => (room::build(room::Kind::Glossy), include_str!("notes/glossy-room.md")),
         "bar" => (bar::build(), include_str!("notes/bar.md")),
         "ring" => (ring::build(), include_str!("notes/ring.md")),
+        "prism" => (prism::build(), include_str!("notes/prism.md")),
         "uplight" => (uplight::build(), include_str!("notes/uplight.md")),
         "plain-room" => (room::build(room::Kind::Plain), include_str!("notes/plain-room.md")),
         "animated-camera" => (animated_camera::build(), include_str!("notes/animated-camera.md")),

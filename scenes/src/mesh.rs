@@ -32,6 +32,14 @@ impl Mesh {
         self
     }
 
+    /// Adds a flat triangle; corners run counter-clockwise seen from the front.
+    pub fn face(mut self, corners: [DVec3; 3]) -> Self {
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        let ids = corners.map(|corner| self.vertex(corner, normal));
+        self.indices.extend(ids);
+        self
+    }
+
     /// Adds a flat parallelogram around `centre`; its front is where `right` x `up` points.
     pub fn panel(self, centre: DVec3, right: DVec3, up: DVec3) -> Self {
         self.quad([centre - right - up, centre + right - up, centre + right + up, centre - right + up])

@@ -16,6 +16,7 @@ const BASE: Material = Material {
     specular: 0.0,
     flags: 0,
     priority: 0,
+    dispersion: 0.0,
 };
 
 /// The materials with their names; the first is the floor's, the last the light's.
@@ -33,6 +34,8 @@ fn materials() -> Vec<(&'static str, Material)> {
         ("half metal", Material { metallic: 0.5, roughness: 0.4, ..coat }),
         ("thin glass", Material { flags: FLAG_THIN, ..glass }),
         ("absorbing glass", Material { absorption: Vec3::new(0.1, 2.0, 5.0), ..glass }),
+        ("dispersive glass", Material { dispersion: 2.0, ..glass }),
+        ("rough dispersive glass", Material { dispersion: 2.0, roughness: 0.3, ..glass }),
         ("half glass", Material { transmission: 0.5, roughness: 0.2, ..glass }),
         ("rough glass", Material { roughness: 0.25, ior: 1.33, ..glass }),
         ("rougher glass", Material { roughness: 0.6, ior: 1.8, ..glass }),
@@ -58,7 +61,7 @@ pub fn scene() -> Scene {
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
         add(corners, [normal; 3], material);
     };
-    let (x, z) = (5.0, 2.0);
+    let (x, z) = (5.5, 2.0);
     let floor = [Vec3::new(-x, 0.0, -z), Vec3::new(-x, 0.0, z), Vec3::new(x, 0.0, z), Vec3::new(x, 0.0, -z)];
     flat([floor[0], floor[1], floor[2]], 0);
     flat([floor[0], floor[2], floor[3]], 0);
@@ -133,7 +136,7 @@ mod tests {
         let scene = scene();
         // All but textures, which a scene of their own has, and the ledger, which is asked for.
         let all = Features((Features::ROUGH_GLASS.0 << 1) - 1);
-        assert_eq!(scene.features(0.25), all);
+        assert_eq!(scene.features(0.25), all | Features::DISPERSION);
         assert_eq!(scene.dropped_triangles, 0);
     }
 

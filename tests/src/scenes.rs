@@ -29,6 +29,11 @@ pub fn glass(ior: f32) -> Material {
     Material { transmission: 1.0, specular: 1.0, roughness: 0.0, ior, ..lambert(1.0) }
 }
 
+/// The same whose Abbe number is 10: twice as dispersive as any glass.
+pub fn flint(ior: f32) -> Material {
+    Material { dispersion: 2.0, ..glass(ior) }
+}
+
 /// Clear dielectric without a volume: a thin wall.
 pub fn pane(ior: f32) -> Material {
     Material { flags: FLAG_THIN, ..glass(ior) }
@@ -386,6 +391,20 @@ pub fn blended_room() -> Builder {
     b.panel(glowing, DVec3::new(0.6, 0.1, -0.4), DVec3::new(0.1, 0.0, 0.25), 0.3 * DVec3::Y);
     b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.3, 0.0), 1.0);
     b
+}
+
+/// A room of 2 x 2 x 2 m with a ball and a block that part colours, under a warm lamp between tinted walls: channels differ.
+pub fn dispersive_room() -> Scene {
+    let mut b = Builder::default();
+    let wall = b.material(Material { base_color: Vec3::new(0.6, 0.5, 0.3), ..lambert(0.0) });
+    let lamp = b.material(Material { emission: Vec3::new(12.0, 8.0, 4.0), ..emitter(0.0) });
+    let (ball, block) = (b.material(flint(1.6)), b.material(Material { roughness: 0.2, ..flint(1.5) }));
+    b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+    b.panel(lamp, DVec3::new(0.1, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
+    b.sphere(ball, DVec3::new(-0.4, -0.6, 0.0), 0.35, 64, 32);
+    b.block(block, DVec3::new(0.2, -0.95, -0.5), DVec3::new(0.7, -0.3, 0.0), false);
+    b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.4, 0.0), 1.0);
+    b.build()
 }
 
 /// A room of 2 x 2 x 2 m in which lobes of every width and so many area lights of several sizes stand close to each other.

@@ -141,6 +141,12 @@ mod tests {
             (Material { flags: FLAG_THIN, ..glass }, Features::GLASS | Features::CASTERS),
             (Material { roughness: 0.2, ..glass }, frosted),
             (Material { roughness: 0.3, ..glass }, frosted | Features::RECEIVERS),
+            (
+                Material { dispersion: 0.3, absorption: Vec3::ZERO, ..glass },
+                Features::GLASS | Features::CASTERS | Features::DISPERSION,
+            ),
+            // Without a volume nothing is bent.
+            (Material { dispersion: 0.3, flags: FLAG_THIN, ..glass }, Features::GLASS | Features::CASTERS),
         ];
         for (material, features) in cases {
             assert_eq!(of_material(&material, 0.25), features, "{material:?}");

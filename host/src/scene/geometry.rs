@@ -54,6 +54,8 @@ fn check_material(file: &str, name: &str, material: &Material) -> Result<(), Sce
         "an attenuation that is negative, infinite or not a number"
     } else if !(1.0..=100.0).contains(&material.ior) {
         "an index of refraction out of the range 1 to 100"
+    } else if !range(&[material.dispersion], 1000.0) {
+        "a dispersion out of the range 0 to 1000"
     } else {
         return Ok(());
     };

@@ -31,6 +31,7 @@ pub mod files;
 mod geometry;
 mod huge;
 mod image;
+mod image_based;
 mod instancing;
 mod material;
 mod mesh;
@@ -153,7 +154,7 @@ fn scene_of(mut document: Document) -> Result<Scene, SceneError> {
         scene.additions.insert("floor", "a Lambertian square of albedo 0.5 under the bounds".into());
     }
     scene.dropped_triangles += geometry.dropped;
-    if let Some(map) = environment::read(&document)? {
+    if let Some(map) = environment::read(&mut document)? {
         scene.set_environment(map)?;
     }
     let warnings = document.warnings.lines(file).into_iter().chain(scene.warnings).collect();

@@ -31,6 +31,7 @@ use crate::interface::scene::SceneTables;
 use crate::math::{is_finite, octahedral};
 use crate::pass::collect::camera_path;
 use crate::seam::{Slots, Uncounted};
+use crate::surface::dispersion::is_mixed;
 use crate::trace::Tracer;
 use spirv_std::glam::{Vec2, Vec3};
 
@@ -436,8 +437,14 @@ fn arriving(
     features: Features,
 ) -> PathLight {
     let reflected = shading.throughput * head_on(shading, materials, params, features);
+    // Behind what parts colours a pixel has another channel in every frame, which says nothing of the others.
+    let parted = features.has(Features::DISPERSION) && !is_mixed(shading.throughput);
     let known = (reflected * direct.chance.min(1.0)).max_element();
-    if !is_finite(light.element_sum()) || !is_finite(reflected.element_sum()) || known < MIN_REFLECTANCE {
+    if !is_finite(light.element_sum())
+        || !is_finite(reflected.element_sum())
+        || known < MIN_REFLECTANCE
+        || parted
+    {
         return PathLight::default();
     }
     // Of a sample that was bounded, what is left is direct light first.

@@ -74,6 +74,8 @@ macro_rules! lights_and_others {
             HISTORY "history";
             /// Some surface blends: it is there for a share of rays.
             BLENDS "blends";
+            /// Some medium bends colours differently.
+            DISPERSION "dispersion";
         }
     };
 }

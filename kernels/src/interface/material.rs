@@ -27,6 +27,8 @@ pub struct Material {
     pub flags: u32,
     /// Where media overlap, that of the highest priority is there. The loader makes the file's numbers a strict order.
     pub priority: i32,
+    /// 20 over the Abbe number (KHR_materials_dispersion): how much `ior` differs by channel.
+    pub dispersion: f32,
 }
 
 impl Material {
@@ -69,4 +71,4 @@ pub const FLAGS_SCATTER_TEXTURE: u32 = FLAG_COLOR_TEXTURE | FLAG_ROUGHNESS_TEXTU
 /// Some texture is looked up where a path scatters.
 pub const FLAGS_TEXTURE: u32 = FLAGS_SCATTER_TEXTURE | FLAG_EMISSIVE_TEXTURE;
 
-const _: () = assert!(size_of::<Material>() == 64);
+const _: () = assert!(size_of::<Material>() == 68);

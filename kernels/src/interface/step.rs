@@ -44,7 +44,7 @@ pub struct ScatterIn {
 pub struct ScatterOut {
     /// Leaving ray.
     pub ray: Ray,
-    /// f |cos| / pdf.
+    /// f |cos| / pdf, of the channel drawn where colours part.
     pub weight: Vec3,
     /// pdf_solid_angle, 0 for a delta lobe.
     pub pdf: f32,

@@ -24,8 +24,9 @@ use crate::math::rng::{Rng, Stream};
 use crate::math::sampler::next4;
 use crate::seam::{Atomics, Slots};
 use crate::surface::class::Classes;
+use crate::surface::dispersion::{Channel, is_mixed, part};
 use crate::surface::media::MediaStack;
-use crate::surface::scatter::{BsdfSample, ScatteringVertex};
+use crate::surface::scatter::{BsdfSample, ScatteringVertex, disperses};
 use crate::surface::textured::{material_at, packed};
 use crate::surface::turn::normal_change;
 use crate::surface::vertex::{Vertex, vertex};
@@ -258,11 +259,18 @@ pub fn follow<T: Tracer, C: Atomics>(
             (follows, finds) = (beyond.follows, beyond.finds);
             candidates = Candidates::ONE;
         }
+        let mut channel = Channel::GREEN;
+        if disperses(&here, scene.materials, media, features) {
+            let mixed = is_mixed(throughput);
+            let u = if mixed { next4(&mut rng, &params.sequence).x } else { 0.0 };
+            (channel, throughput) = part(throughput, u);
+        }
         let scattering = ScatteringVertex::new(
             here,
             material,
             scene.materials,
             media,
+            channel,
             follows,
             params.specular_roughness,
             features,

@@ -16,8 +16,9 @@ use crate::math::is_finite;
 use crate::math::rng::{Rng, Stream};
 use crate::seam::Atomics;
 use crate::surface::class::Classes;
+use crate::surface::dispersion::{Channel, is_mixed, part};
 use crate::surface::media::MediaStack;
-use crate::surface::scatter::{BsdfSample, ScatteringVertex};
+use crate::surface::scatter::{BsdfSample, ScatteringVertex, disperses};
 use crate::surface::textured::material_at;
 use crate::surface::vertex::vertex;
 use crate::trace::Tracer;
@@ -156,11 +157,17 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
         if hit_count == 1 && params.caustics != Caustics::Any as u32 {
             followed = Classes::SPECULAR;
         }
+        let mut channel = Channel::GREEN;
+        if disperses(&here, scene.materials, media, features) {
+            let u = if is_mixed(flux) { rng.next4().x } else { 0.0 };
+            (channel, flux) = part(flux, u);
+        }
         let scattering = ScatteringVertex::new(
             here,
             material,
             scene.materials,
             media,
+            channel,
             followed,
             params.specular_roughness,
             features,

@@ -15,8 +15,9 @@ use crate::math::rng::{Rng, Stream};
 use crate::math::warp;
 use crate::seam::Slots;
 use crate::surface::class::Classes;
+use crate::surface::dispersion::{Channel, part};
 use crate::surface::media::MediaStack;
-use crate::surface::scatter::ScatteringVertex;
+use crate::surface::scatter::{ScatteringVertex, disperses};
 use crate::surface::textured::material_at;
 use crate::surface::vertex::vertex;
 use crate::trace::Tracer;
@@ -98,11 +99,16 @@ pub fn scatter(
     }
     let material = material_at(scene, &here, features);
     let all = Classes::ALL;
+    let (mut channel, mut carried) = (Channel::GREEN, Vec3::ONE);
+    if disperses(&here, scene.materials, media, features) {
+        (channel, carried) = part(carried, input.uniform[3]);
+    }
     let scattering = ScatteringVertex::new(
         here,
         material,
         scene.materials,
         media,
+        channel,
         all,
         params.specular_roughness,
         features,
@@ -110,7 +116,7 @@ pub fn scatter(
     let scattered = scattering.sample(Vec4::from_array(input.uniform));
     ScatterOut {
         ray: scattered.ray,
-        weight: scattered.sampled.weight,
+        weight: scattered.sampled.weight * carried,
         pdf: scattered.sampled.pdf_solid_angle,
         class: scattered.sampled.class.0,
         transmitted: u32::from(scattered.sampled.transmitted),

@@ -27,6 +27,9 @@ pub fn features_of(material: &Material) -> Features {
     if material.flags & FLAG_THIN == 0 && material.absorption.max_element() > 0.0 {
         features = features | Features::ABSORPTION;
     }
+    if material.is_medium() && material.dispersion > 0.0 {
+        features = features | Features::DISPERSION;
+    }
     if material.flags & FLAG_SHEET != 0 {
         features = features | Features::SHEETS;
     }

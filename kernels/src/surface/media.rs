@@ -9,6 +9,7 @@ use spirv_std::num_traits::Float;
 use crate::interface::NONE;
 use crate::interface::features::Features;
 use crate::interface::material::{FLAG_HANGING, FLAG_SHEET, Material};
+use crate::surface::dispersion::Channel;
 use spirv_std::glam::Vec3;
 
 /// Materials around a place by falling priority, one twice where two of its solids overlap; `NONE` behind the last.
@@ -125,10 +126,20 @@ impl MediaStack {
         Sides { before, behind: before.left(material), along, is_expected, overflow }
     }
 
-    /// Index of refraction here.
+    /// Index of refraction here, of a channel where some medium disperses.
     #[inline(always)]
-    pub fn ior(self, materials: &[Material]) -> f32 {
-        if self.first == NONE { 1.0 } else { materials[self.first as usize].ior }
+    pub fn ior(self, channel: Channel, features: Features, materials: &[Material]) -> f32 {
+        if self.first == NONE {
+            return 1.0;
+        }
+        let material = &materials[self.first as usize];
+        if features.has(Features::DISPERSION) { channel.ior(material) } else { material.ior }
+    }
+
+    /// Whether the medium here bends channels differently.
+    #[inline(always)]
+    pub fn disperses(self, materials: &[Material]) -> bool {
+        self.first != NONE && materials[self.first as usize].dispersion > 0.0
     }
 
     /// Share of light left after `distance` (m) here.
@@ -236,12 +247,25 @@ mod tests {
     }
 
     #[test]
+    fn the_medium_of_highest_priority_says_what_disperses() {
+        let mut materials = five();
+        materials.iter_mut().for_each(|material| material.ior = 1.5);
+        materials[1].dispersion = 2.0;
+        let ior = |media: MediaStack, features| media.ior(Channel::BLUE, features, &materials);
+        assert_eq!(ior(within(&[0, 1]), Features::DISPERSION), 1.525);
+        assert_eq!(ior(within(&[0, 1, 2]), Features::DISPERSION), 1.5);
+        assert_eq!(ior(within(&[0, 1]), Features(0)), 1.5);
+        assert!(within(&[0, 1]).disperses(&materials) && !within(&[1, 2]).disperses(&materials));
+        assert!(!MediaStack::VACUUM.disperses(&materials));
+    }
+
+    #[test]
     fn absorption_follows_beer() {
         let mut material = Material { absorption: Vec3::new(0.0, 1.0, 2.0), ..Default::default() };
         material.ior = 1.5;
         let inside = MediaStack::VACUUM.entered(0, &[material]).0;
         let left = inside.transmittance(&[material], 0.5);
         assert!((left - Vec3::new(1.0, (-0.5f32).exp(), (-1.0f32).exp())).length() < 1e-6);
-        assert_eq!(inside.ior(&[material]), 1.5);
+        assert_eq!(inside.ior(Channel::GREEN, Features(0), &[material]), 1.5);
     }
 }

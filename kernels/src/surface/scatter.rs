@@ -6,6 +6,7 @@ use crate::interface::ray::Ray;
 use crate::math::frame::ShadingFrame;
 use crate::math::offset;
 use crate::surface::class::Classes;
+use crate::surface::dispersion::Channel;
 use crate::surface::fold::folded;
 use crate::surface::media::MediaStack;
 use crate::surface::vertex::Vertex;
@@ -39,14 +40,26 @@ pub struct BsdfSample {
     pub media_overflow: bool,
 }
 
+/// Whether the surface at `vertex`, met inside `media`, bends channels differently: a path there goes on with one.
+#[inline(always)]
+pub fn disperses(vertex: &Vertex, materials: &[Material], media: MediaStack, features: Features) -> bool {
+    if !features.has(Features::DISPERSION) || !materials[vertex.material as usize].is_medium() {
+        return false;
+    }
+    let around = media.settled(features, materials);
+    let sides = around.at_face(vertex.material, vertex.front, features, materials);
+    sides.before.disperses(materials) || sides.behind.disperses(materials)
+}
+
 impl ScatteringVertex {
-    /// The scattering at `vertex`, inside `media`, with the lobes of `classes`.
+    /// The scattering of `channel` at `vertex`, inside `media`, with the lobes of `classes`.
     #[inline(always)]
     pub fn new(
         vertex: Vertex,
         material: Material,
         materials: &[Material],
         media: MediaStack,
+        channel: Channel,
         classes: Classes,
         specular_roughness: f32,
         features: Features,
@@ -58,7 +71,7 @@ impl ScatteringVertex {
         if features.has(Features::GLASS) && materials[vertex.material as usize].is_medium() {
             let sides = around.at_face(vertex.material, vertex.front, features, materials);
             (media, behind, media_overflow) = (sides.before, sides.behind, sides.overflow);
-            eta = media.ior(materials) / behind.ior(materials);
+            eta = media.ior(channel, features, materials) / behind.ior(channel, features, materials);
         }
         // Paths come from above the face.
         let to_previous = folded(frame.to_local(vertex.to_previous), true);

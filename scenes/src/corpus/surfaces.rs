@@ -102,6 +102,34 @@ pub fn glass() -> Small {
     small
 }
 
+pub fn dispersion() -> Small {
+    let mut small = Small::new();
+    for extension in ["dispersion", "ior", "transmission", "volume"] {
+        small.uses(&format!("KHR_materials_{extension}"));
+    }
+    small.thing(paint([0.7, 0.7, 0.7]), &Mesh::default().panel(DVec3::ZERO, DVec3::Z * 1.5, DVec3::X * 1.5));
+    let glass = json!({
+        "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 0.0 },
+        "extensions": {
+            "KHR_materials_dispersion": { "dispersion": 4.0 },
+            "KHR_materials_ior": { "ior": 1.8 },
+            "KHR_materials_transmission": { "transmissionFactor": 1.0 },
+            "KHR_materials_volume": { "thicknessFactor": 0.8 },
+        },
+    });
+    small.thing(glass, &Mesh::default().sphere(DVec3::new(0.0, 0.6, 0.0), 0.5, 32, 16));
+    small.uses("KHR_lights_punctual");
+    small.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [
+        { "type": "directional", "intensity": 3.0 },
+    ] } });
+    // Down and to the left.
+    small.root(json!({
+        "rotation": [-0.611, -0.251, -0.213, 0.720],
+        "extensions": { "KHR_lights_punctual": { "light": 0 } },
+    }));
+    small
+}
+
 pub fn emissive() -> Small {
     let mut small = Small::new();
     small.uses("KHR_materials_emissive_strength");

@@ -9,7 +9,7 @@ use caustics::settings::Settings;
 use caustics_kernels::interface::choice::Sampler;
 use caustics_tests::gpu::gpu;
 use caustics_tests::lobes;
-use caustics_tests::scenes::blended_room;
+use caustics_tests::scenes::{blended_room, dispersive_room};
 use caustics_tests::table::Table;
 use caustics_tests::twin::{Twin, load};
 
@@ -82,6 +82,22 @@ fn what_blends_agrees() {
         if !hardware {
             passes::all(&mut twin, &scene, hardware, &mut table);
         }
+        table.finish();
+    }
+}
+
+/// Colours part alike on both: whole paths draw and keep the same channels.
+#[test]
+fn what_disperses_agrees() {
+    let Some(gpu) = gpu() else { return };
+    let scene = dispersive_room();
+    for &hardware in gpu.tracers() {
+        let tracer = if hardware { "hardware" } else { "software" };
+        let mut twin = Twin::open(&gpu, hardware, &scene, &settings());
+        let mut table =
+            Table::new(&format!("dispersive glass, CPU against {} ({tracer} tracer)", gpu.info.name));
+        steps::scatter(&mut twin, &scene, &mut table);
+        passes::all(&mut twin, &scene, hardware, &mut table);
         table.finish();
     }
 }

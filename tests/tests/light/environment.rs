@@ -169,6 +169,7 @@ fn in_a_furnace_lossless_things_cannot_be_seen() {
     let furnace = EnvironmentMap::constant(Vec3::splat(0.7));
     for (what, material, albedo) in [
         ("glass", glass(1.5), 1.0),
+        ("dispersive glass", flint(1.5), 1.0),
         ("mirror", metal(1.0, 0.0), 1.0),
         ("white", lambert(1.0), 1.0),
         ("grey", lambert(0.5), 0.5),
@@ -264,6 +265,112 @@ fn a_sun_in_the_picture_is_a_directional_light() {
     assert!((scores.ratio - 1.0).abs() < 4.0 * scores.ratio_error + 0.002, "{scores:?}");
     assert!((sun.caustic_share / directional.caustic_share - 1.0).abs() < 0.02);
     assert!(sun.caustic_share > 0.02, "the test has lost its subject");
+}
+
+/// Half the width of a lens, the radius of its round side and the distance of a screen from its flat side (m); it stands with
+/// the flat side to the sun. Its focus lies 1.6 m behind it.
+const LENS: (f64, f64, f64) = (0.3, 0.8, 1.1);
+
+/// A plano-convex lens of glass around the origin that faces this direction, and a dark screen behind it.
+fn lens(to_sun: DVec3) -> Builder {
+    let (half, round, distance) = LENS;
+    let turn = glam::DQuat::from_rotation_arc(DVec3::Y, to_sun);
+    let mut b = Builder::default();
+    let (screen, glass) = (b.material(lambert(1e-6)), b.material(glass(1.5)));
+    let (rings, segments) = (64, 128);
+    let centre = (round * round - half * half).sqrt();
+    // By ring and segment on the round side, whose centre lies above the flat side.
+    let at = |ring: u32, segment: u32| {
+        let r = half * f64::from(ring) / f64::from(rings);
+        let (sin, cos) =
+            (std::f64::consts::TAU * f64::from(segment % segments) / f64::from(segments)).sin_cos();
+        DVec3::new(r * cos, centre - (round * round - r * r).sqrt(), -r * sin)
+    };
+    let mut add = |corners: [DVec3; 3], normals: [DVec3; 3]| {
+        b.triangle(glass, corners.map(|corner| turn * corner), normals.map(|normal| turn * normal));
+    };
+    let outwards = |p: DVec3| p - centre * DVec3::Y;
+    for segment in 0..segments {
+        for ring in 0..rings {
+            let [a, b, c, d] =
+                [at(ring, segment), at(ring, segment + 1), at(ring + 1, segment + 1), at(ring + 1, segment)];
+            if ring > 0 {
+                add([a, b, c], [a, b, c].map(outwards));
+            }
+            add([a, c, d], [a, c, d].map(outwards));
+        }
+        add([DVec3::ZERO, at(rings, segment), at(rings, segment + 1)], [DVec3::Y; 3]);
+    }
+    b.panel(screen, turn * (-distance * DVec3::Y), turn * (0.6 * DVec3::Z), turn * (0.6 * DVec3::X));
+    b.camera(turn * DVec3::new(0.0, 0.5, 1.0), turn * (-distance * DVec3::Y), 0.9);
+    b
+}
+
+/// Share of the light on the lens that it brings within a radius of its axis on the screen, by Snell's law and Fresnel's.
+fn within_on_screen(radius: f64) -> f64 {
+    let (half, round, distance) = LENS;
+    let centre = (round * round - half * half).sqrt();
+    let steps = 100_000;
+    let ring = |step: i32| {
+        let h = half * (f64::from(step) + 0.5) / f64::from(steps);
+        let (inside, outside) = ((h / round).asin(), (1.5 * h / round).asin());
+        let drop = (round * round - h * h).sqrt() - centre;
+        let lands = h - (distance - drop) * (outside - inside).tan();
+        let (ci, ct) = (1.5 * inside.cos(), outside.cos());
+        let s = ((ci - ct) / (ci + ct)).powi(2);
+        let p = ((inside.cos() - 1.5 * ct) / (inside.cos() + 1.5 * ct)).powi(2);
+        let passes = 0.96 * (1.0 - 0.5 * (s + p));
+        if lands.abs() <= radius { passes * 2.0 * h / (half * half) * half / f64::from(steps) } else { 0.0 }
+    };
+    (0..steps).map(ring).sum()
+}
+
+/// Through a lens too: what a sun of 0.18 degrees leaves within circles on a screen is what a directional light of its irradiance
+/// does, and what Snell's and Fresnel's laws say.
+#[test]
+fn a_sun_in_the_picture_shines_through_a_lens_as_a_directional_light_does() {
+    let (width, height) = (2048, 1024);
+    let place = 250 * width + 700;
+    let mut texels = vec![Vec3::ZERO; (width * height) as usize];
+    texels[place as usize] = Vec3::splat(1e5);
+    let down = std::f64::consts::PI * (250.5 / f64::from(height));
+    let along = std::f64::consts::TAU * (700.5 / f64::from(width));
+    let from = DVec3::new(down.sin() * along.sin(), down.cos(), -down.sin() * along.cos());
+    let sunny = put(lens(from).build(), EnvironmentMap::new(width, height, texels));
+    let (irradiance, _) = integral(&sunny, |_| 1.0);
+    let mut plain = lens(from);
+    plain.directional(-from, irradiance as f32);
+    let plain = plain.build();
+
+    let (half, _, distance) = LENS;
+    let on_lens = irradiance * std::f64::consts::PI * half * half;
+    let foot = -distance * from;
+    let paths = 1_500_000;
+    let radii = [0.03, 0.04, 0.05, 0.1];
+    let shares = |scene: &Scene| {
+        let settings =
+            Settings { width: 8, height: 8, light_paths: paths, max_bounces: 4, ..Settings::default() };
+        let world = World::new(scene, &settings);
+        let deposits = world.shoot(&world.by_power());
+        radii.map(|radius| {
+            let near = |p: Vec3| (p.as_dvec3() - foot).length() <= radius;
+            let hits = deposits.flux().filter(|(g, _)| g.scatterings == 2 && near(g.position));
+            let (mut sum, mut squares) = (0.0, 0.0);
+            for (_, flux) in hits {
+                (sum, squares) = (sum + flux, squares + flux * flux);
+            }
+            (sum / on_lens, squares.sqrt() / on_lens)
+        })
+    };
+    let (sun, directional) = (shares(&sunny), shares(&plain));
+    for ((radius, sun), directional) in radii.into_iter().zip(sun).zip(directional) {
+        let expected = within_on_screen(radius);
+        println!("within {radius}: sun {sun:.4?}, directional {directional:.4?}, expected {expected:.4}");
+        // Facets of the round side, and half a per cent for the tail of the map's texels around the sun and its width.
+        assert!((directional.0 - expected).abs() < 3.5 * directional.1 + 2e-3, "{radius}: {directional:?}");
+        assert!((sun.0 - expected).abs() < 3.5 * sun.1 + 5e-3, "{radius}: {sun:?}");
+        assert!(sun.1 < 0.02 && directional.1 < 0.02, "the test is too blunt");
+    }
 }
 
 /// What the sky emits is absorbed, or escapes.

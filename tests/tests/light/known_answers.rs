@@ -18,6 +18,7 @@
 //! what is added to them is named.
 
 mod cones;
+mod dispersion;
 mod estimator;
 mod focus;
 mod glass;

@@ -171,6 +171,13 @@ fn mixed_room_of_area_lights() -> Scene {
     b.build()
 }
 
+/// Camera and light paths that meet have each drawn a channel; colours come out as of one path that drew once.
+#[test]
+fn room_of_dispersive_glass_is_the_reference() {
+    let budget = Budget { samples: 1200, frames: 400, light_paths: 12_000, ..LARGE_LAMP };
+    agrees_at(&[0.25], "dispersive glass", &dispersive_room(), &budget);
+}
+
 /// Lights without a size, which no path from the camera meets: what light paths give up is found by connections.
 #[test]
 fn lights_of_every_type_are_split_alike() {
@@ -243,6 +250,12 @@ mod long {
         b.block(block, DVec3::new(-0.1, -0.9, -0.5), DVec3::new(0.5, -0.3, 0.1), false);
         b.panel(sheet, DVec3::new(0.0, 0.2, -0.2), 0.5 * DVec3::Z, 0.5 * DVec3::X);
         agrees_at(&[0.25], "overlapping media", &b.build(), &LARGE_LAMP);
+    }
+
+    #[test]
+    #[ignore = "thousands of samples a pixel: a minute on two cores"]
+    fn dispersive_glass_is_the_reference_at_any_threshold() {
+        agrees("dispersive glass", &dispersive_room(), &LARGE_LAMP);
     }
 
     /// Meshes whose shading normals lean by up to 55 degrees.

@@ -9,10 +9,11 @@ use caustics_kernels::history::path::MOST_FRAMES;
 use caustics_kernels::interface::choice::{PathHistory, Sampler};
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_kernels::interface::history::{HistoryPoint, PathLight, Retraced};
+use caustics_kernels::interface::material::Material;
 use caustics_kernels::method::basic::BASIC;
 use caustics_tests::frames::sums;
 use caustics_tests::moving::Moving;
-use caustics_tests::scenes::{Builder, blended_room, coated, committed, emitter, lambert};
+use caustics_tests::scenes::{Builder, blended_room, coated, committed, emitter, flint, lambert};
 use caustics_tests::statistics::Mean;
 use glam::{DVec3, Vec2, Vec3};
 
@@ -212,6 +213,27 @@ fn a_cut_equals_no_history() {
     let [none, kept] = ALL.map(|of| animation(&scene, &settings(of, 0), 14));
     assert!(none[0] == kept[0] && none[12] == kept[12]);
     assert!(none[11] != kept[11] && none[13] != kept[13], "there is a history elsewhere");
+}
+
+/// Behind dispersive glass a pixel sees another channel in every frame, which says nothing of the others: nothing is lent.
+#[test]
+fn behind_dispersive_glass_nothing_is_lent() {
+    let mut b = Builder::default();
+    let (floor, pane) = (b.material(lambert(0.6)), b.material(flint(1.5)));
+    let lamp = b.material(Material { emission: Vec3::new(9.0, 3.0, 1.0), ..emitter(0.0) });
+    b.panel(floor, DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X);
+    b.panel(lamp, DVec3::new(0.3, 1.5, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
+    b.block(pane, DVec3::new(-1.5, 0.05, 1.2), DVec3::new(1.5, 1.4, 1.4), false);
+    b.camera(DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO, 0.6);
+    let scene = b.build();
+    let [none, kept] = ALL.map(|of| {
+        let mut session = session(&scene, &settings(of, 0), 0);
+        (0..6).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
+        session.picture().expect("a picture").path
+    });
+    let lit = |channel| none.iter().filter(|seen| seen[channel] > 0.0).count();
+    assert!([0, 1, 2].map(lit).iter().all(|lit| *lit > none.len() / 6), "each pixel has a channel");
+    assert!(none == kept, "and it is what this frame found");
 }
 
 /// Light of a class that is chosen by chance, as below a coat, is the same in the mean: direct light is lent without the chance of the

@@ -35,6 +35,8 @@ pub struct Document {
     pub background: Vec3,
     /// `extras.environment` of the default scene.
     pub environment: Value,
+    /// The light of EXT_lights_image_based that the default scene refers to, or what is wrong with its reference.
+    pub image_based: Option<Result<Value, String>>,
     /// How it is read.
     pub options: LoadOptions,
     /// Images that are made of vertex colours.
@@ -125,6 +127,7 @@ impl Parsed<'_> {
         let background = background(&value).map_err(wrong)?;
         let environment = scene_extras(&value)["environment"].clone();
         let is_fallback = extension::fallbacks(&value, binary.is_some());
+        let image_based = extension::image_based(&value, default_scene(&value));
         let compressed = extension::compressed_primitives(&value);
 
         // Take out what the document types cannot parse or what nothing reads.
@@ -152,6 +155,7 @@ impl Parsed<'_> {
             sections,
             background,
             environment,
+            image_based,
             options,
             baked: Vec::new(),
             atlases: HashMap::new(),
@@ -337,8 +341,13 @@ fn background(document: &Value) -> Result<Vec3, String> {
 
 /// `extras` of the default scene.
 pub fn scene_extras(document: &Value) -> &Value {
+    &default_scene(document)["extras"]
+}
+
+/// The default scene.
+fn default_scene(document: &Value) -> &Value {
     let scene = document["scene"].as_u64().unwrap_or(0);
-    &document["scenes"][scene as usize]["extras"]
+    &document["scenes"][scene as usize]
 }
 
 /// Three radiances.

@@ -1,16 +1,16 @@
 //! The environment that a scene's extras ask for: `{ "uri": "sky.hdr" }` or `{ "color": [r, g, b] }`, with `rotation` (degrees) and
-//! `scale`.
+//! `scale`. Without them, that of EXT_lights_image_based.
 
-use super::buffer;
 use super::document::{Document, radiance};
+use super::{buffer, image_based};
 use crate::scene::{EnvironmentMap, SceneError};
 
 /// The environment of the default scene, if it asks for one.
-pub fn read(document: &Document) -> Result<Option<EnvironmentMap>, SceneError> {
-    let extras = &document.environment;
-    if extras.is_null() {
-        return Ok(None);
+pub fn read(document: &mut Document) -> Result<Option<EnvironmentMap>, SceneError> {
+    if document.environment.is_null() {
+        return image_based::read(document);
     }
+    let extras = &document.environment;
     let wrong = |what: String| SceneError::Environment { file: document.file.clone(), what };
     let map = match (extras["uri"].as_str(), radiance(&extras["color"])) {
         (Some(uri), _) => buffer::fetch(uri, &document.folder, u64::MAX)

@@ -7,6 +7,9 @@ use serde_json::Value;
 /// Names of the compression of buffer views; both have the same members.
 const COMPRESSIONS: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
+/// Light from all around.
+pub const IMAGE_BASED: &str = "EXT_lights_image_based";
+
 /// A primitive that is compressed.
 pub struct Compressed {
     /// Its mesh.
@@ -73,4 +76,13 @@ pub fn instances(document: &Value) -> HashMap<usize, Value> {
     let attributes =
         nodes.map(|(id, node)| (id, &node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]));
     attributes.filter(|(_, attributes)| attributes.is_object()).map(|(id, all)| (id, all.clone())).collect()
+}
+
+/// The light of EXT_lights_image_based that a scene refers to, or what is wrong with its reference.
+pub fn image_based(document: &Value, scene: &Value) -> Option<Result<Value, String>> {
+    let index = scene["extensions"][IMAGE_BASED]["light"].as_u64()?;
+    let lights = document["extensions"][IMAGE_BASED]["lights"].as_array().map_or(&[][..], Vec::as_slice);
+    let found = usize::try_from(index).ok().and_then(|index| lights.get(index));
+    let missing = || format!("the scene refers to light {index}, but there are {}", lights.len());
+    Some(found.cloned().ok_or_else(missing))
 }

@@ -14,6 +14,8 @@ use crate::scene::texture::TextureParts;
 
 /// Largest radiance and absorption that is rendered (W m^-2 sr^-1, 1/m).
 const LARGEST: f32 = 1e30;
+/// Largest dispersion that is rendered: at 40 red is not bent at all.
+const MOST_DISPERSION: f32 = 1000.0;
 /// Index of refraction where the file says nothing.
 const IOR: f32 = 1.5;
 
@@ -26,6 +28,7 @@ pub fn read_all(document: &mut Document) -> Result<(Vec<Material>, Vec<String>),
         let label = unsupported::label("material", index, material.name.as_deref());
         let mut faults = Vec::new();
         let mut resolved = resolve(material, &mut faults, |what| document.warn(&label, what));
+        resolved.dispersion = dispersion(document.sections.materials.get(index), &mut faults);
         for Fault { what, instead } in faults {
             let (file, material) = (document.file.clone(), name.clone());
             let error = SceneError::Material { file, material, what: what.clone() };
@@ -89,6 +92,13 @@ fn priority(material: Option<&Value>) -> Result<i32, String> {
     integer.ok_or_else(|| format!("extras.priority is {priority} and should be an integer; taken as 0"))
 }
 
+/// KHR_materials_dispersion of a material, which the document types do not know.
+fn dispersion(material: Option<&Value>, faults: &mut Vec<Fault>) -> f32 {
+    let dispersion = material
+        .and_then(|material| material["extensions"]["KHR_materials_dispersion"]["dispersion"].as_f64());
+    within(dispersion.unwrap_or(0.0) as f32, 0.0..=MOST_DISPERSION, "dispersion", faults)
+}
+
 /// Resolves a material's factors.
 fn resolve(material: &json::Material, faults: &mut Vec<Fault>, mut warn: impl FnMut(&str)) -> Material {
     let pbr = &material.pbr_metallic_roughness;
@@ -148,5 +158,6 @@ fn resolve(material: &json::Material, faults: &mut Vec<Fault>, mut warn: impl Fn
         specular,
         flags,
         priority: 0,
+        dispersion: 0.0,
     }
 }

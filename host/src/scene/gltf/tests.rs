@@ -15,6 +15,7 @@ use crate::scene::geometry::face_normal;
 mod colors;
 mod compressed;
 mod forgiving;
+mod image_based;
 mod limits;
 mod numbers;
 mod shown;
@@ -251,6 +252,7 @@ fn materials_are_resolved() {
         "doubleSided": true,
         "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": 0, "baseColorFactor": [0.1, 0.2, 0.3, 1] },
         "extensions": {
+            "KHR_materials_dispersion": { "dispersion": 0.25 },
             "KHR_materials_emissive_strength": { "emissiveStrength": 3 },
             "KHR_materials_ior": { "ior": 1.7 },
             "KHR_materials_specular": { "specularFactor": 0.5 },
@@ -267,6 +269,7 @@ fn materials_are_resolved() {
     );
     let expected = Vec3::new(0.0, 2_f32.ln() / 2.0, 1e6_f32.ln() / 2.0);
     assert!((glass.absorption - expected).length() < 1e-5);
+    assert_eq!(glass.dispersion, 0.25);
 
     let thin = material(json!({
         "emissiveFactor": [1, 1, 1], "extensions": { "KHR_materials_transmission": { "transmissionFactor": 1 } },

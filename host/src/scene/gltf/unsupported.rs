@@ -10,12 +10,14 @@ const MAX_NAME: usize = 80;
 
 /// Extensions that are rendered, at least in part.
 pub const EXTENSIONS: &[&str] = &[
+    "EXT_lights_image_based",
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_clearcoat",
+    "KHR_materials_dispersion",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_pbrSpecularGlossiness",

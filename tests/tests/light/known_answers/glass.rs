@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 use super::{above_a_floor, near, settings};
 
 /// Share of a beam straight down that reaches the floor through `filter` scatterings, and its standard error.
-fn transmitted(scene: &Scene, paths: u32, max_bounces: u32, filter: impl Fn(u32) -> bool) -> (f64, f64) {
+pub fn transmitted(scene: &Scene, paths: u32, max_bounces: u32, filter: impl Fn(u32) -> bool) -> (f64, f64) {
     let world = World::new(scene, &Settings { max_bounces, ..settings(8, 8, paths) });
     let beam = Beam {
         centre: Vec3::new(0.01, 2.0, 0.02),
@@ -28,14 +28,14 @@ fn transmitted(scene: &Scene, paths: u32, max_bounces: u32, filter: impl Fn(u32)
     (share, (share * (1.0 - share) / f64::from(paths)).sqrt())
 }
 
-/// Radiance of an emitter of radiance 1 seen straight through a scene: mean over 4 frames of 256 x 256 pixels, and
+/// Radiance of an emitter of radiance 1 seen straight through a scene: mean over frames of 256 x 256 pixels, and
 /// its standard error from the pixels (each an independent path of the same expectation).
-fn radiance_through(mut builder: Builder, max_bounces: u32) -> [(f64, f64); 3] {
+pub fn radiance_through(mut builder: Builder, max_bounces: u32, frames: u32) -> [(f64, f64); 3] {
     let lamp = builder.material(emitter(1.0));
     builder.panel(lamp, DVec3::new(0.0, -1.5, 0.0), 2.0 * DVec3::Z, 2.0 * DVec3::X);
     let scene = builder.build();
     let settings = Settings { max_bounces, ..settings(256, 256, 1) };
-    let frames = render(&scene, &settings, "photons-grid", None, 0, 4);
+    let frames = render(&scene, &settings, "photons-grid", None, 0, frames);
     [0, 1, 2].map(|channel| {
         let values: Vec<f64> =
             frames.iter().flat_map(|(p, _)| &p.path).map(|v| f64::from(v[channel])).collect();
@@ -54,7 +54,7 @@ fn thin_wall_transmits_what_a_slab_does() {
     };
     let expected = 0.96 / 1.04;
     near("thin wall, flux", transmitted(&build().build(), 1_000_000, 5, |_| true), expected, 1e-5);
-    near("thin wall, radiance", radiance_through(build(), 5)[0], expected, 1e-5);
+    near("thin wall, radiance", radiance_through(build(), 5, 4)[0], expected, 1e-5);
 }
 
 fn slab(absorption: Vec3, thickness: f64) -> Builder {
@@ -70,7 +70,7 @@ fn slab_with_all_bounces_transmits_what_a_thin_wall_does() {
     let expected = 0.96 / 1.04;
     let scene = slab(Vec3::ZERO, 0.5).build();
     near("slab, flux", transmitted(&scene, 1_000_000, 30, |_| true), expected, 1e-5);
-    near("slab, radiance", radiance_through(slab(Vec3::ZERO, 0.5), 30)[0], expected, 1e-5);
+    near("slab, radiance", radiance_through(slab(Vec3::ZERO, 0.5), 30, 4)[0], expected, 1e-5);
     let single = transmitted(&scene, 1_000_000, 30, |k| k == 2);
     near("slab, flux without inner reflections", single, 0.96 * 0.96, 1e-5);
 }
@@ -84,7 +84,7 @@ fn slab_absorbs_by_beer() {
         let a = (-f64::from(sigma) * 0.5).exp();
         0.96 * 0.96 * a / (1.0 - 0.0016 * a * a)
     };
-    let measured = radiance_through(slab(sigma, 0.5), 30);
+    let measured = radiance_through(slab(sigma, 0.5), 30, 4);
     for channel in 0..3 {
         let name = format!("absorbing slab, radiance, sigma {}", sigma[channel]);
         near(&name, measured[channel], through(sigma[channel]), 1e-5);
@@ -134,7 +134,7 @@ fn glass_in_water_reflects_by_the_relative_index() {
     let expected = passes(1.33).powi(2) * passes(1.5 / 1.33).powi(2);
     near("glass in water, flux", transmitted(&build().build(), 1_000_000, 12, |k| k == 4), expected, 1e-5);
     // Four bounces leave the straight path only.
-    near("glass in water, radiance", radiance_through(build(), 4)[0], expected, 1e-5);
+    near("glass in water, radiance", radiance_through(build(), 4, 4)[0], expected, 1e-5);
 }
 
 /// O5: impact parameter, angles inside, transmittance of one face of a sphere of index 1.5.

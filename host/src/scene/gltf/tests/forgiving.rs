@@ -163,6 +163,11 @@ fn factors_out_of_range_are_moved_into_it() {
     with("/materials/0/emissiveFactor", json!([1e300, 0, 0]), &["emission"]);
     let ior = with("/materials/0/extensions", json!({ "KHR_materials_ior": { "ior": 0.5 } }), &["ior 0.5"]);
     assert_eq!(ior.ior, 1.0);
+    for (dispersion, instead) in [(-0.5, 0.0), (1e6, 1000.0)] {
+        let extension = json!({ "KHR_materials_dispersion": { "dispersion": dispersion } });
+        let material = with("/materials/0/extensions", extension, &["dispersion"]);
+        assert_eq!(material.dispersion, instead);
+    }
     let volume = json!({ "KHR_materials_volume": { "thicknessFactor": 1, "attenuationDistance": 0 } });
     let material = with("/materials/0/extensions", volume, &["attenuationDistance"]);
     assert_eq!(material.absorption, Vec3::ZERO);

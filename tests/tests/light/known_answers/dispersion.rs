@@ -1,0 +1,172 @@
+//! Dispersion: each channel is bent, reflected and passed by its own index of refraction.
+
+use caustics::settings::Settings;
+use caustics_kernels::interface::choice::Caustics;
+use caustics_kernels::interface::material::Material;
+use caustics_tests::direct::*;
+use caustics_tests::energy::ledger;
+use caustics_tests::scenes::*;
+use glam::{DVec2, DVec3, Vec3};
+use std::f64::consts::FRAC_PI_3;
+
+use super::glass::{radiance_through, transmitted};
+use super::{above_a_floor, near, settings};
+
+/// Indices of red, green and blue of `flint`, whose Abbe number is 10: (n - 1) / 10 between red and blue.
+fn indices(ior: f64) -> [f64; 3] {
+    [-1.0, 0.0, 1.0].map(|channel| ior + channel * 0.05 * (ior - 1.0))
+}
+
+/// Reflectance of a face, unpolarised, from vacuum into this index at this angle.
+fn reflectance(ior: f64, angle: f64) -> f64 {
+    let (cos, behind) = (angle.cos(), (angle.sin() / ior).asin().cos());
+    let s = (cos - ior * behind) / (cos + ior * behind);
+    let p = (ior * cos - behind) / (ior * cos + behind);
+    0.5 * (s * s + p * p)
+}
+
+/// A prism of 60 degrees, edges along z: parallel light leaves it in the direction of its channel by Snell's law at both faces,
+/// and as much of it as both let pass.
+#[test]
+fn a_prism_bends_each_channel_by_its_index() {
+    let ior = 1.5;
+    let mut b = Builder::default();
+    let (wall, prism) = (b.material(lambert(1e-6)), b.material(flint(ior as f32)));
+    b.block(wall, DVec3::splat(-4.0), DVec3::splat(4.0), true);
+    let corners = [0.0, 2.0, 4.0].map(|third: f64| DVec2::from_angle(1.5 * FRAC_PI_3 + third * FRAC_PI_3));
+    let at = |corner: usize, z: f64| corners[corner % 3].extend(z);
+    for corner in 0..3 {
+        let (from, to) = (at(corner, 0.0), at(corner + 1, 0.0));
+        b.panel(prism, 0.5 * (from + to), 0.5 * (to - from), 0.5 * DVec3::Z);
+    }
+    for (z, normal) in [(-0.5, DVec3::NEG_Z), (0.5, DVec3::Z)] {
+        let [first, second] = if z > 0.0 { [1, 2] } else { [2, 1] };
+        b.triangle(prism, [at(0, z), at(first, z), at(second, z)], [normal; 3]);
+    }
+    b.camera(DVec3::new(0.0, 3.0, 0.0), DVec3::new(0.0, 0.0, 0.1), 0.5);
+    let scene = b.build();
+
+    // Green passes at minimum deviation: straight along x inside.
+    let incidence = (ior * 0.5_f64).asin();
+    let tilt = incidence - 0.5 * FRAC_PI_3;
+    let direction = DVec3::new(tilt.cos(), tilt.sin(), 0.0);
+    let across = DVec3::new(-tilt.sin(), tilt.cos(), 0.0);
+    let entrance = 0.5 * (at(0, 0.0) + at(1, 0.0));
+    let beam = Beam {
+        centre: (entrance - 2.0 * direction).as_vec3(),
+        direction: direction.as_vec3(),
+        axes: [0.05 * across.as_vec3(), 0.05 * Vec3::Z],
+        round: false,
+        irradiance: 1.0,
+    };
+    let paths = 200_000;
+    let world = World::new(&scene, &Settings { max_bounces: 3, ..settings(8, 8, paths) });
+    let deposits = world.shoot(&beam);
+    let mut shares = [0.0; 3];
+    let mut turns = [0.0; 3];
+    for (geometry, light) in deposits.geometry.iter().zip(&deposits.light) {
+        if geometry.scatterings != 2 {
+            continue;
+        }
+        let carried = light.flux * light.to_light.dot(geometry.normal) / beam.area() as f32;
+        let channel = (0..3).find(|&channel| carried[channel] > 0.0).expect("it carries light");
+        assert_eq!(carried[channel], carried.element_sum(), "a path has one channel");
+        shares[channel] += f64::from(carried[channel]);
+        // By which the light turned, downwards.
+        let leaving = -light.to_light.as_dvec3();
+        let turn = tilt - leaving.y.atan2(leaving.x);
+        let inside = (incidence.sin() / indices(ior)[channel]).asin();
+        let exit = (indices(ior)[channel] * (FRAC_PI_3 - inside).sin()).asin();
+        let expected = incidence + exit - FRAC_PI_3;
+        // Directions in f32, twice refracted.
+        assert!((turn - expected).abs() < 2e-6 && leaving.z.abs() < 1e-6, "{channel}: {turn} {expected}");
+        turns[channel] = turn;
+    }
+    println!("turned by {:.3?} degrees", turns.map(f64::to_degrees));
+    assert!(turns[1] - turns[0] > 0.03 && turns[2] - turns[1] > 0.03, "red is bent least, blue most");
+    for (channel, ior) in indices(ior).into_iter().enumerate() {
+        let inside = (incidence.sin() / ior).asin();
+        let exit = (ior * (FRAC_PI_3 - inside).sin()).asin();
+        let expected = (1.0 - reflectance(ior, incidence)) * (1.0 - reflectance(ior, exit));
+        // A third of the paths have the channel, and three times its light.
+        let share = shares[channel];
+        near(
+            &format!("prism, channel {channel}"),
+            (share, (share * (3.0 - share) / f64::from(paths)).sqrt()),
+            expected,
+            1e-5,
+        );
+    }
+}
+
+/// A dispersive slab passes of each channel (1-r)/(1+r) with that channel's r, as flux and as radiance.
+#[test]
+fn a_slab_passes_each_channel_by_its_index() {
+    let build = || {
+        let mut b = above_a_floor();
+        let slab = b.material(flint(2.0));
+        b.block(slab, DVec3::new(-3.0, -0.25, -3.0), DVec3::new(3.0, 0.25, 3.0), false);
+        b
+    };
+    let expected = indices(2.0).map(|ior| (1.0 - reflectance(ior, 0.0)) / (1.0 + reflectance(ior, 0.0)));
+    assert!(expected[0] - expected[2] > 0.02);
+    let measured = radiance_through(build(), 30, 32);
+    for channel in 0..3 {
+        near(&format!("radiance, channel {channel}"), measured[channel], expected[channel], 1e-5);
+    }
+    let paths = 1_000_000;
+    let (share, _) = transmitted(&build().build(), paths, 30, |_| true);
+    let error = (share * (3.0 - share) / f64::from(paths)).sqrt();
+    near("flux of red", (share, error), expected[0], 1e-5);
+}
+
+/// Plain glass in a dispersive liquid: the inner faces reflect each channel by the relative index of that channel.
+#[test]
+fn glass_in_a_dispersive_liquid_reflects_by_the_relative_index() {
+    let mut b = above_a_floor();
+    let (liquid, ice) = (b.material(flint(2.0)), b.material(glass(1.2)));
+    b.block(liquid, DVec3::new(-3.0, -1.0, -3.0), DVec3::new(3.0, 1.0, 3.0), false);
+    b.block(ice, DVec3::new(-2.0, -0.4, -2.0), DVec3::new(2.0, 0.4, 2.0), false);
+    let passes = |ratio: f64| 1.0 - ((ratio - 1.0) / (ratio + 1.0)).powi(2);
+    let expected = indices(2.0).map(|ior| passes(ior).powi(2) * passes(ior / 1.2).powi(2));
+    // Four bounces leave the straight path only.
+    let measured = radiance_through(b, 4, 16);
+    for channel in 0..3 {
+        near(&format!("channel {channel}"), measured[channel], expected[channel], 1e-5);
+    }
+}
+
+/// What a light of one colour emits goes on whole: nothing is drawn of what it has not.
+#[test]
+fn light_of_one_channel_stays_whole() {
+    let mut b = above_a_floor();
+    let ball = b.material(flint(1.5));
+    b.sphere(ball, DVec3::ZERO, 0.5, 96, 48);
+    b.colored_light(DVec3::new(0.0, 2.0, 0.0), Vec3::new(0.0, 0.0, 1.0));
+    let scene = b.build();
+    let world = World::new(&scene, &settings(8, 8, 20_000));
+    let deposits = world.shoot(&world.by_power());
+    assert!(deposits.len() > 200);
+    assert!(deposits.light.iter().all(|light| light.flux.x == 0.0 && light.flux.y == 0.0));
+}
+
+/// What is emitted is absorbed, or escapes: parting channels neither makes light nor loses any, path by path.
+#[test]
+fn the_ledger_of_dispersive_glass_closes() {
+    let mut b = Builder::default();
+    let floor = b.material(lambert(0.6));
+    let smooth = b.material(flint(1.5));
+    let tinted = b.material(Material { absorption: Vec3::new(0.5, 1.0, 2.0), roughness: 0.2, ..flint(1.8) });
+    b.panel(floor, DVec3::new(0.0, -1.0, 0.0), 1.2 * DVec3::Z, 1.2 * DVec3::X);
+    b.sphere(smooth, DVec3::new(-0.4, -0.5, 0.0), 0.35, 96, 48);
+    b.sphere(tinted, DVec3::new(0.4, -0.5, 0.0), 0.35, 96, 48);
+    b.directional(DVec3::new(-0.2, -1.0, 0.1), 1.5);
+    b.camera(DVec3::new(0.1, 0.4, 1.6), DVec3::new(0.0, -0.8, 0.0), 0.9);
+    let scene = b.build();
+    let settings = Settings { max_bounces: 8, caustics: Caustics::Any, ..settings(8, 8, 1 << 16) };
+    let world = World::new(&scene, &settings);
+    let energy = ledger(&world, &world.by_power(), 0);
+    println!("{energy:?}");
+    // As of the sky: noise of what the floor scatters.
+    assert!(energy.residual.abs() < 4e-3, "{energy:?}");
+}

@@ -37,7 +37,7 @@ pub struct MeshInstance {
 
 impl MeshInstance {
     /// From the mesh's node's space to the world, where nodes are like this; a node that has no place yet is the world's.
-    pub fn to_world(&self, nodes: &Nodes) -> DAffine3 {
+    pub fn place(&self, nodes: &Nodes) -> DAffine3 {
         match self.stand {
             Stand::Node(node) => nodes.places.get(node).copied().unwrap_or_default(),
             Stand::Still(to_world) => to_world,
@@ -104,7 +104,7 @@ impl Instanced {
     pub fn triangles<'a>(&'a self, nodes: &'a Nodes) -> impl Iterator<Item = [DVec3; 3]> + 'a {
         let all =
             self.instances.iter().map(|instance| self.meshes[instance.mesh].count as usize).sum::<usize>();
-        let shown = self.instances.iter().map(|instance| (instance, instance.to_world(nodes)));
+        let shown = self.instances.iter().map(|instance| (instance, instance.place(nodes)));
         let shown = shown.filter(|(_, to_world)| !is_singular(to_world));
         shown.flat_map(move |(instance, to_world)| {
             let mesh = &self.meshes[instance.mesh];
@@ -163,7 +163,7 @@ impl Instanced {
         self.placements.clear();
         for (id, instance) in self.instances.iter().enumerate() {
             let mesh = &self.meshes[instance.mesh];
-            let to_world = DAffine3::from_translation(-scene.origin) * instance.to_world(nodes);
+            let to_world = DAffine3::from_translation(-scene.origin) * instance.place(nodes);
             let place = to_world * DAffine3::from_translation(mesh.centre);
             let before = self.places[id].replace(place);
             let is_hidden = is_hidden(&place);

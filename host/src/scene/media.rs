@@ -1,13 +1,15 @@
 //! Media: which of them is there where solids overlap, and which surfaces bound no solid. Imports interface.
 
 use caustics_kernels::interface::material::{FLAG_HANGING, FLAG_SHEET, Material};
-use caustics_kernels::interface::triangle::Triangle;
+use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::{DAffine3, DVec3, Vec3};
 
+use super::Scene;
 use super::animation::Nodes;
+use super::instanced::Instanced;
 use super::mesh::Mesh;
+use super::motion::Motion;
 use super::solids::Solids;
-use super::{Scene, SceneParts};
 
 /// Boxes that are compared with each other, at most; among more, some are taken to overlap.
 const MAX_BOXES: usize = 4096;
@@ -28,9 +30,15 @@ pub struct Media {
 }
 
 impl Media {
-    /// The media of a scene; their sizes are those at time 0.
-    pub fn of(parts: &SceneParts) -> Media {
-        let SceneParts { materials, triangles, surfaces, instanced, motion, origin, .. } = parts;
+    /// The media of these triangles and of instances, around an origin (m); their sizes are those at time 0.
+    pub fn of(
+        materials: &[Material],
+        triangles: &[Triangle],
+        surfaces: &[TriangleSurface],
+        instanced: &Instanced,
+        motion: Option<&Motion>,
+        origin: DVec3,
+    ) -> Media {
         let none = vec![false; materials.len()];
         let sizes = vec![0.0; materials.len()];
         let mut media = Media { sizes, open: none.clone(), inside_out: none, ..Media::default() };
@@ -44,12 +52,12 @@ impl Media {
             by_medium(materials, mesh.own()).map(|(id, of_medium)| (id, Solids::of(&of_medium))).collect()
         };
         let of_meshes: Vec<_> = instanced.meshes.iter().map(of_mesh).collect();
-        let nodes = motion.as_ref().map(|motion| motion.rig.at(0.0).unwrap_or_default());
+        let nodes = motion.map(|motion| motion.rig.at(0.0).unwrap_or_default());
         for instance in &instanced.instances {
             let Some(solids) = of_meshes.get(instance.mesh).filter(|solids| !solids.is_empty()) else {
                 continue;
             };
-            let place = instance.to_world(nodes.as_ref().unwrap_or(&Nodes::default()));
+            let place = instance.place(nodes.as_ref().unwrap_or(&Nodes::default()));
             // A mesh that hides at time 0 is as large as in its own space.
             let scale = place.matrix3.determinant().abs();
             let scale = if scale > 0.0 { scale } else { 1.0 };
@@ -60,7 +68,7 @@ impl Media {
                     continue;
                 }
                 let centre = instanced.meshes[instance.mesh].centre;
-                let place = DAffine3::from_translation(-*origin) * place * DAffine3::from_translation(centre);
+                let place = DAffine3::from_translation(-origin) * place * DAffine3::from_translation(centre);
                 media.boxes.extend(solids.boxes.iter().map(|bounds| around(bounds, &place)));
             }
         }

@@ -55,7 +55,9 @@ impl SceneParts {
     pub fn build(mut self) -> Result<Scene, SceneError> {
         self.check()?;
         texture::set_flags(&mut self.materials, &self.textures);
-        let media = Media::of(&self);
+        let (instanced, motion) = (&self.instanced, self.motion.as_ref());
+        let media =
+            Media::of(&self.materials, &self.triangles, &self.surfaces, instanced, motion, self.origin);
         media.rank(&mut self.materials);
         let dropped_triangles = self.drop_degenerate();
         self.check_counts(dropped_triangles)?;

@@ -102,7 +102,7 @@ impl Scene {
         let bent = self.instanced.bend(&nodes);
         for instance in &self.instanced.instances {
             let mesh = &self.instanced.meshes[instance.mesh];
-            let to_world = instance.to_world(&nodes);
+            let to_world = instance.place(&nodes);
             let fits = match bent.iter().find(|(id, _)| *id == instance.mesh) {
                 Some((_, vertices)) => mesh::fit(vertices.iter().map(|v| v.position), &to_world, self.origin),
                 None => instance.node().is_none() || mesh.fits(&to_world, self.origin),

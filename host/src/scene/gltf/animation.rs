@@ -160,7 +160,7 @@ fn read_channels(
                 .into_iter()
                 .map(|[x]: [f32; 1]| x.into())
                 .collect();
-            if values.len() % targets != 0 {
+            if !values.len().is_multiple_of(targets) {
                 return Err(wrong(format!(
                     "has {} weights, no multiple of its {targets} targets",
                     values.len()

@@ -4,6 +4,7 @@
 //! world's own space are faster to trace; only beyond a number of triangles the largest copies are spared.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use super::document::Document;
 use super::mesh::{self, Extent};
@@ -37,8 +38,8 @@ impl Sharing {
         let mut still: HashMap<usize, u64> = HashMap::new();
         for instance in meshes {
             let id = instance.mesh.value();
-            if !sharing.extents.contains_key(&id) {
-                sharing.extents.insert(id, mesh::extent(document, instance)?);
+            if let Entry::Vacant(entry) = sharing.extents.entry(id) {
+                entry.insert(mesh::extent(document, instance)?);
             }
             *still.entry(id).or_default() += u64::from(!instance.moves);
         }

@@ -187,6 +187,9 @@ pub struct Loading {
     /// Variant of the scene's materials, by name (KHR_materials_variants)
     #[arg(long)]
     pub variant: Option<String>,
+    /// The scene's animation that plays, by name; else all of them together
+    #[arg(long, value_name = "NAME")]
+    pub animation: Option<String>,
     /// Triangles that copies of meshes may take; beyond, a mesh that stands in several places is stored once
     #[arg(long, default_value_t = LoadOptions::default().copies, value_name = "TRIANGLES")]
     pub copies: u64,
@@ -195,7 +198,13 @@ pub struct Loading {
 impl Loading {
     /// As the library takes them.
     pub fn options(&self) -> LoadOptions {
-        LoadOptions { strict: self.strict, variant: self.variant.clone(), floor: false, copies: self.copies }
+        LoadOptions {
+            strict: self.strict,
+            variant: self.variant.clone(),
+            animation: self.animation.clone(),
+            floor: false,
+            copies: self.copies,
+        }
     }
 }
 

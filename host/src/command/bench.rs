@@ -91,6 +91,8 @@ fn config(options: &Bench) -> anyhow::Result<Config> {
         floor: view.floor,
         strict: options.loading.strict,
         variant: options.loading.variant.clone(),
+        animation: options.loading.animation.clone(),
+        copies: options.loading.copies,
         moment_s: options.moment,
         time: of(Quantity::Time).then_some(TimeTable {
             width,

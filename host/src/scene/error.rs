@@ -261,6 +261,16 @@ pub enum SceneError {
         /// Variants that there are.
         known: String,
     },
+    /// No animation of this name.
+    #[error("{file}: there is no animation {animation:?}; there are: {known}")]
+    UnknownAnimation {
+        /// The file.
+        file: String,
+        /// What was asked for.
+        animation: String,
+        /// Animations that there are.
+        known: String,
+    },
     /// Nobody to see it.
     #[error(
         "scene {scene} has no perspective camera; add one to the file, or place one (Scene::place_camera)"

@@ -53,6 +53,11 @@ pub struct Config {
     pub strict: bool,
     /// Variant of the scenes' materials, by its name.
     pub variant: Option<String>,
+    /// The scenes' animation that plays, by its name; none: all of them together.
+    pub animation: Option<String>,
+    /// Triangles that copies of meshes may take; beyond, a mesh that stands in several places is stored once.
+    #[serde(default = "copies")]
+    pub copies: u64,
     /// The time of the scenes' animations that all frames show (s); none: frame k shows the time k / fps.
     pub moment_s: Option<f64>,
     /// How times are measured, if they are.
@@ -158,8 +163,9 @@ impl Config {
         LoadOptions {
             strict: self.strict,
             variant: self.variant.clone(),
+            animation: self.animation.clone(),
             floor: self.floor,
-            ..LoadOptions::default()
+            copies: self.copies,
         }
     }
 
@@ -228,6 +234,10 @@ fn fps() -> Positive {
 
 fn cone() -> Filter {
     Filter(TextureFilter::Cone)
+}
+
+fn copies() -> u64 {
+    LoadOptions::default().copies
 }
 
 fn specular_roughness() -> f32 {

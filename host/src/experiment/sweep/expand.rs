@@ -197,6 +197,8 @@ impl Part {
             default_light: _,
             floor: _,
             strict: _,
+            animation: _,
+            copies: _,
             variant: _,
             matrix: _,
         } = config;

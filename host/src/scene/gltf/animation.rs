@@ -12,10 +12,18 @@ use crate::scene::SceneError;
 use crate::scene::animation::{Channel, Interpolation, Path};
 use crate::text::cut;
 
-/// Channels by node; damaged ones are left out, with a warning. All animations play together.
+/// Channels by node of the animation that was asked for, else of all together; damaged ones are left out, with a warning.
 pub fn read(document: &mut Document) -> Result<BTreeMap<usize, Vec<Channel>>, SceneError> {
     let mut channels: BTreeMap<usize, Vec<Channel>> = BTreeMap::new();
-    for (index, animation) in std::mem::take(&mut document.sections.animations).iter().enumerate() {
+    let all = std::mem::take(&mut document.sections.animations);
+    let asked = document.options.animation.clone();
+    let plays = |animation: &&Value| asked.is_none() || animation["name"].as_str() == asked.as_deref();
+    if let Some(animation) = asked.clone().filter(|_| !all.iter().any(|one| plays(&one))) {
+        let names: Vec<&str> = all.iter().filter_map(|one| one["name"].as_str()).collect();
+        let known = if names.is_empty() { "none with a name".into() } else { cut(&names.join(", "), 1000) };
+        return Err(SceneError::UnknownAnimation { file: document.file.clone(), animation, known });
+    }
+    for (index, animation) in all.iter().enumerate().filter(|(_, animation)| plays(animation)) {
         let label = unsupported::label("animation", index, animation["name"].as_str());
         for (number, value) in list(&animation["channels"]).iter().enumerate() {
             let owner = format!("{label}, channel {number}");

@@ -7,6 +7,8 @@ pub struct LoadOptions {
     pub strict: bool,
     /// Variant of the materials, by its name (KHR_materials_variants); `None` for what the file shows without one.
     pub variant: Option<String>,
+    /// The animation that plays, by its name; `None` for all together, of which the last counts where several set the same.
+    pub animation: Option<String>,
     /// The scene stands on a floor: a wide Lambertian square right under its bounds.
     pub floor: bool,
     /// Triangles that copies of meshes may take which stand still in several places: paths are faster without instances. Beyond, the
@@ -16,6 +18,6 @@ pub struct LoadOptions {
 
 impl Default for LoadOptions {
     fn default() -> LoadOptions {
-        LoadOptions { strict: false, variant: None, floor: false, copies: 1 << 20 }
+        LoadOptions { strict: false, variant: None, animation: None, floor: false, copies: 1 << 20 }
     }
 }

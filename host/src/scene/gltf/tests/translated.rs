@@ -42,6 +42,44 @@ fn variants_are_chosen_by_name() {
 }
 
 #[test]
+fn animations_are_chosen_by_name() {
+    let mut document = tiny();
+    let mut binary = tiny_binary();
+    let view = json!({ "buffer": 0, "byteOffset": binary.len(), "byteLength": 28 });
+    for value in [1.0_f32, 5.0, 0.0, 0.0, 7.0, 0.0, 0.0] {
+        binary.extend(value.to_le_bytes());
+    }
+    document["buffers"][0]["byteLength"] = json!(binary.len());
+    let views = document["bufferViews"].as_array_mut().unwrap();
+    views.push(view);
+    let view = views.len() - 1;
+    let accessors = document["accessors"].as_array_mut().unwrap();
+    let first = accessors.len();
+    for (offset, kind) in [(0, "SCALAR"), (4, "VEC3"), (16, "VEC3")] {
+        accessors.push(json!({
+            "bufferView": view, "byteOffset": offset, "componentType": 5126, "count": 1, "type": kind,
+        }));
+    }
+    let animation = |name: &str, output: usize| {
+        let sampler = json!({ "input": first, "output": output, "interpolation": "STEP" });
+        let channel = json!({ "sampler": 0, "target": { "node": 0, "path": "translation" } });
+        json!({ "name": name, "samplers": [sampler], "channels": [channel] })
+    };
+    document["animations"] = json!([animation("walk", first + 1), animation("run", first + 2)]);
+    let of = |name: Option<&str>| {
+        let options = LoadOptions { animation: name.map(Into::into), ..LoadOptions::default() };
+        load_as(&document, &binary, &options)
+    };
+    for (name, x) in [(Some("walk"), 5.0), (Some("run"), 7.0), (None, 7.0)] {
+        let scene = of(name).unwrap();
+        let rig = &scene.motion.as_ref().unwrap().rig;
+        assert_eq!(rig.at(1.0).unwrap().places[0].translation.x, x, "{name:?}");
+        assert_eq!(scene.warnings.len(), usize::from(name.is_none()), "{:?}", scene.warnings);
+    }
+    refuses(of(Some("fly")), &["\"fly\"", "walk, run"]);
+}
+
+#[test]
 fn webp_is_read() {
     let (mut document, binary) = textured(::image::ImageFormat::WebP);
     document["textures"] = json!([{ "sampler": 0, "extensions": { "EXT_texture_webp": { "source": 0 } } }]);

@@ -11,7 +11,7 @@ use caustics_kernels::interface::triangle::Triangle;
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 
-use super::{Scene, tree};
+use super::{Scene, geometry, tree};
 
 /// A split must make the surface of the boxes smaller by this share: then there is a gap, or a thing beside another. Halves of
 /// a pane or of a ball have no less.
@@ -166,8 +166,7 @@ impl Piece {
         (0..count).map(move |id| match piece {
             Piece::Triangle(corners) => corners[id],
             Piece::Box(Aabb { min, max }) => {
-                let pick = |axis: usize| if id >> axis & 1 == 0 { min[axis] } else { max[axis] };
-                Vec3::new(pick(0), pick(1), pick(2))
+                geometry::corners_of_box([min, max].map(|p| p.as_dvec3()))[id].as_vec3()
             }
         })
     }

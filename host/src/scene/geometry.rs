@@ -2,7 +2,7 @@
 
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
-use glam::{DVec3, Vec3};
+use glam::{BVec3, DVec3, Vec3};
 
 use super::SceneError;
 
@@ -78,6 +78,18 @@ pub fn has_area(triangle: &Triangle) -> bool {
 /// Corners in f64 (m).
 pub fn corners(triangle: &Triangle) -> [DVec3; 3] {
     [triangle.a, triangle.b, triangle.c].map(|p| p.as_dvec3())
+}
+
+/// The eight corners of a box; bit `axis` of a corner's index says whether it lies on the upper side.
+pub fn corners_of_box([lower, upper]: [DVec3; 2]) -> [DVec3; 8] {
+    std::array::from_fn(|id| {
+        DVec3::select(BVec3::from_array([0, 1, 2].map(|axis| id >> axis & 1 == 1)), upper, lower)
+    })
+}
+
+/// The box around points; with the lower corner above the upper one around none.
+pub fn box_around(points: impl Iterator<Item = DVec3>) -> [DVec3; 2] {
+    points.fold([DVec3::MAX, DVec3::MIN], |[lower, upper], p| [lower.min(p), upper.max(p)])
 }
 
 /// Unit normal of the face's front; any for a triangle without an area.

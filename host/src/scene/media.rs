@@ -4,12 +4,12 @@ use caustics_kernels::interface::material::{FLAG_HANGING, FLAG_SHEET, Material};
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::Scene;
 use super::animation::Nodes;
 use super::instanced::Instanced;
 use super::mesh::Mesh;
 use super::motion::Motion;
 use super::solids::Solids;
+use super::{Scene, geometry};
 
 /// Boxes that are compared with each other, at most; among more, some are taken to overlap.
 const MAX_BOXES: usize = 4096;
@@ -146,13 +146,9 @@ fn by_medium(
 }
 
 /// The box around a box that is placed (m).
-fn around([lower, upper]: &[Vec3; 2], place: &DAffine3) -> [Vec3; 2] {
-    let corner = |bits: u32| {
-        let pick = |bit: u32, low: f32, high: f32| f64::from(if bits & bit == 0 { low } else { high });
-        let p = DVec3::new(pick(1, lower.x, upper.x), pick(2, lower.y, upper.y), pick(4, lower.z, upper.z));
-        place.transform_point3(p).as_vec3()
-    };
-    (0..8).map(corner).fold([Vec3::MAX, Vec3::MIN], |[lower, upper], p| [lower.min(p), upper.max(p)])
+fn around(bounds: &[Vec3; 2], place: &DAffine3) -> [Vec3; 2] {
+    let corners = geometry::corners_of_box(bounds.map(|p| p.as_dvec3()));
+    geometry::box_around(corners.into_iter().map(|p| place.transform_point3(p))).map(|p| p.as_vec3())
 }
 
 /// Whether two of the boxes meet.

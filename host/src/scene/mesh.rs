@@ -43,8 +43,7 @@ pub struct Mesh {
 impl Mesh {
     /// A mesh of these triangles, and how many without an area it lost.
     pub fn new(mut corners: Vec<[Corner; 3]>, mut materials: Vec<u32>) -> (Mesh, usize) {
-        let [lower, upper] = bounds(corners.iter());
-        let centre = if corners.is_empty() { DVec3::ZERO } else { 0.5 * (lower + upper) };
+        let centre = middle(&corners);
         let keep: Vec<bool> = own_triangles(&corners, centre).map(|own| geometry::has_area(&own)).collect();
         let dropped = keep.iter().filter(|keep| !**keep).count();
         geometry::retain(&mut corners, &keep);
@@ -57,8 +56,7 @@ impl Mesh {
     pub fn bending(deformation: Deformation, materials: Vec<u32>, nodes: &Nodes) -> Mesh {
         let vertices = deformation.bend(nodes);
         let corners: Vec<[Corner; 3]> = deformation.corners(&vertices).collect();
-        let [lower, upper] = bounds(corners.iter());
-        let centre = if corners.is_empty() { DVec3::ZERO } else { 0.5 * (lower + upper) };
+        let centre = middle(&corners);
         let (boxes, count) = (boxes(&corners), corners.len() as u32);
         Mesh { corners, materials, centre, boxes, count, deformation: Some(deformation), ..Mesh::default() }
     }
@@ -70,7 +68,7 @@ impl Mesh {
 
     /// Corners of boxes around it, placed (m): eight after eight.
     pub fn hull(&self, to_world: DAffine3) -> impl Iterator<Item = DVec3> + '_ {
-        corners_of(&self.boxes).map(move |corner| to_world.transform_point3(corner))
+        self.corners_of_boxes().map(move |corner| to_world.transform_point3(corner))
     }
 
     /// Its triangles where nodes are like this, placed (m), before rows are made of it.
@@ -94,7 +92,11 @@ impl Mesh {
 
     /// Whether no coordinate is too large where it stands.
     pub fn fits(&self, to_world: &DAffine3, origin: DVec3) -> bool {
-        fit(corners_of(&self.boxes), to_world, origin)
+        fit(self.corners_of_boxes(), to_world, origin)
+    }
+
+    fn corners_of_boxes(&self) -> impl Iterator<Item = DVec3> + '_ {
+        self.boxes.iter().flat_map(|&parts| geometry::corners_of_box(parts))
     }
 
     /// Appends its rows and its tree, at most `levels` deep, to those of a scene.
@@ -188,16 +190,6 @@ pub fn fit(mut points: impl Iterator<Item = DVec3>, to_world: &DAffine3, origin:
     points.all(|p| fits(to_world.transform_point3(p) - origin))
 }
 
-/// Corners of boxes, eight each.
-fn corners_of(boxes: &[[DVec3; 2]]) -> impl Iterator<Item = DVec3> + '_ {
-    boxes.iter().flat_map(|&[lower, upper]| {
-        (0..8).map(move |bits: u32| {
-            let pick = |bit: u32, low: f64, high: f64| if bits & bit == 0 { low } else { high };
-            DVec3::new(pick(1, lower.x, upper.x), pick(2, lower.y, upper.y), pick(4, lower.z, upper.z))
-        })
-    })
-}
-
 /// Where the corners of a triangle lie on textures.
 pub fn coordinates(corners: &[Corner; 3]) -> CornerCoordinates {
     let [a, b, c] = corners.map(|corner| corner.tangent);
@@ -211,14 +203,19 @@ fn own_triangles(corners: &[[Corner; 3]], centre: DVec3) -> impl Iterator<Item =
     corners.iter().map(move |&[a, b, c]| Triangle { a: own(a), b: own(b), c: own(c) })
 }
 
-fn bounds<'a>(corners: impl Iterator<Item = &'a [Corner; 3]>) -> [DVec3; 2] {
-    let positions = corners.flatten().map(|corner| corner.position);
-    positions.fold([DVec3::MAX, DVec3::MIN], |[lower, upper], p| [lower.min(p), upper.max(p)])
+fn bounds(corners: &[[Corner; 3]]) -> [DVec3; 2] {
+    geometry::box_around(corners.as_flattened().iter().map(|corner| corner.position))
+}
+
+/// Middle of the bounds.
+fn middle(corners: &[[Corner; 3]]) -> DVec3 {
+    let [lower, upper] = bounds(corners);
+    if corners.is_empty() { DVec3::ZERO } else { 0.5 * (lower + upper) }
 }
 
 /// Boxes around the triangles whose middles lie in each cell of a grid: tighter than one when they are turned.
 fn boxes(corners: &[[Corner; 3]]) -> Vec<[DVec3; 2]> {
-    let [lower, upper] = bounds(corners.iter());
+    let [lower, upper] = bounds(corners);
     let size = (upper - lower).max(DVec3::splat(f64::MIN_POSITIVE));
     let cell = |triangle: &[Corner; 3]| {
         let middle = triangle.iter().map(|corner| corner.position).sum::<DVec3>() / 3.0;

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use glam::DVec3;
 
-use super::{Scene, SceneCamera, SceneError};
+use super::{Scene, SceneCamera, SceneError, geometry};
 
 /// Where it stands if nobody says so: to the right of the front, which is +z in glTF, and above (degrees).
 const THREE_QUARTER: Orbit = Orbit { azimuth: 30.0, elevation: 20.0, distance: None };
@@ -145,17 +145,15 @@ impl Viewpoint {
 }
 
 /// The least distance at which all corners of the bounds are in view.
-fn fitted(to_eye: DVec3, target: DVec3, [lower, upper]: [DVec3; 2], field: f64, aspect: f64) -> f64 {
+fn fitted(to_eye: DVec3, target: DVec3, bounds: [DVec3; 2], field: f64, aspect: f64) -> f64 {
     let (right, up) = axes(-to_eye);
     let tangent = (0.5 * field).to_radians().tan() * FILLED;
-    let reach = |corner: u32| {
-        let pick = |bit: u32, low: f64, high: f64| if corner & bit == 0 { low } else { high };
-        let p = DVec3::new(pick(1, lower.x, upper.x), pick(2, lower.y, upper.y), pick(4, lower.z, upper.z));
-        let p = p - target;
+    let reach = |corner: DVec3| {
+        let p = corner - target;
         let across = (p.dot(right).abs() / (tangent * aspect)).max(p.dot(up).abs() / tangent);
         p.dot(to_eye) + across
     };
-    (0..8).map(reach).fold(0.0, f64::max)
+    geometry::corners_of_box(bounds).into_iter().map(reach).fold(0.0, f64::max)
 }
 
 /// To the right and upwards of who looks this way, y upwards.

@@ -147,10 +147,7 @@ impl Geometry {
         let world = self.corners.iter().map(|corners| corners.map(|corner| corner.position));
         let all: Vec<[DVec3; 3]> = world.chain(self.instanced.triangles(nodes)).collect();
         let details = huge::details(all.iter().copied());
-        let (lower, upper) = all
-            .iter()
-            .flatten()
-            .fold((DVec3::MAX, DVec3::MIN), |(lower, upper), &p| (lower.min(p), upper.max(p)));
+        let [lower, upper] = geometry::box_around(all.as_flattened().iter().copied());
         huge::split(&details, &mut self.corners, &mut self.materials);
         match details.first() {
             Some(smallest) => smallest.centre,

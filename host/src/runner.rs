@@ -1,5 +1,7 @@
 //! A runner executes steps over named buffers: the CPU, or a Vulkan device.
 
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use caustics_kernels::interface::frame::FrameParams;
@@ -41,6 +43,9 @@ pub trait Runner {
     fn place(&mut self, placements: &[Placement], bent: &[usize]) -> Result<(), RunError>;
     /// A whole buffer.
     fn read(&mut self, buffer: &str) -> Result<Vec<u8>, RunError>;
+    /// From now on the flag ends steps that run, with [`RunError::Stopped`] and buffers that are half written. Runners that cannot be
+    /// stopped run them to their end.
+    fn stop_by(&mut self, _flag: &Arc<AtomicBool>) {}
     /// Executes the steps of a frame with these settings in order and returns the time of each.
     fn run(&mut self, params: &FrameParams, steps: &[Step]) -> Result<Vec<StepTime>, RunError>;
 }

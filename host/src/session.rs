@@ -1,5 +1,8 @@
 //! A session: one scene, one view, one method on one runner. Frames are asked for by index, pictures are read back.
 
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
 use bytemuck::cast_slice;
 use caustics_kernels::gather::accumulator;
 use caustics_kernels::gather::variant::Variant;
@@ -258,6 +261,24 @@ impl Session {
         self.previous_frame = Some(frame);
         self.moved = false;
         self.take_light_paths()
+    }
+
+    /// Forgets all frames: the next one is as that of a session just opened, at the pose at hand.
+    pub fn restart(&mut self) -> Result<(), SessionError> {
+        for spec in &self.kept {
+            self.runner.write(spec.name, &vec![0; spec.bytes])?;
+        }
+        self.previous_camera = self.params.camera;
+        self.previous_frame = None;
+        self.moved = true;
+        self.light_paths = self.settings.first_light_paths();
+        Ok(())
+    }
+
+    /// From now on the flag ends frames that are being rendered, with [`RunError::Stopped`]; [`Session::restart`] must follow. On a
+    /// GPU they run to their end.
+    pub fn stop_by(&mut self, flag: &Arc<AtomicBool>) {
+        self.runner.stop_by(flag);
     }
 
     /// Says that something moved since the last frame, as it does by a cut: what frames learn from those before counts less then.

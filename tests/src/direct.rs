@@ -1,6 +1,8 @@
 //! Kernel functions called one by one on this thread, without a runner: light paths from any emitter, camera paths,
 //! gathers of any neighbours. And frames through a [`Session`] on the CPU.
 
+use std::sync::atomic::AtomicBool;
+
 use bytemuck::cast_slice;
 use caustics::counters::Counters;
 use caustics::picture::Picture;
@@ -262,8 +264,14 @@ pub fn gather(
             Step::Clear { buffer } => memory.clear(buffer).expect("words of an index"),
             Step::Dispatch { pass, dispatch, .. } => {
                 let run = pass.cpu.expect("a gather in software");
-                run(&Call { buffers: &memory, params: &params, dispatch, features })
-                    .expect("its buffers are there");
+                run(&Call {
+                    buffers: &memory,
+                    params: &params,
+                    dispatch,
+                    features,
+                    stop: &AtomicBool::new(false),
+                })
+                .expect("its buffers are there");
             }
             other => panic!("{} is no step of the CPU", other.label()),
         }

@@ -1,5 +1,7 @@
 //! Runs steps on the CPU: the kernels' own passes, mapped over indices with rayon.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use caustics_kernels::declare::{Buffers, Call};
@@ -15,6 +17,7 @@ pub struct CpuRunner {
     buffers: Buffers,
     features: Features,
     pool: rayon::ThreadPool,
+    stop: Arc<AtomicBool>,
 }
 
 impl CpuRunner {
@@ -34,7 +37,7 @@ impl CpuRunner {
             buffers.add(name, bytes.len());
             buffers.write(name, 0, bytes)?;
         }
-        Ok(CpuRunner { buffers, features, pool })
+        Ok(CpuRunner { buffers, features, pool, stop: Arc::default() })
     }
 }
 
@@ -45,6 +48,10 @@ impl Runner for CpuRunner {
 
     fn write_at(&mut self, buffer: &str, offset: usize, bytes: &[u8]) -> Result<(), RunError> {
         Ok(self.buffers.write(buffer, offset, bytes)?)
+    }
+
+    fn stop_by(&mut self, flag: &Arc<AtomicBool>) {
+        self.stop = Arc::clone(flag);
     }
 
     fn place(&mut self, _: &[Placement], _: &[usize]) -> Result<(), RunError> {
@@ -59,12 +66,16 @@ impl Runner for CpuRunner {
     fn run(&mut self, params: &FrameParams, steps: &[Step]) -> Result<Vec<StepTime>, RunError> {
         let mut times = Vec::with_capacity(steps.len());
         for step in steps {
+            if self.stop.load(Ordering::Relaxed) {
+                return Err(RunError::Stopped);
+            }
             let start = Instant::now();
             match *step {
                 Step::Dispatch { pass, dispatch, .. } => {
                     let no_run = || RunError::RayQueries { step: pass.name.into() };
                     let run = pass.cpu.ok_or_else(no_run)?;
-                    let call = Call { buffers: &self.buffers, params, dispatch, features: self.features };
+                    let (buffers, features, stop) = (&self.buffers, self.features, &*self.stop);
+                    let call = Call { buffers, params, dispatch, features, stop };
                     let done = self.pool.install(|| run(&call));
                     done.map_err(|source| RunError::Pass { pass: step.label(), source })?;
                 }
@@ -72,6 +83,9 @@ impl Runner for CpuRunner {
                 Step::Structure { .. } => return Err(RunError::RayQueries { step: step.label() }),
             }
             times.push(StepTime { pass: step.label(), time: start.elapsed() });
+        }
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(RunError::Stopped);
         }
         Ok(times)
     }

@@ -24,6 +24,9 @@ pub enum RunError {
         /// What it does not find.
         source: BufferError,
     },
+    /// Somebody no longer wants the frame.
+    #[error("the frame was stopped")]
+    Stopped,
     /// The CPU has no ray queries.
     #[error("{step} needs ray queries")]
     RayQueries {

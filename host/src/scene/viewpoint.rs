@@ -183,13 +183,13 @@ pub struct Whole {
 }
 
 impl Scene {
-    /// Adds a camera for pictures of this width over height. What is left open follows from [`Scene::bounds`]; the camera's name
-    /// is the options that give it again.
+    /// A camera for pictures of this width over height. What is left open follows from [`Scene::bounds`]; the camera's name is the
+    /// options that give it again.
     ///
     /// # Errors
     ///
     /// If it would look at where it is, or is too far away.
-    pub fn place_camera(&mut self, viewpoint: &Viewpoint, aspect: f64) -> Result<&SceneCamera, SceneError> {
+    pub fn camera_at(&self, viewpoint: &Viewpoint, aspect: f64) -> Result<SceneCamera, SceneError> {
         let bounds = self.bounds.map(|corner| self.origin + corner.as_dvec3());
         let whole = viewpoint.whole(bounds, aspect);
         let wrong = |what| SceneError::Viewpoint { viewpoint: whole.to_string(), what };
@@ -202,9 +202,7 @@ impl Scene {
             return Err(wrong("is too far from the scene"));
         }
         let (right, up) = axes(forward);
-        // Its name speaks of the file's coordinates, the tables of those around the origin.
-        self.additions.insert("origin", self.origin.to_string());
-        self.cameras.push(SceneCamera {
+        Ok(SceneCamera {
             name: whole.to_string(),
             position: position.as_vec3(),
             right: right.as_vec3(),
@@ -212,7 +210,19 @@ impl Scene {
             forward: forward.as_vec3(),
             fov_y: field.to_radians() as f32,
             aspect: None,
-        });
+        })
+    }
+
+    /// Adds [`Scene::camera_at`].
+    ///
+    /// # Errors
+    ///
+    /// The same.
+    pub fn place_camera(&mut self, viewpoint: &Viewpoint, aspect: f64) -> Result<&SceneCamera, SceneError> {
+        let camera = self.camera_at(viewpoint, aspect)?;
+        // Its name speaks of the file's coordinates, the tables of those around the origin.
+        self.additions.insert("origin", self.origin.to_string());
+        self.cameras.push(camera);
         Ok(&self.cameras[self.cameras.len() - 1])
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::fmt;
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use atomic_refcell::{AtomicRef, AtomicRefCell, AtomicRefMut};
 use bytemuck::{Pod, Zeroable, cast_slice, cast_slice_mut};
@@ -29,13 +30,17 @@ pub struct Call<'a> {
     pub dispatch: Dispatch,
     /// What the scene needs.
     pub features: Features,
+    /// Whether somebody no longer wants it: what is not begun then is left out.
+    pub stop: &'a AtomicBool,
 }
 
 impl Call<'_> {
     /// Calls `work` with consecutive ranges of the indices below `count`, in parallel on rayon's pool.
     pub fn for_chunks(&self, count: u32, work: impl Fn(Range<u32>) + Sync) {
         let chunks = (0..count.div_ceil(CHUNK)).into_par_iter();
-        chunks.for_each(|i| work(i * CHUNK..(i * CHUNK).saturating_add(CHUNK).min(count)));
+        chunks.filter(|_| !self.stop.load(Ordering::Relaxed)).for_each(|i| {
+            work(i * CHUNK..(i * CHUNK).saturating_add(CHUNK).min(count));
+        });
     }
 }
 

@@ -18,6 +18,7 @@ mod preset;
 mod report;
 mod survey;
 mod sweep;
+mod view;
 
 pub use animate::Animate;
 pub use axes::{Averaged, AxisOptions, PathTraced};
@@ -28,6 +29,7 @@ pub use preset::Preset;
 pub use report::Report;
 pub use survey::Survey;
 pub use sweep::Sweep;
+pub use view::Viewer;
 
 /// The command line asks for something that cannot be: exit code 2.
 #[derive(Debug, Error)]
@@ -76,6 +78,8 @@ impl Cli {
 pub enum Command {
     /// Render a scene to EXR
     Render(Box<Render>),
+    /// Look at a scene in a browser, live: a page that this program serves
+    View(Box<Viewer>),
     /// Render the frames of an animation, a file each; the same command resumes where it was interrupted
     Animate(Box<Animate>),
     /// Path trace a scene until it is a reference

@@ -23,6 +23,7 @@ mod commands_page;
 fn main() -> ExitCode {
     let result = match cli::Cli::read().command {
         cli::Command::Render(options) => command::render::run(*options),
+        cli::Command::View(options) => command::view::run(&options),
         cli::Command::Animate(options) => command::animate::run(&options),
         cli::Command::Reference(options) => command::reference::run(*options),
         cli::Command::Merge(options) => command::merge::run(&options),

@@ -43,6 +43,9 @@ use picture::Pictures;
 use scene::Scene;
 use table::{Table, csv};
 
+/// Style of a report's page: colours, type, tables, for pages that go with it.
+pub const STYLE: &str = include_str!("report/report.css");
+
 /// What a report is made of.
 #[derive(Clone, Debug)]
 pub struct Request {

@@ -1,5 +1,8 @@
 //! What a run is: by this a checkpoint knows its run, and `merge` its view.
 
+use std::collections::BTreeMap;
+use std::path::Path;
+
 use caustics::checkpoint::Identity;
 use caustics::kernels;
 use caustics::scene::Scene;
@@ -54,4 +57,26 @@ pub fn pose_independent(
         of("kernels", kernels::SOURCES.to_string()),
     ];
     own.into_iter().chain(additions).collect()
+}
+
+/// What the EXR file of a run says of it, after so many frames and seconds.
+pub fn attributes(
+    identity: Identity,
+    file: &Path,
+    session: &Session,
+    frames: u32,
+    seconds: f64,
+) -> BTreeMap<String, String> {
+    let mut attributes = identity;
+    attributes.extend([
+        ("scene_file".into(), file.display().to_string()),
+        ("device".into(), session.device()),
+        ("frames".into(), frames.to_string()),
+        ("commit".into(), env!("CAUSTICS_COMMIT").to_string()),
+    ]);
+    // Set by who wants equal files of equal runs (reproducible-builds.org).
+    if std::env::var_os("SOURCE_DATE_EPOCH").is_none() {
+        attributes.insert("seconds".into(), seconds.to_string());
+    }
+    attributes
 }

@@ -22,13 +22,13 @@ use serde_json::json;
 
 use super::aov;
 use super::bar::bar;
-use super::identity::identity;
+use super::identity::{attributes, identity};
 use super::interrupt;
 use super::keeper::Keeper;
 use super::live::Live;
 use super::open::open;
+use super::opened::{Opened, opened};
 use super::options::{check_outputs, check_scene_files, duration, scene_files};
-use super::pick::pick;
 use super::report::Report;
 use super::say::say;
 use super::scene::feature_names;
@@ -87,15 +87,13 @@ impl Job {
         let Staged { mut scene, camera, .. } = open(&file, &options.view, &options.loading)?;
         scene.pose(time)?;
         let camera = scene.camera(Some(&camera))?;
-        let (choice, variant, reason) =
-            pick(cell.asked_runner, &options.machine, cell.gather.filter(|_| method.chooses_gather))?;
         warn(&scene, method, &settings);
         let features = cell.features(&scene, settings.specular_roughness);
         // Only who asks for figures pays for the energy ledger.
         let has_ledger = options.json && !options.no_ledger;
         let features = if has_ledger { features | Features::LEDGER } else { features };
-        let mut session = Session::new(&choice, &scene, camera, &settings, method, variant, features)?;
-        let gather = if method.chooses_gather { variant.name } else { "none" };
+        let Opened { mut session, choice, gather, reason } =
+            opened(&cell, &options.machine, &scene, camera, &settings, features)?;
         tell!("{}: {} ({reason}), method {}, gather {gather}", scene.name, session.device(), method.name);
         let identity = identity(&scene, &camera.name, &settings, method, gather, &choice, &session);
         let (width, height) = (settings.width as usize, settings.height as usize);
@@ -155,18 +153,8 @@ impl Job {
         let mut picture = sums.mean();
         picture.auxiliary.keep(&options.aov);
         let seconds = (before + report.wall).as_secs_f64();
-        let mut attributes = identity;
-        attributes.extend([
-            ("scene_file".into(), file.display().to_string()),
-            ("device".into(), session.device()),
-            ("frames".into(), sums.frames().to_string()),
-            ("commit".into(), env!("CAUSTICS_COMMIT").to_string()),
-        ]);
+        let mut attributes = attributes(identity, &file, &session, sums.frames(), seconds);
         attributes.extend(aov::attributes(&options.aov, &scene));
-        // Set by who wants equal files of equal runs (reproducible-builds.org).
-        if std::env::var_os("SOURCE_DATE_EPOCH").is_none() {
-            attributes.insert("seconds".into(), seconds.to_string());
-        }
         // All that can fail comes before the first file is in its place.
         let variance = sums.variance().map(|variance| (variance, sums.frames()));
         let exr = exr::encode(&picture, variance, &attributes)?;

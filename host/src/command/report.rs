@@ -34,6 +34,11 @@ impl Report {
         self.energy = self.energy.plus(energy);
     }
 
+    /// Number of frames.
+    pub fn frames(&self) -> u32 {
+        self.frames
+    }
+
     /// Mean number of light paths of a frame.
     pub fn light_paths(&self) -> u64 {
         self.counters.get(Counter::LightPaths) / u64::from(self.frames.max(1))

@@ -32,7 +32,7 @@ pub fn page(title: &str, lead: &str, sections: &[Section], pictures: &Markup) ->
                 meta name="color-scheme" content="light dark";
                 title { (title) }
                 link rel="icon" href="data:,";
-                style { (PreEscaped(include_str!("report.css"))) }
+                style { (PreEscaped(super::STYLE)) }
             }
             body {
                 (pictures)

@@ -1,0 +1,158 @@
+//! `caustics view`: a page, served by this program, in which a scene is looked at live.
+//!
+//! One thread renders ([`engine`]), another serves ([`server`]); what they share ([`shared`]) is a wish, which the page at the wheel
+//! changes ([`wish`]), and the latest picture and words.
+
+mod connection;
+mod distance;
+mod engine;
+mod guard;
+mod lane;
+mod line;
+mod look;
+mod pace;
+mod page;
+mod pick;
+mod save;
+mod server;
+mod shared;
+mod status;
+mod wheel;
+mod wish;
+
+use std::net::{SocketAddr, TcpListener};
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use anyhow::Context;
+use caustics::experiment::axis::{HISTORY, PATH_HISTORY};
+use caustics::experiment::cell::Cell;
+use caustics::scene::{self, CameraChoice, Eye, Scene, Staged, Viewpoint};
+use caustics_kernels::history::VALIDATED;
+use caustics_kernels::interface::choice::PathHistory;
+use tokio::runtime;
+
+use self::engine::Engine;
+use self::guard::Guard;
+use self::look::{Layer, Look};
+use self::page::Page;
+use self::server::{Site, serve};
+use self::shared::Shared;
+use self::wheel::Wheel;
+use self::wish::{Against, Wish};
+use super::open::open;
+use super::options::{camera, check_rays, check_size};
+use crate::cli::{Usage, Viewer};
+
+/// Environment variable that says the token, so that a page outlives the program that served it.
+const TOKEN: &str = "CAUSTICS_VIEW_TOKEN";
+
+const NO_NUMBERS: &str = "the system gives no random numbers, which a secret needs";
+
+/// Serves a page until Ctrl-C.
+pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {
+    let view = &options.view;
+    check_size(view.width, view.height)?;
+    if !options.time.is_finite() {
+        return Err(Usage(format!("--time {}: give a number of seconds", options.time)).into());
+    }
+    if !(0.1..=240.0).contains(&options.target_fps) {
+        return Err(Usage(format!("--target-fps {}: give 0.1 to 240", options.target_fps)).into());
+    }
+    let cell = cell(options)?;
+    check_rays(&cell, view.width, view.height)?;
+    let guard = match std::env::var(TOKEN) {
+        Ok(token) => Guard::chosen(&token).map_err(|wrong| Usage(format!("{TOKEN}: {wrong}")))?,
+        Err(_) => Guard::random().context(NO_NUMBERS)?,
+    };
+    let address = SocketAddr::new(options.bind, options.port);
+    let listener = TcpListener::bind(address)
+        .with_context(|| format!("--port {}: cannot listen at {address}", options.port))?;
+    listener.set_nonblocking(true)?;
+    let address = listener.local_addr()?;
+
+    let file = scene::resolve(&options.scene)?;
+    let staged = open(&file, view, &options.loading)?;
+    let wish = Wish {
+        camera: looked_through(options, &staged)?,
+        time: options.time,
+        playing: None,
+        size: [view.width, view.height],
+        target_fps: options.target_fps,
+        cells: [cell.clone(), cell],
+        against: Against::Nothing,
+        look: Look { layer: Layer::Beauty, exposure: view.exposure },
+        moves_until: None,
+        paused: false,
+    };
+    let run = Guard::random().context(NO_NUMBERS)?.token().to_string();
+    let page = Page::new(&staged.scene, &wish, &run);
+    let shared = Shared::new(wish);
+    let ends = Arc::clone(&shared);
+    ctrlc::set_handler(move || ends.end()).context("cannot catch Ctrl-C")?;
+    let site = Arc::new(Site { shared: Arc::clone(&shared), guard, page, run, wheel: Wheel::new() });
+    let runtime = runtime::Builder::new_multi_thread()
+        .worker_threads(1)
+        .max_blocking_threads(4)
+        .enable_io()
+        .enable_time()
+        .build()
+        .context("cannot start threads")?;
+    tell!("{}", told(address, site.guard.token()));
+    let listener = {
+        let _inside = runtime.enter();
+        tokio::net::TcpListener::from_std(listener)?
+    };
+    runtime.spawn(async move {
+        if let Err(error) = serve(listener, site).await {
+            tell!("error: the page is served no more: {error}");
+        }
+    });
+    Engine::new(shared, options, file, staged.scene).run();
+    // Pages that are still connected end with it.
+    runtime.shutdown_background();
+    Ok(ExitCode::SUCCESS)
+}
+
+/// How to render where nobody says: with histories while something moves.
+fn cell(options: &Viewer) -> Result<Cell, Usage> {
+    let histories = [(&HISTORY, VALIDATED.name), (&PATH_HISTORY, PathHistory::Validated.name())];
+    let usual: Vec<_> = histories.into_iter().filter(|_| !options.axes.says_how()).collect();
+    options.axes.cell_of(&usual)
+}
+
+/// The camera, one that is placed with nothing left open.
+fn looked_through(options: &Viewer, staged: &Staged) -> anyhow::Result<CameraChoice> {
+    let Staged { scene, camera: name, .. } = staged;
+    let viewpoint = match camera(&options.view)? {
+        CameraChoice::Placed(viewpoint) => viewpoint,
+        // The file has none, and one was placed.
+        CameraChoice::First if scene.additions.contains_key("origin") => Viewpoint::default(),
+        CameraChoice::First | CameraChoice::Named(_) => return Ok(CameraChoice::Named(name.clone())),
+    };
+    let aspect = f64::from(options.view.width) / f64::from(options.view.height);
+    let whole = viewpoint.whole(bounds(scene), aspect);
+    let eye = Some(Eye::At(whole.from));
+    Ok(CameraChoice::Placed(Viewpoint { eye, look_at: Some(whole.look_at), field: Some(whole.field) }))
+}
+
+/// The bounds of a scene in its file's coordinates (m).
+fn bounds(scene: &Scene) -> [glam::DVec3; 2] {
+    scene.bounds.map(|corner| scene.origin + corner.as_dvec3())
+}
+
+/// What a person is told of where the page is.
+fn told(address: SocketAddr, token: &str) -> String {
+    let page = format!("http://{address}/?token={token}");
+    if address.ip().is_loopback() {
+        return format!(
+            "{page}\nthis machine alone reaches it; from another one: ssh -L {0}:{address} ...; Ctrl-C ends",
+            address.port()
+        );
+    }
+    format!(
+        "{page}\nwarning: --bind {}: everybody in your network reaches it, and what is sent can be read on the way; who has the token \
+         can read this scene and use this machine's time",
+        address.ip()
+    )
+}

@@ -1,0 +1,207 @@
+//! A page's connection. Pictures wait for the page to have shown the one before, so that a slow one gets fewer, and always the latest.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use axum::extract::ws::{Message as Packet, WebSocket};
+use futures_util::stream::{SplitSink, SplitStream};
+use futures_util::{SinkExt, StreamExt};
+use serde_json::json;
+use tokio::sync::mpsc::error::TrySendError;
+use tokio::sync::{mpsc, watch};
+use tokio::task::spawn_blocking;
+
+use super::line::{Format, Line};
+use super::look::{Look, Raster};
+use super::server::Site;
+use super::shared::{Asked, Frame, Shared};
+use super::wheel::Seat;
+use super::wish::Message;
+
+/// Words that wait for being sent, at most; more are dropped.
+const MAX_WORDS: usize = 32;
+
+/// Serves a page until it is gone.
+pub async fn run(socket: WebSocket, site: Arc<Site>, seat: Seat) {
+    site.shared.look_on(true);
+    let (sink, stream) = socket.split();
+    let (words, to_send) = mpsc::channel(MAX_WORDS);
+    // There is room for the first.
+    let _ = words.try_send(json!({ "is": "hello", "run": site.run }).to_string());
+    let (shown, was_shown) = watch::channel(0);
+    // Whichever ends first ends the other.
+    tokio::select! {
+        () = listen(stream, &site.shared, &seat, words, shown) => {}
+        _ = speak(sink, &site.shared, &seat, to_send, was_shown) => {}
+    }
+    site.shared.look_on(false);
+}
+
+/// Does what the page says.
+async fn listen(
+    mut stream: SplitStream<WebSocket>,
+    shared: &Arc<Shared>,
+    seat: &Seat,
+    words: mpsc::Sender<String>,
+    shown: watch::Sender<u64>,
+) {
+    while let Some(Ok(packet)) = stream.next().await {
+        let text = match packet {
+            Packet::Text(text) => text,
+            Packet::Close(_) => return,
+            Packet::Ping(_) | Packet::Pong(_) => continue,
+            Packet::Binary(_) => return,
+        };
+        let reply = match serde_json::from_str(&text) {
+            Err(error) => {
+                Some(json!({ "is": "error", "what": format!("no message that is known: {error}") }))
+            }
+            Ok(Message::Shown { serial }) => {
+                shown.send_replace(serial);
+                None
+            }
+            Ok(Message::Wheel) => {
+                seat.take();
+                None
+            }
+            Ok(_) if !seat.steers() => Some(json!({ "is": "error", "what": "another page is at the wheel" })),
+            Ok(Message::Pick { x, y }) => {
+                answer(shared, Asked::Pick([x, y]), words.clone());
+                None
+            }
+            Ok(message) => shared.take(&message).err().map(|what| json!({ "is": "error", "what": what })),
+        };
+        if let Some(reply) = reply
+            && let Err(TrySendError::Closed(_)) = words.try_send(reply.to_string())
+        {
+            return;
+        }
+    }
+}
+
+/// Asks the renderer, and sends its answer when it comes.
+fn answer(shared: &Arc<Shared>, asked: Asked, words: mpsc::Sender<String>) {
+    let asked = shared.ask(asked);
+    tokio::spawn(async move {
+        let answer = match asked {
+            Ok(answer) => answer.await.unwrap_or_else(|_| Err("the program ends".into())),
+            Err(error) => Err(error),
+        };
+        let word = match answer.map(|bytes| serde_json::from_slice::<serde_json::Value>(&bytes)) {
+            Ok(Ok(picked)) => json!({ "is": "picked", "what": picked }),
+            Ok(Err(error)) => json!({ "is": "error", "what": error.to_string() }),
+            Err(error) => json!({ "is": "error", "what": error }),
+        };
+        // A page that does not listen misses it.
+        let _ = words.try_send(word.to_string());
+    });
+}
+
+/// What of a side was sent last, and not yet shown.
+struct Sent {
+    serial: u64,
+    look: Look,
+    at: Instant,
+}
+
+/// Sends what is new. Ends with the connection, or the program.
+async fn speak(
+    mut sink: SplitSink<WebSocket, Packet>,
+    shared: &Arc<Shared>,
+    seat: &Seat,
+    mut words: mpsc::Receiver<String>,
+    mut was_shown: watch::Receiver<u64>,
+) -> Option<()> {
+    let mut status = shared.status.subscribe();
+    let mut holder = seat.changes();
+    let mut look = shared.look.subscribe();
+    let [mut own, mut other] = [0, 1].map(|side: usize| shared.frames[side].subscribe());
+    status.mark_changed();
+    holder.mark_changed();
+    let mut line = Line::new();
+    // A picture is on its way; what is shown of each side.
+    let mut on_its_way: Option<Sent> = None;
+    let mut has: [Option<(u64, Look)>; 2] = [None, None];
+    loop {
+        if on_its_way.is_none() {
+            let wanted = *look.borrow_and_update();
+            for (side, frames) in [&mut own, &mut other].into_iter().enumerate() {
+                let Some(frame) = frames.borrow_and_update().clone() else {
+                    if has[side].take().is_some() {
+                        sink.send(Packet::text(json!({ "is": "gone", "side": side }).to_string()))
+                            .await
+                            .ok()?;
+                    }
+                    continue;
+                };
+                if on_its_way.is_some() || has[side] == Some((frame.serial, wanted)) {
+                    continue;
+                }
+                let format = line.format();
+                let serial = frame.serial;
+                let packet = spawn_blocking(move || packet(&frame, side, wanted, format)).await.ok()?;
+                has[side] = Some((serial, wanted));
+                on_its_way = Some(Sent { serial, look: wanted, at: Instant::now() });
+                sink.send(Packet::binary(packet)).await.ok()?;
+            }
+        }
+        let waits = on_its_way.is_none();
+        tokio::select! {
+            word = words.recv() => sink.send(Packet::text(word?)).await.ok()?,
+            changed = status.changed() => {
+                changed.ok()?;
+                let text = status.borrow_and_update().to_string();
+                sink.send(Packet::text(text)).await.ok()?;
+            }
+            changed = holder.changed() => {
+                changed.ok()?;
+                holder.mark_unchanged();
+                let word = json!({ "is": "wheel", "steers": seat.steers(), "pages": seat.pages() });
+                sink.send(Packet::text(word.to_string())).await.ok()?;
+            }
+            changed = was_shown.changed() => {
+                changed.ok()?;
+                let serial = *was_shown.borrow_and_update();
+                if let Some(sent) = on_its_way.take_if(|sent| sent.serial == serial) {
+                    line.learn(sent.at.elapsed(), Instant::now());
+                    debug_assert!(has.contains(&Some((sent.serial, sent.look))));
+                }
+            }
+            changed = own.changed(), if waits => changed.ok()?,
+            changed = other.changed(), if waits => changed.ok()?,
+            changed = look.changed(), if waits => changed.ok()?,
+        }
+    }
+}
+
+/// A picture as it is sent: the length of a head in four bytes, the head in JSON, the bytes of the picture.
+fn packet(frame: &Frame, side: usize, look: Look, format: Format) -> Vec<u8> {
+    let start = Instant::now();
+    let raster = look.of(&frame.shown);
+    let (kind, bytes) = encoded(&raster, format);
+    let head = json!({
+        "side": side, "serial": frame.serial, "samples": frame.samples, "moves": frame.moves,
+        "width": raster.width, "height": raster.height, "format": kind, "stops": raster.stops,
+        "brightest": raster.brightest, "encode_ms": start.elapsed().as_secs_f64() * 1e3,
+    })
+    .to_string();
+    let mut packet = Vec::with_capacity(4 + head.len() + bytes.len());
+    packet.extend((head.len() as u32).to_le_bytes());
+    packet.extend(head.as_bytes());
+    packet.extend(bytes);
+    packet
+}
+
+/// The bytes of a picture, and what they are.
+fn encoded(raster: &Raster, format: Format) -> (&'static str, Vec<u8>) {
+    if let Format::Jpeg(quality) = format
+        && let (Ok(width), Ok(height)) = (u16::try_from(raster.width), u16::try_from(raster.height))
+    {
+        let mut bytes = Vec::new();
+        let encoder = jpeg_encoder::Encoder::new(&mut bytes, quality);
+        if encoder.encode(&raster.bytes, width, height, jpeg_encoder::ColorType::Rgb).is_ok() {
+            return ("jpeg", bytes);
+        }
+    }
+    ("raw", raster.bytes.clone())
+}

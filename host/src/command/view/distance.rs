@@ -1,0 +1,82 @@
+//! How far the two sides of a wipe are apart.
+
+use std::time::{Duration, Instant};
+
+use caustics::image::Encoding;
+use caustics::metric::comparison::Viewing;
+use caustics::metric::flip_ldr::flip_ldr;
+use caustics::metric::percentile::percentile;
+use caustics::metric::pixels::Pixels;
+use caustics::metric::relmse::{errors, relmse};
+use caustics::picture::Picture;
+use serde_json::{Value, json};
+
+/// Measuring takes at most one part in so many of the time.
+const SHARE: u32 = 8;
+
+/// The distance that was measured last.
+#[derive(Debug, Default)]
+pub struct Distance {
+    /// It, by the names of its measures.
+    pub value: Option<Value>,
+    not_before: Option<Instant>,
+}
+
+impl Distance {
+    /// Forgets it: one of the sides is another.
+    pub fn forget(&mut self) {
+        *self = Distance::default();
+    }
+
+    /// Measures again, unless that would take too much of the time. Pictures are made only if it does.
+    pub fn measure(&mut self, pictures: impl FnOnce() -> [Picture; 2], stops: f64) {
+        let start = Instant::now();
+        if self.not_before.is_some_and(|time| start < time) {
+            return;
+        }
+        let [own, other] = pictures().map(|picture| Pixels {
+            width: picture.width,
+            height: picture.height,
+            values: picture.beauty().iter().map(|color| color.as_dvec3()).collect(),
+        });
+        self.value = Some(of(&own, &other, stops));
+        self.not_before = Some(Instant::now() + (start.elapsed() * SHARE).max(Duration::from_millis(500)));
+    }
+}
+
+/// How far a picture is from another, at an exposure (stops).
+fn of(own: &Pixels, other: &Pixels, stops: f64) -> Value {
+    let flip = flip_ldr(own, other, Encoding::Linear, stops, Viewing::default().pixels_per_degree).mean();
+    let errors = errors(own, other);
+    json!({
+        "FLIP": flip, "relMSE": relmse(&errors), "relMSE, worst 0.1 %": percentile(&errors, 0.999),
+        "energy": own.mean() / other.mean(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    fn picture(value: f32) -> Picture {
+        Picture { width: 32, height: 32, path: vec![Vec3::splat(value); 1024], ..Picture::default() }
+    }
+
+    #[test]
+    fn equal_pictures_are_not_apart_and_others_are() {
+        let mut distance = Distance::default();
+        distance.measure(|| [picture(0.5), picture(0.5)], 0.0);
+        let same = distance.value.clone().unwrap();
+        assert_eq!((same["FLIP"].as_f64(), same["relMSE"].as_f64()), (Some(0.0), Some(0.0)));
+        // Too soon for another.
+        distance.measure(|| [picture(0.25), picture(0.5)], 0.0);
+        assert_eq!(distance.value, Some(same));
+        distance.forget();
+        distance.measure(|| [picture(0.25), picture(0.5)], 0.0);
+        let apart = distance.value.unwrap();
+        assert!(apart["FLIP"].as_f64() > Some(0.05), "{apart}");
+        assert!((apart["relMSE"].as_f64().unwrap() - 0.0625 / (0.25 + 0.0025)).abs() < 1e-6, "{apart}");
+        assert_eq!(apart["energy"].as_f64(), Some(0.5));
+    }
+}

@@ -1,0 +1,347 @@
+//! Renders what is wanted: small frames that follow what moves, and, once all stands still, frames of the whole size that are
+//! averaged without end, as `render` does it.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use caustics::experiment::axis::{MAX_BOUNCES, RUNNER};
+use caustics::experiment::cell::Cell;
+use caustics::output::png;
+use caustics::scene::{CameraChoice, Scene, SceneCamera};
+use caustics_kernels::method::path::PATH;
+use glam::Vec3;
+
+use super::distance::Distance;
+use super::lane::{Lane, Way};
+use super::look::{Shown, suiting};
+use super::pace::Pace;
+use super::pick::{Picked, picked};
+use super::save;
+use super::shared::{Answer, Asked, Frame, Next, Shared};
+use super::status::{self, Said};
+use super::wish::{Against, Wish, still};
+use crate::cli::Viewer;
+
+/// Least time between pictures of what stands still.
+const SHOW_EVERY: Duration = Duration::from_millis(60);
+/// Least time between words.
+const SAY_EVERY: Duration = Duration::from_millis(100);
+/// Time that is waited after a failure, unless another wish comes.
+const AFTER_FAILURE: Duration = Duration::from_secs(2);
+
+/// Renders what is wanted.
+pub struct Engine<'a> {
+    shared: Arc<Shared>,
+    options: &'a Viewer,
+    /// The scene's file.
+    pub file: PathBuf,
+    scene: Scene,
+    /// What renders while something moves, and its size.
+    moving: Option<Lane>,
+    pace: Pace,
+    /// What converges: the picture, and what it is held against.
+    still: [Option<Lane>; 2],
+    /// What the lanes that converge stand at: text of the camera and the time; none since something moved.
+    stands: Option<String>,
+    /// The camera and the time of the last frame.
+    camera: Option<SceneCamera>,
+    time: f64,
+    serial: u64,
+    shown: Instant,
+    said: Option<Instant>,
+    /// The exposure that suits the picture (stops).
+    suits: Option<f64>,
+    distance: Distance,
+    /// What of the command line `render` is told too.
+    kept: Vec<String>,
+}
+
+impl<'a> Engine<'a> {
+    /// For a scene that is opened.
+    pub fn new(shared: Arc<Shared>, options: &'a Viewer, file: PathBuf, scene: Scene) -> Engine<'a> {
+        Engine {
+            shared,
+            options,
+            file,
+            scene,
+            moving: None,
+            pace: Pace::new(),
+            still: [None, None],
+            stands: None,
+            camera: None,
+            time: 0.0,
+            serial: 0,
+            shown: Instant::now(),
+            said: None,
+            suits: None,
+            distance: Distance::default(),
+            kept: save::kept(),
+        }
+    }
+
+    /// Renders until the end.
+    pub fn run(mut self) {
+        loop {
+            match self.shared.next() {
+                Next::End => return,
+                Next::Answer(asked, answer) => {
+                    // Whoever asked may be gone.
+                    let _ = answer.send(self.answer(&asked));
+                }
+                Next::Frame(wish) => {
+                    if let Err(error) = self.frame(&wish) {
+                        // A session that failed is opened anew.
+                        (self.moving, self.still, self.stands) = (None, [None, None], None);
+                        let message = format!("{error:#}");
+                        tell!("warning: {message}");
+                        self.say(&wish, Some(&message));
+                        self.shared.rest(AFTER_FAILURE);
+                    }
+                }
+            }
+        }
+    }
+
+    fn frame(&mut self, wish: &Wish) -> anyhow::Result<()> {
+        let now = Instant::now();
+        let time = wish.time_at(now, self.scene.duration());
+        self.time = time;
+        if wish.moves(now) {
+            self.stands = None;
+            self.distance.forget();
+            self.scene.pose(time)?;
+            let camera = self.camera(wish)?;
+            self.follow(wish, &camera)
+        } else {
+            let stands = format!("{:?} {time}", wish.camera);
+            let begins = self.stands.as_ref() != Some(&stands);
+            if begins {
+                self.scene.pose(time)?;
+            }
+            let camera = self.camera(wish)?;
+            // While lanes are brought there, they are not known to stand anywhere.
+            self.stands = None;
+            let mut side = 0;
+            for (other, cell) in self.sides(wish).into_iter().enumerate() {
+                self.bring(other, cell, wish, &camera, begins)?;
+                // In turns of the same time.
+                let wall = |lane: &Option<Lane>| lane.as_ref().map(|lane| lane.report.wall);
+                if wall(&self.still[other]).is_some_and(|wall_of| Some(wall_of) < wall(&self.still[side])) {
+                    side = other;
+                }
+            }
+            self.stands = Some(stands);
+            self.converge(side, wish)
+        }
+    }
+
+    /// How to render the picture, and what it is held against.
+    fn sides(&self, wish: &Wish) -> [Option<Cell>; 2] {
+        let [own, other] = &wish.cells;
+        let against = match wish.against {
+            Against::Nothing => None,
+            Against::Other => Some(still(other)),
+            Against::Reference => {
+                let mut reference = Cell::of(&PATH);
+                for axis in [&RUNNER, &MAX_BOUNCES] {
+                    // A value that an axis has itself is one that it takes.
+                    let _ = axis.set(&mut reference, &axis.get(own));
+                }
+                Some(Cell { asked_runner: own.asked_runner, ..reference }.effective())
+            }
+        };
+        [Some(still(own)), against]
+    }
+
+    /// The camera that is wanted.
+    fn camera(&mut self, wish: &Wish) -> anyhow::Result<SceneCamera> {
+        let [width, height] = wish.size.map(f64::from);
+        let camera = match &wish.camera {
+            CameraChoice::Placed(viewpoint) => {
+                // A placed camera's name speaks of the file's coordinates, the tables of those around the origin.
+                self.scene.additions.insert("origin", self.scene.origin.to_string());
+                self.scene.camera_at(viewpoint, width / height)?
+            }
+            CameraChoice::Named(name) => {
+                self.scene.additions.remove("origin");
+                self.scene.camera(Some(name))?.clone()
+            }
+            CameraChoice::First => self.scene.camera(None)?.clone(),
+        };
+        self.camera = Some(camera.clone());
+        Ok(camera)
+    }
+
+    /// Renders a frame of what moves.
+    fn follow(&mut self, wish: &Wish, camera: &SceneCamera) -> anyhow::Result<()> {
+        let cell = wish.cells[0].clone().effective();
+        let size = self.pace.size(wish.size, wish.target_fps);
+        let way = self.way(cell, size, false);
+        if self.moving.as_ref().is_none_or(|lane| lane.key != way.key()) {
+            let was = self.moving.take().map(|lane| lane.way.cell.key());
+            if was.is_some_and(|was| was != way.cell.key()) {
+                self.pace.forget();
+            }
+            self.moving = Some(self.open(way, camera)?);
+        }
+        let lane = self.moving.as_mut().context("a session was opened")?;
+        lane.opened.session.pose(&self.scene, camera)?;
+        if let Some(took) = lane.frame()? {
+            self.pace.learn(size, took);
+        }
+        let shown = Shown { picture: lane.opened.session.picture()?, ..Shown::default() };
+        self.show(0, 1, true, shown);
+        self.say(wish, None);
+        Ok(())
+    }
+
+    /// Opens what converges on a side, or begins it anew.
+    fn bring(
+        &mut self,
+        side: usize,
+        cell: Option<Cell>,
+        wish: &Wish,
+        camera: &SceneCamera,
+        begins: bool,
+    ) -> anyhow::Result<()> {
+        let Some(cell) = cell else {
+            if self.still[side].take().is_some() {
+                self.shared.frames[side].send_replace(None);
+                self.distance.forget();
+            }
+            return Ok(());
+        };
+        let way = self.way(cell, wish.size, true);
+        match &mut self.still[side] {
+            Some(lane) if lane.key == way.key() => {
+                if begins {
+                    lane.restart(&self.scene, camera)?;
+                }
+            }
+            lane => {
+                *lane = None;
+                let mut lane = self.open(way, camera)?;
+                lane.stop_by(&self.shared.stop);
+                self.still[side] = Some(lane);
+            }
+        }
+        Ok(())
+    }
+
+    fn way(&self, cell: Cell, size: [u32; 2], averages: bool) -> Way {
+        let features = cell.features(&self.scene, self.options.view.specular_roughness);
+        Way { cell, size, averages, features }
+    }
+
+    fn open(&self, way: Way, camera: &SceneCamera) -> anyhow::Result<Lane> {
+        Lane::open(way, &self.options.machine, &self.options.view, &self.scene, camera)
+    }
+
+    /// Renders a frame of what converges.
+    fn converge(&mut self, side: usize, wish: &Wish) -> anyhow::Result<()> {
+        let lane = self.still[side].as_mut().context("a session was opened")?;
+        if lane.frame()?.is_none() {
+            // Another wish came meanwhile.
+            self.stands = None;
+            return Ok(());
+        }
+        lane.add()?;
+        let samples = lane.sums.frames();
+        if samples.is_power_of_two() || self.shown.elapsed() >= SHOW_EVERY {
+            let mean = lane.mean();
+            self.show(side, samples, false, mean);
+            self.measure(wish);
+        }
+        self.say(wish, None);
+        Ok(())
+    }
+
+    /// Measures how far the sides are apart.
+    fn measure(&mut self, wish: &Wish) {
+        let [Some(own), Some(other)] = &self.still else { return };
+        if own.sums.frames() > 0 && other.sums.frames() > 0 {
+            let stops = wish.look.stops(self.suits.unwrap_or_default());
+            self.distance.measure(|| [own.sums.mean(), other.sums.mean()], stops);
+        }
+    }
+
+    /// Hands a picture to the pages.
+    fn show(&mut self, side: usize, samples: u32, moves: bool, mut shown: Shown) {
+        if side == 0 {
+            self.suits = Some(suiting(&shown.picture, self.suits));
+        }
+        shown.suits = self.suits.unwrap_or_default();
+        self.serial += 1;
+        self.shown = Instant::now();
+        let frame = Frame { serial: self.serial, samples, moves, shown };
+        self.shared.frames[side].send_replace(Some(Arc::new(frame)));
+    }
+
+    /// Tells the pages how things are.
+    fn say(&mut self, wish: &Wish, failure: Option<&str>) {
+        if failure.is_none() && self.said.is_some_and(|said| said.elapsed() < SAY_EVERY) {
+            return;
+        }
+        self.said = Some(Instant::now());
+        let lane = if self.stands.is_some() { self.still[0].as_ref() } else { self.moving.as_ref() };
+        let said = Said {
+            kept: &self.kept,
+            scene: &self.scene,
+            wish,
+            camera: self.camera.as_ref(),
+            time: self.time,
+            moves: self.stands.is_none(),
+            lane,
+            against: self.still[1].as_ref(),
+            distance: self.distance.value.as_ref(),
+            stops: wish.look.stops(self.suits.unwrap_or_default()),
+            failure,
+        };
+        self.shared.status.send_replace(status::text(&said).into());
+    }
+
+    fn answer(&mut self, asked: &Asked) -> Answer {
+        let answer = match asked {
+            Asked::Pick(place) => self.pick(*place),
+            Asked::Exr => self.exr(),
+            Asked::Png => self.png(),
+        };
+        answer.map_err(|error| format!("{error:#}"))
+    }
+
+    fn pick(&mut self, place: [f64; 2]) -> anyhow::Result<Vec<u8>> {
+        let wish = self.shared.wish();
+        let camera = self.camera(&wish)?;
+        let picked: Option<Picked> = picked(&self.scene, &camera, wish.size, place);
+        Ok(serde_json::to_vec(&picked)?)
+    }
+
+    /// The lane of the picture, if it has frames.
+    fn converged(&mut self) -> anyhow::Result<&mut Lane> {
+        let standing = self.stands.is_some();
+        let lane = self.still[0].as_mut().filter(|lane| standing && lane.sums.frames() > 0);
+        lane.context("there is no picture yet: wait until it stands still")
+    }
+
+    fn exr(&mut self) -> anyhow::Result<Vec<u8>> {
+        let wish = self.shared.wish();
+        let camera = self.camera(&wish)?;
+        let file = self.file.clone();
+        self.converged()?;
+        let lane = self.still[0].as_mut().context("a session was opened")?;
+        save::exr(lane, &self.scene, &camera.name, &file)
+    }
+
+    fn png(&mut self) -> anyhow::Result<Vec<u8>> {
+        let look = self.shared.wish().look;
+        let suits = self.suits.unwrap_or_default();
+        let raster = look.of(&Shown { suits, ..self.converged()?.mean() });
+        let colors = raster.bytes.as_chunks::<3>().0.iter().map(|pixel| {
+            let [r, g, b] = pixel.map(f32::from);
+            Vec3::new(r, g, b) / 255.0
+        });
+        Ok(png::encode(raster.width, raster.height, &colors.collect::<Vec<_>>())?)
+    }
+}

@@ -1,0 +1,127 @@
+//! A way to render that converges: the same frames as those of `render`, summed.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use caustics::accumulation::{Accumulation, BATCHES};
+use caustics::energy::Energy;
+use caustics::experiment::cell::Cell;
+use caustics::runner::RunError;
+use caustics::scene::{Scene, SceneCamera};
+use caustics::session::SessionError;
+use caustics::settings::Settings;
+use caustics_kernels::interface::features::Features;
+
+use super::look::Shown;
+use crate::cli::{Machine, View};
+use crate::command::opened::{Opened, opened};
+use crate::command::options;
+use crate::command::report::Report;
+
+/// What a session is opened for.
+#[derive(Clone, Debug)]
+pub struct Way {
+    /// How to render.
+    pub cell: Cell,
+    /// Size of its frames (px).
+    pub size: [u32; 2],
+    /// Whether its frames are averaged.
+    pub averages: bool,
+    /// Kernel code that is alive.
+    pub features: Features,
+}
+
+impl Way {
+    /// Text of all that it is.
+    pub fn key(&self) -> String {
+        let Way { cell, size, averages, features } = self;
+        format!("{} {size:?} {averages} {features:?}", cell.key())
+    }
+
+    /// The settings of its frames, as those of `render` are.
+    pub fn settings(&self, view: &View) -> anyhow::Result<Settings> {
+        let [width, height] = self.size;
+        // One frame goes through the centres of its pixels.
+        let frames = if self.averages { u32::MAX } else { 1 };
+        let view = View { width, height, ..view.clone() };
+        let settings = options::settings(&view, &self.cell, frames)?.of(self.cell.method);
+        let batches = if self.averages { BATCHES } else { settings.batches };
+        Ok(Settings { batches, ..settings })
+    }
+}
+
+/// A session with what its frames sum to.
+pub struct Lane {
+    /// What it was opened for, as text.
+    pub key: String,
+    /// How it renders.
+    pub way: Way,
+    /// Its settings.
+    pub settings: Settings,
+    /// The session, and where it runs.
+    pub opened: Opened,
+    /// Its frames so far.
+    pub sums: Accumulation,
+    /// Their times and counters.
+    pub report: Report,
+    /// Frames rendered since it was begun.
+    frames: u32,
+}
+
+impl Lane {
+    /// Opens a session at the pose at hand.
+    pub fn open(
+        way: Way,
+        machine: &Machine,
+        view: &View,
+        scene: &Scene,
+        camera: &SceneCamera,
+    ) -> anyhow::Result<Lane> {
+        let settings = way.settings(view)?;
+        let opened = opened(&way.cell, machine, scene, camera, &settings, way.features)?;
+        let sums = Accumulation::in_batches(settings.batches_of_frames());
+        Ok(Lane { key: way.key(), way, settings, opened, sums, report: Report::default(), frames: 0 })
+    }
+
+    /// Lets the flag end its frames.
+    pub fn stop_by(&mut self, flag: &Arc<AtomicBool>) {
+        self.opened.session.stop_by(flag);
+    }
+
+    /// Begins anew, at the pose at hand.
+    pub fn restart(&mut self, scene: &Scene, camera: &SceneCamera) -> Result<(), SessionError> {
+        self.opened.session.pose(scene, camera)?;
+        self.opened.session.restart()?;
+        self.sums = Accumulation::in_batches(self.settings.batches_of_frames());
+        self.report = Report::default();
+        self.frames = 0;
+        Ok(())
+    }
+
+    /// Renders the next frame; how long it took, none if it was stopped.
+    pub fn frame(&mut self) -> Result<Option<Duration>, SessionError> {
+        let start = Instant::now();
+        let session = &mut self.opened.session;
+        let times = match session.frame(self.frames) {
+            Err(SessionError::Run(RunError::Stopped)) => return Ok(None),
+            times => times?,
+        };
+        let took = start.elapsed();
+        self.frames += 1;
+        self.report.add(&times, took, &session.counters()?, Energy::default());
+        Ok(Some(took))
+    }
+
+    /// Adds the last frame to the sums.
+    pub fn add(&mut self) -> Result<(), SessionError> {
+        self.sums.add(&self.opened.session.picture()?);
+        Ok(())
+    }
+
+    /// The mean of its frames.
+    pub fn mean(&self) -> Shown {
+        let (picture, variance) = (self.sums.mean(), self.sums.variance().unwrap_or_default());
+        Shown { picture, variance, ..Shown::default() }
+    }
+}

@@ -1,0 +1,225 @@
+//! How a picture is shown: a layer of it as colours of eight bits.
+
+use caustics::exposure::Exposure;
+use caustics::picture::Picture;
+use caustics_kernels::pass::display::tone_mapped;
+use glam::Vec3;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// What of a picture is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Layer {
+    /// All radiance.
+    #[default]
+    Beauty,
+    /// Radiance that is no caustic.
+    Path,
+    /// Radiance of the caustics.
+    Caustics,
+    /// Deposits that each collection point took.
+    Deposits,
+    /// Radius of the collection points.
+    Radius,
+    /// Which vertex of the camera path the collection point is.
+    Depth,
+    /// Standard error of the mean, relative to it.
+    Variance,
+}
+
+impl Layer {
+    /// All, with what they are.
+    pub const ALL: [(Layer, &'static str, &'static str); 7] = [
+        (Layer::Beauty, "beauty", "all light"),
+        (Layer::Path, "path", "light that is no caustic"),
+        (Layer::Caustics, "caustics", "caustics"),
+        (Layer::Deposits, "deposits", "deposits that the collection point took"),
+        (Layer::Radius, "radius", "radius of the collection point (m)"),
+        (Layer::Depth, "depth", "vertex of the camera path that is the collection point"),
+        (Layer::Variance, "variance", "estimated error of the mean, relative to it"),
+    ];
+}
+
+/// How a picture is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    /// What of it.
+    pub layer: Layer,
+    /// How bright.
+    pub exposure: Exposure,
+}
+
+/// A picture that is to be shown.
+#[derive(Clone, Debug, Default)]
+pub struct Shown {
+    /// Its layers.
+    pub picture: Picture,
+    /// Variance of the mean of all radiance; empty where nobody knows it.
+    pub variance: Vec<Vec3>,
+    /// The exposure that suits it, or what it is held against (stops).
+    pub suits: f64,
+}
+
+/// A picture as it is shown: three bytes a pixel, row by row from the top.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Raster {
+    /// Width (px).
+    pub width: u32,
+    /// Height (px).
+    pub height: u32,
+    /// Red, green, blue of each pixel.
+    pub bytes: Vec<u8>,
+    /// The exposure (stops).
+    pub stops: f64,
+    /// What the brightest false colour stands for; none where colours are those of light.
+    pub brightest: Option<f32>,
+}
+
+/// Of so many pixels one decides the exposure that suits a picture.
+const STRIDE: usize = 7;
+/// Stops by which that must change to be another: pictures must not flicker.
+const STEADY: f64 = 0.35;
+
+/// The exposure (stops) that suits a picture, or the one before if that does too.
+pub fn suiting(picture: &Picture, before: Option<f64>) -> f64 {
+    let stops = Exposure::Auto.stops(picture.beauty().iter().step_by(STRIDE).map(|color| color.as_dvec3()));
+    before.filter(|before| (before - stops).abs() < STEADY).unwrap_or(stops)
+}
+
+impl Look {
+    /// Its exposure (stops), where this one suits the picture.
+    pub fn stops(&self, suits: f64) -> f64 {
+        match self.exposure {
+            Exposure::Auto => suits,
+            Exposure::Stops(stops) => stops,
+        }
+    }
+
+    /// The picture as it is shown.
+    pub fn of(&self, shown: &Shown) -> Raster {
+        let picture = &shown.picture;
+        let mut raster =
+            Raster { width: picture.width as u32, height: picture.height as u32, ..Raster::default() };
+        raster.stops = self.stops(shown.suits);
+        let light =
+            |raster: &mut Raster, colors: &[Vec3]| raster.bytes = ToneMap::new(raster.stops).bytes(colors);
+        match self.layer {
+            Layer::Beauty => light(&mut raster, &picture.beauty()),
+            Layer::Path => light(&mut raster, &picture.path),
+            Layer::Caustics => light(&mut raster, &or_black(&picture.caustics, picture)),
+            Layer::Deposits => raster.set(&picture.deposits),
+            Layer::Radius => raster.set(&picture.radius),
+            Layer::Depth => raster.set(&picture.depth),
+            Layer::Variance => raster.set(&relative_errors(shown)),
+        }
+        raster
+    }
+}
+
+fn or_black(layer: &[Vec3], picture: &Picture) -> Vec<Vec3> {
+    if layer.is_empty() { vec![Vec3::ZERO; picture.path.len()] } else { layer.to_vec() }
+}
+
+/// Standard error of the mean luminance over the mean.
+fn relative_errors(shown: &Shown) -> Vec<f32> {
+    let relative = |(mean, variance): (Vec3, &Vec3)| {
+        let mean = mean.element_sum() / 3.0;
+        if mean > 0.0 { (variance.element_sum() / 3.0).sqrt() / mean } else { 0.0 }
+    };
+    shown.picture.beauty().into_iter().zip(&shown.variance).map(relative).collect()
+}
+
+impl Raster {
+    /// Shows numbers by the colours of Viridis from 0 to what one in 500 exceeds, on a scale of square roots; black where there
+    /// are none.
+    fn set(&mut self, values: &[f32]) {
+        let mut seen: Vec<f32> = values.iter().copied().filter(|value| value.is_finite()).collect();
+        let rank = seen.len() * 499 / 500;
+        let brightest = match seen.len() {
+            0 => 1.0,
+            _ => *seen.select_nth_unstable_by(rank, f32::total_cmp).1,
+        };
+        let brightest = if brightest > 0.0 { brightest } else { 1.0 };
+        self.brightest = Some(brightest);
+        self.bytes = vec![0; 3 * (self.width * self.height) as usize];
+        self.bytes.par_chunks_mut(3).zip(values).for_each(|(pixel, value)| {
+            let share = (value / brightest).clamp(0.0, 1.0).sqrt();
+            let color = colorous::VIRIDIS.eval_continuous(f64::from(share));
+            pixel.copy_from_slice(&[color.r, color.g, color.b]);
+        });
+    }
+}
+
+/// The tone mapping of `display` as a table: by the upper half of the bits of a radiance, of which a step is less than a hundredth.
+struct ToneMap(Vec<u8>);
+
+impl ToneMap {
+    fn new(stops: f64) -> ToneMap {
+        let scale = stops.exp2() as f32;
+        // Without a sign there are 2^15.
+        let byte = |bits: u32| {
+            // The middle of all that have these bits.
+            let radiance = f32::from_bits(bits << 16 | 0x8000);
+            let radiance = if radiance.is_nan() { 0.0 } else { radiance };
+            (tone_mapped(Vec3::splat(radiance), scale).x * 255.0 + 0.5) as u8
+        };
+        ToneMap((0..1 << 15).into_par_iter().map(byte).collect())
+    }
+
+    fn bytes(&self, colors: &[Vec3]) -> Vec<u8> {
+        let mut bytes = vec![0; 3 * colors.len()];
+        let values: &[f32] = bytemuck::cast_slice(colors);
+        bytes.par_chunks_mut(1 << 14).zip(values.par_chunks(1 << 14)).for_each(|(bytes, values)| {
+            for (byte, value) in bytes.iter_mut().zip(values) {
+                *byte = self.0[(value.max(0.0).to_bits() >> 16) as usize];
+            }
+        });
+        bytes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(path: Vec<Vec3>) -> Shown {
+        let deposits = (0..path.len()).map(|pixel| pixel as f32).collect();
+        let picture = Picture { width: path.len(), height: 1, path, deposits, ..Picture::default() };
+        Shown { picture, variance: Vec::new(), suits: 0.0 }
+    }
+
+    #[test]
+    fn light_is_shown_as_display_does_it_to_a_step_or_two() {
+        let colors: Vec<Vec3> = (0..1000).map(|i| Vec3::new(1e-3, 0.011, 0.2) * 1.01_f32.powi(i)).collect();
+        let look = Look { layer: Layer::Beauty, exposure: Exposure::Stops(0.7) };
+        let raster = look.of(&shown(colors.clone()));
+        for (bytes, color) in raster.bytes.as_chunks::<3>().0.iter().zip(&colors) {
+            let exact = tone_mapped(*color, 0.7_f32.exp2()) * 255.0;
+            for (byte, exact) in bytes.iter().zip(exact.to_array()) {
+                assert!((f32::from(*byte) - exact).abs() <= 2.0, "{byte} for {exact}");
+            }
+        }
+        let odd = look.of(&shown(vec![Vec3::new(f32::NAN, f32::INFINITY, -1.0)]));
+        assert_eq!(odd.bytes[0], 0);
+        assert!(odd.bytes[1] > 250 && odd.bytes[2] == 0);
+    }
+
+    #[test]
+    fn exposures_are_steady() {
+        let grey = |value: f32| shown(vec![Vec3::splat(value); 100]).picture;
+        assert_eq!(suiting(&grey(0.18), None), 0.0);
+        assert_eq!(suiting(&grey(0.2), Some(0.0)), 0.0);
+        assert_eq!(suiting(&grey(0.36), Some(0.0)), -1.0);
+    }
+
+    #[test]
+    fn numbers_are_false_colours_up_to_what_few_exceed() {
+        let look = Look { layer: Layer::Deposits, exposure: Exposure::Auto };
+        let raster = look.of(&shown(vec![Vec3::ZERO; 1000]));
+        assert_eq!(raster.brightest, Some(998.0));
+        let [first, last] = [colorous::VIRIDIS.eval_continuous(0.0), colorous::VIRIDIS.eval_continuous(1.0)];
+        assert_eq!(raster.bytes[..3], [first.r, first.g, first.b]);
+        assert_eq!(raster.bytes[2997..], [last.r, last.g, last.b]);
+    }
+}

@@ -1,0 +1,89 @@
+//! The size of frames while something moves: the largest at which they come fast enough.
+
+use std::time::Duration;
+
+/// Shares of the sides of a picture.
+const SHARES: [f64; 8] = [1.0, 0.75, 0.5, 0.375, 0.25, 0.1875, 0.125, 0.0625];
+/// Least side (px).
+const LEAST: u32 = 16;
+/// How much longer than wanted a frame may take before frames get smaller, and how much of that time larger ones may take.
+const TOO_LONG: f64 = 1.25;
+const ROOM: f64 = 0.8;
+/// Weight of the latest frame in what is known of all.
+const LATEST: f64 = 0.4;
+
+/// What is known of how long frames take.
+#[derive(Debug)]
+pub struct Pace {
+    level: usize,
+    /// Time of a pixel (s), none before the first frame.
+    cost: Option<f64>,
+}
+
+impl Pace {
+    /// Nothing is known.
+    pub fn new() -> Pace {
+        Pace { level: 2, cost: None }
+    }
+
+    /// Learns how long a frame of this size took.
+    pub fn learn(&mut self, [width, height]: [u32; 2], took: Duration) {
+        let cost = took.as_secs_f64() / (f64::from(width) * f64::from(height));
+        self.cost = Some(self.cost.map_or(cost, |known| known + LATEST * (cost - known)));
+    }
+
+    /// Forgets what is known, since frames are rendered in another way; the size stays.
+    pub fn forget(&mut self) {
+        self.cost = None;
+    }
+
+    /// The size of the next frame of a picture of this size, at so many frames a second.
+    pub fn size(&mut self, full: [u32; 2], fps: f64) -> [u32; 2] {
+        if let Some(cost) = self.cost {
+            let time = |level: usize| {
+                let [width, height] = sized(full, SHARES[level]);
+                cost * f64::from(width) * f64::from(height) * fps
+            };
+            while self.level + 1 < SHARES.len() && time(self.level) > TOO_LONG {
+                self.level += 1;
+            }
+            while self.level > 0 && time(self.level - 1) < ROOM {
+                self.level -= 1;
+            }
+        }
+        sized(full, SHARES[self.level])
+    }
+}
+
+fn sized(full: [u32; 2], share: f64) -> [u32; 2] {
+    full.map(|side| ((f64::from(side) * share).round() as u32).max(LEAST.min(side)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FULL: [u32; 2] = [960, 540];
+
+    #[test]
+    fn frames_are_as_large_as_the_rate_allows_and_stay_so() {
+        let mut pace = Pace::new();
+        // A machine of 1 us a pixel: 0.1 s are 100,000 px, and 518,400 px the whole.
+        let mut sizes = Vec::new();
+        for _ in 0..10 {
+            let size = pace.size(FULL, 10.0);
+            pace.learn(size, Duration::from_secs_f64(1e-6 * f64::from(size[0] * size[1])));
+            sizes.push(size);
+        }
+        assert_eq!(sizes[1..], [[360, 203]; 9], "three eighths have 72,900 px, one half 129,600");
+        assert_eq!(pace.size(FULL, 1.0), FULL);
+        assert_eq!(pace.size(FULL, 200.0), [60, 34]);
+    }
+
+    #[test]
+    fn no_side_vanishes() {
+        let mut pace = Pace::new();
+        pace.learn(FULL, Duration::from_secs(100));
+        assert_eq!(pace.size([20, 8], 240.0), [16, 8]);
+    }
+}

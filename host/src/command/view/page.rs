@@ -1,0 +1,235 @@
+//! The page: one document that holds all it needs.
+
+use caustics::experiment::axis::{AXES, Axis, Values};
+use caustics::report;
+use caustics::scene::{CameraChoice, Scene};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use serde_json::json;
+
+use super::bounds;
+use super::look::Layer;
+use super::wish::Wish;
+
+const STYLE: &str = include_str!("page/view.css");
+/// Parts of the script, in the order in which they need each other.
+const SCRIPT: &str = concat!(
+    "'use strict';\n(() => {\n",
+    include_str!("page/camera.js"),
+    include_str!("page/screen.js"),
+    include_str!("page/controls.js"),
+    include_str!("page/view.js"),
+    "})();\n",
+);
+/// What a picture can be held against: value, and what it is.
+const AGAINST: [(&str, &str); 3] =
+    [("nothing", "nothing"), ("other", "other settings"), ("reference", "the reference, path traced")];
+
+/// The page, and what it may do.
+pub struct Page {
+    html: String,
+    policy: String,
+}
+
+impl Page {
+    /// The page of a scene; `run` tells this run of the program from others, and is a secret that marks the page's own script.
+    pub fn new(scene: &Scene, wish: &Wish, run: &str) -> Page {
+        let policy = format!(
+            "default-src 'none'; script-src 'nonce-{run}'; style-src 'nonce-{run}'; img-src blob: data:; connect-src 'self'; \
+             base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+        );
+        Page { html: document(scene, wish, run).into_string(), policy }
+    }
+
+    /// The document.
+    pub fn html(&self) -> &str {
+        &self.html
+    }
+
+    /// Its Content-Security-Policy: it runs its own script and loads nothing.
+    pub fn policy(&self) -> &str {
+        &self.policy
+    }
+}
+
+fn document(scene: &Scene, wish: &Wish, run: &str) -> Markup {
+    let [lower, upper] = bounds(scene);
+    let distance = if lower == upper { 1.0 } else { 0.5 * lower.distance(upper) };
+    let data = json!({ "scene": scene.name, "run": run, "distance": distance });
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (scene.name) " · caustics" }
+                link rel="icon" href="data:,";
+                style nonce=(run) { (PreEscaped(report::STYLE)) (PreEscaped(STYLE)) }
+            }
+            body data-page=(data.to_string()) {
+                header {
+                    h1 { (scene.name) }
+                    p #state role="status" { "connecting" }
+                    p #scale .dim {}
+                    p #pages .dim {}
+                    button #take type="button" hidden { "Take the wheel" }
+                    button #restore type="button" data-wheel hidden { "Restore my last settings" }
+                }
+                main {
+                    (stage())
+                    (panel(scene, wish))
+                }
+                script nonce=(run) { (PreEscaped(SCRIPT)) }
+            }
+        }
+    }
+}
+
+/// Where pictures are.
+fn stage() -> Markup {
+    html! {
+        div .theatre {
+            div #stage tabindex="0" role="application" aria-label="Picture: drag to orbit, shift and drag to pan, wheel to come closer" {
+                canvas .picture {}
+                canvas .picture .over hidden {}
+                div .handle role="slider" tabindex="0" aria-label="Wipe" aria-valuemin="0" aria-valuemax="100" aria-valuenow="50" {}
+            }
+            p #notice role="alert" hidden {}
+            p #failure role="alert" hidden {}
+            p #picked .dim {}
+            p .note {
+                "Drag to orbit, with shift to pan, with alt to look around; the wheel or two fingers come closer. W A S D Q E fly, arrows "
+                "turn. A double click is what the camera turns round."
+            }
+        }
+    }
+}
+
+/// What can be set, and what there is to know.
+fn panel(scene: &Scene, wish: &Wish) -> Markup {
+    html! {
+        div .controls {
+            section aria-label="View" {
+                h2 { "View" }
+                (field("camera", "Camera", &cameras(scene, wish)))
+                (field("fov", "Field of view (degrees)", &html! { input #fov type="number" min="0.1" max="170" step="any" data-wheel; }))
+                (field("layer", "Layer", &select("layer", &Layer::ALL.map(|(_, name, about)| (name, about)))))
+                div .field {
+                    label for="stops" { "Exposure (stops)" }
+                    span .pair {
+                        input #stops type="number" step="0.1" min="-64" max="64" value="0" data-wheel;
+                        label { input #auto type="checkbox" checked data-wheel; " auto" }
+                    }
+                }
+                @if scene.is_animated() { (time(scene, wish)) }
+                (field("against", "Wipe against", &select("against", &AGAINST)))
+                table #distance hidden {}
+            }
+            section aria-label="Method" {
+                h2 { "How to render" }
+                div .axes {
+                    div #own { (axes(0)) }
+                    div #other hidden { h3 { "On the right of the wipe" } (axes(1)) }
+                }
+            }
+            section aria-label="Size" {
+                h2 { "Size and rate" }
+                div .field {
+                    label for="width" { "Size (px)" }
+                    span .pair {
+                        input #width type="number" min="1" max="16384" data-wheel;
+                        input #height type="number" min="1" max="16384" aria-label="Height (px)" data-wheel;
+                    }
+                }
+                (field("rate", "Frames a second while moving", &html! { input #rate type="number" min="0.1" max="240" step="any" data-wheel; }))
+                button #pause type="button" aria-pressed="false" data-wheel { "Pause" }
+            }
+            section aria-label="Take it away" {
+                h2 { "Take it away" }
+                p .buttons {
+                    button type="button" data-save="picture.png" { "PNG" }
+                    button type="button" data-save="picture.exr" { "EXR" }
+                    button #copy type="button" disabled { "Copy as command" }
+                }
+                pre { code #command {} }
+            }
+            section aria-label="Numbers" {
+                h2 { "Numbers" }
+                p #device .dim {}
+                table #numbers {}
+                details #numbers-other hidden { summary { "On the right of the wipe" } table {} }
+                details { summary { "Passes" } table #passes {} }
+                details #warned hidden { summary { "Warnings" } ul #warnings {} }
+            }
+        }
+    }
+}
+
+fn field(id: &str, name: &str, control: &Markup) -> Markup {
+    html! { div .field { label for=(id) { (name) } (control) } }
+}
+
+fn select(id: &str, options: &[(&str, &str)]) -> Markup {
+    html! {
+        select id=(id) data-wheel {
+            @for (value, about) in options { option value=(value) title=(about) { (about) } }
+        }
+    }
+}
+
+fn cameras(scene: &Scene, wish: &Wish) -> Markup {
+    // One that was placed has options for its name.
+    let of_file = scene.cameras.iter().filter(|camera| !camera.name.starts_with("--"));
+    let is_chosen = |name: &str| matches!(&wish.camera, CameraChoice::Named(chosen) if chosen == name);
+    html! {
+        select #camera data-wheel {
+            option value="" { "free" }
+            @for camera in of_file {
+                option value=(camera.name) selected[is_chosen(&camera.name)] { (camera.name) }
+            }
+        }
+    }
+}
+
+fn time(scene: &Scene, wish: &Wish) -> Markup {
+    html! {
+        div .field {
+            label for="time" { "Time" }
+            span .pair {
+                button #play type="button" aria-pressed="false" data-wheel { "Play" }
+                span #seconds .dim {}
+            }
+        }
+        input #time type="range" min="0" max=(scene.duration()) step="any" value=(wish.time) aria-label="Time (s)" data-wheel;
+    }
+}
+
+/// The axes of a side: the same that are options of the command line.
+fn axes(side: usize) -> Markup {
+    html! {
+        @for axis in AXES {
+            @let id = format!("axis-{side}-{}", axis.key);
+            div .field {
+                label for=(id) title=(axis.about) { (axis.head) }
+                (axis_control(axis, &id, side))
+            }
+        }
+    }
+}
+
+fn axis_control(axis: &Axis, id: &str, side: usize) -> Markup {
+    match axis.values {
+        Values::Names(names) => html! {
+            select id=(id) data-axis=(axis.key) data-side=(side) data-wheel {
+                // What the machine decides.
+                @if axis.usual.is_empty() { option value="" { "auto" } }
+                @for (name, about) in names() {
+                    option value=(name) title=(about) { (name) }
+                }
+            }
+        },
+        Values::Numbers(which) => html! {
+            input id=(id) data-axis=(axis.key) data-side=(side) data-wheel title=(which) spellcheck="false";
+        },
+    }
+}

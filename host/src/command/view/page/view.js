@@ -1,0 +1,297 @@
+// The connection, and what the panel says and does.
+const page = JSON.parse(document.body.dataset.page);
+const find = (id) => document.getElementById(id);
+const all = (selector, root = document) => [...root.querySelectorAll(selector)];
+const token = new URLSearchParams(location.search).get('token');
+const MEMORY = `caustics-view ${page.scene}`;
+const AGAIN = 1000; // Time until a lost connection is tried again (ms).
+
+const screen = new Screen(find('stage'));
+let socket = null;
+let status = null;
+let camera = null;
+let steers = false;
+let isPending = false;
+// What this page asked for, to be asked for again after the program was started anew.
+let wanted = {};
+
+function send(message) {
+  if (socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
+}
+
+// Says something that the next run of the program is to know too.
+function want(key, message) {
+  wanted[key] = message;
+  try {
+    localStorage.setItem(MEMORY, JSON.stringify({ run: page.run, wanted }));
+  } catch {
+    // A browser that keeps nothing.
+  }
+  send(message);
+}
+
+function notice(text, lasts = 6000) {
+  const node = find('notice');
+  node.textContent = text;
+  node.hidden = !text;
+  clearTimeout(notice.timer);
+  if (text && lasts) notice.timer = setTimeout(() => notice(''), lasts);
+}
+
+// At most one message of a camera a frame of the screen.
+function moved() {
+  if (isPending || !camera) return;
+  isPending = true;
+  requestAnimationFrame(() => {
+    isPending = false;
+    want('look', { do: 'look', from: camera.from, look_at: camera.lookAt, fov: camera.fov });
+    find('fov').value = camera.fov.toFixed(1);
+    find('camera').value = '';
+  });
+}
+
+steer(screen, {
+  camera: () => (steers ? camera : null),
+  moved,
+  clicked: ([x, y]) => {
+    pickFor = 'tell';
+    send({ do: 'pick', x, y });
+  },
+  focused: ([x, y]) => {
+    pickFor = 'focus';
+    send({ do: 'pick', x, y });
+  },
+});
+let pickFor = 'tell';
+
+function picked(what) {
+  if (!what) {
+    notice('nothing is there');
+    return;
+  }
+  const place = what.position.map((value) => Number(value.toPrecision(5))).join(', ');
+  find('picked').textContent = `${what.material} at ${place}, ${what.distance.toPrecision(4)} m away`;
+  if (pickFor === 'focus' && camera) {
+    camera.lookAt = what.position;
+    moved();
+  }
+}
+
+// The table of axes, times, counters.
+function setValue(node, value) {
+  if (node && document.activeElement !== node && node.value !== String(value)) node.value = value;
+}
+
+const number = (value, digits = 3) =>
+  value === null || value === undefined ? '–' : Number(value) >= 1e5 ? Number(value).toExponential(2) : String(Number(Number(value).toPrecision(digits)));
+
+function rows(node, pairs) {
+  node.replaceChildren(
+    ...pairs.map(([name, value]) => {
+      const row = document.createElement('tr');
+      const [head, cell] = [document.createElement('th'), document.createElement('td')];
+      head.scope = 'row';
+      head.textContent = name;
+      cell.textContent = value;
+      row.append(head, cell);
+      return row;
+    }),
+  );
+}
+
+function told(now) {
+  status = now;
+  if (now.camera && (!camera || !isPending)) {
+    const distance = camera ? camera.distance : page.distance;
+    const isOther = !camera || length(add(camera.from, now.camera.from, -1)) > 1e-4 * distance || Math.abs(camera.fov - now.camera.fov) > 0.01;
+    // The page at the wheel knows best where it is, but for cameras of the file.
+    if (!camera || !steers || (now.camera.name && isOther)) camera = Camera.of(now.camera, distance);
+    setValue(find('camera'), now.camera.name || '');
+    setValue(find('fov'), camera.fov.toFixed(1));
+  }
+  now.axes.forEach((axes, side) => {
+    for (const [key, { value, useless }] of Object.entries(axes)) {
+      const node = find(`axis-${side}-${key}`);
+      if (!node) continue;
+      setValue(node, value);
+      node.disabled = !steers || Boolean(useless);
+      node.title = useless ? `this method ${useless}` : '';
+    }
+  });
+  setValue(find('against'), now.against);
+  setValue(find('layer'), now.layer);
+  setValue(find('width'), now.size[0]);
+  setValue(find('height'), now.size[1]);
+  setValue(find('rate'), now.target_fps);
+  find('other').hidden = now.against !== 'other';
+  document.body.classList.toggle('two', now.against === 'other');
+  find('pause').setAttribute('aria-pressed', now.paused);
+  if (find('time')) {
+    if (document.activeElement !== find('time')) find('time').value = now.time;
+    find('seconds').textContent = `${now.time.toFixed(2)} of ${now.duration.toFixed(2)} s`;
+    find('play').setAttribute('aria-pressed', now.playing);
+  }
+  const { picture, other } = now;
+  if (picture) {
+    const fps = picture.frame_ms ? 1000 / picture.frame_ms : 0;
+    find('device').textContent = `${picture.device} (${picture.why})`;
+    const about = (of) => [
+      ['size', `${of.size[0]} x ${of.size[1]} px`],
+      ['frame', `${number(of.frame_ms)} ms`],
+      ['samples', number(of.samples, 6)],
+      ['estimated relMSE', number(of.error)],
+      ['light paths', number(of.light_paths, 6)],
+      ...Object.entries(of.rates).map(([name, value]) => [name.replace('_per_s', '').replaceAll('_', ' '), `${number(value / 1e6)} M a second`]),
+    ];
+    rows(find('numbers'), about(picture));
+    rows(find('passes'), Object.entries(picture.pass_ms).map(([name, ms]) => [name, `${number(ms)} ms`]));
+    find('state').textContent = now.paused
+      ? 'paused'
+      : now.moves
+        ? `moving, ${number(fps)} frames/s at ${picture.size[0]} x ${picture.size[1]}`
+        : `${picture.samples} samples, ${number(picture.seconds, 3)} s, error ${number(picture.error)}`;
+    find('numbers-other').hidden = !other;
+    if (other) rows(find('numbers-other').lastElementChild, about(other));
+    const warnings = [...now.warnings, ...picture.warnings];
+    find('warnings').replaceChildren(...warnings.map((text) => Object.assign(document.createElement('li'), { textContent: text })));
+    find('warned').hidden = !warnings.length;
+  }
+  if (now.distance) rows(find('distance'), Object.entries(now.distance).map(([name, value]) => [name, number(value)]));
+  find('distance').hidden = !now.distance;
+  if (now.command) find('command').textContent = now.command;
+  find('copy').disabled = !now.command;
+  find('failure').textContent = now.failure || '';
+  find('failure').hidden = !now.failure;
+}
+
+function atTheWheel(now) {
+  steers = now.steers;
+  document.body.classList.toggle('onlooker', !steers);
+  all('[data-wheel]').forEach((node) => { node.disabled = !steers; });
+  find('take').hidden = steers;
+  find('pages').textContent = now.pages > 1 ? `${now.pages} pages look on` : '';
+}
+
+const heads = {
+  status: told,
+  wheel: atTheWheel,
+  picked: (now) => picked(now.what),
+  error: (now) => notice(now.what),
+  gone: (now) => screen.gone(now.side),
+  hello: (now) => {
+    // Another run of the program: it is told what this page wanted of the one before.
+    if (page.run !== now.run) {
+      page.run = now.run;
+      Object.values(wanted).forEach(send);
+    }
+  },
+};
+
+function connect() {
+  const address = new URL('connection', location.href);
+  address.protocol = 'ws:';
+  address.search = `?token=${token}`;
+  socket = new WebSocket(address);
+  socket.binaryType = 'arraybuffer';
+  socket.addEventListener('open', () => {
+    document.body.classList.remove('lost');
+    notice('');
+  });
+  socket.addEventListener('message', async ({ data }) => {
+    if (typeof data === 'string') {
+      const now = JSON.parse(data);
+      if (heads[now.is]) heads[now.is](now);
+      return;
+    }
+    const head = await screen.show(data);
+    document.body.dataset.serial = head.serial;
+    document.body.dataset.samples = head.samples;
+    document.body.dataset.format = head.format;
+    find('scale').textContent = head.brightest === null ? `${head.stops.toFixed(1)} stops` : `0 to ${number(head.brightest)}`;
+    send({ do: 'shown', serial: head.serial });
+  });
+  socket.addEventListener('close', () => {
+    document.body.classList.add('lost');
+    notice('the connection is lost; trying again', 0);
+    setTimeout(connect, AGAIN);
+  });
+}
+
+// The panel.
+all('[data-axis]').forEach((node) => {
+  node.addEventListener('change', () => {
+    const { side, axis } = node.dataset;
+    want(`axis ${side} ${axis}`, { do: 'axis', side: Number(side), key: axis, value: node.value.trim() });
+  });
+});
+const onChange = (id, message) => {
+  const node = find(id);
+  if (node) node.addEventListener('change', () => { const what = message(node); if (what) want(id, what); });
+};
+onChange('camera', ({ value }) => {
+  delete wanted.look;
+  camera = null;
+  return value ? { do: 'camera', name: value } : null;
+});
+find('fov').addEventListener('change', ({ target }) => {
+  if (!camera || !(target.value > 0)) return;
+  camera.fov = Number(target.value);
+  moved();
+});
+onChange('against', ({ value }) => ({ do: 'against', what: value }));
+onChange('layer', ({ value }) => ({ do: 'layer', name: value }));
+onChange('rate', ({ value }) => ({ do: 'rate', fps: Number(value) }));
+const size = () => ({ do: 'size', width: Number(find('width').value), height: Number(find('height').value) });
+['width', 'height'].forEach((id) => find(id).addEventListener('change', () => want('size', size())));
+const exposure = () => ({ do: 'exposure', stops: find('auto').checked ? 'auto' : find('stops').value });
+['auto', 'stops'].forEach((id) => find(id).addEventListener('input', () => {
+  if (id === 'stops') find('auto').checked = false;
+  want('exposure', exposure());
+}));
+const clock = (isPlaying) => ({ do: 'time', seconds: Number(find('time').value), playing: isPlaying });
+if (find('time')) {
+  find('time').addEventListener('input', () => want('time', clock(false)));
+  find('play').addEventListener('click', () => want('time', clock(!status.playing)));
+}
+find('pause').addEventListener('click', () => send({ do: 'pause', paused: !status.paused }));
+find('take').addEventListener('click', () => send({ do: 'wheel' }));
+find('copy').addEventListener('click', async () => {
+  try {
+    await navigator.clipboard.writeText(find('command').textContent);
+    notice('copied');
+  } catch {
+    getSelection().selectAllChildren(find('command'));
+    notice('select and copy the command below');
+  }
+});
+all('[data-save]').forEach((node) => {
+  node.addEventListener('click', async () => {
+    const name = node.dataset.save;
+    const response = await fetch(`${name}?token=${token}`);
+    if (!response.ok) {
+      notice(await response.text());
+      return;
+    }
+    const link = document.createElement('a');
+    link.href = URL.createObjectURL(await response.blob());
+    link.download = `${page.scene}-${name}`;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+  });
+});
+// What a page of an earlier run wanted can be had again.
+try {
+  const kept = JSON.parse(localStorage.getItem(MEMORY) || 'null');
+  if (kept && kept.run !== page.run && Object.keys(kept.wanted).length) {
+    find('restore').hidden = false;
+    find('restore').addEventListener('click', () => {
+      wanted = kept.wanted;
+      Object.entries(wanted).forEach(([key, message]) => want(key, message));
+      camera = null;
+      find('restore').hidden = true;
+    });
+  }
+} catch {
+  // A browser that keeps nothing.
+}
+connect();

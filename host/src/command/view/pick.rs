@@ -1,0 +1,44 @@
+//! What is met first in a pixel.
+
+use caustics::scene::{Scene, SceneCamera};
+use caustics_kernels::interface::features::Features;
+use caustics_kernels::interface::ray::Ray;
+use caustics_kernels::trace::Tracer;
+use serde::Serialize;
+
+/// What is met first in a pixel.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Picked {
+    /// Where, in the file's coordinates (m).
+    pub position: [f64; 3],
+    /// Distance from the eye (m).
+    pub distance: f64,
+    /// Index of the triangle, and of the instance that it stands in; 0 is the world.
+    pub triangle: u32,
+    /// The instance.
+    pub instance: u32,
+    /// Name of its material.
+    pub material: String,
+}
+
+/// What a camera's ray meets first, in a picture of this size (px), at a place by shares of its width and height from the upper left.
+pub fn picked(scene: &Scene, camera: &SceneCamera, size: [u32; 2], place: [f64; 2]) -> Option<Picked> {
+    let eye = camera.camera(size[0], size[1]);
+    let [x, y] = place.map(|share| (2.0 * share - 1.0) as f32);
+    let direction = (eye.forward + eye.right * x - eye.up * y).try_normalize()?;
+    let ray = Ray::endless(camera.position, direction);
+    let features = scene.features(0.0) | Features::INSTANCES | Features::CUT_OUTS;
+    let hit = scene.tracer(features).closest(&ray);
+    if hit.is_miss() {
+        return None;
+    }
+    let position = scene.origin + (camera.position + direction * hit.distance).as_dvec3();
+    let material = scene.surfaces[hit.triangle as usize].material as usize;
+    Some(Picked {
+        position: position.to_array(),
+        distance: f64::from(hit.distance),
+        triangle: hit.triangle,
+        instance: hit.instance,
+        material: scene.material_names[material].clone(),
+    })
+}

@@ -1,0 +1,130 @@
+//! The picture as a file, and the command that renders it again.
+
+use std::path::Path;
+
+use caustics::experiment::axis::{AXES, Axis, HISTORY, PATH_HISTORY, PATHS_PER_PIXEL, RUNNER};
+use caustics::experiment::cell::{Cell, Paths};
+use caustics::output::exr;
+use caustics::scene::{CameraChoice, Scene};
+use clap::CommandFactory;
+use clap::parser::ValueSource;
+
+use super::lane::Lane;
+use super::wish::Wish;
+use crate::cli::Cli;
+use crate::command::identity::{attributes, identity};
+
+/// The EXR file of what a lane has summed: that of `render`, byte for byte but for the seconds that it took.
+pub fn exr(lane: &Lane, scene: &Scene, camera: &str, file: &Path) -> anyhow::Result<Vec<u8>> {
+    let Lane { opened, settings, sums, way, report, .. } = lane;
+    let session = &opened.session;
+    let identity = identity(scene, camera, settings, way.cell.method, opened.gather, &opened.choice, session);
+    let attributes = attributes(identity, file, session, sums.frames(), report.wall.as_secs_f64());
+    let variance = sums.variance().map(|variance| (variance, sums.frames()));
+    Ok(exr::encode(&sums.mean(), variance, &attributes)?)
+}
+
+/// Options of `view` that the page decides, or that `render` does not have; axes are left out too.
+const OF_THE_PAGE: [&str; 12] = [
+    "port",
+    "bind",
+    "target_fps",
+    "kernels",
+    "time",
+    "width",
+    "height",
+    "camera",
+    "from",
+    "look_at",
+    "fov",
+    "exposure",
+];
+
+/// What of the command line of `view` is said to `render` too, as words.
+pub fn kept() -> Vec<String> {
+    let command = Cli::command();
+    let (Some(view), Ok(matches)) = (command.find_subcommand("view"), command.clone().try_get_matches())
+    else {
+        return Vec::new();
+    };
+    let Some(matches) = matches.subcommand_matches("view") else { return Vec::new() };
+    let mut words = Vec::new();
+    for argument in view.get_arguments() {
+        let id = argument.get_id().as_str();
+        let is_given = matches.value_source(id) == Some(ValueSource::CommandLine);
+        let is_axis = caustics::experiment::axis::keys().any(|(key, ..)| key == id);
+        if !is_given || is_axis || OF_THE_PAGE.contains(&id) {
+            continue;
+        }
+        words.extend(argument.get_long().map(|name| format!("--{name}")));
+        if argument.get_action().takes_values() {
+            let values = matches.get_raw(id).into_iter().flatten();
+            words.extend(values.map(|value| quoted(&value.to_string_lossy())));
+        }
+    }
+    words
+}
+
+/// The command that renders the mean of so many frames of the picture again, with the same bits: `kept` of the command line, and
+/// what the page decided. `camera` is the name of the camera, `stops` the exposure of the PNG.
+pub fn command(
+    kept: &[String],
+    wish: &Wish,
+    cell: &Cell,
+    camera: &str,
+    time: f64,
+    frames: u32,
+    stops: f64,
+) -> String {
+    let mut words = vec!["caustics".to_string(), "render".into()];
+    words.extend_from_slice(kept);
+    match wish.camera {
+        // Its name is the options that place it.
+        CameraChoice::Placed(_) => words.push(camera.into()),
+        CameraChoice::Named(_) | CameraChoice::First => words.extend(["--camera".into(), quoted(camera)]),
+    }
+    let mut option = |name: &str, value: &str| words.extend([format!("--{name}"), quoted(value)]);
+    let [width, height] = wish.size;
+    option("width", &width.to_string());
+    option("height", &height.to_string());
+    if time != 0.0 {
+        option("time", &time.to_string());
+    }
+    for axis in AXES.into_iter().filter(|axis| (axis.useless)(cell).is_none()) {
+        if let Some((name, value)) = spelled(axis, cell) {
+            option(&name, &value);
+        }
+    }
+    option("frames", &frames.to_string());
+    // One frame alone would go through the centres of its pixels.
+    if !kept.iter().any(|word| word == "--pixel-filter") {
+        option("pixel-filter", "box");
+    }
+    option("exposure", &format!("{stops:.2}"));
+    words.extend(["-o", "picture.exr", "--png", "picture.png"].map(String::from));
+    words.join(" ")
+}
+
+/// The option of an axis and its value; none where it is the usual one, or `render` does not have it.
+fn spelled(axis: &'static Axis, cell: &Cell) -> Option<(String, String)> {
+    let value = match (axis, cell.paths) {
+        (axis, _) if [&HISTORY, &PATH_HISTORY].contains(&axis) => return None,
+        (axis, _) if *axis == RUNNER => cell.asked_runner.into(),
+        (axis, Paths::Count(count)) if *axis == PATHS_PER_PIXEL => {
+            return Some(("light-paths".into(), count.to_string()));
+        }
+        (axis, Paths::PerPixel(paths)) if *axis == PATHS_PER_PIXEL => paths.to_string(),
+        (axis, _) if *axis == PATHS_PER_PIXEL => return None,
+        (axis, _) => axis.get(cell),
+    };
+    (value != axis.usual && !value.is_empty()).then(|| (axis.option(), value))
+}
+
+/// A word as a POSIX shell takes it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        return word.into();
+    }
+    format!("'{}'", word.replace('\'', "'\\''"))
+}

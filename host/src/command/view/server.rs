@@ -1,0 +1,116 @@
+//! Serves the page, what it saves, and its connection.
+
+use std::sync::Arc;
+
+use axum::Router;
+use axum::body::Body;
+use axum::extract::ws::WebSocketUpgrade;
+use axum::extract::{Request, State};
+use axum::http::StatusCode;
+use axum::http::header::{self, HeaderMap, HeaderName, HeaderValue};
+use axum::middleware::{self, Next};
+use axum::response::{Html, IntoResponse, Response};
+use axum::routing::get;
+use tokio::net::TcpListener;
+
+use super::connection;
+use super::guard::Guard;
+use super::page::Page;
+use super::shared::{Asked, Shared};
+use super::wheel::Wheel;
+
+/// Longest message of a page (bytes).
+const MAX_MESSAGE: usize = 64 << 10;
+/// Pages at most.
+const MAX_PAGES: usize = 16;
+
+/// What the server knows.
+pub struct Site {
+    /// What the renderer shares.
+    pub shared: Arc<Shared>,
+    /// Who may come.
+    pub guard: Guard,
+    /// The page.
+    pub page: Page,
+    /// What tells this run of the program from others.
+    pub run: String,
+    /// Who is at the wheel.
+    pub wheel: Wheel,
+}
+
+/// Serves until the future is dropped.
+pub async fn serve(listener: TcpListener, site: Arc<Site>) -> std::io::Result<()> {
+    axum::serve(listener, router(site)).await
+}
+
+/// All that can be asked for.
+pub fn router(site: Arc<Site>) -> Router {
+    Router::new()
+        .route("/", get(page))
+        .route("/connection", get(connect))
+        .route("/picture.exr", get(exr))
+        .route("/picture.png", get(png))
+        .layer(middleware::from_fn_with_state(Arc::clone(&site), guarded))
+        .with_state(site)
+}
+
+/// Refuses who may not come, and forbids what a page of this server never needs.
+async fn guarded(State(site): State<Arc<Site>>, request: Request, next: Next) -> Response {
+    let mut response = match site.guard.refuses(request.uri(), request.headers()) {
+        Some(refusal) => refusal.into_response(),
+        None => next.run(request).await,
+    };
+    let forbids: [(HeaderName, &str); 5] = [
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::CACHE_CONTROL, "no-store"),
+        (header::X_FRAME_OPTIONS, "DENY"),
+        (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
+    ];
+    for (name, value) in forbids {
+        response.headers_mut().insert(name, HeaderValue::from_static(value));
+    }
+    response
+}
+
+async fn page(State(site): State<Arc<Site>>) -> Response {
+    let policy = HeaderValue::from_str(site.page.policy());
+    match policy {
+        Ok(policy) => {
+            ([(header::CONTENT_SECURITY_POLICY, policy)], Html(site.page.html().to_string())).into_response()
+        }
+        Err(_) => StatusCode::INTERNAL_SERVER_ERROR.into_response(),
+    }
+}
+
+async fn connect(State(site): State<Arc<Site>>, headers: HeaderMap, upgrade: WebSocketUpgrade) -> Response {
+    // A browser always says whose page it is.
+    if !headers.contains_key(header::ORIGIN) {
+        return (StatusCode::FORBIDDEN, "a connection is for this server's page").into_response();
+    }
+    let Some(seat) = site.wheel.sit(MAX_PAGES) else {
+        return (StatusCode::SERVICE_UNAVAILABLE, "too many pages look on").into_response();
+    };
+    let upgrade = upgrade.max_message_size(MAX_MESSAGE).max_frame_size(MAX_MESSAGE);
+    upgrade.on_upgrade(move |socket| connection::run(socket, site, seat))
+}
+
+async fn exr(State(site): State<Arc<Site>>) -> Response {
+    file(&site, Asked::Exr, "image/x-exr").await
+}
+
+async fn png(State(site): State<Arc<Site>>) -> Response {
+    file(&site, Asked::Png, "image/png").await
+}
+
+/// A file that the renderer makes.
+async fn file(site: &Site, asked: Asked, kind: &'static str) -> Response {
+    let answer = match site.shared.ask(asked) {
+        Ok(answer) => answer.await.unwrap_or_else(|_| Err("the program ends".into())),
+        Err(error) => Err(error),
+    };
+    match answer {
+        Ok(bytes) => ([(header::CONTENT_TYPE, kind)], Body::from(bytes)).into_response(),
+        Err(error) => (StatusCode::SERVICE_UNAVAILABLE, error).into_response(),
+    }
+}

@@ -1,0 +1,171 @@
+//! What the renderer and the connections of pages share. Nothing in it grows: a wish is one, whatever the number of messages that
+//! made it, and of pictures and words only the latest is kept.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use tokio::sync::{oneshot, watch};
+
+use super::look::{Look, Shown};
+use super::wish::{Message, Wish};
+
+/// What pages ask the renderer for and have not got yet, at most.
+const MAX_REQUESTS: usize = 8;
+
+/// A picture for pages.
+#[derive(Debug)]
+pub struct Frame {
+    /// The how manieth of all.
+    pub serial: u64,
+    /// Frames that it is the mean of.
+    pub samples: u32,
+    /// Whether something moves.
+    pub moves: bool,
+    /// The picture.
+    pub shown: Shown,
+}
+
+/// What a page asks the renderer for between frames.
+#[derive(Debug)]
+pub enum Asked {
+    /// The picture as an EXR file.
+    Exr,
+    /// The picture as a PNG file.
+    Png,
+    /// What is met first in a pixel, by shares of width and height; answered in JSON.
+    Pick([f64; 2]),
+}
+
+/// The answer of the renderer: bytes of a file, or why there are none.
+pub type Answer = Result<Vec<u8>, String>;
+
+struct State {
+    wish: Wish,
+    onlookers: usize,
+    asked: Vec<(Asked, oneshot::Sender<Answer>)>,
+    is_over: bool,
+}
+
+/// What the renderer and the connections of pages share.
+pub struct Shared {
+    state: Mutex<State>,
+    changed: Condvar,
+    /// Ends the frame that is rendered.
+    pub stop: Arc<AtomicBool>,
+    /// The latest picture, and that which it is held against.
+    pub frames: [watch::Sender<Option<Arc<Frame>>>; 2],
+    /// How pictures are shown.
+    pub look: watch::Sender<Look>,
+    /// What the renderer says of itself, in JSON.
+    pub status: watch::Sender<Arc<str>>,
+}
+
+/// What the renderer finds to do.
+pub enum Next {
+    /// To end.
+    End,
+    /// An answer to a page.
+    Answer(Asked, oneshot::Sender<Answer>),
+    /// A frame.
+    Frame(Box<Wish>),
+}
+
+impl Shared {
+    /// With a wish to begin with, and nobody who looks on.
+    pub fn new(wish: Wish) -> Arc<Shared> {
+        let look = watch::Sender::new(wish.look);
+        Arc::new(Shared {
+            state: Mutex::new(State { wish, onlookers: 0, asked: Vec::new(), is_over: false }),
+            changed: Condvar::new(),
+            stop: Arc::default(),
+            frames: [watch::Sender::new(None), watch::Sender::new(None)],
+            look,
+            status: watch::Sender::new("{}".into()),
+        })
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        // Whoever panicked left a whole state: fields are assigned last.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The wish as it is.
+    pub fn wish(&self) -> Wish {
+        self.state().wish.clone()
+    }
+
+    /// Does what a message says.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with it, for people.
+    pub fn take(&self, message: &Message) -> Result<(), String> {
+        let mut state = self.state();
+        if state.wish.take(message)? {
+            self.stop.store(true, Ordering::Relaxed);
+        }
+        self.look.send_if_modified(|look| std::mem::replace(look, state.wish.look) != state.wish.look);
+        self.changed.notify_all();
+        Ok(())
+    }
+
+    /// Asks the renderer for something.
+    ///
+    /// # Errors
+    ///
+    /// If it is asked for too much already.
+    pub fn ask(&self, asked: Asked) -> Result<oneshot::Receiver<Answer>, String> {
+        let mut state = self.state();
+        if state.asked.len() >= MAX_REQUESTS {
+            return Err("too much is asked for at once; try again".into());
+        }
+        let (answer, receiver) = oneshot::channel();
+        state.asked.push((asked, answer));
+        self.changed.notify_all();
+        Ok(receiver)
+    }
+
+    /// Counts someone who looks on, or one less.
+    pub fn look_on(&self, comes: bool) {
+        let mut state = self.state();
+        let onlookers = state.onlookers;
+        state.onlookers = if comes { onlookers + 1 } else { onlookers.saturating_sub(1) };
+        self.changed.notify_all();
+    }
+
+    /// Ends the renderer after the frame at hand, which is stopped.
+    pub fn end(&self) {
+        self.state().is_over = true;
+        self.stop.store(true, Ordering::Relaxed);
+        self.changed.notify_all();
+    }
+
+    /// Waits until there is something to do. Nothing is rendered while nobody looks on. From then on the flag `stop` means the
+    /// frame that follows.
+    pub fn next(&self) -> Next {
+        let mut state = self.state();
+        loop {
+            if state.is_over {
+                return Next::End;
+            }
+            if !state.asked.is_empty() {
+                let (asked, answer) = state.asked.remove(0);
+                return Next::Answer(asked, answer);
+            }
+            if state.onlookers > 0 && !state.wish.paused {
+                self.stop.store(false, Ordering::Relaxed);
+                return Next::Frame(Box::new(state.wish.clone()));
+            }
+            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    /// Waits until a wish is taken, or for a while: after a failure that another wish may mend.
+    pub fn rest(&self, most: Duration) {
+        let state = self.state();
+        if !state.is_over && state.asked.is_empty() {
+            drop(self.changed.wait_timeout(state, most));
+        }
+    }
+}

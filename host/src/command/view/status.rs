@@ -1,0 +1,97 @@
+//! What the renderer says of itself to the pages, in JSON.
+
+use caustics::scene::{CameraChoice, Scene, SceneCamera};
+use serde_json::{Value, json};
+
+use super::lane::Lane;
+use super::save;
+use super::wish::Wish;
+
+/// What there is to say.
+pub struct Said<'a> {
+    /// What of the command line `render` is told too.
+    pub kept: &'a [String],
+    /// The scene.
+    pub scene: &'a Scene,
+    /// What is wanted.
+    pub wish: &'a Wish,
+    /// Whom it is seen by, once known.
+    pub camera: Option<&'a SceneCamera>,
+    /// The time of the animations (s).
+    pub time: f64,
+    /// Whether something moves.
+    pub moves: bool,
+    /// What renders the picture.
+    pub lane: Option<&'a Lane>,
+    /// What renders what it is held against.
+    pub against: Option<&'a Lane>,
+    /// How far they are apart.
+    pub distance: Option<&'a Value>,
+    /// Exposure of the picture that was shown last (stops).
+    pub stops: f64,
+    /// What failed.
+    pub failure: Option<&'a str>,
+}
+
+/// All of it.
+pub fn text(said: &Said<'_>) -> String {
+    let Said { scene, wish, time, moves, lane, against, failure, .. } = *said;
+    let mut value = json!({
+        "is": "status", "moves": moves, "paused": wish.paused, "size": (wish.size), "time": time,
+        "duration": scene.duration(), "playing": wish.playing.is_some(), "target_fps": wish.target_fps,
+        "failure": failure, "warnings": scene.warnings, "distance": said.distance,
+        "axes": ([values(wish, 0), values(wish, 1)]), "against": wish.against, "layer": wish.look.layer,
+    });
+    if let Some(camera) = said.camera {
+        value["camera"] = of_camera(scene, wish, camera);
+    }
+    if let Some(lane) = lane {
+        value["picture"] = of_lane(lane);
+        if let Some(camera) = said.camera.filter(|_| !moves) {
+            let (cell, frames) = (&lane.way.cell, lane.sums.frames());
+            let command = save::command(said.kept, wish, cell, &camera.name, time, frames, said.stops);
+            value["command"] = command.into();
+        }
+    }
+    if let Some(lane) = against {
+        value["other"] = of_lane(lane);
+    }
+    value.to_string()
+}
+
+/// The values of all axes of a side.
+fn values(wish: &Wish, side: usize) -> Value {
+    let cell = &wish.cells[side];
+    let axes = caustics::experiment::axis::AXES.into_iter();
+    axes.map(|axis| {
+        let is_runner = *axis == caustics::experiment::axis::RUNNER;
+        let value = if is_runner { cell.asked_runner.to_string() } else { axis.get(cell) };
+        (axis.key.to_string(), json!({ "value": value, "useless": (axis.useless)(cell) }))
+    })
+    .collect::<serde_json::Map<_, _>>()
+    .into()
+}
+
+/// Where it is in the file's coordinates (m), which way it looks, its field of view (degrees).
+fn of_camera(scene: &Scene, wish: &Wish, camera: &SceneCamera) -> Value {
+    let position = scene.origin + camera.position.as_dvec3();
+    let named = matches!(wish.camera, CameraChoice::Named(_)).then_some(&camera.name);
+    json!({
+        "from": position.to_array(), "forward": camera.forward.as_dvec3().to_array(),
+        "fov": f64::from(camera.fov_y).to_degrees(), "name": named,
+    })
+}
+
+fn of_lane(lane: &Lane) -> Value {
+    let [width, height] = lane.way.size;
+    let error = lane.sums.relative_error();
+    json!({
+        "device": lane.opened.session.device(), "why": lane.opened.reason, "gather": lane.opened.gather,
+        "method": lane.way.cell.method.name, "size": lane.way.size, "frames": lane.report.frames(),
+        "frame_ms": lane.report.frame_ms(), "pass_ms": lane.report.pass_ms(),
+        "rates": lane.report.rates(u64::from(width) * u64::from(height)), "counters": lane.report.counters,
+        "warnings": lane.report.counters.warnings(), "light_paths": lane.report.light_paths(),
+        "samples": lane.sums.frames(), "error": error.is_finite().then_some(error),
+        "seconds": lane.report.wall.as_secs_f64(),
+    })
+}

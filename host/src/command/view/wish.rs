@@ -1,0 +1,187 @@
+//! What is wanted of the picture, and the messages of the page that change it.
+
+use std::time::{Duration, Instant};
+
+use caustics::experiment::axis::{Axis, HISTORY, PATH_HISTORY};
+use caustics::experiment::cell::Cell;
+use caustics::exposure::Exposure;
+use caustics::scene::{CameraChoice, Place};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use super::look::{Layer, Look};
+use crate::command::options::{check_rays, check_size};
+
+/// What moves counts as moving for so long after it last did.
+const SETTLES: Duration = Duration::from_millis(250);
+/// Frames a second that one can ask for.
+const RATES: std::ops::RangeInclusive<f64> = 0.1..=240.0;
+
+/// What the picture is held against.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Against {
+    /// Nothing.
+    #[default]
+    Nothing,
+    /// Another way to render.
+    Other,
+    /// What path tracing of everything converges to.
+    Reference,
+}
+
+/// What is wanted of the picture.
+#[derive(Clone, Debug)]
+pub struct Wish {
+    /// Whom it is seen by.
+    pub camera: CameraChoice,
+    /// Time of the animations (s).
+    pub time: f64,
+    /// Since when they play, from that time on.
+    pub playing: Option<Instant>,
+    /// Width and height of the picture (px).
+    pub size: [u32; 2],
+    /// Frames a second to hold while something moves.
+    pub target_fps: f64,
+    /// How to render, and how to render what it is held against.
+    pub cells: [Cell; 2],
+    /// What it is held against.
+    pub against: Against,
+    /// How a picture is shown.
+    pub look: Look,
+    /// Until when something counts as moving.
+    pub moves_until: Option<Instant>,
+    /// Whether nothing is rendered.
+    pub paused: bool,
+}
+
+/// What the page says.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Message {
+    /// Look from here, in the file's coordinates (m), with this vertical field of view (degrees).
+    Look { from: [f64; 3], look_at: [f64; 3], fov: f64 },
+    /// Look through a camera of the file.
+    Camera { name: String },
+    /// Go to a time (s), and play or not.
+    Time { seconds: f64, playing: bool },
+    /// Give an axis a value, of the picture (0) or of what it is held against (1).
+    Axis { side: u8, key: String, value: String },
+    /// Size of the picture (px).
+    Size { width: u32, height: u32 },
+    /// Frames a second to hold while something moves.
+    Rate { fps: f64 },
+    /// Exposure, in stops or `auto`.
+    Exposure { stops: String },
+    /// The layer that is shown.
+    Layer { name: Layer },
+    /// What the picture is held against.
+    Against { what: Against },
+    /// Whether nothing is rendered.
+    Pause { paused: bool },
+    /// What is met first in a pixel; places are shares of width and height.
+    Pick { x: f64, y: f64 },
+    /// The page has shown a picture.
+    Shown { serial: u64 },
+    /// The sender wants to be at the wheel.
+    Wheel,
+}
+
+impl Wish {
+    /// Does what a message says; whether the picture at hand is no longer what is wanted.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with it, for people.
+    pub fn take(&mut self, message: &Message) -> Result<bool, String> {
+        match message {
+            Message::Look { from, look_at, fov } => {
+                let [from, look_at] = [from, look_at].map(|place| Place(DVec3::from_array(*place)));
+                if !from.0.is_finite() || !look_at.0.is_finite() {
+                    return Err("a camera must be somewhere".into());
+                }
+                let placed = CameraChoice::of(None, Some(from), Some(look_at), Some(*fov))?;
+                self.camera = placed;
+            }
+            Message::Camera { name } => self.camera = CameraChoice::Named(name.clone()),
+            Message::Time { seconds, playing } => {
+                if !seconds.is_finite() {
+                    return Err("a time must be a number of seconds".into());
+                }
+                self.time = *seconds;
+                self.playing = playing.then(Instant::now);
+            }
+            Message::Axis { side, key, value } => self.set(*side, key, value)?,
+            Message::Size { width, height } => self.resize([*width, *height])?,
+            Message::Rate { fps } => {
+                if !RATES.contains(fps) {
+                    return Err(format!("give {} to {} frames a second", RATES.start(), RATES.end()));
+                }
+                self.target_fps = *fps;
+                return Ok(false);
+            }
+            Message::Exposure { stops } => {
+                self.look.exposure = stops.parse::<Exposure>()?;
+                return Ok(false);
+            }
+            Message::Layer { name } => {
+                self.look.layer = *name;
+                return Ok(false);
+            }
+            Message::Against { what } => {
+                self.against = *what;
+                return Ok(false);
+            }
+            Message::Pause { paused } => {
+                self.paused = *paused;
+                return Ok(false);
+            }
+            Message::Pick { .. } | Message::Shown { .. } | Message::Wheel => return Ok(false),
+        }
+        self.moves_until = Some(Instant::now() + SETTLES);
+        Ok(true)
+    }
+
+    fn set(&mut self, side: u8, key: &str, value: &str) -> Result<(), String> {
+        let axis = Axis::find(key).ok_or_else(|| format!("there is no axis {key:?}"))?;
+        let cell = self.cells.get_mut(usize::from(side)).ok_or("there are two sides, 0 and 1")?;
+        let mut changed = cell.clone();
+        axis.set(&mut changed, value).map_err(|wrong| format!("{}: {wrong}", axis.head))?;
+        check_rays(&changed, self.size[0], self.size[1]).map_err(|wrong| wrong.to_string())?;
+        *cell = changed;
+        Ok(())
+    }
+
+    fn resize(&mut self, size: [u32; 2]) -> Result<(), String> {
+        let [width, height] = size;
+        check_size(width, height).map_err(|wrong| wrong.to_string())?;
+        for cell in &self.cells {
+            check_rays(cell, width, height).map_err(|wrong| wrong.to_string())?;
+        }
+        self.size = size;
+        Ok(())
+    }
+
+    /// Whether something moves now.
+    pub fn moves(&self, now: Instant) -> bool {
+        self.playing.is_some() || self.moves_until.is_some_and(|until| now < until)
+    }
+
+    /// The time of the animations now (s), which start again after this duration (s).
+    pub fn time_at(&self, now: Instant, duration: f64) -> f64 {
+        match self.playing {
+            Some(since) if duration > 0.0 => (self.time + (now - since).as_secs_f64()).rem_euclid(duration),
+            _ => self.time,
+        }
+    }
+}
+
+/// A way to render while all stands still and frames are averaged, as `render` does it: no history can help.
+pub fn still(cell: &Cell) -> Cell {
+    let mut cell = cell.clone();
+    for axis in [&HISTORY, &PATH_HISTORY] {
+        // A value that an axis has itself is one that it takes.
+        let _ = axis.set(&mut cell, axis.none);
+    }
+    cell.effective()
+}

@@ -90,6 +90,10 @@ impl<'a> Engine<'a> {
                     // Whoever asked may be gone.
                     let _ = answer.send(self.answer(&asked));
                 }
+                Next::Words(wish) => {
+                    self.said = None;
+                    self.say(&wish, None);
+                }
                 Next::Frame(wish) => {
                     if let Err(error) = self.frame(&wish) {
                         // A session that failed is opened anew.
@@ -322,7 +326,7 @@ impl<'a> Engine<'a> {
     fn converged(&mut self) -> anyhow::Result<&mut Lane> {
         let standing = self.stands.is_some();
         let lane = self.still[0].as_mut().filter(|lane| standing && lane.sums.frames() > 0);
-        lane.context("there is no picture yet: wait until it stands still")
+        lane.context("there is no picture yet: wait until all stands still, and is not paused")
     }
 
     fn exr(&mut self) -> anyhow::Result<Vec<u8>> {

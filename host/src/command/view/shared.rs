@@ -44,6 +44,8 @@ struct State {
     wish: Wish,
     onlookers: usize,
     asked: Vec<(Asked, oneshot::Sender<Answer>)>,
+    /// Whether the renderer has not seen the wish as it is.
+    is_new: bool,
     is_over: bool,
 }
 
@@ -69,6 +71,8 @@ pub enum Next {
     Answer(Asked, oneshot::Sender<Answer>),
     /// A frame.
     Frame(Box<Wish>),
+    /// Words alone: nothing is to be rendered.
+    Words(Box<Wish>),
 }
 
 impl Shared {
@@ -76,7 +80,7 @@ impl Shared {
     pub fn new(wish: Wish) -> Arc<Shared> {
         let look = watch::Sender::new(wish.look);
         Arc::new(Shared {
-            state: Mutex::new(State { wish, onlookers: 0, asked: Vec::new(), is_over: false }),
+            state: Mutex::new(State { wish, onlookers: 0, asked: Vec::new(), is_new: true, is_over: false }),
             changed: Condvar::new(),
             stop: Arc::default(),
             frames: [watch::Sender::new(None), watch::Sender::new(None)],
@@ -102,7 +106,9 @@ impl Shared {
     /// What is wrong with it, for people.
     pub fn take(&self, message: &Message) -> Result<(), String> {
         let mut state = self.state();
-        if state.wish.take(message)? {
+        let outdates = state.wish.take(message)?;
+        state.is_new = true;
+        if outdates {
             self.stop.store(true, Ordering::Relaxed);
         }
         self.look.send_if_modified(|look| std::mem::replace(look, state.wish.look) != state.wish.look);
@@ -155,7 +161,11 @@ impl Shared {
             }
             if state.onlookers > 0 && !state.wish.paused {
                 self.stop.store(false, Ordering::Relaxed);
+                state.is_new = false;
                 return Next::Frame(Box::new(state.wish.clone()));
+            }
+            if std::mem::take(&mut state.is_new) {
+                return Next::Words(Box::new(state.wish.clone()));
             }
             state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
         }

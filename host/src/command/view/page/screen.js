@@ -3,7 +3,7 @@ class Screen {
   constructor(stage) {
     this.stage = stage;
     this.canvases = [...stage.querySelectorAll('canvas.picture')];
-    this.contexts = this.canvases.map((canvas) => canvas.getContext('2d'));
+    this.contexts = this.canvases.map((canvas) => canvas.getContext('2d', { alpha: false }));
     this.handle = stage.querySelector('.handle');
     this.heads = [null, null];
     this.wipeTo(0.5);

@@ -44,7 +44,10 @@ function moved() {
   isPending = true;
   requestAnimationFrame(() => {
     isPending = false;
-    want('look', { do: 'look', from: camera.from, look_at: camera.lookAt, fov: camera.fov });
+    // As many digits as a single has, so that a command can be read.
+    const round = (value) => Number(value.toPrecision(8));
+    const [from, look_at] = [camera.from, camera.lookAt].map((place) => place.map(round));
+    want('look', { do: 'look', from, look_at, fov: round(camera.fov) });
     find('fov').value = camera.fov.toFixed(1);
     find('camera').value = '';
   });
@@ -159,6 +162,7 @@ function told(now) {
   if (now.distance) rows(find('distance'), Object.entries(now.distance).map(([name, value]) => [name, number(value)]));
   find('distance').hidden = !now.distance;
   if (now.command) find('command').textContent = now.command;
+  find('command').classList.toggle('dim', !now.command);
   find('copy').disabled = !now.command;
   find('failure').textContent = now.failure || '';
   find('failure').hidden = !now.failure;

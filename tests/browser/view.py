@@ -1,0 +1,330 @@
+#!/usr/bin/env python3
+"""Drives `caustics view` in headless Chromium: view.py CAUSTICS FOLDER_FOR_SCREENSHOTS [view's options].
+
+At 1280 and 390 pixels, light and dark: no console error, pictures come, dragging orbits within the rate, every axis changes and
+renders, the wipe follows, a pixel answers, PNG and EXR are saved and the copied command renders the same bits, onlookers look on,
+the program ends by Ctrl-C. Prints what failed and ends with 1.
+"""
+
+import hashlib
+import os
+import re
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from playwright.sync_api import sync_playwright
+
+SCENE = "mirror-room"
+SIZE = (160, 90)
+PATIENCE_S = 60
+# What a finger hits; see tests/browser/report.py.
+SMALLEST_TARGET_PX = 36
+
+failures = []
+
+
+def check(holds, what):
+    """Notes a failure and goes on: one run names all of them."""
+    if not holds:
+        failures.append(what)
+        print(f"FAILED: {what}", file=sys.stderr)
+
+
+class Program:
+    """The program, and the address that it printed."""
+
+    def __init__(self, caustics, options, folder):
+        width, height = SIZE
+        command = [caustics, "view", SCENE, "--port", "0", "--width", str(width), "--height", str(height), *options]
+        environment = {**os.environ, "SOURCE_DATE_EPOCH": "0"}
+        self.log = (folder / "program.log").open("w+")
+        self.process = subprocess.Popen(command, stderr=self.log, env=environment)
+        self.address = None
+        for _ in range(600):
+            text = (folder / "program.log").read_text()
+            found = re.search(r"http://\S+", text)
+            if found:
+                self.address = found[0]
+                break
+            if self.process.poll() is not None:
+                raise SystemExit(f"the program ended: {text}")
+            time.sleep(0.1)
+
+    def end(self):
+        self.process.send_signal(signal.SIGINT)
+        try:
+            code = self.process.wait(30)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            code = "none"
+        check(code == 0, f"Ctrl-C ends with {code}")
+
+
+def until(page, expression, argument=None):
+    """Waits until it holds in the page, whose policy lets no `wait_for_function` in."""
+    end = time.monotonic() + PATIENCE_S
+    while not page.evaluate(expression, argument):
+        if time.monotonic() > end:
+            raise TimeoutError(f"{expression} does not come to hold; {page.locator('body').inner_text()[:600]}")
+        page.wait_for_timeout(50)
+
+
+def watch(page, name):
+    """Notes what the console says."""
+    # What Chromium says of this script's own reading of pixels.
+    mine = "getImageData"
+    page.on("console", lambda line: check(mine in line.text or line.type not in ("error", "warning"), f"{name}: console: {line.text}"))
+    page.on("pageerror", lambda error: check(False, f"{name}: {error}"))
+
+
+def opened(context, address, name):
+    page = context.new_page()
+    page.set_default_timeout(1000 * PATIENCE_S)
+    watch(page, name)
+    page.goto(address)
+    until(page, "document.body.dataset.serial")
+    return page
+
+
+def samples(page, least):
+    """Waits until the picture is the mean of so many frames."""
+    until(page, f"Number(document.body.dataset.samples) >= {least} && !/moving/.test(document.getElementById('state').textContent)")
+
+
+def colours(page, side=0):
+    """Distinct colours among some pixels, and their mean."""
+    return page.evaluate(
+        """side => {
+            const canvas = document.querySelectorAll('#stage canvas.picture')[side];
+            const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+            const seen = new Set();
+            let sum = 0;
+            for (let i = 0; i < data.length; i += 4) { seen.add(data[i] << 16 | data[i + 1] << 8 | data[i + 2]); sum += data[i]; }
+            return [seen.size, 4 * sum / data.length];
+        }""",
+        side,
+    )
+
+
+def check_layout(page, name):
+    wide = page.evaluate("document.documentElement.scrollWidth")
+    width = page.evaluate("document.documentElement.clientWidth")
+    check(wide <= width, f"{name}: {wide} px wide in a window of {width}")
+    small = page.evaluate(
+        """least => [...document.querySelectorAll('button, select, summary, input:not([type=checkbox]):not([type=range])')]
+            .filter(node => node.checkVisibility() && node.getBoundingClientRect().height < least)
+            .map(node => node.id || node.textContent.trim())""",
+        SMALLEST_TARGET_PX,
+    )
+    check(not small, f"{name}: too small to be tapped: {small}")
+
+
+def middle(page):
+    page.locator("#stage").scroll_into_view_if_needed()
+    box = page.locator("#stage").bounding_box()
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def check_orbit(page, name):
+    """Drags, and sees pictures of what moves meanwhile."""
+    samples(page, 2)
+    before = page.evaluate("document.body.dataset.serial")
+    x, y = middle(page)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    moved = False
+    for step in range(40):
+        page.mouse.move(x + 2 * step, y + step / 2)
+        page.wait_for_timeout(50)
+        moved = moved or "moving" in page.locator("#state").inner_text()
+    page.mouse.up()
+    check(moved, f"{name}: nothing moves while the mouse drags")
+    shown = int(page.evaluate("document.body.dataset.serial")) - int(before)
+    check(shown >= 8, f"{name}: {shown} pictures in two seconds of dragging")
+    check(page.locator("#camera").input_value() == "", f"{name}: the camera is not free after an orbit")
+    samples(page, 1)
+    check("--from" in page.locator("#command").inner_text(), f"{name}: the command has no camera")
+
+
+def check_keys(page, name):
+    page.locator("#stage").focus()
+    fov = page.locator("#command").inner_text()
+    page.keyboard.down("d")
+    page.wait_for_timeout(400)
+    page.keyboard.up("d")
+    samples(page, 1)
+    check(page.locator("#command").inner_text() != fov, f"{name}: keys do not fly")
+
+
+def check_axes(page, name):
+    """Every value of every axis is taken, and makes a picture."""
+    for select in page.locator("#own select[data-axis]").all():
+        axis = select.get_attribute("data-axis")
+        usual = select.input_value()
+        values = select.evaluate("node => [...node.options].map(option => option.value)")
+        for value in values:
+            if axis == "runner" and value.startswith("gpu"):
+                continue
+            if select.is_disabled():
+                check(axis in ("gather", "emission"), f"{name}: {axis} is disabled with method basic")
+                break
+            select.select_option(value)
+            page.wait_for_timeout(150)
+        failure = page.locator("#failure")
+        select.select_option(usual)
+        page.wait_for_timeout(100)
+        check(failure.is_hidden() or "ray queries" in failure.inner_text(), f"{name}: {axis}: {failure.inner_text()}")
+    for axis, value, wrong in (("radius_px", "2", "-1"), ("max_bounces", "3", "99"), ("paths_per_pixel", "0.5", "x")):
+        field = page.locator(f"#axis-0-{axis}")
+        for text in (wrong, value):
+            field.fill(text)
+            field.press("Tab")
+            if text == wrong:
+                until(page, "!document.getElementById('notice').hidden")
+            else:
+                until(
+                    page,
+                    "([axis, text]) => document.getElementById('command').textContent.includes(`--${axis} ${text}`)",
+                    [axis.replace("_", "-"), text],
+                )
+    samples(page, 1)
+    check(colours(page)[0] > 50, f"{name}: the picture is empty after axes have changed")
+
+
+def home(page):
+    """Back to the file's camera."""
+    page.locator("#camera").select_option("main")
+    until(page, "document.getElementById('command').textContent.includes('--camera main')")
+    samples(page, 2)
+
+
+def check_layers(page, name):
+    home(page)
+    seen = {}
+    for layer in page.locator("#layer").evaluate("node => [...node.options].map(option => option.value)"):
+        page.locator("#layer").select_option(layer)
+        page.wait_for_timeout(700)
+        seen[layer] = colours(page)
+    check(len({tuple(value) for value in seen.values()}) == len(seen), f"{name}: layers look alike: {seen}")
+    page.locator("#layer").select_option("beauty")
+    page.locator("#stops").fill("-6")
+    until(page, "document.getElementById('scale').textContent.startsWith('-6')")
+    page.wait_for_timeout(700)
+    check(colours(page)[1] < 0.5 * seen["beauty"][1], f"{name}: exposure changes nothing")
+    page.locator("#auto").check()
+
+
+def check_wipe(page, name):
+    page.locator("#against").select_option("reference")
+    until(page, "document.getElementById('stage').classList.contains('split')")
+    until(page, "!document.getElementById('distance').hidden")
+    check(colours(page, 1)[0] > 50, f"{name}: the reference is empty")
+    box = page.locator("#stage").bounding_box()
+    handle = page.locator("#stage .handle")
+    middle_y = box["y"] + box["height"] / 2
+    page.mouse.move(box["x"] + box["width"] / 2, middle_y)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.2 * box["width"], middle_y)
+    page.mouse.up()
+    check(abs(int(handle.get_attribute("aria-valuenow")) - 20) <= 2, f"{name}: dragged to {handle.get_attribute('aria-valuenow')}")
+    handle.focus()
+    page.keyboard.press("ArrowRight")
+    check(abs(int(handle.get_attribute("aria-valuenow")) - 22) <= 2, f"{name}: keys do not move the wipe")
+    flip = page.locator("#distance tr").first.inner_text()
+    check("FLIP" in flip, f"{name}: the distance is {flip}")
+    page.locator("#against").select_option("other")
+    page.locator("#axis-1-method").select_option("kim2019")
+    until(page, "document.getElementById('numbers-other').innerText !== ''")
+    page.locator("#against").select_option("nothing")
+    until(page, "!document.getElementById('stage').classList.contains('split')")
+
+
+def check_pick(page, name):
+    x, y = middle(page)
+    page.mouse.click(x, y)
+    until(page, "/m away/.test(document.getElementById('picked').textContent)")
+    page.mouse.dblclick(x, y + 10)
+    page.wait_for_timeout(300)
+
+
+def check_saved(page, name, caustics, folder):
+    """The EXR of the page has the bytes of the copied command's."""
+    samples(page, 3)
+    page.locator("#pause").click()
+    until(page, "document.getElementById('state').textContent === 'paused'")
+    command = page.locator("#command").inner_text()
+    saved = {}
+    for file in ("picture.exr", "picture.png"):
+        with page.expect_download() as download:
+            page.locator(f"[data-save='{file}']").click()
+        saved[file] = folder / file
+        download.value.save_as(saved[file])
+    words = shlex.split(command)
+    check(words[:3] == ["caustics", "render", SCENE], f"{name}: the command is {command}")
+    words[0] = caustics
+    words[words.index("picture.exr")] = str(folder / "again.exr")
+    words[words.index("picture.png")] = str(folder / "again.png")
+    done = subprocess.run([*words, "--force"], env={**os.environ, "SOURCE_DATE_EPOCH": "0"}, capture_output=True, text=True)
+    check(done.returncode == 0, f"{name}: {command}: {done.stderr}")
+    digest = lambda path: hashlib.sha256(path.read_bytes()).hexdigest() if path.exists() else None
+    check(digest(saved["picture.exr"]) == digest(folder / "again.exr"), f"{name}: the EXR is not that of {command}")
+    check(saved["picture.png"].read_bytes()[:4] == b"\x89PNG", f"{name}: the PNG is none")
+    page.locator("#pause").click()
+    until(page, "document.getElementById('state').textContent !== 'paused'")
+
+
+def check_onlookers(context, page, address, name):
+    other = opened(context, address, f"{name}, onlooker")
+    until(other, "document.body.classList.contains('onlooker')")
+    check(other.locator("#layer").is_disabled(), f"{name}: an onlooker can steer")
+    other.locator("#take").click()
+    until(page, "document.body.classList.contains('onlooker')")
+    check(other.locator("#layer").is_enabled(), f"{name}: who took the wheel cannot steer")
+    other.close()
+    until(page, "!document.body.classList.contains('onlooker')")
+
+
+def main():
+    caustics, folder = sys.argv[1], Path(sys.argv[2])
+    folder.mkdir(parents=True, exist_ok=True)
+    program = Program(caustics, sys.argv[3:], folder)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        context = browser.new_context(viewport={"width": 1280, "height": 900})
+        page = opened(context, program.address, "page")
+        check_orbit(page, "page")
+        check_keys(page, "page")
+        check_layers(page, "page")
+        check_wipe(page, "page")
+        check_pick(page, "page")
+        check_onlookers(context, page, program.address, "page")
+        check_axes(page, "page")
+        check_saved(page, "page", caustics, folder)
+        context.close()
+        for width in (1280, 390):
+            for scheme in ("light", "dark"):
+                name = f"{width}-{scheme}"
+                viewport = {"width": width, "height": 844}
+                context = browser.new_context(viewport=viewport, color_scheme=scheme, has_touch=width < 500)
+                page = opened(context, program.address, name)
+                samples(page, 2)
+                check_layout(page, name)
+                page.locator("#against").select_option("other")
+                until(page, "document.getElementById('stage').classList.contains('split')")
+                check_layout(page, f"{name}, wipe")
+                page.screenshot(path=folder / f"{name}.png", full_page=True)
+                page.locator("#against").select_option("nothing")
+                context.close()
+        program.end()
+        browser.close()
+    if failures:
+        raise SystemExit(1)
+    print("the viewer does what it should")
+
+
+main()

@@ -13,3 +13,4 @@ mod panics;
 mod reference;
 mod schema;
 mod staging;
+mod view;

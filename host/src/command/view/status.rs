@@ -1,5 +1,7 @@
 //! What the renderer says of itself to the pages, in JSON.
 
+use caustics::experiment::axis::{AXES, PATHS_PER_PIXEL, RUNNER};
+use caustics::experiment::cell::Paths;
 use caustics::scene::{CameraChoice, Scene, SceneCamera};
 use serde_json::{Value, json};
 
@@ -62,14 +64,17 @@ pub fn text(said: &Said<'_>) -> String {
 /// The values of all axes of a side.
 fn values(wish: &Wish, side: usize) -> Value {
     let cell = &wish.cells[side];
-    let axes = caustics::experiment::axis::AXES.into_iter();
-    axes.map(|axis| {
-        let is_runner = *axis == caustics::experiment::axis::RUNNER;
-        let value = if is_runner { cell.asked_runner.to_string() } else { axis.get(cell) };
-        (axis.key.to_string(), json!({ "value": value, "useless": (axis.useless)(cell) }))
-    })
-    .collect::<serde_json::Map<_, _>>()
-    .into()
+    AXES.into_iter()
+        .map(|axis| {
+            let value = match cell.paths {
+                _ if *axis == RUNNER => cell.asked_runner.into(),
+                Paths::PerPixel(paths) if *axis == PATHS_PER_PIXEL => paths.to_string(),
+                _ => axis.get(cell),
+            };
+            (axis.key.to_string(), json!({ "value": value, "useless": (axis.useless)(cell) }))
+        })
+        .collect::<serde_json::Map<_, _>>()
+        .into()
 }
 
 /// Where it is in the file's coordinates (m), which way it looks, its field of view (degrees).

@@ -1,0 +1,289 @@
+//! `caustics view` from outside: who may come, and what pages that misbehave do to it.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+use tungstenite::client::IntoClientRequest;
+use tungstenite::{Message, WebSocket};
+
+const TOKEN: &str = "0123456789abcdef0123456789abcdef";
+/// Longest wait for anything.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A program that serves a page, ended with its test.
+struct Program {
+    child: Child,
+    port: u16,
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl Program {
+    fn start() -> Program {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_caustics"))
+            .args([
+                "view",
+                "mirror-room",
+                "--port",
+                "0",
+                "--width",
+                "32",
+                "--height",
+                "18",
+                "--runner",
+                "cpu",
+            ])
+            .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+            .env("CAUSTICS_VIEW_TOKEN", TOKEN)
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut first = String::new();
+        let mut lines = BufReader::new(child.stderr.take().unwrap());
+        lines.read_line(&mut first).unwrap();
+        // Whatever it says later must find a reader.
+        std::thread::spawn(move || std::io::copy(&mut lines, &mut std::io::sink()));
+        let port = first.split("127.0.0.1:").nth(1).and_then(|rest| rest.split('/').next()?.parse().ok());
+        Program { child, port: port.unwrap_or_else(|| panic!("no address in {first:?}")) }
+    }
+
+    fn stream(&self) -> TcpStream {
+        let stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        stream
+    }
+
+    /// Status and head of the answer to a request.
+    fn get(&self, path: &str, headers: &[(&str, &str)]) -> (u16, String) {
+        let mut stream = self.stream();
+        let mut request = format!("GET {path} HTTP/1.1\r\nConnection: close\r\n");
+        for (name, value) in headers {
+            request += &format!("{name}: {value}\r\n");
+        }
+        stream.write_all((request + "\r\n").as_bytes()).unwrap();
+        let mut answer = Vec::new();
+        stream.read_to_end(&mut answer).unwrap();
+        let answer = String::from_utf8_lossy(&answer).into_owned();
+        (answer.split(' ').nth(1).unwrap().parse().unwrap(), answer)
+    }
+
+    /// Opens the connection of a page; the status of a refusal.
+    fn page(&self, query: &str, origin: Option<&str>) -> Result<Page, u16> {
+        let mut request =
+            format!("ws://127.0.0.1:{}/connection{query}", self.port).into_client_request().unwrap();
+        if let Some(origin) = origin {
+            request.headers_mut().insert("Origin", origin.parse().unwrap());
+        }
+        match tungstenite::client(request, self.stream()) {
+            Ok((socket, _)) => Ok(Page(socket)),
+            Err(tungstenite::HandshakeError::Failure(tungstenite::Error::Http(answer))) => {
+                Err(answer.status().as_u16())
+            }
+            Err(error) => panic!("{error}"),
+        }
+    }
+
+    /// A page as a browser opens it.
+    fn own_page(&self) -> Page {
+        let origin = format!("http://127.0.0.1:{}", self.port);
+        self.page(&format!("?token={TOKEN}"), Some(&origin)).unwrap()
+    }
+}
+
+/// A page's end of its connection.
+struct Page(WebSocket<TcpStream>);
+
+impl Page {
+    fn say(&mut self, word: &Value) {
+        self.0.send(Message::text(word.to_string())).unwrap();
+    }
+
+    /// Reads, and says that pictures are shown, until something in words is found.
+    fn until<T>(&mut self, mut find: impl FnMut(&Value) -> Option<T>) -> T {
+        let end = Instant::now() + PATIENCE;
+        while Instant::now() < end {
+            match self.0.read().unwrap() {
+                Message::Binary(bytes) => {
+                    let head = head(&bytes);
+                    self.say(&json!({ "do": "shown", "serial": head["serial"] }));
+                }
+                Message::Text(text) => {
+                    if let Some(found) = find(&serde_json::from_str(&text).unwrap()) {
+                        return found;
+                    }
+                }
+                _ => {}
+            }
+        }
+        panic!("nothing is found");
+    }
+
+    /// The next picture's head, and its bytes.
+    fn picture(&mut self) -> (Value, Vec<u8>) {
+        loop {
+            if let Message::Binary(bytes) = self.0.read().unwrap() {
+                let head = head(&bytes);
+                self.say(&json!({ "do": "shown", "serial": head["serial"] }));
+                let start = 4 + u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
+                return (head, bytes[start..].to_vec());
+            }
+        }
+    }
+
+    /// The message of the next error.
+    fn error(&mut self) -> String {
+        self.until(|word| (word["is"] == "error").then(|| word["what"].as_str().unwrap().to_string()))
+    }
+}
+
+fn head(bytes: &[u8]) -> Value {
+    let size = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
+    serde_json::from_slice(&bytes[4..4 + size]).unwrap()
+}
+
+#[test]
+fn nobody_comes_without_the_token_or_from_another_page() {
+    let program = Program::start();
+    let host = format!("127.0.0.1:{}", program.port);
+    let own = [("Host", &*host)];
+    let (status, page) = program.get(&format!("/?token={TOKEN}"), &own);
+    assert_eq!(status, 200);
+    let page_lower = page.to_lowercase();
+    for header in [
+        "content-security-policy: default-src 'none'",
+        "cache-control: no-store",
+        "referrer-policy: no-referrer",
+    ] {
+        assert!(page_lower.contains(header), "{header}");
+    }
+    let zeros = "0".repeat(TOKEN.len());
+    for path in ["/", "/?token=", &format!("/?token={zeros}"), "/picture.exr", "/connection"] {
+        let (status, answer) = program.get(path, &own);
+        assert_eq!(status, 403, "{path}");
+        assert!(!answer.contains(TOKEN) && !answer.contains("canvas"), "{answer}");
+    }
+    for path in
+        ["/../../etc/passwd", "/..%2f..%2fetc/passwd", "//etc/passwd", "/scenes/mirror-room/scene.gltf"]
+    {
+        assert_eq!(program.get(&format!("{path}?token={TOKEN}"), &own).0, 404, "{path}");
+    }
+    for other in ["evil.example", "evil.example:80", "127.0.0.1.evil.example"] {
+        assert_eq!(program.get(&format!("/?token={TOKEN}"), &[("Host", other)]).0, 421, "{other}");
+    }
+    let crossed = [own[0], ("Origin", "http://evil.example")];
+    assert_eq!(program.get(&format!("/?token={TOKEN}"), &crossed).0, 403);
+    let long = "a".repeat(1 << 20);
+    let (status, _) = program.get(&format!("/?token={TOKEN}"), &[own[0], ("X-Long", &long)]);
+    assert!((400..500).contains(&status), "{status}");
+
+    let origin = format!("http://{host}");
+    let token = format!("?token={TOKEN}");
+    assert!(program.page(&token, Some(&origin)).is_ok());
+    for (query, origin) in [
+        ("", Some(&*origin)),
+        (&*format!("?token={zeros}"), Some(&*origin)),
+        (&token, Some("http://evil.example")),
+        (&token, Some("null")),
+        (&token, None),
+    ] {
+        assert_eq!(program.page(query, origin).err(), Some(403), "{query} {origin:?}");
+    }
+}
+
+#[test]
+fn pages_that_misbehave_are_answered_and_the_others_go_on() {
+    let program = Program::start();
+    let mut wheel = program.own_page();
+    assert!(wheel.until(|word| (word["is"] == "wheel").then(|| word["steers"] == true)));
+
+    for (wrong, what) in [
+        ("", "no message"),
+        ("{", "no message"),
+        ("[]", "no message"),
+        (r#"{"do":"shutdown"}"#, "no message"),
+        (r#"{"do":"look","from":[0,0,0],"look_at":[0,0,1e999],"fov":40}"#, "no message"),
+        (r#"{"do":"look","from":[0,0,0],"look_at":[0,0,1],"fov":0}"#, "fov 0"),
+        (r#"{"do":"time","seconds":1,"playing":1}"#, "no message"),
+        (r#"{"do":"axis","side":0,"key":"nothing","value":"1"}"#, "no axis"),
+        (r#"{"do":"axis","side":2,"key":"method","value":"basic"}"#, "two sides"),
+        (r#"{"do":"axis","side":0,"key":"method","value":"magic"}"#, "no method is called magic"),
+        (r#"{"do":"axis","side":0,"key":"paths_per_pixel","value":"1e9"}"#, "paths/px"),
+        (r#"{"do":"size","width":0,"height":1}"#, "each side"),
+        (r#"{"do":"size","width":16384,"height":16384}"#, "area"),
+        (r#"{"do":"rate","fps":-1}"#, "frames a second"),
+        (r#"{"do":"exposure","stops":"bright"}"#, "stops"),
+    ] {
+        wheel.0.send(Message::text(wrong)).unwrap();
+        let error = wheel.error();
+        assert!(error.contains(what), "{wrong}: {error}");
+    }
+    // A camera that looks at where it is cannot be shown; the next can.
+    wheel.say(&json!({ "do": "look", "from": [0, 1, 0], "look_at": [0, 1, 0], "fov": 40 }));
+    let failure = wheel.until(|word| word["failure"].as_str().map(String::from));
+    assert!(failure.contains("looks at where it is"), "{failure}");
+    wheel.say(&json!({ "do": "camera", "name": "main" }));
+    wheel.until(|word| {
+        (word["is"] == "status" && word["failure"].is_null() && word["moves"] == false).then_some(())
+    });
+
+    // An onlooker cannot steer, one that is too loud is cut off, and one that never reads does no harm.
+    let mut onlooker = program.own_page();
+    onlooker.say(&json!({ "do": "size", "width": 64, "height": 36 }));
+    assert!(onlooker.error().contains("at the wheel"));
+    let long = format!(r#"{{"do":"camera","name":"{}"}}"#, "a".repeat(1 << 20));
+    let _ = onlooker.0.send(Message::text(long));
+    let end = Instant::now() + PATIENCE;
+    while onlooker.0.read().is_ok() {
+        assert!(Instant::now() < end, "it is not cut off");
+    }
+    let _deaf = program.own_page();
+
+    // Of very many wishes the last counts.
+    for step in 1..=3000 {
+        let x = 0.0001 * f64::from(step);
+        wheel.say(&json!({ "do": "look", "from": [x, 1.5, 2.0], "look_at": [0, 1, 0], "fov": 40 }));
+    }
+    let from = wheel.until(|word| {
+        let is_still = word["is"] == "status" && word["moves"] == false && word["failure"].is_null();
+        word["camera"]["from"][0].as_f64().filter(|x| is_still && (x - 0.3).abs() < 1e-6)
+    });
+    assert!((from - 0.3).abs() < 1e-6);
+    let (head, bytes) = wheel.picture();
+    assert_eq!((head["width"].as_u64(), head["height"].as_u64()), (Some(32), Some(18)));
+    assert!(!bytes.is_empty());
+}
+
+#[test]
+fn a_port_that_is_taken_and_options_that_cannot_be_are_told() {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = taken.local_addr().unwrap().port().to_string();
+    let run = |options: &[&str], token: &str| {
+        let output = Command::new(env!("CARGO_BIN_EXE_caustics"))
+            .args(["view", "mirror-room"])
+            .args(options)
+            .env("CAUSTICS_VIEW_TOKEN", token)
+            .output()
+            .unwrap();
+        (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
+    };
+    let (code, stderr) = run(&["--port", &port], TOKEN);
+    assert!(code == 1 && stderr.contains(&format!("--port {port}")), "{stderr}");
+    for (options, token, what) in [
+        (&["--target-fps", "0"][..], TOKEN, "--target-fps 0"),
+        (&["--width", "0"], TOKEN, "--width 0"),
+        (&["--time", "NaN"], TOKEN, "--time NaN"),
+        (&[], "short", "CAUSTICS_VIEW_TOKEN"),
+        (&["--camera", "nobody", "--port", "0"], TOKEN, "nobody"),
+    ] {
+        let (code, stderr) = run(options, token);
+        assert!(code == 2 && stderr.contains(what), "{options:?}: {code} {stderr}");
+    }
+}

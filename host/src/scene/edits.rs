@@ -13,11 +13,9 @@ use super::{SceneError, viewpoint};
 use crate::file::read_head;
 use crate::hash::fnv1a;
 
-pub use self::recorded::Recorded;
-
 mod apply;
+mod camera;
 mod check;
-mod recorded;
 #[cfg(test)]
 mod tests;
 

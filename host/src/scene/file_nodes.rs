@@ -3,6 +3,7 @@
 use glam::{DAffine3, DQuat, DVec3};
 
 use super::animation::OfFile;
+use super::instanced::MeshInstance;
 use super::{Scene, SceneError};
 
 /// A node of the file, as it stands there.
@@ -71,7 +72,23 @@ impl Scene {
     pub fn place_of_node(&self, node: usize, time: f64) -> Option<DAffine3> {
         let of_file = |of_file: &OfFile| of_file.index == node;
         let joint = self.rig.joints.iter().position(|joint| joint.of_file.as_ref().is_some_and(of_file))?;
-        self.rig.upwards(joint).try_fold(DAffine3::IDENTITY, |below, node| Some(node.local.at(time)? * below))
+        let mut chain = self.rig.upwards(joint);
+        let place = chain.try_fold(DAffine3::IDENTITY, |below, node| Some(node.local.at(time)? * below));
+        place.filter(DAffine3::is_finite)
+    }
+
+    /// Names of the nodes whose cameras, lights and meshes move.
+    pub fn moving_nodes(&self) -> Vec<&str> {
+        let Some(motion) = &self.motion else { return Vec::new() };
+        let instanced = &self.instanced;
+        let cameras = motion.cameras.iter().filter(|camera| camera.moves).map(|camera| camera.joint);
+        let lights = motion.lights.iter().filter(|light| light.moves).map(|light| light.joint);
+        let meshes = instanced.instances.iter().filter_map(MeshInstance::node);
+        let bent = instanced.meshes.iter().filter_map(|mesh| Some(mesh.deformation.as_ref()?.node));
+        let mut joints: Vec<_> = cameras.chain(lights).chain(meshes).chain(bent).collect();
+        joints.sort_unstable();
+        joints.dedup();
+        joints.into_iter().map(|joint| self.rig.joints[joint].label.as_str()).collect()
     }
 }
 

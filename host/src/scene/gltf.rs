@@ -122,8 +122,8 @@ fn scene_of(mut document: Document) -> Result<Scene, SceneError> {
     let (materials, material_names) = material::read_all(&mut document)?;
     material::name_blended_media(&mut document, &materials, &material_names, &parts);
     let moves = placed.rig.joints.iter().any(|joint| joint.moves || !joint.morph.channels.is_empty());
-    let (cameras_on, lights_on) = (placed.cameras, placed.lights);
-    let motion = moves.then_some(Motion { file: file.into(), cameras: cameras_on, lights: lights_on });
+    let motion =
+        moves.then_some(Motion { file: file.into(), cameras: placed.cameras, lights: placed.lights });
 
     let textures = parts;
     let name = file.clone();

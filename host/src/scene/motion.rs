@@ -2,8 +2,7 @@
 
 use caustics_kernels::interface::features::Features;
 
-use super::instanced::MeshInstance;
-use super::{PunctualLight, Scene, SceneCamera};
+use super::{PunctualLight, SceneCamera};
 
 /// Something on a node.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,21 +31,5 @@ impl Motion {
     pub fn lights(&self) -> Features {
         let lights = self.lights.iter().filter(|light| light.what.intensity.max_element() > 0.0);
         lights.fold(Features(0), |all, light| all | light.what.shape.feature())
-    }
-}
-
-impl Scene {
-    /// Names of the nodes whose cameras, lights and meshes move.
-    pub fn moving_nodes(&self) -> Vec<&str> {
-        let Some(motion) = &self.motion else { return Vec::new() };
-        let instanced = &self.instanced;
-        let cameras = motion.cameras.iter().filter(|camera| camera.moves).map(|camera| camera.joint);
-        let lights = motion.lights.iter().filter(|light| light.moves).map(|light| light.joint);
-        let meshes = instanced.instances.iter().filter_map(MeshInstance::node);
-        let bent = instanced.meshes.iter().filter_map(|mesh| Some(mesh.deformation.as_ref()?.node));
-        let mut joints: Vec<_> = cameras.chain(lights).chain(meshes).chain(bent).collect();
-        joints.sort_unstable();
-        joints.dedup();
-        joints.into_iter().map(|joint| self.rig.joints[joint].label.as_str()).collect()
     }
 }

@@ -138,6 +138,10 @@ impl SceneParts {
     /// Refuses parts that do not belong together, and values that no kernel can use.
     fn check(&mut self) -> Result<(), SceneError> {
         geometry::check(&self.name, &self.triangles, &self.surfaces, &self.materials, &self.material_names)?;
+        if self.owners.len() > self.triangles.len() {
+            let what = "there are nodes for more triangles than it has".into();
+            return Err(SceneError::Tables { file: self.name.clone(), what });
+        }
         light::check(&self.name, &self.lights)?;
         // The coordinates of meshes stand behind the others while they are checked.
         if !self.textures.textures.is_empty() {

@@ -7,7 +7,8 @@ use caustics::image::Channels;
 use serde_json::Value;
 use tempfile::TempDir;
 
-const TINY: [&str; 8] = ["--width", "32", "--height", "18", "--light-paths", "2000", "--runner", "cpu"];
+const TINY: [&str; 6] = ["--width", "32", "--height", "18", "--runner", "cpu"];
+const PATHS: [&str; 2] = ["--light-paths", "2000"];
 /// Its nodes are a plane, a ring, a lamp and a camera.
 const SCENE: &str = "ring";
 
@@ -61,7 +62,7 @@ fn picture(folder: &TempDir, name: &str) -> Channels {
 fn render_shows_what_a_file_changes() {
     let desk = desk();
     let render = |out: &str, options: &[&str]| {
-        done(&desk, &[&["render", SCENE, "--frames", "1", "-o", out], options].concat());
+        done(&desk, &[&["render", SCENE, "--frames", "1", "-o", out], &PATHS[..], options].concat());
         picture(&desk, out)
     };
     let plain = render("plain.exr", &[]);
@@ -114,7 +115,7 @@ fn edits_that_are_of_something_else_are_refused() {
 #[test]
 fn animate_plays_the_keys_of_edits() {
     let desk = desk();
-    let animate = ["animate", SCENE, "-o", "f/##.exr", "--fps", "4", "--json"];
+    let animate = [&["animate", SCENE, "-o", "f/##.exr", "--fps", "4", "--json"], &PATHS[..]].concat();
     refused(&desk, &animate, 2, "nothing moves in ring");
     refused(&desk, &[&animate[..], &["--edits", "moved.toml"]].concat(), 2, "nothing moves in ring");
     let keyed = [&animate[..], &["--edits", "keys.toml"]].concat();

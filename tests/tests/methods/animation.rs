@@ -56,7 +56,7 @@ impl File {
         list.len() - 1
     }
 
-    fn accessor(&mut self, kind: &str, width: usize, values: &[f32]) -> usize {
+    pub(super) fn accessor(&mut self, kind: &str, width: usize, values: &[f32]) -> usize {
         let (offset, length) = (self.bytes.len(), 4 * values.len());
         self.bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
         let view =

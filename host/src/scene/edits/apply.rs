@@ -27,7 +27,7 @@ impl Scene {
     }
 
     /// The same with keys: nodes move by them, and so does a camera of its own where keys have one,
-    /// [`Recorded::NAME`](super::Recorded::NAME). A camera that stands still is left to [`Scene::place_camera`].
+    /// [`Recorded::NAME`](crate::scene::Recorded::NAME). A camera that stands still is left to [`Scene::place_camera`].
     ///
     /// # Errors
     ///
@@ -47,8 +47,12 @@ impl Scene {
 
     /// An error of edits that are not of this scene.
     fn wrong_edits(&self, what: String) -> SceneError {
-        let file = self.motion.as_ref().map_or(&self.name, |motion| &motion.file).clone();
-        SceneError::Edits { file, what }
+        SceneError::Edits { file: self.file().into(), what }
+    }
+
+    /// How messages call its file.
+    fn file(&self) -> &str {
+        self.motion.as_ref().map_or(&self.name, |motion| &motion.file)
     }
 
     /// What edits set, by nodes that may be moved.
@@ -58,7 +62,7 @@ impl Scene {
         let joint_of: HashMap<usize, usize> = of_file.collect();
         let mut channels = Channels::new();
         let mut add = |edit: &NodeEdit, time: f64, is_key: bool| {
-            let joint = *joint_of.get(&edit.node).ok_or_else(|| no_node(&self.name, edit.node))?;
+            let joint = *joint_of.get(&edit.node).ok_or_else(|| no_node(self.file(), edit.node))?;
             self.check_edit(joint, edit)?;
             for (path, value) in edit.parts() {
                 let channel = channels.entry((joint, path));

@@ -157,8 +157,8 @@ pub fn place(document: &mut Document) -> Result<Placed, SceneError> {
             has_light: light.is_some(),
             has_camera: node.camera.is_some(),
         };
-        let (label_of_node, of_file) = (label.clone(), Some(of_file));
-        placed.rig.joints.push(Node { label: label_of_node, of_file, parent, local, moves, morph });
+        let in_rig = Node { label: label.clone(), of_file: Some(of_file), parent, local, moves, morph };
+        placed.rig.joints.push(in_rig);
         placed.nodes.places.push(to_world);
         if let Some(mesh) = node.mesh.filter(|_| !is_flat) {
             let skin = node.skin.map(|skin| skin.value());

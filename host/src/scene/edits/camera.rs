@@ -1,41 +1,12 @@
-//! A camera that goes from key to key.
+//! The camera of a scene that follows keys of edits.
 
 use glam::DVec3;
 
 use super::{CameraEdit, Key};
 use crate::scene::animation::{Channel, Path};
+use crate::scene::recorded::Recorded;
 use crate::scene::viewpoint::{Place, Whole};
 use crate::scene::{Scene, SceneCamera, SceneError};
-
-/// A camera that goes from key to key: eye, what it looks at and field of view on lines.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Recorded {
-    /// Its index among the scene's cameras.
-    camera: usize,
-    /// Eye (m), what it looks at (m), and the vertical field of view (degrees, in x).
-    channels: [Channel; 3],
-}
-
-impl Recorded {
-    /// Name of the camera: the option that gives it.
-    pub const NAME: &str = "--edits";
-
-    /// Where it is at a time (s).
-    fn at(&self, time: f64) -> Whole {
-        let [from, look_at, field] = self.channels.each_ref().map(|channel| channel.at(time));
-        Whole { from: Place(from.truncate()), look_at: Place(look_at.truncate()), field: field.x }
-    }
-
-    /// Time of its last key (s).
-    pub(in crate::scene) fn duration(&self) -> f64 {
-        self.channels[0].times.last().copied().unwrap_or(0.0)
-    }
-
-    /// Bytes that tell it apart.
-    pub(in crate::scene) fn bytes(&self) -> impl Iterator<Item = u8> + '_ {
-        self.channels.iter().flat_map(Channel::bytes)
-    }
-}
 
 impl Scene {
     /// Has a camera follow what keys say of one, if they do; else none.
@@ -48,7 +19,7 @@ impl Scene {
         }
         let mut channels = [Path::Translation; 3].map(Channel::linear);
         for (time, key) in keys {
-            self.camera_at(&key.whole(), "")?;
+            self.camera_at(&key.whole(), Recorded::NAME)?;
             let values = [key.from.into(), key.look_at.into(), DVec3::new(key.fov, 0.0, 0.0)];
             for (channel, value) in channels.iter_mut().zip(values) {
                 channel.times.push(time);
@@ -57,7 +28,7 @@ impl Scene {
         }
         let known = self.cameras.iter().position(|camera| camera.name == Recorded::NAME);
         let recorded = Recorded { camera: known.unwrap_or(self.cameras.len()), channels };
-        let camera = self.camera_at(&recorded.at(0.0), Recorded::NAME)?;
+        let camera = self.follow(&recorded, 0.0)?;
         if known.is_none() {
             self.cameras.push(camera);
         }
@@ -72,7 +43,11 @@ impl Scene {
         time: f64,
     ) -> Result<Option<(usize, SceneCamera)>, SceneError> {
         let Some(recorded) = &self.recorded else { return Ok(None) };
-        let time = if time.is_nan() { 0.0 } else { time };
-        Ok(Some((recorded.camera, self.camera_at(&recorded.at(time), Recorded::NAME)?)))
+        Ok(Some((recorded.camera, self.follow(recorded, time)?)))
+    }
+
+    fn follow(&self, recorded: &Recorded, time: f64) -> Result<SceneCamera, SceneError> {
+        let (from, look_at, field) = recorded.at(time);
+        self.camera_at(&Whole { from: Place(from), look_at: Place(look_at), field }, Recorded::NAME)
     }
 }

@@ -206,8 +206,8 @@ impl Loading {
             strict: self.strict,
             variant: self.variant.clone(),
             animation: self.animation.clone(),
-            floor: false,
             copies: self.copies,
+            ..LoadOptions::default()
         }
     }
 }
@@ -241,6 +241,9 @@ pub struct Common {
     /// How the scene is read.
     #[command(flatten)]
     pub loading: Loading,
+    /// Change the scene as this TOML file says: where its nodes stand, the camera, and keys by which they move
+    #[arg(long, value_name = "FILE")]
+    pub edits: Option<PathBuf>,
     /// Resume from OUTPUT.checkpoint, which an interrupted run leaves behind
     #[arg(long)]
     pub resume: bool,

@@ -12,7 +12,7 @@ use crate::experiment::store;
 use crate::experiment::sweep::config::Config;
 use crate::image::Channels;
 use crate::report::{self, Request};
-use crate::scene::{self, Viewpoint};
+use crate::scene::{self, Edits, Viewpoint};
 use crate::sealed;
 
 /// A .gltf or .glb file, without others beside it, lit, looked at and brought to the end of its animations.
@@ -63,6 +63,16 @@ pub fn checkpoint(bytes: &[u8]) -> bool {
 /// The TOML of a sweep.
 pub fn sweep(bytes: &[u8]) -> bool {
     std::str::from_utf8(bytes).is_ok_and(|text| Config::parse(text).is_ok())
+}
+
+/// The TOML of edits; what is written of them is read back.
+pub fn edits(bytes: &[u8]) -> bool {
+    let edits = std::str::from_utf8(bytes).ok().and_then(|text| Edits::parse(text).ok());
+    edits.is_some_and(|edits| {
+        let text = edits.to_toml().unwrap_or_default();
+        assert!(Edits::parse(&text).is_ok_and(|again| again == edits), "{text}");
+        true
+    })
 }
 
 /// The JSON of a cell's result, and a report of it.

@@ -17,12 +17,15 @@ use caustics_kernels::texture::cut_out::CutOuts;
 use caustics_kernels::trace::bvh::BvhTracer;
 use glam::{DVec3, Vec3};
 
+use self::animation::NodeTree;
 use crate::hash::fnv1a;
 
 pub use self::camera::SceneCamera;
 pub use self::casters::Cuts;
+pub use self::edits::{CameraEdit, Edits, Key, NodeEdit};
 pub use self::environment::{EnvironmentMap, EnvironmentTables};
 pub use self::error::SceneError;
+pub use self::file_nodes::FileNode;
 pub use self::find::{MADE, names, resolve};
 pub use self::gltf::files::files;
 pub use self::gltf::options::LoadOptions;
@@ -33,6 +36,7 @@ pub use self::motion::Motion;
 pub use self::parts::SceneParts;
 pub use self::punctual::{LightShape, PunctualLight};
 pub use self::radiance::Radiance;
+pub use self::recorded::Recorded;
 pub use self::staging::{DefaultLight, Staged, Staging};
 pub use self::texture::TextureParts;
 pub use self::viewpoint::{CameraChoice, Eye, Orbit, Place, Viewpoint};
@@ -44,9 +48,11 @@ mod casters;
 mod corner;
 mod default_light;
 mod deformation;
+pub mod edits;
 mod environment;
 mod error;
 mod features;
+mod file_nodes;
 mod find;
 mod floor;
 mod geometry;
@@ -60,6 +66,7 @@ mod parts;
 mod pose;
 mod punctual;
 mod radiance;
+mod recorded;
 mod sheets;
 mod solids;
 mod staging;
@@ -100,8 +107,14 @@ pub struct Scene {
     pub instanced: Instanced,
     /// Triangles that emit, whatever their area at the pose at hand.
     pub emitters: Vec<Emitter>,
-    /// What moves, and how; `None` in a scene that stands still.
+    /// The file's nodes, and how they move.
+    pub rig: NodeTree,
+    /// Index of the node that each triangle of the world is of; [`NONE`](caustics_kernels::interface::NONE) where it is of none.
+    pub owners: Vec<u32>,
+    /// What moves with them; `None` in a scene that stands still.
     pub motion: Option<Motion>,
+    /// A camera that goes its own way.
+    pub recorded: Option<Recorded>,
     /// Radiance behind everything that the file asks for (W m^-2 sr^-1); it lights nothing.
     pub background: Vec3,
     /// Cameras, in the order of the file's nodes; then those that were placed.
@@ -129,8 +142,8 @@ impl Scene {
     pub fn fingerprint(&self) -> String {
         let tables = self.buffers();
         let bytes = tables.iter().flat_map(|(_, bytes)| *bytes).copied();
-        let channels = self.motion.iter().flat_map(|motion| motion.rig.bytes());
-        fnv1a(bytes.chain(channels))
+        let recorded = self.recorded.iter().flat_map(Recorded::bytes);
+        fnv1a(bytes.chain(self.rig.bytes()).chain(recorded))
     }
 
     /// The camera of a name; the first where none is given.
@@ -150,9 +163,9 @@ impl Scene {
         })
     }
 
-    /// Whether anything in the scene moves.
+    /// Whether anything in the scene moves, or may be edited.
     pub fn is_animated(&self) -> bool {
-        self.motion.is_some()
+        self.motion.is_some() || self.recorded.is_some()
     }
 
     /// Whether something can shine at some time, because what moves changes.
@@ -167,9 +180,9 @@ impl Scene {
         self.motion.as_ref().map_or(0, lamps).max(self.lights.len())
     }
 
-    /// Time of the last key of its animations (s); 0 where nothing moves.
+    /// Time of the last key of its animations and edits (s); 0 where nothing moves.
     pub fn duration(&self) -> f64 {
-        self.motion.as_ref().map_or(0.0, |motion| motion.rig.duration())
+        self.recorded.as_ref().map_or(0.0, Recorded::duration).max(self.rig.duration())
     }
 
     /// Its software tracer; `CUT_OUTS` and `INSTANCES` decide whether it looks for holes and for instances.

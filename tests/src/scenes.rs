@@ -1,6 +1,7 @@
 //! Builders of small scenes: panels, blocks, spheres and rings of a few materials, through [`SceneParts`].
 
 use std::f64::consts::{PI, TAU};
+use std::path::{Path, PathBuf};
 
 use caustics::scene::texture::{CornerCoordinates, Image, ImageTexture, Role};
 use caustics::scene::{LightShape, PunctualLight, Scene, SceneCamera, SceneParts, TextureParts};
@@ -8,6 +9,8 @@ use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAG_THIN, Mat
 use caustics_kernels::interface::texture::{MaterialTextures, WRAP_REPEAT};
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::{DVec3, Vec2, Vec3};
+use serde_json::Value;
+use tempfile::TempDir;
 
 /// Plain Lambert of this albedo.
 pub fn lambert(albedo: f32) -> Material {
@@ -320,8 +323,22 @@ impl Builder {
 
 /// A committed scene.
 pub fn committed(name: &str) -> Scene {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name);
-    Scene::load(&folder.join("scene.gltf")).expect("committed scenes load")
+    Scene::load(&folder(name).join("scene.gltf")).expect("committed scenes load")
+}
+
+/// A copy of a committed scene's files, and its document, for changes of it.
+pub fn copied(name: &str) -> (TempDir, Value) {
+    let copy = tempfile::tempdir().expect("a folder");
+    for file in std::fs::read_dir(folder(name)).expect("a scene") {
+        let file = file.expect("a file");
+        std::fs::copy(file.path(), copy.path().join(file.file_name())).expect("a copy");
+    }
+    let text = std::fs::read(copy.path().join("scene.gltf")).expect("a document");
+    (copy, serde_json::from_slice(&text).expect("JSON"))
+}
+
+fn folder(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name)
 }
 
 /// A grey room that is seen from one end, with a mirror and a lamp in the other half; a wall of this half thickness (m)

@@ -32,7 +32,7 @@ pub struct Animate {
     /// How to render.
     #[command(flatten)]
     pub axes: AxisOptions<OneWay>,
-    /// The frames, the last one left out (default: all of the scene's animations)
+    /// The frames, the last one left out (default: all of the scene's animations, and of the keys of --edits)
     #[arg(long, value_name = "A..B", value_parser = frames)]
     pub frames: Option<Range<u32>>,
     /// Frames a second: frame k shows the time k / fps

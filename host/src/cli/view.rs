@@ -33,6 +33,9 @@ pub struct Viewer {
     /// Time of the scene's animations that is shown first (s)
     #[arg(long, default_value_t = 0.0)]
     pub time: f64,
+    /// Begin with the edits of this file, which `render --edits` takes too
+    #[arg(long, value_name = "FILE")]
+    pub edits: Option<PathBuf>,
     /// Where it runs.
     #[command(flatten)]
     pub machine: Machine,

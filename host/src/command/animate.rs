@@ -38,8 +38,8 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     let mut plan = Plan::new(options)?;
     let file = scene::resolve(&common.scene)?;
     let is_interrupted = interrupt::watch()?;
-    let Staged { scene, camera: name, .. } = open(&file, &common.view, &common.loading)?;
-    plan.set_frames(&scene, scene_files(&file, &common.view))?;
+    let Staged { scene, camera: name, .. } = open(&file, common)?;
+    plan.set_frames(&scene, scene_files(&file, common))?;
     let video = plan.pattern.whole("mp4");
     if options.video {
         video::check(&video, common.force)?;

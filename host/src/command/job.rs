@@ -63,7 +63,7 @@ impl Job {
         check_outputs(&options)?;
         let every = duration("--checkpoint-every", options.checkpoint_every)?;
         let file = scene::resolve(&options.scene)?;
-        let scene_files = scene_files(&file, &options.view);
+        let scene_files = scene_files(&file, &options);
         check_scene_files(&scene_files, "-o", &options.output)?;
         if let Some(png) = &options.png {
             check_scene_files(&scene_files, "--png", png)?;
@@ -84,7 +84,7 @@ impl Job {
             return Err(TargetError::Exists(checkpoint).into());
         }
 
-        let Staged { mut scene, camera, .. } = open(&file, &options.view, &options.loading)?;
+        let Staged { mut scene, camera, .. } = open(&file, &options)?;
         scene.pose(time)?;
         let camera = scene.camera(Some(&camera))?;
         warn(&scene, method, &settings);

@@ -124,10 +124,11 @@ pub fn check_ending(flag: &str, path: &Path, ending: &str) -> Result<(), Usage> 
     }
 }
 
-/// The files that a scene is made of: its own, and that of `--environment`.
-pub fn scene_files(scene: &Path, view: &View) -> Vec<PathBuf> {
-    let environment = view.environment.as_deref().and_then(EnvironmentMap::file);
-    scene::files(scene).into_iter().chain(environment.map(Into::into)).collect()
+/// The files that a scene is made of: its own, and those of `--environment` and `--edits`.
+pub fn scene_files(scene: &Path, options: &Common) -> Vec<PathBuf> {
+    let environment = options.view.environment.as_deref().and_then(EnvironmentMap::file);
+    let others = environment.map(Into::into).into_iter().chain(options.edits.clone());
+    scene::files(scene).into_iter().chain(others).collect()
 }
 
 /// Refuses to write in the place of a file of the scene; `flag` names the output.

@@ -91,7 +91,7 @@ fn info(
             "flux_w": scene.flux.to_array(),
             "cameras": scene.cameras.iter().map(|camera| &camera.name).collect::<Vec<_>>(),
             "duration_s": scene.duration(),
-            "moving": moving(&scene),
+            "moving": scene.moving_nodes(),
             "tree_nodes": scene.nodes.len(),
             "features": feature_names(features),
             "deepest_useful_prefix": depth,
@@ -126,7 +126,7 @@ fn info(
         say(format_args!(
             "animation  {:.3} s, moves {}",
             scene.duration(),
-            joined(moving(&scene).into_iter())
+            joined(scene.moving_nodes().into_iter())
         ))?;
     }
     say(format_args!("tree       {} nodes, {} leaves", scene.nodes.len(), scene.blocks.len()))?;
@@ -146,11 +146,6 @@ fn info(
 fn joined<'a>(names: impl Iterator<Item = &'a str>) -> String {
     let shown = |name: &str| cut(name, 80).replace('\n', "\\n");
     names.map(shown).collect::<Vec<_>>().join(", ")
-}
-
-/// Nodes whose cameras, lights and meshes move.
-fn moving(scene: &Scene) -> Vec<&str> {
-    scene.motion.as_ref().map_or(Vec::new(), |motion| motion.names(&scene.instanced))
 }
 
 /// Names of what a scene needs.

@@ -1,9 +1,12 @@
 //! Animations: what keys say of a time, and where nodes stand then. All in f64.
 
-use glam::{DAffine3, DQuat, DVec3, DVec4};
+use glam::{DAffine3, DMat3, DQuat, DVec3, DVec4};
+
+/// Parts of the animations' time, at whose ends one looks where meshes are.
+const LOOKS: u32 = 8;
 
 /// Which part of a node's transform keys set.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Path {
     /// Its place (m).
     Translation,
@@ -64,6 +67,14 @@ impl Channel {
         }
     }
 
+    /// Bytes that tell it apart from others of the same thing.
+    pub fn bytes(&self) -> impl Iterator<Item = u8> + '_ {
+        let head = [self.path as u64, self.interpolation as u64];
+        let values = self.values.iter().flat_map(|value| value.to_array());
+        let words = head.into_iter().chain(self.times.iter().copied().chain(values).map(f64::to_bits));
+        words.flat_map(u64::to_le_bytes)
+    }
+
     fn value(&self, key: usize) -> DVec4 {
         if self.interpolation == Interpolation::Cubic { self.values[3 * key + 1] } else { self.values[key] }
     }
@@ -95,17 +106,32 @@ pub struct Local {
     pub rotation: DQuat,
     /// Scale.
     pub scale: DVec3,
-    /// Instead of the three, of a node that does not move.
-    pub matrix: Option<DAffine3>,
+    /// In place of rotation and scale, which are as near to it as they come, of a node that no animation moves.
+    pub matrix: Option<DMat3>,
     /// What sets parts of it.
     pub channels: Vec<Channel>,
+    /// What a person sets instead.
+    pub edits: Vec<Channel>,
+}
+
+impl Default for Local {
+    fn default() -> Local {
+        Local {
+            translation: DVec3::ZERO,
+            rotation: DQuat::IDENTITY,
+            scale: DVec3::ONE,
+            matrix: None,
+            channels: Vec::new(),
+            edits: Vec::new(),
+        }
+    }
 }
 
 impl Local {
     /// The transform at a time (s); none if it is not finite or has no rotation.
     pub fn at(&self, time: f64) -> Option<DAffine3> {
         let (mut translation, mut rotation, mut scale) = (self.translation, self.rotation, self.scale);
-        for channel in &self.channels {
+        for channel in self.channels.iter().chain(&self.edits) {
             let value = channel.at(time);
             match channel.path {
                 Path::Translation => translation = value.truncate(),
@@ -114,8 +140,9 @@ impl Local {
                 Path::Weights => {}
             }
         }
-        let transform = match self.matrix {
-            Some(matrix) => matrix,
+        let is_turned = self.edits.iter().any(|edit| edit.path != Path::Translation);
+        let transform = match self.matrix.filter(|_| !is_turned) {
+            Some(matrix3) => DAffine3 { matrix3, translation },
             None => {
                 let rotation = (rotation.length() > 1e-6).then(|| rotation.normalize())?;
                 DAffine3::from_scale_rotation_translation(scale, rotation, translation)
@@ -126,18 +153,35 @@ impl Local {
 }
 
 /// A node of the rig.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Node {
     /// How messages call it.
     pub label: String,
+    /// Which node of the file it is; none of what the file does not have as one.
+    pub of_file: Option<OfFile>,
     /// Index of its parent, which comes before it.
     pub parent: Option<usize>,
     /// Its own transform.
     pub local: Local,
-    /// Whether it or a node above it has channels.
+    /// Whether it or a node above it has channels, or may be edited.
     pub moves: bool,
     /// How its mesh's morph targets are weighted.
     pub morph: Morph,
+}
+
+/// A node as the file has it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OfFile {
+    /// Its index.
+    pub index: usize,
+    /// Its name.
+    pub name: Option<String>,
+    /// Whether it has a mesh.
+    pub has_mesh: bool,
+    /// Whether it has a punctual light.
+    pub has_light: bool,
+    /// Whether it has a camera.
+    pub has_camera: bool,
 }
 
 /// Weights of a node's morph targets.
@@ -177,23 +221,36 @@ pub struct NodeTree {
 }
 
 impl Node {
-    /// All that its animations set.
+    /// All that its animations and a person's edits set.
     fn channels(&self) -> impl Iterator<Item = &Channel> {
-        self.local.channels.iter().chain(&self.morph.channels)
+        self.local.channels.iter().chain(&self.morph.channels).chain(&self.local.edits)
     }
 }
 
 impl NodeTree {
-    /// Where every node is at a time (s), or the node whose place is not finite.
-    pub fn at(&self, time: f64) -> Result<Nodes, &Node> {
+    /// Where every node is at a time (s), or the index of the one whose place is not finite.
+    pub fn at(&self, time: f64) -> Result<Nodes, usize> {
         let mut places: Vec<DAffine3> = Vec::with_capacity(self.joints.len());
-        for joint in &self.joints {
+        for (id, joint) in self.joints.iter().enumerate() {
             let parent = joint.parent.map_or(DAffine3::IDENTITY, |parent| places[parent]);
             let place = joint.local.at(time).map(|local| parent * local);
-            places.push(place.filter(DAffine3::is_finite).ok_or(joint)?);
+            places.push(place.filter(DAffine3::is_finite).ok_or(id)?);
         }
         let weights = self.joints.iter().map(|joint| joint.morph.at(time)).collect();
         Ok(Nodes { places, weights })
+    }
+
+    /// A node and those above it.
+    pub fn upwards(&self, joint: usize) -> impl Iterator<Item = &Node> {
+        let node = |id: usize| self.joints.get(id);
+        std::iter::successors(node(joint), move |child| node(child.parent?))
+    }
+
+    /// Where nodes are at some times of the animations; a time at which that is not finite is left out.
+    pub fn looks(&self) -> impl Iterator<Item = Nodes> + '_ {
+        let last = self.duration();
+        let times = (0..=LOOKS).map(move |look| last * f64::from(look) / f64::from(LOOKS));
+        times.filter_map(|time| self.at(time).ok())
     }
 
     /// Time of the last key (s); 0 where nothing moves.
@@ -204,17 +261,10 @@ impl NodeTree {
 
     /// Bytes that tell animations apart.
     pub fn bytes(&self) -> impl Iterator<Item = u8> + '_ {
-        let channels = self
-            .joints
-            .iter()
-            .enumerate()
-            .flat_map(|(id, joint)| joint.channels().map(move |channel| (id, channel)));
-        let words = channels.flat_map(|(id, channel)| {
-            let head = [id as u64, channel.path as u64, channel.interpolation as u64];
-            let values = channel.values.iter().flat_map(|value| value.to_array());
-            head.into_iter().chain(channel.times.iter().copied().chain(values).map(f64::to_bits))
-        });
-        words.flat_map(u64::to_le_bytes)
+        let nodes = self.joints.iter().enumerate();
+        let channels =
+            nodes.flat_map(|(id, joint)| joint.channels().map(move |channel| (id as u64, channel)));
+        channels.flat_map(|(id, channel)| id.to_le_bytes().into_iter().chain(channel.bytes()))
     }
 }
 
@@ -299,26 +349,14 @@ mod tests {
 
     #[test]
     fn children_follow_their_parents() {
-        let still = |translation| Local {
-            translation,
-            rotation: DQuat::IDENTITY,
-            scale: DVec3::ONE,
-            matrix: None,
-            channels: Vec::new(),
-        };
+        let still = |translation| Local { translation, ..Local::default() };
         let grows = channel(
             Path::Scale,
             Interpolation::Linear,
             &[0.0, 1.0],
             &[[1.0, 1.0, 1.0, 0.0], [3.0, 1.0, 1.0, 0.0]],
         );
-        let joint = |parent, local| Node {
-            label: String::new(),
-            parent,
-            local,
-            moves: true,
-            morph: Morph::default(),
-        };
+        let joint = |parent, local| Node { parent, local, moves: true, ..Node::default() };
         let rig = NodeTree {
             joints: vec![
                 joint(None, Local { channels: vec![grows], ..still(DVec3::Y) }),

@@ -52,12 +52,10 @@ impl Scene {
         match &mut self.motion {
             None => self.punctual_lights.extend(what.placed(&place, self.origin)),
             Some(motion) => {
-                let joint = motion.rig.joints.len();
-                let local =
-                    Local { translation, rotation, scale: DVec3::ONE, matrix: None, channels: Vec::new() };
+                let joint = self.rig.joints.len();
+                let local = Local { translation, rotation, ..Local::default() };
                 let label = "the default light".into();
-                let morph = crate::scene::animation::Morph::default();
-                motion.rig.joints.push(Node { label, parent: None, local, moves: false, morph });
+                self.rig.joints.push(Node { label, local, ..Node::default() });
                 motion.lights.push(OnNode { joint, moves: false, what });
             }
         }

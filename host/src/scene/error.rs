@@ -279,6 +279,14 @@ pub enum SceneError {
         /// The scene.
         scene: String,
     },
+    /// Edits that cannot be read, or are of another scene.
+    #[error("{file}: {what}")]
+    Edits {
+        /// The file of the edits, or that of the scene.
+        file: String,
+        /// What is wrong, and what to do.
+        what: String,
+    },
     /// A camera that cannot be placed.
     #[error("the camera {viewpoint} {what}; give --from, --look-at or an orbit otherwise")]
     Viewpoint {

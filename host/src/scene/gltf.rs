@@ -122,12 +122,8 @@ fn scene_of(mut document: Document) -> Result<Scene, SceneError> {
     let (materials, material_names) = material::read_all(&mut document)?;
     material::name_blended_media(&mut document, &materials, &material_names, &parts);
     let moves = placed.rig.joints.iter().any(|joint| joint.moves || !joint.morph.channels.is_empty());
-    let motion = moves.then_some(Motion {
-        file: file.into(),
-        rig: placed.rig,
-        cameras: placed.cameras,
-        lights: placed.lights,
-    });
+    let motion =
+        moves.then_some(Motion { file: file.into(), cameras: placed.cameras, lights: placed.lights });
 
     let textures = parts;
     let name = file.clone();
@@ -141,7 +137,9 @@ fn scene_of(mut document: Document) -> Result<Scene, SceneError> {
         cameras,
         textures,
         origin,
+        owners: geometry.owners().collect(),
         instanced: geometry.instanced,
+        rig: placed.rig,
         motion,
         bounds: None,
     };

@@ -31,6 +31,8 @@ pub enum Stand {
 pub struct MeshInstance {
     /// Index of the mesh.
     pub mesh: usize,
+    /// Index of the node that has it, wherever it stands.
+    pub owner: usize,
     /// Where.
     pub stand: Stand,
 }
@@ -146,6 +148,11 @@ impl Instanced {
             Instance { root: mesh.nodes.start as u32, first: mesh.first, moving, ..Instance::default() }
         }));
         self.places = vec![None; self.instances.len()];
+    }
+
+    /// Forgets the pose at hand: the next one has none before it.
+    pub(super) fn forget(&mut self) {
+        self.places.fill(None);
     }
 
     /// Brings a scene's instances, and the tree above them, to where nodes are like this and meshes are bent to these vertices.

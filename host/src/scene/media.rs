@@ -7,7 +7,6 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::animation::Nodes;
 use super::instanced::Instanced;
 use super::mesh::Mesh;
-use super::motion::Motion;
 use super::solids::Solids;
 use super::{Scene, geometry};
 
@@ -30,13 +29,13 @@ pub struct Media {
 }
 
 impl Media {
-    /// The media of these triangles and of instances, around an origin (m); their sizes are those at time 0.
+    /// The media of these triangles and of instances, around an origin (m), where nodes are as at time 0.
     pub fn of(
         materials: &[Material],
         triangles: &[Triangle],
         surfaces: &[TriangleSurface],
         instanced: &Instanced,
-        motion: Option<&Motion>,
+        nodes: &Nodes,
         origin: DVec3,
     ) -> Media {
         let none = vec![false; materials.len()];
@@ -52,12 +51,11 @@ impl Media {
             by_medium(materials, mesh.own()).map(|(id, of_medium)| (id, Solids::of(&of_medium))).collect()
         };
         let of_meshes: Vec<_> = instanced.meshes.iter().map(of_mesh).collect();
-        let nodes = motion.map(|motion| motion.rig.at(0.0).unwrap_or_default());
         for instance in &instanced.instances {
             let Some(solids) = of_meshes.get(instance.mesh).filter(|solids| !solids.is_empty()) else {
                 continue;
             };
-            let place = instance.place(nodes.as_ref().unwrap_or(&Nodes::default()));
+            let place = instance.place(nodes);
             // A mesh that hides at time 0 is as large as in its own space.
             let scale = place.matrix3.determinant().abs();
             let scale = if scale > 0.0 { scale } else { 1.0 };

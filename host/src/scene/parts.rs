@@ -7,7 +7,7 @@ use caustics_kernels::interface::tree::TreeNode;
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::{DVec3, Vec3};
 
-use super::animation::Nodes;
+use super::animation::{NodeTree, Nodes};
 use super::instanced::Instanced;
 use super::media::Media;
 use super::mesh::{Mesh, coordinates};
@@ -39,6 +39,10 @@ pub struct SceneParts {
     pub origin: DVec3,
     /// Meshes beside the triangles, and where they stand.
     pub instanced: Instanced,
+    /// The file's nodes.
+    pub rig: NodeTree,
+    /// Index of the node that each triangle of the world is of, as far as it is of one; [`NONE`] and what is left out are none.
+    pub owners: Vec<u32>,
     /// What moves.
     pub motion: Option<Motion>,
     /// Lower and upper corner of the box around what is to be seen (m); none: around all triangles.
@@ -55,9 +59,10 @@ impl SceneParts {
     pub fn build(mut self) -> Result<Scene, SceneError> {
         self.check()?;
         texture::set_flags(&mut self.materials, &self.textures);
-        let (instanced, motion) = (&self.instanced, self.motion.as_ref());
-        let media =
-            Media::of(&self.materials, &self.triangles, &self.surfaces, instanced, motion, self.origin);
+        let (instanced, origin) = (&self.instanced, self.origin);
+        // Nothing stands on a node where none moves.
+        let nodes = self.motion.as_ref().and_then(|_| self.rig.at(0.0).ok()).unwrap_or_default();
+        let media = Media::of(&self.materials, &self.triangles, &self.surfaces, instanced, &nodes, origin);
         media.rank(&mut self.materials);
         let dropped_triangles = self.drop_degenerate();
         self.check_counts(dropped_triangles)?;
@@ -92,6 +97,8 @@ impl SceneParts {
             bounds,
             has_nested_media: media.are_nested(),
             dropped_triangles,
+            rig: self.rig,
+            owners: self.owners,
             ..Scene::default()
         };
         tree.append_to(&mut scene.nodes, &mut scene.blocks);
@@ -125,12 +132,16 @@ impl SceneParts {
 
     /// Where nodes are at some times.
     fn looks(&self) -> Vec<Nodes> {
-        self.motion.as_ref().map_or_else(|| vec![Nodes::default()], |motion| motion.looks().collect())
+        self.motion.as_ref().map_or_else(|| vec![Nodes::default()], |_| self.rig.looks().collect())
     }
 
     /// Refuses parts that do not belong together, and values that no kernel can use.
     fn check(&mut self) -> Result<(), SceneError> {
         geometry::check(&self.name, &self.triangles, &self.surfaces, &self.materials, &self.material_names)?;
+        if self.owners.len() > self.triangles.len() {
+            let what = "there are nodes for more triangles than it has".into();
+            return Err(SceneError::Tables { file: self.name.clone(), what });
+        }
         light::check(&self.name, &self.lights)?;
         // The coordinates of meshes stand behind the others while they are checked.
         if !self.textures.textures.is_empty() {
@@ -168,6 +179,7 @@ impl SceneParts {
         geometry::retain(&mut self.triangles, &keep);
         geometry::retain(&mut self.surfaces, &keep);
         geometry::retain(&mut self.textures.coordinates, &keep);
+        geometry::retain(&mut self.owners, &keep);
         keep.iter().filter(|keep| !**keep).count()
     }
 
@@ -202,6 +214,10 @@ impl SceneParts {
         for (triangle, surface) in self.triangles.iter().zip(&mut self.surfaces) {
             geometry::complete(triangle, surface);
             surface.light = NONE;
+        }
+        if !self.owners.is_empty() {
+            let owner = |&id: &u32| self.owners.get(id as usize).copied().unwrap_or(NONE);
+            self.owners = order.iter().map(owner).collect();
         }
         let coordinates = &mut self.textures.coordinates;
         if !coordinates.is_empty() {

@@ -2,7 +2,7 @@
 
 use caustics_kernels::interface::NONE;
 
-use super::animation::{Node, Nodes, is_singular};
+use super::animation::{Nodes, is_singular};
 use super::corner::Corner;
 use super::{PunctualLight, Scene, SceneError, geometry};
 use super::{light, mesh};
@@ -14,11 +14,21 @@ impl Scene {
     ///
     /// If something cannot be shown at this time; then nothing changes.
     pub fn pose(&mut self, time: f64) -> Result<(), SceneError> {
+        let recorded = self.recorded_camera(time)?;
         if let Some(pose) = self.pose_at(time)? {
             self.stand(&pose);
             self.light(&pose.lights);
         }
+        if let Some((id, camera)) = recorded {
+            self.cameras[id] = camera;
+        }
         Ok(())
+    }
+
+    /// Brings a scene that was edited to time 0, as if it had never stood otherwise: there is no previous pose.
+    pub(super) fn begin(&mut self) -> Result<(), SceneError> {
+        self.instanced.forget();
+        self.pose(0.0)
     }
 
     /// Brings a scene that has all its rows to time 0, and finds what emits. There is no previous pose.
@@ -78,19 +88,24 @@ impl Scene {
     /// The pose at a time (s), checked whole, so that a time that cannot be shown changes nothing; none where nothing moves.
     fn pose_at(&self, time: f64) -> Result<Option<Pose>, SceneError> {
         let Some(motion) = &self.motion else { return Ok(None) };
-        let wrong = |node: &Node, what: &str| SceneError::Node {
-            file: motion.file.clone(),
-            node: node.label.clone(),
-            what: format!("at {time} s {what}"),
+        let wrong = |joint: usize, what: &str| {
+            let (file, what) = (motion.file.clone(), format!("at {time} s {what}"));
+            let node = self.rig.joints[joint].label.clone();
+            match self.rig.upwards(joint).any(|node| !node.local.edits.is_empty()) {
+                true => SceneError::Edits {
+                    file,
+                    what: format!("{node}, as it is edited, cannot be shown: {what}"),
+                },
+                false => SceneError::Node { file, node, what },
+            }
         };
         let time = if time.is_nan() { 0.0 } else { time };
-        let nodes =
-            motion.rig.at(time).map_err(|node| wrong(node, "its place in the world is not finite"))?;
+        let nodes = self.rig.at(time).map_err(|node| wrong(node, "its place in the world is not finite"))?;
         let places = &nodes.places;
         for camera in motion.cameras.iter().filter(|camera| camera.moves) {
             if is_singular(&places[camera.joint]) {
                 return Err(wrong(
-                    &motion.rig.joints[camera.joint],
+                    camera.joint,
                     "its transform is singular (a scale of zero, or axes in one plane)",
                 ));
             }
@@ -111,7 +126,7 @@ impl Scene {
                 let what = format!("its mesh reaches beyond {:e} m", geometry::MAX_COORDINATE);
                 let node = mesh.deformation.as_ref().map(|deformation| deformation.node);
                 let node = node.or(instance.node()).unwrap_or_default();
-                return Err(wrong(&motion.rig.joints[node], &what));
+                return Err(wrong(node, &what));
             }
         }
         Ok(Some(Pose { nodes, lights, bent }))

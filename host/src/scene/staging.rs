@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::{CameraChoice, EnvironmentMap, LoadOptions, Scene, SceneError, Viewpoint};
+use super::{CameraChoice, Edits, EnvironmentMap, LoadOptions, Recorded, Scene, SceneError, Viewpoint};
 
 /// When a scene gets the default light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
@@ -26,6 +26,8 @@ pub struct Staging {
     pub camera: CameraChoice,
     /// How the file is read.
     pub load: LoadOptions,
+    /// What is changed of it. The nodes are grabbed, and where they say where the camera is that is the first.
+    pub edits: Option<Edits>,
     /// Light from all around, in place of the file's.
     pub environment: Option<EnvironmentMap>,
     /// When it gets the default light.
@@ -52,12 +54,19 @@ impl Staging {
     ///
     /// Those of [`Scene::load`]; no light where no default is wanted; a camera that is not there, or cannot be placed.
     pub fn load(&self, path: &Path) -> Result<Staged, SceneError> {
-        let mut scene = Scene::load_with(path, &self.load)?;
+        let mut load = self.load.clone();
+        load.grabbed.extend(self.edits.iter().flat_map(Edits::grabbed));
+        let mut scene = Scene::load_with(path, &load)?;
         if let Some(environment) = &self.environment {
             scene.set_environment(environment.clone())?;
         }
         let mut notes = Vec::new();
         self.light(&mut scene, &path.display().to_string(), &mut notes)?;
+        if let Some(edits) = &self.edits {
+            scene.play(edits)?;
+            scene.additions.insert("edits", edits.fingerprint());
+            scene.begin()?;
+        }
         let camera = self.camera(&mut scene, path, &mut notes)?;
         Ok(Staged { scene, camera, notes })
     }
@@ -88,7 +97,10 @@ impl Staging {
 
     /// Name of the camera; places it where it is none of the file.
     fn camera(&self, scene: &mut Scene, path: &Path, notes: &mut Vec<String>) -> Result<String, SceneError> {
+        let edited = self.edits.as_ref().and_then(|edits| edits.camera);
         let (viewpoint, why) = match &self.camera {
+            CameraChoice::First if scene.recorded.is_some() => return Ok(Recorded::NAME.into()),
+            CameraChoice::First if let Some(camera) = edited => (camera.viewpoint(), "camera:".into()),
             CameraChoice::First if scene.cameras.is_empty() => {
                 (Viewpoint::default(), format!("no camera in {}: seen by", path.display()))
             }

@@ -17,6 +17,8 @@ const FILLED: f64 = 0.9;
 const STEEPEST: f64 = 89.9;
 /// Farthest place from the scene's origin (m): some times the largest coordinate of a triangle.
 const FARTHEST: f64 = 1e10;
+/// Vertical fields of view that a person may ask for (degrees).
+pub const FIELDS: std::ops::RangeInclusive<f64> = 0.1..=170.0;
 
 /// A place in the file's coordinates (m).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -77,7 +79,7 @@ impl CameraChoice {
         look_at: Option<Place>,
         field: Option<f64>,
     ) -> Result<CameraChoice, String> {
-        if let Some(field) = field.filter(|field| !(0.1..=170.0).contains(field)) {
+        if let Some(field) = field.filter(|field| !FIELDS.contains(field)) {
             return Err(format!("fov {field}: give 0.1 to 170 degrees"));
         }
         let orbit = camera.and_then(|camera| camera.strip_prefix("orbit:"));
@@ -189,11 +191,29 @@ impl Scene {
     /// # Errors
     ///
     /// If it would look at where it is, or is too far away.
-    pub fn camera_at(&self, viewpoint: &Viewpoint, aspect: f64) -> Result<SceneCamera, SceneError> {
+    pub fn view_from(&self, viewpoint: &Viewpoint, aspect: f64) -> Result<SceneCamera, SceneError> {
         let bounds = self.bounds.map(|corner| self.origin + corner.as_dvec3());
         let whole = viewpoint.whole(bounds, aspect);
+        self.camera_at(&whole, &whole.to_string())
+    }
+
+    /// Adds [`Scene::view_from`].
+    ///
+    /// # Errors
+    ///
+    /// The same.
+    pub fn place_camera(&mut self, viewpoint: &Viewpoint, aspect: f64) -> Result<&SceneCamera, SceneError> {
+        let camera = self.view_from(viewpoint, aspect)?;
+        // Its name speaks of the file's coordinates, the tables of those around the origin.
+        self.additions.insert("origin", self.origin.to_string());
+        self.cameras.push(camera);
+        Ok(&self.cameras[self.cameras.len() - 1])
+    }
+
+    /// The camera at a viewpoint.
+    pub(super) fn camera_at(&self, whole: &Whole, name: &str) -> Result<SceneCamera, SceneError> {
         let wrong = |what| SceneError::Viewpoint { viewpoint: whole.to_string(), what };
-        let Whole { from: Place(from), look_at: Place(look_at), field } = whole;
+        let Whole { from: Place(from), look_at: Place(look_at), field } = *whole;
         let Some(forward) = (look_at - from).try_normalize() else {
             return Err(wrong("looks at where it is"));
         };
@@ -203,7 +223,7 @@ impl Scene {
         }
         let (right, up) = axes(forward);
         Ok(SceneCamera {
-            name: whole.to_string(),
+            name: name.into(),
             position: position.as_vec3(),
             right: right.as_vec3(),
             up: up.as_vec3(),
@@ -211,19 +231,6 @@ impl Scene {
             fov_y: field.to_radians() as f32,
             aspect: None,
         })
-    }
-
-    /// Adds [`Scene::camera_at`].
-    ///
-    /// # Errors
-    ///
-    /// The same.
-    pub fn place_camera(&mut self, viewpoint: &Viewpoint, aspect: f64) -> Result<&SceneCamera, SceneError> {
-        let camera = self.camera_at(viewpoint, aspect)?;
-        // Its name speaks of the file's coordinates, the tables of those around the origin.
-        self.additions.insert("origin", self.origin.to_string());
-        self.cameras.push(camera);
-        Ok(&self.cameras[self.cameras.len() - 1])
     }
 }
 

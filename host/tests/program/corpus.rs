@@ -43,6 +43,11 @@ fn sweeps_replay() {
 }
 
 #[test]
+fn edits_replay() {
+    replay("edits", fuzzing::edits);
+}
+
+#[test]
 fn results_replay() {
     replay("result", fuzzing::result);
 }

@@ -7,6 +7,7 @@ mod cli;
 mod compile;
 mod corpus;
 mod denoiser;
+mod edits;
 mod live;
 mod pages;
 mod panics;

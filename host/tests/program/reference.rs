@@ -210,8 +210,10 @@ fn a_checkpoint_of_another_run_is_refused() {
     let endless = [&["reference", "ring", "-o", "a.exr", "--spp", "100000000"], &TINY[..]].concat();
     let killed = [&endless[..], &["--checkpoint-every", "0.01"]].concat();
     end_early(folder.path(), &killed, "a.exr.checkpoint", "KILL");
+    std::fs::write(folder.path().join("moved.toml"), "nodes = [{ node = 1, scale = [2, 2, 2] }]").unwrap();
     for (options, name) in [
         (&["--seed", "7"][..], "seed"),
+        (&["--edits", "moved.toml"], "edits"),
         (&["--max-bounces", "3"], "settings"),
         (&["--pixel-filter", "centre"], "settings"),
         (&["--texture-filter", "cone"], "settings"),

@@ -30,6 +30,7 @@ fn picture(path: &Path) -> Picture {
     let staging = Staging {
         camera: CameraChoice::First,
         load: LoadOptions::default(),
+        edits: None,
         environment: None,
         default_light: DefaultLight::Auto,
         aspect,

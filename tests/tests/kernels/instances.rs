@@ -1,8 +1,6 @@
 //! Meshes that are stored once against copies of them in the world: textures, normal maps, holes, curved glass, mirrored and
 //! stretched in places of their own.
 
-use std::path::Path;
-
 use caustics::scene::{LoadOptions, Scene};
 use caustics::session::RunnerChoice;
 use caustics::settings::Settings;
@@ -17,20 +15,15 @@ use caustics_kernels::trace::Tracer;
 use caustics_tests::blocks::Blocks;
 use caustics_tests::gpu::gpu;
 use caustics_tests::rays;
+use caustics_tests::scenes::copied;
 use caustics_tests::twin::Twin;
 use glam::Vec3;
 use serde_json::{Value, json};
 
 /// `textured-room` with three small copies of all that does not emit, stored as copies or once.
 fn rooms() -> [Scene; 2] {
-    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/textured-room");
-    let folder = tempfile::tempdir().unwrap();
-    for file in std::fs::read_dir(&from).unwrap() {
-        let file = file.unwrap();
-        std::fs::copy(file.path(), folder.path().join(file.file_name())).unwrap();
-    }
+    let (folder, mut document) = copied("textured-room");
     let path = folder.path().join("scene.gltf");
-    let mut document: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
     let nodes = document["nodes"].as_array().unwrap().clone();
     let copies = nodes.iter().filter(|node| node["mesh"].is_u64() && node["name"] != "lamp");
     let place = |node: &Value, at: usize| {

@@ -23,13 +23,13 @@ use glam::{DQuat, DVec3, Vec3};
 use serde_json::{Value, json};
 
 /// A glTF file in the making.
-struct File {
-    document: Value,
+pub(super) struct File {
+    pub(super) document: Value,
     bytes: Vec<u8>,
 }
 
 impl File {
-    fn new() -> File {
+    pub(super) fn new() -> File {
         let document = json!({
             "asset": { "version": "2.0" },
             "extensionsUsed": ["KHR_lights_punctual"],
@@ -50,13 +50,13 @@ impl File {
         File { document, bytes: Vec::new() }
     }
 
-    fn push(&mut self, list: &str, value: Value) -> usize {
+    pub(super) fn push(&mut self, list: &str, value: Value) -> usize {
         let list = self.document[list].as_array_mut().unwrap();
         list.push(value);
         list.len() - 1
     }
 
-    fn accessor(&mut self, kind: &str, width: usize, values: &[f32]) -> usize {
+    pub(super) fn accessor(&mut self, kind: &str, width: usize, values: &[f32]) -> usize {
         let (offset, length) = (self.bytes.len(), 4 * values.len());
         self.bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
         let view =
@@ -80,13 +80,13 @@ impl File {
         )
     }
 
-    fn mesh(&mut self, positions: &[f32], material: usize) -> usize {
+    pub(super) fn mesh(&mut self, positions: &[f32], material: usize) -> usize {
         let positions = self.accessor("VEC3", 3, positions);
         let primitive = json!({ "attributes": { "POSITION": positions }, "material": material });
         self.push("meshes", json!({ "primitives": [primitive] }))
     }
 
-    fn root(&mut self, node: Value) -> usize {
+    pub(super) fn root(&mut self, node: Value) -> usize {
         let node = self.push("nodes", node);
         self.document["scenes"][0]["nodes"].as_array_mut().unwrap().push(json!(node));
         node
@@ -112,7 +112,7 @@ impl File {
         self.write_and_load(&LoadOptions::default())
     }
 
-    fn write_and_load(&mut self, options: &LoadOptions) -> Result<Scene, SceneError> {
+    pub(super) fn write_and_load(&mut self, options: &LoadOptions) -> Result<Scene, SceneError> {
         let folder = tempfile::tempdir().unwrap();
         self.document["buffers"] = json!([{ "byteLength": self.bytes.len(), "uri": "scene.bin" }]);
         std::fs::write(folder.path().join("scene.bin"), &self.bytes).unwrap();
@@ -123,7 +123,7 @@ impl File {
 }
 
 /// A square of this half width in the plane z = 0 that faces +z.
-fn square(half: f32) -> Vec<f32> {
+pub(super) fn square(half: f32) -> Vec<f32> {
     let (a, b) = (-half, half);
     [[a, a], [b, a], [b, b], [a, a], [b, b], [a, b]].iter().flat_map(|[x, y]| [*x, *y, 0.0]).collect()
 }
@@ -191,7 +191,7 @@ fn displacement(target: usize, corner: usize) -> [f32; 3] {
 
 /// A floor, a camera and a lamp; a tube whose upper half turns a quarter about z in 2 s, on a node that does not count; and a
 /// soup that moves while five morph targets come and go.
-fn bends() -> File {
+pub(super) fn bends() -> File {
     let mut file = File::new();
     let floor = file.mesh(&square(6.0), 0);
     file.root(json!({ "mesh": floor, "translation": [0, 0, -3] }));
@@ -243,7 +243,7 @@ fn bends() -> File {
 }
 
 /// Every triangle where it stands, with its instance and its id.
-fn triangles(scene: &Scene) -> Vec<(u32, u32, Triangle)> {
+pub(super) fn triangles(scene: &Scene) -> Vec<(u32, u32, Triangle)> {
     let of = |instance: usize| {
         let rows = scene.instanced.rows(instance);
         let (instance, ids) = (instance as u32, rows.map(|id| id as u32));
@@ -253,7 +253,7 @@ fn triangles(scene: &Scene) -> Vec<(u32, u32, Triangle)> {
 }
 
 /// Rays from anywhere in the scene's bounds to near the meshes that move.
-fn aimed(scene: &Scene, count: usize) -> Vec<Ray> {
+pub(super) fn aimed(scene: &Scene, count: usize) -> Vec<Ray> {
     let moving: Vec<_> =
         triangles(scene).into_iter().filter(|(instance, ..)| *instance != 0).map(|(.., t)| t).collect();
     let aim = |(index, ray): (usize, Ray)| {

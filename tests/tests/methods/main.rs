@@ -5,6 +5,7 @@ mod auxiliary;
 mod balance;
 mod baselines;
 mod denoiser;
+mod edits;
 mod fireflies;
 mod guided;
 mod kim2019;

@@ -92,11 +92,11 @@ impl Plan {
         })
     }
 
-    /// Sets the frames where none were given: all of the scene's animations. Checks them, and the files they make, none of which
-    /// may be one of `files`, of which the scene is made.
+    /// Sets the frames where none were given: all of the scene's animations and edits. Checks them, and the files they make, none
+    /// of which may be one of `files`, of which the scene is made.
     pub fn set_frames(&mut self, scene: &Scene, files: Vec<PathBuf>) -> anyhow::Result<()> {
         if self.frames.is_empty() {
-            if !scene.is_animated() {
+            if scene.duration() <= 0.0 {
                 let name = &scene.name;
                 return Err(Usage(format!("nothing moves in {name}; give --frames A..B")).into());
             }

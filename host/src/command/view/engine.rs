@@ -166,7 +166,7 @@ impl<'a> Engine<'a> {
             CameraChoice::Placed(viewpoint) => {
                 // A placed camera's name speaks of the file's coordinates, the tables of those around the origin.
                 self.scene.additions.insert("origin", self.scene.origin.to_string());
-                self.scene.camera_at(viewpoint, width / height)?
+                self.scene.view_from(viewpoint, width / height)?
             }
             CameraChoice::Named(name) => {
                 self.scene.additions.remove("origin");

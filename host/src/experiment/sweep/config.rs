@@ -166,6 +166,7 @@ impl Config {
             animation: self.animation.clone(),
             floor: self.floor,
             copies: self.copies,
+            ..LoadOptions::default()
         }
     }
 

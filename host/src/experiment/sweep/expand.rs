@@ -105,6 +105,7 @@ impl Part {
         let staging = Staging {
             camera: matrix.camera.clone(),
             load: config.load(),
+            edits: None,
             environment: environment.cloned(),
             default_light: config.default_light,
             aspect: f64::from(width) / f64::from(height),

@@ -18,13 +18,21 @@ use crate::scene::mesh::{Mesh, coordinates};
 use crate::scene::texture::CornerCoordinates;
 use crate::scene::{SceneError, geometry};
 
+/// What a triangle of the world has beside its corners.
+#[derive(Clone, Copy)]
+struct Detail {
+    material: u32,
+    /// Index of its node.
+    owner: u32,
+}
+
 /// Triangles of a file.
 #[derive(Default)]
 pub struct Geometry {
     /// Corners of the triangles of the world, in f64 (m).
     corners: Vec<[Corner; 3]>,
-    /// Their materials.
-    materials: Vec<usize>,
+    /// What else there is of them.
+    details: Vec<Detail>,
     /// Meshes in spaces of their own, and where they stand.
     pub instanced: Instanced,
     /// Triangles without an area that those meshes lost.
@@ -51,7 +59,7 @@ impl Geometry {
             let id = instance.mesh.value();
             let shares = sharing.is_stored_once(instance);
             if !shares && !instance.moves {
-                geometry.bake(mesh::read(document, instance, mappings)?);
+                geometry.bake(mesh::read(document, instance, mappings)?, instance.joint);
                 continue;
             }
             let known = stored.get(&id).copied().filter(|_| shares);
@@ -69,19 +77,21 @@ impl Geometry {
             };
             if shares && sharing.emits(instance) {
                 let parts = mesh::read(document, instance, mappings)?;
-                geometry.bake(parts.into_iter().filter(|part| part.emits));
+                geometry.bake(parts.into_iter().filter(|part| part.emits), instance.joint);
             }
             let stand =
                 if instance.moves { Stand::Node(instance.joint) } else { Stand::Still(instance.to_world) };
-            geometry.instanced.instances.extend(mesh.map(|mesh| MeshInstance { mesh, stand }));
+            let owner = instance.joint;
+            geometry.instanced.instances.extend(mesh.map(|mesh| MeshInstance { mesh, owner, stand }));
         }
         Ok(geometry)
     }
 
-    /// Puts triangles into the world.
-    fn bake(&mut self, parts: impl IntoIterator<Item = mesh::Part>) {
+    /// Puts triangles of a node into the world.
+    fn bake(&mut self, parts: impl IntoIterator<Item = mesh::Part>, owner: usize) {
         for mesh::Part { material, triangles, .. } in parts {
-            self.materials.resize(self.materials.len() + triangles.len(), material);
+            let detail = Detail { material: material as u32, owner: owner as u32 };
+            self.details.resize(self.details.len() + triangles.len(), detail);
             self.corners.extend(triangles);
         }
     }
@@ -108,7 +118,8 @@ impl Geometry {
                     mesh::turned_over(corners.map(|corner| corner.placed(&to_world, &turn)), is_mirrored)
                 };
                 self.corners.extend(corners.map(place));
-                self.materials.extend(materials.iter().map(|&material| material as usize));
+                let owner = instance.joint as u32;
+                self.details.extend(materials.iter().map(|&material| Detail { material, owner }));
                 return;
             }
             let (mesh, lost) = Mesh::new(corners.collect(), materials);
@@ -116,7 +127,8 @@ impl Geometry {
             mesh
         };
         if mesh.count > 0 {
-            self.instanced.instances.push(MeshInstance { mesh: self.instanced.meshes.len(), stand });
+            let (id, owner) = (self.instanced.meshes.len(), instance.joint);
+            self.instanced.instances.push(MeshInstance { mesh: id, owner, stand });
             self.instanced.meshes.push(mesh);
         }
     }
@@ -148,7 +160,7 @@ impl Geometry {
         let all: Vec<[DVec3; 3]> = world.chain(self.instanced.triangles(nodes)).collect();
         let details = huge::details(all.iter().copied());
         let [lower, upper] = geometry::box_around(all.as_flattened().iter().copied());
-        huge::split(&details, &mut self.corners, &mut self.materials);
+        huge::split(&details, &mut self.corners, &mut self.details);
         match details.first() {
             Some(smallest) => smallest.centre,
             None if all.is_empty() => DVec3::ZERO,
@@ -159,7 +171,7 @@ impl Geometry {
     /// Rows of the triangles of the world, around an origin (m).
     pub fn rows(&self, origin: DVec3) -> (Vec<Triangle>, Vec<TriangleSurface>) {
         let local = |corner: &Corner| (corner.position - origin).as_vec3();
-        let row = |([a, b, c], &material): (&[Corner; 3], &usize)| {
+        let row = |([a, b, c], &Detail { material, .. }): (&[Corner; 3], &Detail)| {
             let triangle = Triangle { a: local(a), b: local(b), c: local(c) };
             let face = geometry::face_normal(&triangle);
             let normal = |corner: &Corner| corner.normal.unwrap_or(face);
@@ -167,12 +179,17 @@ impl Geometry {
                 normal_a: normal(a),
                 normal_b: normal(b),
                 normal_c: normal(c),
-                material: material as u32,
+                material,
                 ..TriangleSurface::default()
             };
             (triangle, surface)
         };
-        self.corners.iter().zip(&self.materials).map(row).unzip()
+        self.corners.iter().zip(&self.details).map(row).unzip()
+    }
+
+    /// Nodes of the triangles of the world.
+    pub fn owners(&self) -> impl Iterator<Item = u32> + '_ {
+        self.details.iter().map(|detail| detail.owner)
     }
 
     /// Where the corners of the triangles of the world lie on textures.

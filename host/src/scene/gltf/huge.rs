@@ -53,16 +53,16 @@ pub fn details(triangles: impl Iterator<Item = [DVec3; 3]>) -> Vec<Detail> {
     found
 }
 
-/// Splits triangles, with their materials, around small things; the others stay as they are, in their order.
-pub fn split(details: &[Detail], corners: &mut Vec<[Corner; 3]>, materials: &mut Vec<usize>) {
+/// Splits triangles, with what else there is of each, around small things; the others stay as they are, in their order.
+pub fn split<T: Copy>(details: &[Detail], corners: &mut Vec<[Corner; 3]>, rest: &mut Vec<T>) {
     if details.is_empty() {
         return;
     }
     let most = corners.len() + MAX_ADDED;
-    let (whole, whole_materials) = (std::mem::take(corners), std::mem::take(materials));
+    let (whole, of_whole) = (std::mem::take(corners), std::mem::take(rest));
     let mut left = whole.len();
     let mut stack = Vec::new();
-    for (triangle, material) in whole.into_iter().zip(whole_materials) {
+    for (triangle, its) in whole.into_iter().zip(of_whole) {
         left -= 1;
         stack.push(triangle);
         while let Some([a, b, c]) = stack.pop() {
@@ -74,7 +74,7 @@ pub fn split(details: &[Detail], corners: &mut Vec<[Corner; 3]>, materials: &mut
             let longest = lengths[0].max(lengths[1]).max(lengths[2]);
             if longest == 0.0 || corners.len() + stack.len() + left >= most {
                 corners.push([a, b, c]);
-                materials.push(material);
+                rest.push(its);
                 continue;
             }
             // The edge that goes is the first.

@@ -42,8 +42,7 @@ pub fn read(document: &mut Document, node: usize, owner: &str) -> Result<Option<
             rotations.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |all| all[id].map(f64::from)),
         ),
         scale: scales.as_ref().map_or(DVec3::ONE, |all| vector(all[id])),
-        matrix: None,
-        channels: Vec::new(),
+        ..Local::default()
     };
     Ok(Some((0..count as usize).map(local).collect()))
 }

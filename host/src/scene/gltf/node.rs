@@ -10,7 +10,8 @@ use gltf::json::{Index, Mesh};
 
 use super::document::Document;
 use super::{animation, instancing, unsupported};
-use crate::scene::animation::{Channel, Local, Morph, Node, NodeTree, Nodes, Path, is_singular};
+use crate::scene::animation::{Channel, Local, Morph, Node, NodeTree, Nodes, OfFile, Path, is_singular};
+use crate::scene::file_nodes::no_node;
 use crate::scene::motion::OnNode;
 use crate::scene::{LightShape, PunctualLight, SceneCamera, SceneError};
 
@@ -100,7 +101,8 @@ impl Placed {
                 joint = self.rig.joints.len();
                 let (label, morph) = (node.clone(), self.rig.joints[first.joint].morph.clone());
                 self.nodes.weights.push(morph.weights.clone());
-                self.rig.joints.push(Node { label, parent: Some(first.joint), local, moves, morph });
+                let parent = Some(first.joint);
+                self.rig.joints.push(Node { label, of_file: None, parent, local, moves, morph });
                 self.nodes.places.push(to_world);
             }
             self.mesh(PlacedMesh { node, mesh, to_world, joint, moves, skin });
@@ -134,8 +136,10 @@ pub fn place(document: &mut Document) -> Result<Placed, SceneError> {
         if !to_world.is_finite() {
             return Err(wrong("its place in the world is not finite"));
         }
-        let moves =
-            !local.channels.is_empty() || parent.is_some_and(|parent| placed.rig.joints[parent].moves);
+        let is_grabbed = document.options.grabbed.contains(&index.value());
+        let moves = is_grabbed
+            || !local.channels.is_empty()
+            || parent.is_some_and(|parent| placed.rig.joints[parent].moves);
         // A skin leads to the world, wherever its node is.
         let is_flat = !moves && node.skin.is_none() && is_singular(&to_world);
         if is_flat && (node.mesh.is_some() || node.camera.is_some()) {
@@ -145,7 +149,16 @@ pub fn place(document: &mut Document) -> Result<Placed, SceneError> {
         let joint = placed.rig.joints.len();
         placed.joint_of.insert(index.value(), joint);
         placed.nodes.weights.push(morph.at(0.0));
-        placed.rig.joints.push(Node { label: label.clone(), parent, local, moves, morph });
+        let light = node.extensions.as_ref().and_then(|all| all.khr_lights_punctual.as_ref());
+        let of_file = OfFile {
+            index: index.value(),
+            name: node.name.clone(),
+            has_mesh: node.mesh.is_some(),
+            has_light: light.is_some(),
+            has_camera: node.camera.is_some(),
+        };
+        let in_rig = Node { label: label.clone(), of_file: Some(of_file), parent, local, moves, morph };
+        placed.rig.joints.push(in_rig);
         placed.nodes.places.push(to_world);
         if let Some(mesh) = node.mesh.filter(|_| !is_flat) {
             let skin = node.skin.map(|skin| skin.value());
@@ -159,7 +172,7 @@ pub fn place(document: &mut Document) -> Result<Placed, SceneError> {
             let camera = camera(document, &node, &label)?;
             placed.cameras.extend(camera.map(|what| OnNode { joint, moves, what }));
         }
-        if let Some(light) = node.extensions.as_ref().and_then(|all| all.khr_lights_punctual.as_ref()) {
+        if let Some(light) = light {
             let light = light_of(document, light.light, &label)?;
             let is_lost = |light: &PunctualLight| !moves && light.placed(&to_world, DVec3::ZERO).is_none();
             if light.as_ref().is_some_and(is_lost) {
@@ -169,6 +182,9 @@ pub fn place(document: &mut Document) -> Result<Placed, SceneError> {
             placed.lights.extend(light.map(|what| OnNode { joint, moves, what }));
         }
         stack.extend(node.children.iter().flatten().rev().map(|&child| (child, Some(joint))));
+    }
+    if let Some(&node) = document.options.grabbed.iter().find(|node| !placed.joint_of.contains_key(node)) {
+        return Err(no_node(&document.file, node));
     }
     Ok(placed)
 }
@@ -192,12 +208,19 @@ fn roots(document: &Document) -> Result<Vec<Index<JsonNode>>, SceneError> {
 
 /// A node's own transform and what moves it.
 fn local(node: &JsonNode, channels: Vec<Channel>) -> Local {
+    if let Some(matrix) = node.matrix {
+        let matrix = DAffine3::from_mat4(DMat4::from_cols_array(&matrix.map(f64::from)));
+        let (scale, rotation, translation) = matrix.to_scale_rotation_translation();
+        // A flat one has none.
+        let rotation = if rotation.is_finite() { rotation.normalize() } else { DQuat::IDENTITY };
+        return Local { translation, rotation, scale, matrix: Some(matrix.matrix3), ..Local::default() };
+    }
     Local {
         translation: node.translation.map_or(DVec3::ZERO, |vector| Vec3::from(vector).as_dvec3()),
         rotation: DQuat::from_array(node.rotation.unwrap_or_default().0.map(f64::from)),
         scale: node.scale.map_or(DVec3::ONE, |vector| Vec3::from(vector).as_dvec3()),
-        matrix: node.matrix.map(|m| DAffine3::from_mat4(DMat4::from_cols_array(&m.map(f64::from)))),
         channels,
+        ..Local::default()
     }
 }
 

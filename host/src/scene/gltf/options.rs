@@ -1,5 +1,7 @@
 //! How a file is read where it can be read in several ways.
 
+use std::collections::BTreeSet;
+
 /// Options of [`Scene::load_with`](crate::Scene::load_with).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadOptions {
@@ -14,10 +16,20 @@ pub struct LoadOptions {
     /// Triangles that copies of meshes may take which stand still in several places: paths are faster without instances. Beyond, the
     /// meshes that would take most are stored once.
     pub copies: u64,
+    /// Nodes, by their index in the file, that [`Scene::edit`](crate::Scene::edit) may place: they and what is below them are
+    /// loaded as if an animation moved them.
+    pub grabbed: BTreeSet<usize>,
 }
 
 impl Default for LoadOptions {
     fn default() -> LoadOptions {
-        LoadOptions { strict: false, variant: None, animation: None, floor: false, copies: 1 << 20 }
+        LoadOptions {
+            strict: false,
+            variant: None,
+            animation: None,
+            floor: false,
+            copies: 1 << 20,
+            grabbed: BTreeSet::new(),
+        }
     }
 }

@@ -1,0 +1,7 @@
+//! The TOML of edits: whatever the bytes, there is an answer.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    caustics::fuzzing::edits(bytes);
+});

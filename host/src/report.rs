@@ -38,13 +38,11 @@ use crate::experiment::result::CellResult;
 use figure::Figure;
 use load::Measured;
 use name::Names;
+pub use page::STYLE;
 use page::Section;
 use picture::Pictures;
 use scene::Scene;
 use table::{Table, csv};
-
-/// Style of a report's page: colours, type, tables, for pages that go with it.
-pub const STYLE: &str = include_str!("report/report.css");
 
 /// What a report is made of.
 #[derive(Clone, Debug)]

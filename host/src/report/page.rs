@@ -10,6 +10,9 @@ use super::table::Table;
 const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'; \
                       base-uri 'none'; form-action 'none'";
 
+/// Style of a report's page: colours, type, tables, for pages that go with it.
+pub const STYLE: &str = include_str!("report.css");
+
 /// A part of the page with a place in its list of contents.
 pub struct Section {
     /// Its anchor.
@@ -32,7 +35,7 @@ pub fn page(title: &str, lead: &str, sections: &[Section], pictures: &Markup) ->
                 meta name="color-scheme" content="light dark";
                 title { (title) }
                 link rel="icon" href="data:,";
-                style { (PreEscaped(super::STYLE)) }
+                style { (PreEscaped(STYLE)) }
             }
             body {
                 (pictures)

@@ -161,7 +161,8 @@ impl ToneMap {
         let byte = |bits: u32| {
             // The middle of all that have these bits.
             let radiance = f32::from_bits(bits << 16 | 0x8000);
-            let radiance = if radiance.is_nan() { 0.0 } else { radiance };
+            // Nothing is beyond infinity.
+            let radiance = if radiance.is_nan() { f32::INFINITY } else { radiance };
             (tone_mapped(Vec3::splat(radiance), scale).x * 255.0 + 0.5) as u8
         };
         ToneMap((0..1 << 15).into_par_iter().map(byte).collect())

@@ -58,7 +58,7 @@ use crate::interface::material::Material;
 use crate::math::mean;
 use crate::surface::class::Classes;
 #[cfg(not(target_arch = "spirv"))]
-pub use lobes::features_of;
+pub use lobes::{features_of, names_of};
 use lobes::{Chances, ROUGH_FACETS, SMOOTH_FACETS};
 use spirv_std::glam::{Vec3, Vec4};
 

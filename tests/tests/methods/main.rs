@@ -7,6 +7,7 @@ mod baselines;
 mod denoiser;
 mod fireflies;
 mod guided;
+mod inspect;
 mod kim2019;
 mod path_history;
 mod reuse;

@@ -23,6 +23,9 @@ pub fn path(view: View<'_>, pixel: u32, has_point: bool) -> CameraPath {
         watched(ray, cone, rng, beyond, params, features, tables, &mut tracer, &mut record, &mut Uncounted);
     if has_point && seen.geometry.exists() {
         record.end(Event::CollectionPoint);
+    } else if has_point && record.is_scattered() {
+        // The first event that is not specular, behind as many vertices as paths have.
+        record.end(Event::Ended);
     }
     CameraPath {
         eye: view.placed(ray.origin),

@@ -129,8 +129,8 @@ pub fn choose(found: &[Found], most: usize) -> Vec<Found> {
     let gives = |found: &Found| f64::from(found.value.element_sum());
     let total: f64 = found.iter().map(gives).filter(|gives| gives.is_finite()).sum();
     let share = |deposit: &Found| {
-        let share = gives(deposit) / total;
-        0.5 / found.len() as f64 + if share.is_finite() { 0.5 * share } else { 0.0 }
+        let (share, even) = (gives(deposit) / total, 1.0 / found.len() as f64);
+        0.5 * (even + if share.is_finite() { share } else { even })
     };
     // Systematic sampling: the deposits whose shares hold one of `most` equidistant numbers.
     let mut below = 0.0;
@@ -155,14 +155,15 @@ mod tests {
             light: DepositLight::default(),
             value: Vec3::splat(value),
         };
-        let even: Vec<Found> = (0..1000).map(|path| found(path, 1.0)).collect();
-        let paths = |found: &[Found], most| choose(found, most).iter().map(|found| found.path).collect::<Vec<_>>();
+        let even: Vec<Found> = (0..1001).map(|path| found(path, 1.0)).collect();
+        let paths =
+            |found: &[Found], most| choose(found, most).iter().map(|found| found.path).collect::<Vec<_>>();
         assert_eq!(paths(&even, 4), [125, 375, 625, 875]);
         assert_eq!(paths(&even[..3], 4), [0, 1, 2]);
         assert_eq!(paths(&even, 0), [0; 0]);
         // Black ones are spread evenly, too.
-        let black: Vec<Found> = (0..1000).map(|path| found(path, 0.0)).collect();
-        assert!(paths(&black, 8).len() <= 8);
+        let black: Vec<Found> = (0..1001).map(|path| found(path, 0.0)).collect();
+        assert_eq!(paths(&black, 4), [125, 375, 625, 875]);
         // One that gives as much as all others holds a quarter of the numbers and more.
         let mut bright = even.clone();
         bright[700] = found(700, 1000.0);

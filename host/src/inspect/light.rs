@@ -5,7 +5,7 @@ use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::light::Light as Row;
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
 use caustics_kernels::interface::ray::{Hit, Ray};
-use caustics_kernels::light::emit::{Emit, EmissionSample};
+use caustics_kernels::light::emit::{EmissionSample, Emit};
 use caustics_kernels::pass::collect::watch::Watch;
 use caustics_kernels::pass::shoot::receive::Receive;
 use caustics_kernels::pass::shoot::shoot;
@@ -87,9 +87,7 @@ pub fn path(view: View<'_>, emit: &(dyn Emit + Sync), found: &Found) -> LightPat
 
 /// The light that a path starts from. Starts do not say it: it is told by where they are.
 fn light(view: View<'_>, leaving: &EmissionSample) -> Option<Light> {
-    let View { scene, params, .. } = view;
-    let ray = &leaving.ray;
-    let rows = &scene.lights[..params.light_count as usize];
+    let (ray, rows) = (&leaving.ray, &view.scene.lights);
     let is_it = |row: &Row| match row.kind {
         kind if kind == Features::ENVIRONMENT.0 => leaving.area > 0.0,
         _ if row.is_parallel() => leaving.area > 0.0 && row.direction == ray.direction,

@@ -39,11 +39,11 @@ struct Group {
 }
 
 impl Group {
-    fn new(paths: Range<u32>, starts: Starts) -> Result<Group, BufferError> {
+    fn new(paths: Range<u32>, starts: &Starts) -> Result<Group, BufferError> {
         let mut buffers = Buffers::default();
         for (name, bytes) in starts {
             buffers.add(name, bytes.len());
-            buffers.write(name, 0, &bytes)?;
+            buffers.write(name, 0, bytes)?;
         }
         Ok(Group { paths, starts: buffers })
     }
@@ -134,9 +134,9 @@ impl Session {
     /// The light paths of a frame that can be traced again, in their order.
     fn groups(&mut self, last: &Last) -> Result<Vec<Group>, SessionError> {
         let (before, all) = (last.started_before, last.params.light_path_count);
-        let kept = last.starts_before.clone().map(|starts| (0..before, starts));
-        let now = (before..all, self.starts()?);
-        let groups = kept.into_iter().chain([now]).filter(|(paths, _)| !paths.is_empty());
+        let kept = last.starts_before.as_ref().map(|starts| (0..before, starts));
+        let now = self.starts()?;
+        let groups = kept.into_iter().chain([(before..all, &now)]).filter(|(paths, _)| !paths.is_empty());
         let groups = groups.map(|(paths, starts)| Group::new(paths, starts).map_err(RunError::from));
         Ok(groups.collect::<Result<_, _>>()?)
     }

@@ -14,9 +14,9 @@ use caustics_kernels::texture::cut_out::{CutOuts, SOME_ARE_NOT_THERE};
 use caustics_kernels::trace::Tracer;
 use glam::Vec3;
 
+use super::Vertex;
 use super::event::{Event, event, passed};
 use super::look::View;
-use super::Vertex;
 
 /// Faces that a segment is followed through at most: a bound for loops alone.
 const MOST_PASSED: usize = 256;
@@ -42,6 +42,12 @@ impl<'a> Record<'a> {
         if let Some(vertex) = self.vertices.last_mut() {
             vertex.event = event;
         }
+    }
+
+    /// Whether what the path did last is no specular event.
+    pub fn is_scattered(&self) -> bool {
+        let last = self.vertices.last().filter(|_| self.left.is_none());
+        last.is_some_and(|vertex| !vertex.specular && !vertex.lobes.is_empty())
     }
 
     fn vertex(&self, here: &Here, hit: &Hit, event: Event, carries: Vec3) -> Vertex {

@@ -7,6 +7,7 @@ mod cli;
 mod compile;
 mod corpus;
 mod denoiser;
+mod inspect;
 mod live;
 mod pages;
 mod panics;

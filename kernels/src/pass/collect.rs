@@ -35,8 +35,8 @@ use crate::surface::vertex::{Vertex, vertex};
 use crate::trace::Tracer;
 use crate::trace::enclosing::enclosing;
 use crate::trace::reach::{reach, unblocked};
-use watch::{Unwatched, Watch};
 use spirv_std::glam::Vec3;
+use watch::{Unwatched, Watch};
 
 /// Where there is none of these, all that bends a path is plane mirrors.
 const BENDS: Features = Features(Features::GLASS.0 | Features::SMOOTH_NORMALS.0);

@@ -15,6 +15,7 @@ mod event;
 mod light;
 mod look;
 mod record;
+mod view;
 
 /// A pixel of a frame, looked into. Positions are in the file's coordinates (m).
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -25,7 +25,7 @@ use crate::scene::{Scene, SceneCamera, SceneError};
 use crate::settings::{Settings, with_light_paths};
 use crate::upload::Upload;
 use crate::vulkan::passes::DeviceOptions;
-use caustics_kernels::declare::{BufferSpec, Step};
+use caustics_kernels::declare::{Bound, BufferSpec, Step};
 use caustics_kernels::method::Method;
 use caustics_kernels::method::Parts;
 use caustics_kernels::method::frame::{frame_buffers, look_back};
@@ -340,6 +340,7 @@ impl Session {
     fn run(&mut self, params: FrameParams) -> Result<Vec<StepTime>, SessionError> {
         let steps = self.method.frame_steps(self.parts, &params);
         let shoot = self.parts.emission.shoot;
+        self.last = None;
         let mut last = Last { params, ..Last::default() };
         let mut times = Vec::with_capacity(steps.len());
         let mut rest = &steps[..];
@@ -358,8 +359,14 @@ impl Session {
 
     /// The buffers that light paths start by, scene tables aside.
     pub(crate) fn starts(&mut self) -> Result<Starts, SessionError> {
-        let names = last::reads(self.parts.emission.shoot);
-        names.map(|name| Ok((name, self.read(name)?))).collect()
+        let bounds = last::reads(self.parts.emission.shoot);
+        let read = |bound: &'static Bound| {
+            let mut bytes: Vec<u8> = self.read(bound.name)?;
+            // A device may have room for more.
+            bytes.truncate(bytes.len() / bound.stride * bound.stride);
+            Ok((bound.name, bytes))
+        };
+        bounds.map(read).collect()
     }
 
     /// The frame before, unless the scene is another since then.

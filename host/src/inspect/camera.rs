@@ -5,8 +5,8 @@ use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::pass::collect::{Beyond, camera_ray, watched};
 use caustics_kernels::seam::Uncounted;
 
-use super::look::View;
 use super::record::Record;
+use super::view::View;
 use super::{CameraPath, Event};
 
 /// Traces the path of a pixel: to its collection point, or all of it where methods have none.

@@ -14,7 +14,7 @@ use caustics_kernels::surface::textured::material_of;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::look::View;
+use super::view::View;
 use super::{Deposit, Point};
 
 /// A deposit that the point took.

@@ -16,8 +16,8 @@ use caustics_kernels::trace::Tracer;
 use glam::Vec3;
 
 use super::deposits::Found;
-use super::look::View;
 use super::record::Record;
+use super::view::View;
 use super::{Event, Light, LightPath};
 
 /// Writes down a light path up to a deposit.

@@ -4,33 +4,17 @@ use std::ops::Range;
 
 use caustics_kernels::declare::{BufferError, Buffers};
 use caustics_kernels::gather::accumulator;
-use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::point::{PointGeometry, PointShading};
 use caustics_kernels::light::emit::Emit;
-use glam::Vec3;
 
 use super::deposits::{Found, Taker, choose};
+use super::view::View;
 use super::{Deposits, Inspection, LightPath, camera, light};
 use crate::runner::RunError;
 use crate::scene::Scene;
 use crate::session::last::{Last, Starts};
 use crate::session::{Session, SessionError};
-
-/// What paths of a frame are traced again in.
-#[derive(Clone, Copy)]
-pub struct View<'a> {
-    pub scene: &'a Scene,
-    pub params: &'a FrameParams,
-    pub features: Features,
-}
-
-impl View<'_> {
-    /// A position in the file's coordinates (m).
-    pub fn placed(&self, position: Vec3) -> [f64; 3] {
-        (position.as_dvec3() + self.scene.origin).to_array()
-    }
-}
 
 /// Light paths, and what they start by.
 struct Group {

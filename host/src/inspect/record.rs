@@ -16,7 +16,7 @@ use glam::Vec3;
 
 use super::Vertex;
 use super::event::{Event, event, passed};
-use super::look::View;
+use super::view::View;
 
 /// Faces that a segment is followed through at most: a bound for loops alone.
 const MOST_PASSED: usize = 256;

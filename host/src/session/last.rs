@@ -1,6 +1,6 @@
 //! What the last frame leaves that its light paths can be traced again by.
 
-use caustics_kernels::declare::{Access, Pass, Step};
+use caustics_kernels::declare::{Access, Bound, Pass, Step};
 use caustics_kernels::interface::frame::FrameParams;
 
 /// What light paths start by, scene tables aside: buffers by name.
@@ -17,9 +17,9 @@ pub struct Last {
     pub starts_before: Option<Starts>,
 }
 
-/// Names of the buffers that a pass reads, scene tables aside.
-pub fn reads(pass: &'static Pass) -> impl Iterator<Item = &'static str> {
-    pass.buffers.iter().filter(|bound| bound.access == Access::Read).map(|bound| bound.name)
+/// The buffers that a pass reads, scene tables aside.
+pub fn reads(pass: &'static Pass) -> impl Iterator<Item = &'static Bound> {
+    pass.buffers.iter().filter(|bound| bound.access == Access::Read)
 }
 
 /// The first of the steps that overwrites what `shoot` reads after light paths have started, and how many have.
@@ -30,7 +30,7 @@ pub fn overwritten(steps: &[Step], shoot: &'static Pass) -> Option<(usize, u32)>
         if pass == shoot {
             started += dispatch.count;
         }
-        let overwrites = pass.written().any(|bound| reads(shoot).any(|name| name == bound.name));
+        let overwrites = pass.written().any(|bound| reads(shoot).any(|read| read.name == bound.name));
         (overwrites && started > 0).then_some((place, started))
     })
 }

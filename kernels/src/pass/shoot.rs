@@ -29,7 +29,8 @@ use receive::{Receive, Store};
 use spirv_std::glam::Vec3;
 
 /// The pass that shoots by an emission: `shoot_pass!("shoot.mine", |power, table: &[f32]| Mine { power, table })` declares
-/// `shoot` and `SHOOT`, which bind `table`, and `starts`, which reads it. The expression makes the emission (`Emit`) of a start by power and of its buffers.
+/// `shoot` and `SHOOT`, which bind `table`, and `starts`, which reads it. The expression makes the emission (`Emit`) of a start by
+/// power and of its buffers.
 #[macro_export]
 macro_rules! shoot_pass {
     ($name:literal, |$power:ident $(, $buffer:ident: $type:ty)*| $emit:expr) => {

@@ -13,6 +13,7 @@ mod animate;
 mod axes;
 mod bench;
 mod compare;
+mod inspect;
 mod pages;
 mod preset;
 mod report;
@@ -24,6 +25,7 @@ pub use animate::Animate;
 pub use axes::{Averaged, AxisOptions, PathTraced};
 pub use bench::{Bench, Quantity};
 pub use compare::{Compare, Limit};
+pub use inspect::Inspect;
 pub use pages::{Completions, Man};
 pub use preset::Preset;
 pub use report::Report;
@@ -92,6 +94,8 @@ pub enum Command {
     Bench(Box<Bench>),
     /// Measure a matrix of ways to render over scenes, time and error; the same command resumes where it was interrupted
     Sweep(Box<Sweep>),
+    /// Tell what light transport did at a pixel: its camera path, the deposits that it took, and their light paths
+    Inspect(Box<Inspect>),
     /// Make a page of results: charts of speed against accuracy, pictures, tables
     Report(Report),
     /// List Vulkan devices, what they can do and whether they are used; or compile all kernels for one

@@ -8,6 +8,7 @@ pub mod compare;
 pub mod compile;
 pub mod device;
 pub mod identity;
+pub mod inspect;
 pub mod interrupt;
 pub mod job;
 mod keeper;

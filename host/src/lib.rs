@@ -19,6 +19,7 @@
 //! | give it what its file lacks: a camera, light, a floor | [`scene::Staging`], [`Scene::place_camera`], [`Scene::add_default_light`] |
 //! | choose runner, method and gather, render frames | [`Session`], [`SessionBuilder`], [`Settings`] |
 //! | look at the layers of a frame | [`Picture`] |
+//! | look into a pixel: its camera path, its deposits, their light paths | [`Session::inspect`], [`inspect::Inspection`] |
 //! | average frames, with the variance of the mean | [`accumulation`] |
 //! | write EXR and PNG, read them | [`output`], [`image`] |
 //! | compare pictures | [`metric`] |
@@ -41,6 +42,7 @@ mod frame_memory;
 pub mod fuzzing;
 pub mod hash;
 pub mod image;
+pub mod inspect;
 pub mod kernels;
 mod machine;
 mod memory;

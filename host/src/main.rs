@@ -30,6 +30,7 @@ fn main() -> ExitCode {
         cli::Command::Compare(options) => command::compare::run(&options),
         cli::Command::Bench(options) => command::bench::run(&options),
         cli::Command::Sweep(options) => command::sweep::run(&options),
+        cli::Command::Inspect(options) => command::inspect::run(&options),
         cli::Command::Report(options) => command::report_page::run(&options),
         cli::Command::Device(options) => command::device::run(&options),
         cli::Command::Scene(command) => command::scene::run(command),

@@ -28,10 +28,14 @@ use crate::scene::{Scene, SceneCamera, SceneError};
 use crate::settings::{Settings, with_light_paths};
 use crate::upload::Upload;
 use crate::vulkan::passes::DeviceOptions;
-use caustics_kernels::declare::{BufferSpec, Step};
+use caustics_kernels::declare::{Bound, BufferSpec, Step};
 use caustics_kernels::method::Method;
 use caustics_kernels::method::Parts;
 use caustics_kernels::method::frame::{frame_buffers, look_back};
+
+use self::last::{Last, Starts, overwritten};
+
+pub(crate) mod last;
 
 /// Which runner to open.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -86,6 +90,21 @@ pub enum SessionError {
     State {
         /// The buffer that it lacks.
         buffer: &'static str,
+    },
+    /// There is no frame to look into.
+    #[error("there is no frame of the scene as it stands to look into; render one first")]
+    NoFrame,
+    /// There is no such pixel.
+    #[error("there is no pixel {x},{y} in a picture of {width} by {height}")]
+    NoPixel {
+        /// Column.
+        x: u32,
+        /// Row.
+        y: u32,
+        /// Width (px).
+        width: u32,
+        /// Height (px).
+        height: u32,
     },
     /// A buffer cannot be read.
     #[error("reading buffer {buffer}")]
@@ -157,6 +176,11 @@ pub struct Session {
     moved: bool,
     /// Buffers in which something outlives its frame.
     kept: Vec<BufferSpec>,
+    /// Which kernel code is alive.
+    features: Features,
+    /// The frame before, unless the scene is another since then.
+    last: Option<Last>,
+    keeps_starts: bool,
 }
 
 impl Session {
@@ -196,7 +220,8 @@ impl Session {
         let kept = buffers.iter().filter(|spec| is_kept(spec.name)).copied().collect();
         let has_history = parts.history.settings.is_some() || parts.keeps_path;
         let of_history = if has_history { Features::HISTORY } else { Features(0) };
-        let mut runner = open(choice, scene, features | of_history, &buffers)?;
+        let features = features | of_history;
+        let mut runner = open(choice, scene, features, &buffers)?;
         runner.write("pixel_order", cast_slice(&pixel_order(params.width, params.height)))?;
         let previous_camera = params.camera;
         let upload = Upload::new(scene);
@@ -215,6 +240,9 @@ impl Session {
             upload,
             moved: true,
             kept,
+            features,
+            last: None,
+            keeps_starts: false,
         })
     }
 
@@ -224,7 +252,10 @@ impl Session {
         self.flux = scene.flux;
         self.params = self.settings.params(scene, camera, 0);
         self.moved |= self.params.camera != self.previous_camera;
-        self.moved |= self.upload.run(&mut *self.runner, scene)?;
+        if self.upload.run(&mut *self.runner, scene)? {
+            self.moved = true;
+            self.last = None;
+        }
         Ok(())
     }
 
@@ -260,6 +291,7 @@ impl Session {
         self.previous_camera = self.params.camera;
         self.previous_frame = Some(frame);
         self.moved = false;
+        self.last = None;
         self.take_light_paths()
     }
 
@@ -310,12 +342,62 @@ impl Session {
         }
         let mut times = self.look_back()?;
         let params = self.params(index);
-        times.extend(self.runner.run(&params, &self.method.frame_steps(self.parts, &params))?);
+        times.extend(self.run(params)?);
         self.previous_camera = self.params.camera;
         self.previous_frame = Some(index);
         self.moved = false;
         self.take_light_paths()?;
         Ok(times)
+    }
+
+    /// Says whether frames keep what their light paths start by where they overwrite it later, as with guided emission in a
+    /// frame before which something moved: [`Session::inspect`] can trace those of its first light paths again then. It costs
+    /// such frames a few MiB that are read back.
+    pub fn keep_starts(&mut self, keeps: bool) {
+        self.keeps_starts = keeps;
+    }
+
+    /// Runs the steps of a frame, and keeps what its light paths are traced again by.
+    fn run(&mut self, params: FrameParams) -> Result<Vec<StepTime>, SessionError> {
+        let steps = self.method.frame_steps(self.parts, &params);
+        let shoot = self.parts.emission.shoot;
+        self.last = None;
+        let mut last = Last { params, ..Last::default() };
+        let mut times = Vec::with_capacity(steps.len());
+        let mut rest = &steps[..];
+        if let Some((place, started)) = overwritten(&steps, shoot) {
+            last.started_before = started;
+            if self.keeps_starts {
+                times.extend(self.runner.run(&params, &steps[..place])?);
+                last.starts_before = Some(self.starts()?);
+                rest = &steps[place..];
+            }
+        }
+        times.extend(self.runner.run(&params, rest)?);
+        self.last = Some(last);
+        Ok(times)
+    }
+
+    /// The buffers that light paths start by, scene tables aside.
+    pub(crate) fn starts(&mut self) -> Result<Starts, SessionError> {
+        let bounds = last::reads(self.parts.emission.shoot);
+        let read = |bound: &'static Bound| {
+            let mut bytes: Vec<u8> = self.read(bound.name)?;
+            // A device may have room for more.
+            bytes.truncate(bytes.len() / bound.stride * bound.stride);
+            Ok((bound.name, bytes))
+        };
+        bounds.map(read).collect()
+    }
+
+    /// The frame before, unless the scene is another since then.
+    pub(crate) fn last(&self) -> Option<&Last> {
+        self.last.as_ref()
+    }
+
+    /// What its frames are made of.
+    pub(crate) fn made_of(&self) -> (&'static Method, Parts, Features) {
+        (self.method, self.parts, self.features)
     }
 
     /// If something moved, looks at the scene of today as the frame before would see it.

@@ -1,5 +1,5 @@
 //! What a pass declares about itself (see the attribute [`pass`]), how a CPU calls it, and what frames are made of passes.
-//! Imports `interface`, `seam` and `math`; what the attribute makes stands in the pass's own file.
+//! Imports `interface`, `seam`, `math` and the seam of `light`; what the attribute makes stands in the pass's own file.
 
 pub use caustics_kernel_macros::pass;
 
@@ -8,7 +8,7 @@ pub use described::{Access, Bound, OnCpu, Pass, Work};
 #[cfg(not(target_arch = "spirv"))]
 pub(crate) use kinds::named;
 #[cfg(not(target_arch = "spirv"))]
-pub use kinds::{Denoiser, Emission, History};
+pub use kinds::{Denoiser, Emission, History, Starts};
 #[cfg(not(target_arch = "spirv"))]
 pub use on_cpu::{BufferError, Buffers, Call, LocalCounters};
 #[cfg(not(target_arch = "spirv"))]

@@ -57,9 +57,9 @@ use crate::interface::features::Features;
 use crate::interface::material::Material;
 use crate::math::mean;
 use crate::surface::class::Classes;
-#[cfg(not(target_arch = "spirv"))]
-pub use lobes::features_of;
 use lobes::{Chances, ROUGH_FACETS, SMOOTH_FACETS};
+#[cfg(not(target_arch = "spirv"))]
+pub use lobes::{features_of, names_of};
 use spirv_std::glam::{Vec3, Vec4};
 
 /// The mixture of lobes at one vertex, seen from one direction.

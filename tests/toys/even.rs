@@ -20,6 +20,7 @@ pub const EVEN: Emission = Emission {
     weighs: false,
     prepare: |_| Vec::new(),
     shoot: &SHOOT,
+    starts,
     pilot: None,
     forget: &[],
     keeps: &[],

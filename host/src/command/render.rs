@@ -2,19 +2,30 @@
 
 use std::process::ExitCode;
 
+use caustics::experiment::cell::Cell;
+
 use super::job::Job;
 use super::options::settings;
 use super::stop::Stop;
-use crate::cli::{Preset, Render};
+use crate::cli::{Averaged, AxisOptions, Preset, Render, Usage};
+
+/// How to render, and the preset that says what no option does; `has_frames`: whether a number of frames is given.
+pub fn way(
+    axes: &AxisOptions<Averaged>,
+    preset: Option<Preset>,
+    has_frames: bool,
+) -> Result<(Cell, Preset), Usage> {
+    let says_how = has_frames || axes.says_how();
+    // Frames that nobody asked for by name are as `bench` and `animate` have them, to be averaged.
+    let usual = preset.or((!says_how).then_some(Preset::Preview)).map_or(vec![], Preset::values);
+    let preset = preset.unwrap_or(if says_how { Preset::Frame } else { Preset::Preview });
+    Ok((axes.cell_of(&usual)?, preset))
+}
 
 /// Averages frames of a method.
 pub fn run(options: Render) -> anyhow::Result<ExitCode> {
     let Render { common, axes, time, preset, frames } = options;
-    let says_how = frames.is_some() || axes.says_how();
-    // Frames that nobody asked for by name are as `bench` and `animate` have them, to be averaged.
-    let usual = preset.or((!says_how).then_some(Preset::Preview)).map_or(vec![], Preset::values);
-    let preset = preset.unwrap_or(if says_how { Preset::Frame } else { Preset::Preview });
-    let cell = axes.cell_of(&usual)?;
+    let (cell, preset) = way(&axes, preset, frames.is_some())?;
     let most = frames.unwrap_or(preset.frames());
     let settings = settings(&common.view, &cell, most)?;
     // A number of frames is a number of frames.

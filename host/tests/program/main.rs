@@ -8,6 +8,7 @@ mod compile;
 mod corpus;
 mod denoiser;
 mod edits;
+mod inspect;
 mod live;
 mod pages;
 mod panics;

@@ -150,6 +150,10 @@ fn pictures_and_scenes_are_described_as_the_schemas_say() {
     holds("animate", &run(&["animate", "animated-camera", "-o", "f/#.exr", "--frames", "0..2"]));
     holds("compare", &printed(desk.path(), &["compare", "a.exr", "c.exr", "--json"]));
     holds("scene-info", &printed(desk.path(), &["scene", "info", "animated-camera", "--json"]));
+    for method in ["basic", "kim2019", "path"] {
+        let inspect = ["inspect", "mirror-room", "--pixel", "12,11", "--light-paths", "20000"];
+        holds("inspect", &run(&[&inspect[..], &["--method", method]].concat()));
+    }
 }
 
 #[test]

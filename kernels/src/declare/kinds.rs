@@ -1,8 +1,11 @@
 //! What a frame can be made of: kinds of variants, each a file and a line in the list of its kind.
 
-use super::{Pass, Step};
+use super::{BufferError, Buffers, Pass, Step};
+use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::history::HistorySettings;
+use crate::interface::scene::SceneTables;
+use crate::light::emit::Emit;
 
 /// A way to lend light from frame to frame.
 #[derive(Clone, Copy)]
@@ -44,6 +47,15 @@ pub struct Denoiser {
     pub steps: fn(&FrameParams) -> Vec<Step>,
 }
 
+/// Hands on what starts the light paths of a frame with these settings: of the scene, and of what `shoot` reads beside its tables.
+pub type Starts = fn(
+    SceneTables<'_>,
+    &FrameParams,
+    Features,
+    &Buffers,
+    &mut dyn FnMut(&(dyn Emit + Sync)),
+) -> Result<(), BufferError>;
+
 /// A way to start light paths.
 #[derive(Clone, Copy)]
 pub struct Emission {
@@ -63,6 +75,8 @@ pub struct Emission {
     pub prepare: fn(&FrameParams) -> Vec<Step>,
     /// The pass that shoots a batch of light paths and stores their deposits.
     pub shoot: &'static Pass,
+    /// The same starts, for who traces some of the paths again on a CPU.
+    pub starts: Starts,
     /// What is learnt from the first eighth of the light paths before the others start, in a frame before which something
     /// moved; none: nothing is.
     pub pilot: Option<fn(&FrameParams) -> Vec<Step>>,

@@ -18,6 +18,7 @@ pub const AIMED: Emission = Emission {
     weighs: false,
     prepare: |_| Vec::new(),
     shoot: &SHOOT,
+    starts,
     pilot: None,
     forget: &[],
     keeps: &[],

@@ -45,6 +45,7 @@ pub const GUIDED: Emission = Emission {
     weighs: true,
     prepare: |params| learn(params, 0),
     shoot: &SHOOT,
+    starts,
     pilot: Some(|params| {
         let mut steps = weigh_with_pilot(params);
         steps.extend(learn(params, 1));

@@ -16,6 +16,7 @@ pub const POWER: Emission = Emission {
     weighs: false,
     prepare: |_| Vec::new(),
     shoot: &SHOOT,
+    starts,
     pilot: None,
     forget: &[],
     keeps: &[],

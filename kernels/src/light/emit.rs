@@ -57,3 +57,10 @@ pub trait Emit {
     /// A start by as many random numbers as it takes.
     fn sample(&self, rng: &mut Rng) -> EmissionSample;
 }
+
+#[cfg(not(target_arch = "spirv"))]
+impl Emit for &(dyn Emit + Sync) {
+    fn sample(&self, rng: &mut Rng) -> EmissionSample {
+        (**self).sample(rng)
+    }
+}

@@ -252,7 +252,7 @@ impl<A: Atomics, F: Atomics> Receive for Spread<'_, A, F> {
     }
 
     #[inline(always)]
-    fn scatter(&mut self, way: &mut Spreading, scattered: &BsdfSample) {
+    fn scatter(&mut self, way: &mut Spreading, scattered: &BsdfSample, _flux: Vec3) {
         let sampled = &scattered.sampled;
         let direction = scattered.ray.direction;
         if sampled.class == Classes::NON_SPECULAR {

@@ -1,6 +1,8 @@
 //! `collect`: traces a camera path through each pixel. Its prefix of specular events ends at the collection point;
 //! beside it the path gathers all light that is no caustic.
 
+pub mod watch;
+
 use crate::declare::pass;
 use crate::interface::NONE;
 use crate::interface::choice::Caustics;
@@ -34,6 +36,7 @@ use crate::trace::Tracer;
 use crate::trace::enclosing::enclosing;
 use crate::trace::reach::{reach, unblocked};
 use spirv_std::glam::Vec3;
+use watch::{Unwatched, Watch};
 
 /// Where there is none of these, all that bends a path is plane mirrors.
 const BENDS: Features = Features(Features::GLASS.0 | Features::SMOOTH_NORMALS.0);
@@ -166,6 +169,22 @@ pub fn camera_path<T: Tracer, C: Atomics>(
 /// Follows a camera path from its first ray.
 #[inline(always)]
 pub fn follow<T: Tracer, C: Atomics>(
+    ray: Ray,
+    cone: RayCone,
+    rng: Rng,
+    beyond: Beyond,
+    params: &FrameParams,
+    features: Features,
+    scene: SceneTables<'_>,
+    tracer: &mut T,
+    counters: &mut C,
+) -> Collected {
+    watched(ray, cone, rng, beyond, params, features, scene, tracer, &mut Unwatched, counters)
+}
+
+/// Follows a camera path from its first ray, while somebody watches.
+#[inline(always)]
+pub fn watched<T: Tracer, W: Watch, C: Atomics>(
     mut ray: Ray,
     mut cone: RayCone,
     mut rng: Rng,
@@ -174,6 +193,7 @@ pub fn follow<T: Tracer, C: Atomics>(
     features: Features,
     scene: SceneTables<'_>,
     tracer: &mut T,
+    watch: &mut W,
     counters: &mut C,
 ) -> Collected {
     let direct = cone;
@@ -203,6 +223,7 @@ pub fn follow<T: Tracer, C: Atomics>(
         overflows += reached.overflows;
         unexpected += reached.unexpected;
         if hit.is_miss() {
+            watch.escape(&ray, throughput);
             if prefix {
                 collected.radiance += throughput * params.background;
             }
@@ -234,6 +255,7 @@ pub fn follow<T: Tracer, C: Atomics>(
         if features.has(Features::ABSORPTION) {
             throughput *= reached.left;
         }
+        watch.arrive(&ray, &hit, &here, throughput);
 
         // Emission, shared with the direct connections of the vertex before.
         let is_lamp = features.has(Features::AREA_LIGHTS) && here.light != NONE && emits(&here, &material);
@@ -325,6 +347,7 @@ pub fn follow<T: Tracer, C: Atomics>(
             break;
         }
         let scattered = scattering.sample(u);
+        watch.scatter(&scattered);
         if prefix && scattered.sampled.class == Classes::NON_SPECULAR {
             prefix = false;
             let chance = scattering.bsdf.class_chance(Classes::NON_SPECULAR);

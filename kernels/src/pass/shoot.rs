@@ -29,7 +29,8 @@ use receive::{Receive, Store};
 use spirv_std::glam::Vec3;
 
 /// The pass that shoots by an emission: `shoot_pass!("shoot.mine", |power, table: &[f32]| Mine { power, table })` declares
-/// `shoot` and `SHOOT`, which bind `table`. The expression makes the emission (`Emit`) of a start by power and of its buffers.
+/// `shoot` and `SHOOT`, which bind `table`, and `starts`, which reads it. The expression makes the emission (`Emit`) of a start by
+/// power and of its buffers.
 #[macro_export]
 macro_rules! shoot_pass {
     ($name:literal, |$power:ident $(, $buffer:ident: $type:ty)*| $emit:expr) => {
@@ -63,6 +64,24 @@ macro_rules! shoot_pass {
             };
             let path = dispatch.first + index;
             $crate::pass::shoot::stored(path, params, features, scene, &$emit, tracer, store, counters);
+        }
+
+        /// Hands on what starts the light paths of a frame, for who traces some of them again.
+        #[cfg(not(target_arch = "spirv"))]
+        pub fn starts(
+            scene: $crate::interface::scene::SceneTables<'_>,
+            params: &$crate::interface::frame::FrameParams,
+            features: $crate::interface::features::Features,
+            _buffers: &$crate::declare::Buffers,
+            then: &mut dyn FnMut(&(dyn $crate::light::emit::Emit + Sync)),
+        ) -> Result<(), $crate::declare::BufferError> {
+            let $power = $crate::light::power::ByPower::new(scene, params, features);
+            $(
+                let $buffer = _buffers.read(stringify!($buffer))?;
+                let $buffer: $type = &$buffer;
+            )*
+            then(&$emit);
+            Ok(())
         }
     };
 }
@@ -233,7 +252,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
             break;
         }
         overflows += u32::from(scattered.media_overflow);
-        receive.scatter(&mut way, &scattered);
+        receive.scatter(&mut way, &scattered, flux);
         media = scattered.media;
         ray = scattered.ray;
         hit_count += 1;

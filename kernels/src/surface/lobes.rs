@@ -150,6 +150,20 @@ macro_rules! lobes {
             }
         }
 
+        /// Names of the lobes that a material has, glass aside: those that reflect at facets, and those that are diffuse.
+        #[cfg(not(target_arch = "spirv"))]
+        pub fn names_of(material: &Material) -> (Vec<&'static str>, Vec<&'static str>) {
+            let facets = [$(($facet::occurs(material), stringify!($facet)),)*];
+            let diffuse = [
+                ($first::occurs(material), stringify!($first)),
+                $(($diffuse::occurs(material), stringify!($diffuse)),)*
+            ];
+            let names = |lobes: &[(bool, &'static str)]| {
+                lobes.iter().filter(|(occurs, _)| *occurs).map(|(_, name)| *name).collect()
+            };
+            (names(&facets), names(&diffuse))
+        }
+
         /// What the lobes of a material need of the kernels. It casts caustics by what is specular, and receives them by all
         /// else.
         #[cfg(not(target_arch = "spirv"))]

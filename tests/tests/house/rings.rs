@@ -10,8 +10,9 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree};
 const KERNELS: &[&[&str]] = &[
     &["interface", "seam"],
     &["math"],
-    &["texture", "declare"],
+    &["texture"],
     &["surface", "light"],
+    &["declare"],
     &["trace", "gather"],
     &["pass"],
     &["history", "denoiser", "emission"],
@@ -30,6 +31,7 @@ const HOST: &[&[&str]] = &[
     &["runner", "checkpoint"],
     &["upload", "frame_memory"],
     &["session"],
+    &["inspect"],
     &["trace_rate"],
     &["experiment"],
     &["builder"],

@@ -8,6 +8,7 @@ mod denoiser;
 mod edits;
 mod fireflies;
 mod guided;
+mod inspect;
 mod kim2019;
 mod path_history;
 mod reuse;

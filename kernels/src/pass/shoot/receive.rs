@@ -7,6 +7,7 @@ use crate::light::emit::EmissionSample;
 use crate::seam::{AtomicWords, Atomics, Slots};
 use crate::surface::scatter::BsdfSample;
 use crate::surface::vertex::Vertex;
+use spirv_std::glam::Vec3;
 
 /// Receives the deposits of a light path. What else it may ask to see of the way costs nothing where it does not.
 pub trait Receive {
@@ -20,9 +21,9 @@ pub trait Receive {
     /// The path meets a surface, before it deposits there.
     #[inline(always)]
     fn arrive(&mut self, _way: &mut Self::Way, _ray: &Ray, _hit: &Hit, _here: &Vertex) {}
-    /// The path leaves a surface.
+    /// The path leaves a surface with this flux (W).
     #[inline(always)]
-    fn scatter(&mut self, _way: &mut Self::Way, _departure: &BsdfSample) {}
+    fn scatter(&mut self, _way: &mut Self::Way, _departure: &BsdfSample, _flux: Vec3) {}
     /// Takes one deposit.
     fn receive(&mut self, way: &mut Self::Way, geometry: DepositGeometry, light: DepositLight);
 }

@@ -1,0 +1,72 @@
+//! Options of `inspect`.
+
+use std::str::FromStr;
+
+use clap::Args;
+
+use super::axes::{Averaged, AxisOptions};
+use super::{Loading, Machine, Preset, View};
+
+/// Options of `inspect`.
+#[derive(Args, Debug)]
+#[command(allow_negative_numbers = true)]
+#[command(before_help = "Examples:
+  caustics inspect mirror-room --pixel 367,337
+  caustics inspect still-life --pixel 480,300 --frame 3 --deposits 8 --json")]
+#[command(mut_arg("exposure", |arg| arg.hide(true)))]
+pub struct Inspect {
+    /// A .gltf or .glb file, a folder with a scene.gltf, or the name of a folder in scenes/
+    pub scene: String,
+    /// The pixel: column and row, from 0,0 in the upper left
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
+    pub pixel: Pixel,
+    /// The frame, of those that render averages with the same options; those before it are rendered too
+    #[arg(long, default_value_t = 0, value_name = "INDEX")]
+    pub frame: u32,
+    /// Deposits to tell, each with its light path, at most
+    #[arg(long, default_value_t = 4, value_name = "NUMBER")]
+    pub deposits: usize,
+    /// Where it runs.
+    #[command(flatten)]
+    pub machine: Machine,
+    /// What is seen.
+    #[command(flatten)]
+    pub view: View,
+    /// How the scene is read.
+    #[command(flatten)]
+    pub loading: Loading,
+    /// Time of the scene's animations that is shown (s); before their first key and after their last they stand still
+    #[arg(long, default_value_t = 0.0)]
+    pub time: f64,
+    /// How to render.
+    #[command(flatten)]
+    pub axes: AxisOptions<Averaged>,
+    /// All that no other option says [default: preview where none says how to render, else frame]
+    #[arg(long, value_enum)]
+    pub preset: Option<Preset>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// A place in a picture (px).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pixel {
+    /// Column.
+    pub x: u32,
+    /// Row.
+    pub y: u32,
+}
+
+impl FromStr for Pixel {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Pixel, String> {
+        let number = |part: &str| part.trim().parse().ok();
+        let parts = text.split_once(',').map(|(x, y)| (number(x), number(y)));
+        match parts {
+            Some((Some(x), Some(y))) => Ok(Pixel { x, y }),
+            _ => Err("give a column and a row, as in 300,400".into()),
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! An inspection for people.
+
+use std::fmt::Write;
+
+use caustics::inspect::{CameraPath, Deposits, Inspection, LightPath, Point, Vertex};
+use caustics::text::cut;
+
+/// Characters of a name at most.
+const NAME: usize = 24;
+
+/// All that was found, a line a vertex.
+pub fn table(inspection: &Inspection) -> String {
+    let Inspection { pixel: [x, y], frame, camera_path, point, deposits, light_paths } = inspection;
+    let CameraPath { eye, vertices, leaves, .. } = camera_path;
+    let mut text = format!("pixel {x},{y} of frame {frame}\n\ncamera path from {}\n", place(eye));
+    rows(&mut text, vertices, "throughput");
+    if let Some(direction) = leaves {
+        line(&mut text, format_args!("  leaves the scene towards {}", triple(direction)));
+    }
+    match point {
+        None => line(&mut text, format_args!("\nno collection point")),
+        Some(Point { radius, depth, throughput, .. }) => line(
+            &mut text,
+            format_args!(
+                "\ncollection point: vertex {depth}, a disc of radius {radius:.3e} m, seen through {}",
+                triple(throughput)
+            ),
+        ),
+    }
+    if let Some(deposits) = deposits {
+        told(&mut text, deposits);
+        for (path, deposit) in light_paths.iter().zip(&deposits.some) {
+            let LightPath { path, light, start, flux, vertices, .. } = path;
+            let light =
+                light.map_or("a light".into(), |light| format!("light {} ({})", light.row, light.kind));
+            line(
+                &mut text,
+                format_args!("\nlight path {path} from {light} at {}, {} W", place(start), triple(flux)),
+            );
+            rows(&mut text, vertices, "flux (W)");
+            line(&mut text, format_args!("  gives the pixel {} W/(m^2 sr)", triple(&deposit.radiance)));
+        }
+    }
+    text.truncate(text.trim_end().len());
+    text
+}
+
+/// What is to be said of all deposits.
+fn told(text: &mut String, deposits: &Deposits) {
+    let Deposits { gathered, count, light_paths, skipped, flux, radiance, .. } = deposits;
+    line(
+        text,
+        format_args!(
+            "deposits: {count} of {light_paths} light paths, {} W, give the pixel {} W/(m^2 sr)",
+            triple(flux),
+            triple(radiance)
+        ),
+    );
+    if gathered != count {
+        line(
+            text,
+            format_args!("the frame itself gathered {gathered}: a device rounds otherwise than a CPU"),
+        );
+    }
+    if *skipped > 0 {
+        line(text, format_args!("{skipped} light paths are left out: what they started by is gone"));
+    }
+}
+
+/// A line a vertex, in columns.
+fn rows(text: &mut String, vertices: &[Vertex], carries: &str) {
+    let cells: Vec<[String; 5]> = vertices
+        .iter()
+        .enumerate()
+        .map(|(index, vertex)| {
+            let name = vertex.event.name().replace('-', " ");
+            [
+                format!("{}", index + 1),
+                if vertex.lobes.is_empty() { name } else { format!("{name}: {}", vertex.lobes.join("/")) },
+                cut(&vertex.material, NAME).replace('\n', "\\n"),
+                place(&vertex.position),
+                format!("{carries} {}", triple(&vertex.carries)),
+            ]
+        })
+        .collect();
+    let width = |column: usize| cells.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    for [number, event, material, place, carries] in &cells {
+        let widths = (width(0), width(1), width(2), width(3));
+        line(
+            text,
+            format_args!(
+                "  {number:>0$}  {event:1$}  {material:2$}  {place:3$}  {carries}",
+                widths.0, widths.1, widths.2, widths.3
+            ),
+        );
+    }
+}
+
+fn line(text: &mut String, line: std::fmt::Arguments<'_>) {
+    writeln!(text, "{line}").expect("a String takes all");
+}
+
+fn place(position: &[f64; 3]) -> String {
+    let [x, y, z] = position;
+    format!("({x:.4}, {y:.4}, {z:.4})")
+}
+
+fn triple(values: &[f32; 3]) -> String {
+    let number = |value: &f32| if *value == 0.0 { "0".into() } else { format!("{value:.3e}") };
+    let of_size = |value: &f32| {
+        if (1.0e-3..1.0e4).contains(&value.abs()) { format!("{value:.4}") } else { number(value) }
+    };
+    values.iter().map(of_size).collect::<Vec<_>>().join(" ")
+}

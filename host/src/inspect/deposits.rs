@@ -1,0 +1,173 @@
+//! The deposits that a collection point took, found by the rule of the gathers alone: whatever variant found them in the frame.
+
+use std::ops::Range;
+
+use caustics_kernels::gather::accumulator::Sum;
+use caustics_kernels::gather::contribution::{contribution, takes};
+use caustics_kernels::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
+use caustics_kernels::light::emit::Emit;
+use caustics_kernels::pass::resolve::radiance;
+use caustics_kernels::pass::shoot::receive::Receive;
+use caustics_kernels::pass::shoot::shoot;
+use caustics_kernels::seam::Uncounted;
+use caustics_kernels::surface::textured::material_of;
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::view::View;
+use super::{Deposit, Point};
+
+/// A deposit that the point took.
+#[derive(Clone, Copy)]
+pub struct Found {
+    /// Its light path.
+    pub path: u32,
+    /// Where it is.
+    pub geometry: DepositGeometry,
+    /// Its light.
+    pub light: DepositLight,
+    /// f times flux (W/sr).
+    value: Vec3,
+}
+
+/// A collection point that takes deposits.
+pub struct Taker<'a> {
+    pub view: View<'a>,
+    pub geometry: PointGeometry,
+    pub shading: PointShading,
+}
+
+/// Keeps the deposits of a light path that a point takes.
+struct Keep<'a> {
+    point: &'a PointGeometry,
+    max_bounces: u32,
+    kept: Vec<(DepositGeometry, DepositLight)>,
+}
+
+impl Receive for Keep<'_> {
+    type Way = ();
+
+    fn receive(&mut self, (): &mut (), geometry: DepositGeometry, light: DepositLight) {
+        if takes(self.point, &geometry, self.max_bounces) {
+            self.kept.push((geometry, light));
+        }
+    }
+}
+
+impl Taker<'_> {
+    /// The point, if there is one.
+    pub fn point(&self) -> Option<Point> {
+        let Taker { view, geometry, shading } = self;
+        geometry.exists().then(|| Point {
+            position: view.placed(geometry.position),
+            normal: geometry.normal.to_array(),
+            shading_normal: shading.shading_normal.to_array(),
+            to_viewer: shading.to_viewer.to_array(),
+            radius: geometry.radius,
+            depth: geometry.depth,
+            throughput: shading.throughput.to_array(),
+        })
+    }
+
+    /// The deposits of these light paths that the point takes, in the order of the paths.
+    pub fn find(&self, paths: Range<u32>, emit: &(dyn Emit + Sync)) -> Vec<Found> {
+        let View { scene, params, features } = self.view;
+        let (tables, tracer) = (scene.tables(), scene.tracer(features));
+        let material = material_of(&self.shading, tables.materials, features);
+        let found = |path, (geometry, light)| {
+            let value = contribution(&self.shading, material, &light, params.specular_roughness, features);
+            Found { path, geometry, light, value }
+        };
+        let of_path = |path| {
+            let mut keep = Keep { point: &self.geometry, max_bounces: params.max_bounces, kept: Vec::new() };
+            shoot(path, params, features, tables, &emit, &mut tracer.clone(), &mut keep, &mut Uncounted);
+            keep.kept.into_iter().map(move |deposit| found(path, deposit))
+        };
+        paths.into_par_iter().flat_map_iter(of_path).collect()
+    }
+
+    /// Flux that deposits bring to the disc (W), and what they give the pixel (W m^-2 sr^-1).
+    pub fn sum(&self, found: &[Found]) -> ([f32; 3], [f32; 3]) {
+        let params = self.view.params;
+        let flux: Vec3 = found.iter().map(Found::flux).sum();
+        let add = |sum: Sum, found: &Found| sum.plus(Sum::of(found.value, params.inverse_quantum()));
+        let Sum { red, green, blue, .. } = found.iter().fold(Sum::default(), add);
+        let value = Vec3::from_array([red, green, blue].map(|sum| sum.to_f32(params.quantum)));
+        (flux.to_array(), self.radiance(value).to_array())
+    }
+
+    /// A deposit, told.
+    pub fn told(&self, found: &Found) -> Deposit {
+        Deposit {
+            path: found.path,
+            position: self.view.placed(found.geometry.position),
+            to_light: found.light.to_light.to_array(),
+            scatterings: found.geometry.scatterings,
+            flux: found.flux().to_array(),
+            radiance: self.radiance(found.value).to_array(),
+        }
+    }
+
+    /// What a sum of f times flux (W/sr) gives the pixel (W m^-2 sr^-1).
+    fn radiance(&self, value: Vec3) -> Vec3 {
+        if self.geometry.exists() { radiance(&self.geometry, &self.shading, value) } else { Vec3::ZERO }
+    }
+}
+
+impl Found {
+    /// Flux that arrives (W).
+    fn flux(&self) -> Vec3 {
+        self.light.flux * self.light.to_light.dot(self.geometry.normal)
+    }
+}
+
+/// At most `most` deposits, in their order: half of them spread evenly, half by what they give.
+pub fn choose(found: &[Found], most: usize) -> Vec<Found> {
+    if found.len() <= most {
+        return found.to_vec();
+    }
+    let gives = |found: &Found| f64::from(found.value.element_sum());
+    let total: f64 = found.iter().map(gives).filter(|gives| gives.is_finite()).sum();
+    let share = |deposit: &Found| {
+        let (share, even) = (gives(deposit) / total, 1.0 / found.len() as f64);
+        0.5 * (even + if share.is_finite() { share } else { even })
+    };
+    // Systematic sampling: the deposits whose shares hold one of `most` equidistant numbers.
+    let mut below = 0.0;
+    let number = |below: f64| (below * most as f64 + 0.5).floor();
+    let is_chosen = |deposit: &&Found| {
+        let before = below;
+        below += share(deposit);
+        number(below) > number(before)
+    };
+    found.iter().filter(is_chosen).take(most).copied().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn deposits_are_chosen_all_over_and_the_brightest_for_sure() {
+        let found = |path: u32, value: f32| Found {
+            path,
+            geometry: DepositGeometry::default(),
+            light: DepositLight::default(),
+            value: Vec3::splat(value),
+        };
+        let even: Vec<Found> = (0..1001).map(|path| found(path, 1.0)).collect();
+        let paths =
+            |found: &[Found], most| choose(found, most).iter().map(|found| found.path).collect::<Vec<_>>();
+        assert_eq!(paths(&even, 4), [125, 375, 625, 875]);
+        assert_eq!(paths(&even[..3], 4), [0, 1, 2]);
+        assert_eq!(paths(&even, 0), [0; 0]);
+        // Black ones are spread evenly, too.
+        let black: Vec<Found> = (0..1001).map(|path| found(path, 0.0)).collect();
+        assert_eq!(paths(&black, 4), [125, 375, 625, 875]);
+        // One that gives as much as all others holds a quarter of the numbers and more.
+        let mut bright = even.clone();
+        bright[700] = found(700, 1000.0);
+        let chosen = paths(&bright, 8);
+        assert!(chosen.contains(&700) && chosen.len() >= 5, "{chosen:?}");
+    }
+}

@@ -1,0 +1,114 @@
+//! The light path of a deposit.
+
+use caustics_kernels::interface::NONE;
+use caustics_kernels::interface::features::Features;
+use caustics_kernels::interface::light::Light as Row;
+use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
+use caustics_kernels::interface::ray::{Hit, Ray};
+use caustics_kernels::light::emit::{EmissionSample, Emit};
+use caustics_kernels::pass::collect::watch::Watch;
+use caustics_kernels::pass::shoot::receive::Receive;
+use caustics_kernels::pass::shoot::shoot;
+use caustics_kernels::seam::Uncounted;
+use caustics_kernels::surface::scatter::BsdfSample;
+use caustics_kernels::surface::vertex::{Vertex, vertex};
+use caustics_kernels::trace::Tracer;
+use glam::Vec3;
+
+use super::deposits::Found;
+use super::record::Record;
+use super::view::View;
+use super::{Event, Light, LightPath};
+
+/// Writes down a light path up to a deposit.
+struct Follow<'a> {
+    record: Record<'a>,
+    leaving: Option<EmissionSample>,
+    /// What the path carries (W).
+    flux: Vec3,
+    light_path_count: u32,
+    /// Scatterings before the deposit.
+    scatterings: u32,
+    is_done: bool,
+}
+
+impl Receive for Follow<'_> {
+    type Way = ();
+
+    fn start(&mut self, (): &mut (), leaving: &EmissionSample) {
+        self.leaving = Some(*leaving);
+        self.flux = leaving.flux / self.light_path_count as f32;
+    }
+
+    fn arrive(&mut self, (): &mut (), ray: &Ray, hit: &Hit, here: &Vertex) {
+        if !self.is_done {
+            self.record.arrive(ray, hit, here, self.flux);
+        }
+    }
+
+    fn scatter(&mut self, (): &mut (), departure: &BsdfSample, flux: Vec3) {
+        if !self.is_done {
+            self.record.scatter(departure);
+            self.flux = flux;
+        }
+    }
+
+    fn receive(&mut self, (): &mut (), geometry: DepositGeometry, _light: DepositLight) {
+        if geometry.scatterings == self.scatterings {
+            self.record.end(Event::Deposit);
+            self.is_done = true;
+        }
+    }
+}
+
+/// Traces the light path of a deposit.
+pub fn path(view: View<'_>, emit: &(dyn Emit + Sync), found: &Found) -> LightPath {
+    let View { scene, params, features } = view;
+    let mut follow = Follow {
+        record: Record::new(view),
+        leaving: None,
+        flux: Vec3::ZERO,
+        light_path_count: params.light_path_count,
+        scatterings: found.geometry.scatterings,
+        is_done: false,
+    };
+    let (tables, mut tracer) = (scene.tables(), scene.tracer(features));
+    shoot(found.path, params, features, tables, &emit, &mut tracer, &mut follow, &mut Uncounted);
+    let leaving = follow.leaving.unwrap_or_else(|| EmissionSample::new(Ray::default(), Vec3::ZERO, 0.0));
+    LightPath {
+        path: found.path,
+        light: light(view, &leaving),
+        start: view.placed(leaving.ray.origin),
+        direction: leaving.ray.direction.to_array(),
+        flux: (leaving.flux / params.light_path_count as f32).to_array(),
+        vertices: follow.record.vertices,
+    }
+}
+
+/// The light that a path starts from. Starts do not say it: it is told by where they are.
+fn light(view: View<'_>, leaving: &EmissionSample) -> Option<Light> {
+    let (ray, rows) = (&leaving.ray, &view.scene.lights);
+    let is_it = |row: &Row| match row.kind {
+        kind if kind == Features::ENVIRONMENT.0 => leaving.area > 0.0,
+        _ if row.is_parallel() => leaving.area > 0.0 && row.direction == ray.direction,
+        _ => row.triangle == NONE && row.position == ray.origin,
+    };
+    // The environment has the last row.
+    let row = rows.iter().position(is_it).map(|row| row as u32).or_else(|| lamp_behind(view, ray))?;
+    let kind = rows.get(row as usize)?.kind;
+    let (_, name) = Features::NAMES.into_iter().find(|(bit, _)| bit.0 == kind)?;
+    Some(Light { row, kind: name.trim_end_matches("-lights") })
+}
+
+/// The row of the emitting triangle that a ray left.
+fn lamp_behind(view: View<'_>, ray: &Ray) -> Option<u32> {
+    let (tables, features) = (view.scene.tables(), Features(view.features.0 & Features::INSTANCES.0));
+    let back = Ray::endless(ray.origin, -ray.direction);
+    let hit = view.scene.tracer(features).closest(&back);
+    if hit.is_miss() {
+        return None;
+    }
+    let here = vertex(tables, features, &back, &hit, 0.0);
+    let height = hit.distance * here.to_previous.dot(here.face_normal);
+    (here.light != NONE && height <= 4.0 * here.clearance).then_some(here.light)
+}

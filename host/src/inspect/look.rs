@@ -1,0 +1,141 @@
+//! Looks into a pixel: reads what the frame left of it, and traces the rest again.
+
+use std::ops::Range;
+
+use caustics_kernels::declare::{BufferError, Buffers};
+use caustics_kernels::gather::accumulator;
+use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::interface::point::{PointGeometry, PointShading};
+use caustics_kernels::light::emit::Emit;
+
+use super::deposits::{Found, Taker, choose};
+use super::view::View;
+use super::{Deposits, Inspection, LightPath, camera, light};
+use crate::runner::RunError;
+use crate::scene::Scene;
+use crate::session::last::{Last, Starts};
+use crate::session::{Session, SessionError};
+
+/// Light paths, and what they start by.
+struct Group {
+    paths: Range<u32>,
+    starts: Buffers,
+}
+
+impl Group {
+    fn new(paths: Range<u32>, starts: &Starts) -> Result<Group, BufferError> {
+        let mut buffers = Buffers::default();
+        for (name, bytes) in starts {
+            buffers.add(name, bytes.len());
+            buffers.write(name, 0, bytes)?;
+        }
+        Ok(Group { paths, starts: buffers })
+    }
+}
+
+impl Session {
+    /// Looks into a pixel of the last frame; `scene` is the one that it showed. Of the deposits that the pixel's point took,
+    /// at most `light_paths` are told, each with its light path: spread over all of them, more densely where they give more. To
+    /// find them, all light paths of the frame are traced again on the CPU.
+    ///
+    /// # Errors
+    ///
+    /// If no frame was rendered since the scene changed, there is no such pixel, or a buffer cannot be read.
+    pub fn inspect(
+        &mut self,
+        scene: &Scene,
+        x: u32,
+        y: u32,
+        light_paths: usize,
+    ) -> Result<Inspection, SessionError> {
+        let last = self.last().cloned().ok_or(SessionError::NoFrame)?;
+        let (method, _, features) = self.made_of();
+        let view = View { scene, params: &last.params, features };
+        let FrameParams { width, height, frame, .. } = last.params;
+        if x >= width || y >= height {
+            return Err(SessionError::NoPixel { x, y, width, height });
+        }
+        let pixel = y * width + x;
+        let mut inspection = Inspection {
+            pixel: [x, y],
+            frame,
+            camera_path: camera::path(view, pixel, method.gathers),
+            point: None,
+            deposits: None,
+            light_paths: Vec::new(),
+        };
+        if method.gathers {
+            let geometry = self.read::<PointGeometry>("point_geometry")?[pixel as usize];
+            let shading = self.read::<PointShading>("point_shading")?[pixel as usize];
+            let taker = Taker { view, geometry, shading };
+            inspection.point = taker.point();
+            if method.chooses_gather {
+                let words = self.read::<u32>("accumulator")?;
+                let gathered = words[((pixel + 1) * accumulator::WORDS - 1) as usize];
+                let (deposits, paths) = self.taken(&last, &taker, light_paths)?;
+                inspection.deposits = Some(Deposits { gathered, ..deposits });
+                inspection.light_paths = paths;
+            }
+        }
+        Ok(inspection)
+    }
+
+    /// Finds the deposits of a point again, and the light paths of some.
+    fn taken(
+        &mut self,
+        last: &Last,
+        taker: &Taker<'_>,
+        most: usize,
+    ) -> Result<(Deposits, Vec<LightPath>), SessionError> {
+        let groups = if taker.geometry.exists() { self.groups(last)? } else { Vec::new() };
+        let mut found: Vec<Found> = Vec::new();
+        for Group { paths, starts } in &groups {
+            self.emit(taker.view, starts, |emit| found.extend(taker.find(paths.clone(), emit)))?;
+        }
+        let some = choose(&found, most);
+        let mut light_paths = Vec::with_capacity(some.len());
+        for Group { paths, starts } in &groups {
+            let own = some.iter().filter(|found| paths.contains(&found.path));
+            self.emit(taker.view, starts, |emit| {
+                light_paths.extend(own.clone().map(|found| light::path(taker.view, emit, found)));
+            })?;
+        }
+        let traced = groups.iter().map(|group| group.paths.len() as u32).sum();
+        let all = if taker.geometry.exists() { last.params.light_path_count } else { 0 };
+        let (flux, radiance) = taker.sum(&found);
+        let deposits = Deposits {
+            gathered: 0,
+            count: found.len() as u32,
+            light_paths: traced,
+            skipped: all - traced,
+            flux,
+            radiance,
+            some: some.iter().map(|found| taker.told(found)).collect(),
+        };
+        Ok((deposits, light_paths))
+    }
+
+    /// The light paths of a frame that can be traced again, in their order.
+    fn groups(&mut self, last: &Last) -> Result<Vec<Group>, SessionError> {
+        let (before, all) = (last.started_before, last.params.light_path_count);
+        let kept = last.starts_before.as_ref().map(|starts| (0..before, starts));
+        let now = self.starts()?;
+        let groups = kept.into_iter().chain([(before..all, &now)]).filter(|(paths, _)| !paths.is_empty());
+        let groups = groups.map(|(paths, starts)| Group::new(paths, starts).map_err(RunError::from));
+        Ok(groups.collect::<Result<_, _>>()?)
+    }
+
+    /// Calls with what starts light paths.
+    fn emit(
+        &self,
+        view: View<'_>,
+        buffers: &Buffers,
+        mut then: impl FnMut(&(dyn Emit + Sync)),
+    ) -> Result<(), SessionError> {
+        let View { scene, params, features } = view;
+        let (_, parts, _) = self.made_of();
+        let started = (parts.emission.starts)(scene.tables(), params, features, buffers, &mut then);
+        let pass = parts.emission.shoot.name.to_string();
+        started.map_err(|source| RunError::Pass { pass, source }.into())
+    }
+}

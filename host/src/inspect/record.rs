@@ -1,0 +1,119 @@
+//! Writes down what a path meets, while the kernels walk it.
+
+use caustics_kernels::interface::NONE;
+use caustics_kernels::interface::features::Features;
+use caustics_kernels::interface::material::Material;
+use caustics_kernels::interface::ray::{Hit, Ray};
+use caustics_kernels::math::offset;
+use caustics_kernels::pass::collect::watch::Watch;
+use caustics_kernels::surface::class::Classes;
+use caustics_kernels::surface::scatter::BsdfSample;
+use caustics_kernels::surface::textured::material_at;
+use caustics_kernels::surface::vertex::{Vertex as Here, vertex};
+use caustics_kernels::texture::cut_out::{CutOuts, SOME_ARE_NOT_THERE};
+use caustics_kernels::trace::Tracer;
+use glam::Vec3;
+
+use super::Vertex;
+use super::event::{Event, event, passed};
+use super::view::View;
+
+/// Faces that a segment is followed through at most: a bound for loops alone.
+const MOST_PASSED: usize = 256;
+
+/// The vertices of a path, so far.
+pub struct Record<'a> {
+    view: View<'a>,
+    /// What was met.
+    pub vertices: Vec<Vertex>,
+    /// The last vertex and its material.
+    here: Option<(Here, Material)>,
+    /// The ray that left the scene.
+    pub left: Option<Ray>,
+}
+
+impl<'a> Record<'a> {
+    pub fn new(view: View<'a>) -> Record<'a> {
+        Record { view, vertices: Vec::new(), here: None, left: None }
+    }
+
+    /// Says what the path came to at its last vertex.
+    pub fn end(&mut self, event: Event) {
+        if let Some(vertex) = self.vertices.last_mut() {
+            vertex.event = event;
+        }
+    }
+
+    /// Whether what the path did last is no specular event.
+    pub fn is_scattered(&self) -> bool {
+        let last = self.vertices.last().filter(|_| self.left.is_none());
+        last.is_some_and(|vertex| !vertex.specular && !vertex.lobes.is_empty())
+    }
+
+    fn vertex(&self, here: &Here, hit: &Hit, event: Event, carries: Vec3) -> Vertex {
+        let View { scene, features, .. } = self.view;
+        let name = scene.material_names.get(here.material as usize);
+        let channels = ["red", "green", "blue"].into_iter().zip(carries.to_array());
+        let mut carried = channels.filter(|(_, carries)| *carries > 0.0).map(|(name, _)| name);
+        let only = carried.next().filter(|_| carried.next().is_none());
+        Vertex {
+            position: self.view.placed(here.position),
+            normal: here.face_normal.to_array(),
+            event,
+            lobes: Vec::new(),
+            specular: false,
+            material: name.cloned().unwrap_or_default(),
+            material_index: here.material,
+            instance: hit.instance,
+            triangle: hit.triangle,
+            carries: carries.to_array(),
+            channel: only.filter(|_| features.has(Features::DISPERSION)),
+        }
+    }
+
+    /// Writes down the faces on the way to a hit: those that are not there, and those within a medium of higher priority.
+    fn pass(&mut self, ray: &Ray, hit: &Hit, carries: Vec3) {
+        let View { scene, features, .. } = self.view;
+        if !features.has(SOME_ARE_NOT_THERE | Features::NESTED) {
+            return;
+        }
+        let (tables, bare) = (scene.tables(), Features(features.0 & Features::INSTANCES.0));
+        let cut_outs = CutOuts::of(tables, features);
+        let mut tracer = scene.tracer(bare);
+        let (mut part, mut way) = (*ray, 0.0);
+        for _ in 0..MOST_PASSED {
+            let face = tracer.closest(&part);
+            let is_end = (face.triangle, face.instance) == (hit.triangle, hit.instance);
+            way += face.distance;
+            if face.is_miss() || is_end || way >= hit.distance {
+                return;
+            }
+            let here = vertex(tables, bare, &part, &face, 0.0);
+            let event = passed(&cut_outs, &face, ray.key);
+            self.vertices.push(self.vertex(&here, &face, event, carries));
+            part.origin = offset::leave(here.position, here.face_normal, part.direction, here.clearance);
+        }
+    }
+}
+
+impl Watch for Record<'_> {
+    fn arrive(&mut self, ray: &Ray, hit: &Hit, here: &Here, carries: Vec3) {
+        self.pass(ray, hit, carries);
+        let View { scene, features, .. } = self.view;
+        let event = if here.light == NONE { Event::Ended } else { Event::Lamp };
+        self.vertices.push(self.vertex(here, hit, event, carries));
+        self.here = Some((*here, material_at(scene.tables(), here, features)));
+    }
+
+    fn scatter(&mut self, departure: &BsdfSample) {
+        if let (Some((here, material)), Some(vertex)) = (self.here.take(), self.vertices.last_mut()) {
+            (vertex.event, vertex.lobes) = event(&material, &here, &departure.sampled);
+            vertex.specular = departure.sampled.class == Classes::SPECULAR;
+        }
+    }
+
+    fn escape(&mut self, ray: &Ray, carries: Vec3) {
+        self.pass(ray, &Hit::MISS, carries);
+        self.left = Some(*ray);
+    }
+}

@@ -1,0 +1,25 @@
+//! What paths of a frame are traced again in.
+
+use caustics_kernels::interface::features::Features;
+use caustics_kernels::interface::frame::FrameParams;
+use glam::Vec3;
+
+use crate::scene::Scene;
+
+/// A frame and its scene.
+#[derive(Clone, Copy)]
+pub struct View<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The settings of the frame.
+    pub params: &'a FrameParams,
+    /// Which kernel code was alive.
+    pub features: Features,
+}
+
+impl View<'_> {
+    /// A position in the file's coordinates (m).
+    pub fn placed(&self, position: Vec3) -> [f64; 3] {
+        (position.as_dvec3() + self.scene.origin).to_array()
+    }
+}

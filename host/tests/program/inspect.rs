@@ -1,0 +1,57 @@
+//! `caustics inspect`: what it prints, and what it refuses.
+
+use std::process::Command;
+
+use serde_json::{Value, json};
+
+const VIEW: [&str; 8] = ["--width", "64", "--height", "36", "--runner", "cpu", "--light-paths", "20000"];
+
+/// Exit code, stdout and stderr.
+fn inspect(arguments: &[&str]) -> (i32, String, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_caustics"));
+    let output =
+        command.current_dir(folder.path()).arg("inspect").args(arguments).args(VIEW).output().unwrap();
+    assert_eq!(folder.path().read_dir().unwrap().count(), 0, "it writes no file");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+}
+
+#[test]
+fn a_pixel_is_told_as_a_table_and_as_json() {
+    // A pixel of the caustic, whatever the frame.
+    let options = ["mirror-room", "--pixel", "24,22", "--method", "basic"];
+    for frame in ["0", "2"] {
+        let run = |more: &[&str]| inspect(&[&options[..], &["--frame", frame], more].concat());
+        let (code, json, stderr) = run(&["--json"]);
+        assert_eq!(code, 0, "{stderr}");
+        let told: Value = serde_json::from_str(&json).unwrap();
+        let deposits = &told["deposits"];
+        assert_eq!(
+            (&told["pixel"], &told["frame"]),
+            (&json!([24, 22]), &json!(frame.parse::<u32>().unwrap()))
+        );
+        // Also of the first frame, whose emission learns halfway.
+        assert_eq!((&deposits["count"], &deposits["skipped"]), (&deposits["gathered"], &json!(0)));
+        assert!(deposits["count"].as_u64().unwrap() > 0, "{deposits}");
+        assert_eq!(told["light_paths"].as_array().unwrap().len(), deposits["some"].as_array().unwrap().len());
+
+        let (_, table, _) = run(&[]);
+        let count = &deposits["count"];
+        assert!(table.contains(&format!("\ndeposits: {count} of 20000 light paths, ")), "{table}");
+        assert!(table.contains("collection point: lambert"), "{table}");
+        let paths = table.lines().filter(|line| line.starts_with("light path ")).count();
+        assert_eq!(paths, told["light_paths"].as_array().unwrap().len());
+    }
+}
+
+#[test]
+fn pixels_that_are_none_are_refused() {
+    for (pixel, hint) in [("64,0", "64 by 36"), ("0,36", "64 by 36"), ("5", "300,400"), ("-1,2", "300,400")] {
+        let (code, stdout, stderr) = inspect(&["mirror-room", "--pixel", pixel]);
+        assert_eq!((code, stdout.as_str()), (2, ""), "{pixel}: {stderr}");
+        assert!(stderr.contains("--pixel") && stderr.contains(hint), "{stderr}");
+    }
+    let (code, _, stderr) = inspect(&["mirror-room", "--pixel", "1,1", "--frame", "4294967295"]);
+    assert_eq!(code, 2, "{stderr}");
+}

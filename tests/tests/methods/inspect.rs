@@ -1,0 +1,381 @@
+//! Looking into pixels: what is found again is what the frame found, to the bit, and paths lead where they say.
+
+use caustics::inspect::{CameraPath, Event, Inspection, LightPath, Vertex};
+use caustics::scene::Scene;
+use caustics::scene::texture::Role;
+use caustics::session::{Session, SessionError};
+use caustics::settings::Settings;
+use caustics::{history, method};
+use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
+use caustics_kernels::interface::choice::Caustics;
+use caustics_kernels::interface::material::Material;
+use caustics_kernels::interface::point::PointGeometry;
+use caustics_kernels::interface::texture::MaterialTextures;
+use caustics_kernels::method::Method;
+use caustics_tests::moving::Moving;
+use caustics_tests::scenes::*;
+use glam::{DVec3, Vec3};
+
+const WIDTH: u32 = 64;
+const HEIGHT: u32 = 36;
+
+fn settings(emission: &'static Emission, caustics: Caustics) -> Settings {
+    Settings {
+        width: WIDTH,
+        height: HEIGHT,
+        light_paths: 12_000,
+        emission,
+        caustics,
+        pixel_filter: 1,
+        ..Settings::default()
+    }
+}
+
+fn open(scene: &Scene, settings: Settings, method: &'static Method) -> Session {
+    let mut session =
+        Session::builder(scene).settings(settings).method(method).build().expect("a session opens");
+    session.keep_starts(true);
+    session
+}
+
+/// Vertices of a path, without the faces that it only passes.
+fn scatterings(vertices: &[Vertex]) -> Vec<&Vertex> {
+    vertices.iter().filter(|vertex| vertex.event.is_vertex()).collect()
+}
+
+/// Pixels with most deposits, with a few, with none, and some that are seen by a specular surface.
+fn pixels(deposits: &[f32], depth: &[f32]) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..deposits.len() as u32).collect();
+    order.sort_by_key(|&pixel| (-deposits[pixel as usize] as i64, pixel));
+    let any = deposits.iter().filter(|deposits| **deposits > 0.0).count();
+    assert!(any > 20, "{any} pixels with deposits");
+    let bent: Vec<u32> = order.iter().copied().filter(|&pixel| depth[pixel as usize] > 1.0).take(2).collect();
+    assert!(!bent.is_empty(), "no point is seen by a specular surface");
+    [vec![order[0], order[1], order[any / 2], order[any - 1], order[order.len() - 1]], bent].concat()
+}
+
+/// Holds a pixel against the picture of the frame.
+#[track_caller]
+fn holds(session: &mut Session, scene: &Scene, pixel: u32) -> Inspection {
+    let picture = session.picture().expect("a picture");
+    let geometry: Vec<PointGeometry> = session.read("point_geometry").expect("points");
+    let point = geometry[pixel as usize];
+    let found = session.inspect(scene, pixel % WIDTH, pixel / WIDTH, 6).expect("a pixel");
+    let deposits = found.deposits.as_ref().expect("deposits");
+    assert_eq!(
+        (deposits.count, deposits.gathered),
+        (deposits.gathered, picture.deposits[pixel as usize] as u32)
+    );
+    assert_eq!(deposits.skipped, 0);
+    assert_eq!(deposits.radiance, picture.caustics[pixel as usize].to_array());
+    assert_eq!(found.point.is_some(), point.exists());
+
+    // The prefix ends at the point.
+    let met = scatterings(&found.camera_path.vertices);
+    if let Some(told) = found.point {
+        let position = (point.position.as_dvec3() + scene.origin).to_array();
+        let last = met.last().expect("a vertex");
+        assert_eq!((last.position, told.position), (position, position));
+        assert_eq!(
+            (last.event, told.depth, met.len()),
+            (Event::CollectionPoint, point.depth, point.depth as usize)
+        );
+        assert_eq!((told.radius, told.normal), (point.radius, point.normal.to_array()));
+        assert!(!last.specular && met[..met.len() - 1].iter().all(|vertex| vertex.specular));
+    }
+
+    // Each light path ends at its deposit, on the disc.
+    assert_eq!(found.light_paths.len(), deposits.some.len());
+    let (some, most) = (deposits.some.len(), (deposits.count as usize).min(6));
+    assert!(some <= most && some >= most.min(1) && (some == most || deposits.count > 6), "{some} of {most}");
+    for (path, deposit) in found.light_paths.iter().zip(&deposits.some) {
+        let met = scatterings(&path.vertices);
+        let last = met.last().expect("a vertex");
+        assert_eq!((last.event, last.position, path.path), (Event::Deposit, deposit.position, deposit.path));
+        assert_eq!(met.len() as u32, deposit.scatterings + 1);
+        assert!(met[..met.len() - 1].iter().any(|vertex| vertex.specular));
+        assert!(path.light.is_some(), "{path:?}");
+        let away = DVec3::from_array(deposit.position) - (point.position.as_dvec3() + scene.origin);
+        assert!(away.length() <= f64::from(point.radius) * 1.001);
+    }
+    assert_straight(&found);
+    found
+}
+
+/// A path that is not turned at a face goes on as it came, and a mirror reflects.
+#[track_caller]
+fn assert_straight(found: &Inspection) {
+    let CameraPath { eye, direction, vertices, .. } = &found.camera_path;
+    let of_lights = found
+        .light_paths
+        .iter()
+        .map(|LightPath { start, direction, vertices, .. }| (start, direction, vertices));
+    for (start, direction, vertices) in of_lights.chain([(eye, direction, vertices)]) {
+        let place = |position: &[f64; 3]| DVec3::from_array(*position);
+        let Some(first) = vertices.first() else { continue };
+        let along = (place(&first.position) - place(start)).normalize();
+        assert!(
+            along.dot(Vec3::from_array(*direction).as_dvec3()) > 0.999,
+            "{start:?} {direction:?} {first:?}"
+        );
+        for three in vertices.windows(3) {
+            let [a, b, c] = three else { unreachable!() };
+            let (to, from) =
+                (place(&b.position) - place(&a.position), place(&c.position) - place(&b.position));
+            // Short segments are mostly rounding and the step off a face.
+            if to.length() < 0.01 || from.length() < 0.01 {
+                continue;
+            }
+            let (to, from) = (to.normalize(), from.normalize());
+            let side = Vec3::from_array(b.normal).as_dvec3();
+            assert!(to.dot(side) < 1.0e-3, "{b:?}");
+            let fits = match b.event {
+                Event::Reflected | Event::TotallyReflected | Event::Scattered => from.dot(side) > -1.0e-3,
+                Event::Entered | Event::Left => from.dot(side) < 1.0e-3,
+                Event::Passed | Event::Hole | Event::Blended | Event::Covered => from.dot(to) > 0.99,
+                // Nothing comes behind the others.
+                _ => false,
+            };
+            assert!(fits, "{b:?}");
+        }
+    }
+}
+
+#[test]
+fn deposits_are_those_of_the_picture_for_every_emission_and_share_of_light() {
+    for name in ["mirror-room", "prism"] {
+        let scene = committed(name);
+        for method in [&method::BASIC, &method::PROGRESSIVE] {
+            for caustics in [Caustics::First, Caustics::Any] {
+                for emission in [&POWER, &AIMED, &GUIDED] {
+                    let mut session = open(&scene, settings(emission, caustics), method);
+                    // The first has a pilot where the emission learns, the second was learnt for.
+                    for frame in 0..2 {
+                        session.frame(frame).expect("a frame");
+                        let picture = session.picture().expect("a picture");
+                        for pixel in pixels(&picture.deposits, &picture.depth) {
+                            let found = holds(&mut session, &scene, pixel);
+                            let is_first = |path: &LightPath| scatterings(&path.vertices)[0].specular;
+                            assert!(caustics == Caustics::Any || found.light_paths.iter().all(is_first));
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A room in which a ball of glass stands half in a block of water: the water's top goes through the ball, and is nothing there.
+fn nested_room() -> Scene {
+    let mut b = Builder::default();
+    let (wall, lamp) = (b.material(lambert(0.6)), b.material(emitter(10.0)));
+    let water = b.material(Material { priority: 1, ..glass(1.33) });
+    let ball = b.material(Material { priority: 2, ..glass(1.5) });
+    b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+    b.panel(lamp, DVec3::new(0.1, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
+    b.block(water, DVec3::new(-0.6, -0.9, -0.6), DVec3::new(0.6, -0.4, 0.6), false);
+    b.sphere(ball, DVec3::new(0.0, -0.4, 0.0), 0.3, 48, 24);
+    b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.5, 0.0), 1.0);
+    b.build()
+}
+
+/// A ball of glass before a mirror, under a lamp behind a screen with holes.
+fn holed_room() -> Scene {
+    let mut b = Builder::default();
+    let (wall, lamp) = (b.material(lambert(0.6)), b.material(emitter(40.0)));
+    let (ball, mirror) = (b.material(glass(1.5)), b.material(metal(0.9, 0.0)));
+    let alpha = |x: u32, y: u32| [255, 255, 255, if (x + y).is_multiple_of(2) { 255 } else { 0 }];
+    let base_color = b.texture(Role::Color, 16, 16, alpha);
+    let holes = MaterialTextures { base_color, alpha_cutoff: 0.5, ..MaterialTextures::default() };
+    let screen = b.textured(lambert(0.2), holes);
+    b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+    b.panel(lamp, DVec3::new(0.1, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
+    b.panel(screen, DVec3::new(0.0, 0.5, 0.0), 0.9 * DVec3::Z, 0.9 * DVec3::X);
+    b.panel(mirror, DVec3::new(0.0, -0.3, -0.95), 0.8 * DVec3::X, 0.5 * DVec3::Y);
+    b.sphere(ball, DVec3::new(0.0, -0.6, 0.0), 0.35, 48, 24);
+    b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.4, 0.0), 1.0);
+    b.build()
+}
+
+#[test]
+fn paths_are_told_in_every_kind_of_scene() {
+    let scenes = [
+        ("mixed", mixed_room().build()),
+        ("blended", blended_room().build()),
+        ("dispersive", dispersive_room()),
+        ("pool", pool(DVec3::new(0.1, 0.4, 0.95), DVec3::new(0.0, -0.4, 0.0)).build()),
+        ("air", open_air().build()),
+        ("moving", Moving::GlassCaster.scene()),
+        ("nested", nested_room()),
+        ("holed", holed_room()),
+    ];
+    for (name, scene) in scenes {
+        let mut session = open(&scene, settings(&AIMED, Caustics::Any), &method::BASIC);
+        session.frame(3).expect("a frame");
+        let picture = session.picture().expect("a picture");
+        let mut events = Vec::new();
+        let middle = (HEIGHT / 2) * WIDTH + WIDTH / 2;
+        for pixel in pixels(&picture.deposits, &picture.depth).into_iter().chain([middle]) {
+            let found = holds(&mut session, &scene, pixel);
+            let paths =
+                found.light_paths.iter().map(|path| &path.vertices).chain([&found.camera_path.vertices]);
+            events.extend(paths.flatten().map(|vertex| vertex.event));
+            let channels = found.light_paths.iter().flat_map(|path| path.vertices.last()?.channel);
+            assert_eq!(channels.count() > 0, name == "dispersive" && !found.light_paths.is_empty(), "{name}");
+        }
+        let has = |event| events.contains(&event);
+        assert_eq!(
+            [has(Event::Blended), has(Event::Hole), has(Event::Covered)],
+            ["blended", "holed", "nested"].map(|other| other == name),
+            "{name}"
+        );
+        assert!(has(Event::Entered), "{name}: {events:?}");
+        // The pool's water goes down to its walls.
+        assert_eq!(has(Event::Left), name != "pool", "{name}: {events:?}");
+    }
+}
+
+#[test]
+fn a_pixel_behind_a_mirror_shows_a_lamp_s_light_through_a_pane() {
+    let mut b = Builder::default();
+    let (floor, mirror) = (b.material(lambert(0.7)), b.material(metal(1.0, 0.0)));
+    let pane = b.material(pane(1.5));
+    b.panel(floor, DVec3::ZERO, 2.0 * DVec3::Z, 2.0 * DVec3::X);
+    b.panel(mirror, DVec3::new(0.0, 1.0, -1.0), 2.0 * DVec3::X, 0.9 * DVec3::Y);
+    b.panel(pane, DVec3::new(0.0, 1.0, 0.5), 1.5 * DVec3::Z, 1.5 * DVec3::X);
+    b.light(DVec3::new(0.0, 3.0, 0.5), 5.0);
+    b.camera(DVec3::new(0.0, 0.5, 1.0), DVec3::new(0.0, 0.3, -1.0), 0.2);
+    let scene = Scene { origin: DVec3::new(10.0, 20.0, 30.0), ..b.build() };
+    let settings = Settings { light_paths: 200_000, pixel_filter: 0, ..settings(&POWER, Caustics::First) };
+    let mut session = open(&scene, settings, &method::BASIC);
+    session.frame(0).expect("a frame");
+    let pixel = (HEIGHT / 2) * WIDTH + WIDTH / 2;
+    let found = holds(&mut session, &scene, pixel);
+    let told = |vertices: &[Vertex]| -> Vec<(Event, Vec<&'static str>, String)> {
+        vertices.iter().map(|vertex| (vertex.event, vertex.lobes.clone(), vertex.material.clone())).collect()
+    };
+    assert_eq!(
+        told(&found.camera_path.vertices),
+        [
+            (Event::Reflected, vec!["metal"], "material 1".into()),
+            (Event::CollectionPoint, vec!["lambert"], "material 0".into())
+        ]
+    );
+    assert_eq!(found.camera_path.eye, [10.0, 20.5, 31.0]);
+    assert!((found.camera_path.vertices[0].position[2] - 29.0).abs() < 1e-5);
+    assert!((found.point.expect("a point").position[1] - 20.0).abs() < 1e-5);
+    assert!(!found.light_paths.is_empty());
+    for path in &found.light_paths {
+        assert_eq!(
+            told(&path.vertices),
+            [
+                (Event::Passed, vec!["glass"], "material 2".into()),
+                (Event::Deposit, vec![], "material 0".into())
+            ]
+        );
+        assert_eq!((path.start, path.light.expect("a light").kind), ([10.0, 23.0, 30.5], "point"));
+    }
+    // What is chosen of few is all.
+    let all = session.inspect(&scene, WIDTH / 2, HEIGHT / 2, usize::MAX).expect("a pixel");
+    let deposits = all.deposits.expect("deposits");
+    let sum: Vec3 = deposits.some.iter().map(|deposit| Vec3::from_array(deposit.radiance)).sum();
+    let whole = Vec3::from_array(deposits.radiance);
+    assert!((sum - whole).abs().max_element() <= 1e-4 * whole.max_element(), "{sum} {whole}");
+    assert_eq!(deposits.some.len(), deposits.count as usize);
+}
+
+#[test]
+fn without_its_maps_a_pilot_is_left_out_and_said_to_be() {
+    let scene = committed("mirror-room");
+    let mut session = open(&scene, settings(&GUIDED, Caustics::First), &method::BASIC);
+    session.keep_starts(false);
+    for (frame, skipped) in [(0, 12_000 / 8), (1, 0)] {
+        session.frame(frame).expect("a frame");
+        let found = session.inspect(&scene, WIDTH / 2, HEIGHT / 2, 0).expect("a pixel");
+        let deposits = found.deposits.expect("deposits");
+        assert_eq!((deposits.skipped, deposits.light_paths), (skipped, 12_000 - skipped));
+    }
+}
+
+#[test]
+fn keeping_what_paths_start_by_changes_no_picture() {
+    let scene = committed("mirror-room");
+    let pictures = [false, true].map(|keeps| {
+        let mut session = open(&scene, settings(&GUIDED, Caustics::First), &method::BASIC);
+        session.keep_starts(keeps);
+        [0, 1].map(|frame| {
+            session.frame(frame).expect("a frame");
+            session.picture().expect("a picture")
+        })
+    });
+    assert_eq!(pictures[0], pictures[1]);
+}
+
+#[test]
+fn methods_without_points_tell_a_path_and_those_with_other_kernels_no_deposits() {
+    let scene = committed("mirror-room");
+    for (method, has_point, has_deposits) in
+        [(&method::PATH, false, false), (&method::KIM2019, true, false), (&method::YANG2021, true, false)]
+    {
+        let mut session = open(&scene, settings(&POWER, Caustics::First), method);
+        session.frame(0).expect("a frame");
+        let found = session.inspect(&scene, WIDTH / 2, HEIGHT / 2, 4).expect("a pixel");
+        assert!(!found.camera_path.vertices.is_empty());
+        assert_eq!(
+            (found.point.is_some(), found.deposits.is_some()),
+            (has_point, has_deposits),
+            "{}",
+            method.name
+        );
+        assert!(found.light_paths.is_empty());
+    }
+}
+
+#[test]
+fn a_history_lends_light_but_no_deposits() {
+    let scene = committed("mirror-room");
+    let settings = Settings { history: &history::VALIDATED, ..settings(&POWER, Caustics::First) };
+    let mut session = open(&scene, settings, &method::BASIC);
+    for frame in 0..2 {
+        session.frame(frame).expect("a frame");
+    }
+    let picture = session.picture().expect("a picture");
+    for pixel in pixels(&picture.deposits, &picture.depth) {
+        let found = session.inspect(&scene, pixel % WIDTH, pixel / WIDTH, 1).expect("a pixel");
+        assert_eq!(found.deposits.expect("deposits").count, picture.deposits[pixel as usize] as u32);
+    }
+}
+
+#[test]
+fn there_is_nothing_to_look_into_before_a_frame_and_where_the_scene_is_another() {
+    let mut scene = committed("moving-caster");
+    let camera = scene.cameras[0].clone();
+    let mut session = open(&scene, settings(&POWER, Caustics::First), &method::BASIC);
+    let no_frame = |session: &mut Session, scene: &Scene| {
+        matches!(session.inspect(scene, 0, 0, 1), Err(SessionError::NoFrame))
+    };
+    assert!(no_frame(&mut session, &scene));
+    session.frame(0).expect("a frame");
+    assert!(!no_frame(&mut session, &scene));
+    assert!(matches!(session.inspect(&scene, WIDTH, 0, 1), Err(SessionError::NoPixel { .. })));
+    assert!(matches!(session.inspect(&scene, 0, HEIGHT, 1), Err(SessionError::NoPixel { .. })));
+    scene.pose(1.0).expect("a time");
+    session.pose(&scene, &camera).expect("a pose");
+    assert!(no_frame(&mut session, &scene));
+    session.frame(1).expect("a frame");
+    let picture = session.picture().expect("a picture");
+    for pixel in pixels(&picture.deposits, &picture.depth) {
+        holds(&mut session, &scene, pixel);
+    }
+}
+
+/// In the dark no light path is traced.
+#[test]
+fn a_dark_scene_has_paths_of_the_camera_alone() {
+    let scene = Scene { lights: Vec::new(), ..committed("mirror-room") };
+    let mut session = open(&scene, settings(&POWER, Caustics::First), &method::BASIC);
+    session.frame(0).expect("a frame");
+    let found = session.inspect(&scene, WIDTH / 2, HEIGHT / 2, 4).expect("a pixel");
+    let deposits = found.deposits.expect("deposits");
+    assert_eq!((deposits.count, deposits.light_paths, deposits.skipped), (0, 0, 0));
+}

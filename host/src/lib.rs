@@ -19,7 +19,7 @@
 //! | give it what its file lacks: a camera, light, a floor | [`scene::Staging`], [`Scene::place_camera`], [`Scene::add_default_light`] |
 //! | choose runner, method and gather, render frames | [`Session`], [`SessionBuilder`], [`Settings`] |
 //! | exchange the compiled kernels of a GPU while a program runs | [`kernels::Source`], [`kernels::Watch`] |
-| look at the layers of a frame | [`Picture`] |
+//! | look at the layers of a frame | [`Picture`] |
 //! | average frames, with the variance of the mean | [`accumulation`] |
 //! | write EXR and PNG, read them | [`output`], [`image`] |
 //! | compare pictures | [`metric`] |

@@ -25,6 +25,8 @@ fn main() {
             .all(|name| module(name).is_some() && locked(&format!("\"{name}\"")) == module(name));
     println!("cargo::rustc-env=CAUSTICS_KERNELS_FRESH={}", u8::from(fresh));
     println!("cargo::rustc-env=CAUSTICS_KERNELS_HASH={}", sources.unwrap_or_default());
+    let interface = fingerprint::fingerprint(kernels, &fingerprint::INTERFACE).unwrap_or_default();
+    println!("cargo::rustc-env=CAUSTICS_INTERFACE_HASH={interface}");
     let compiler = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let compiler = std::process::Command::new(compiler).arg("--version").output();
     // Without its date: "rustc 1.95.0".

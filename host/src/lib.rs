@@ -18,6 +18,7 @@
 //! | load a scene, move it to a time | [`Scene`] |
 //! | give it what its file lacks: a camera, light, a floor | [`scene::Staging`], [`Scene::place_camera`], [`Scene::add_default_light`] |
 //! | choose runner, method and gather, render frames | [`Session`], [`SessionBuilder`], [`Settings`] |
+//! | exchange the compiled kernels of a GPU while a program runs | [`kernels::Source`], [`kernels::Watch`] |
 //! | look at the layers of a frame | [`Picture`] |
 //! | look into a pixel: its camera path, its deposits, their light paths | [`Session::inspect`], [`inspect::Inspection`] |
 //! | average frames, with the variance of the mean | [`accumulation`] |

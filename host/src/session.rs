@@ -19,7 +19,7 @@ use glam::{DVec3, Vec3};
 use crate::counters::Counters;
 use crate::energy::Energy;
 use crate::frame_memory::{FrameTooLarge, Need};
-use crate::kernels::{self, Stale};
+use crate::kernels::{self, KernelsError};
 use crate::picture::{Auxiliary, Picture};
 use crate::runner::cpu::CpuRunner;
 use crate::runner::gpu::GpuRunner;
@@ -53,6 +53,8 @@ pub enum RunnerChoice {
         hardware: bool,
         /// Whether the Vulkan validation layer watches; its messages are errors.
         validation: bool,
+        /// Where the compiled kernels come from. They are read when a session is opened.
+        kernels: kernels::Source,
     },
 }
 
@@ -62,9 +64,9 @@ pub enum SessionError {
     /// The runner fails.
     #[error("{0}")]
     Run(#[from] RunError),
-    /// The compiled kernels are older than their sources.
+    /// The compiled kernels cannot be run.
     #[error("{0}")]
-    Stale(#[from] Stale),
+    Kernels(#[from] KernelsError),
     /// A frame takes more memory than there is.
     #[error("{0}")]
     TooLarge(#[from] FrameTooLarge),
@@ -120,7 +122,7 @@ pub enum SessionError {
 ///
 /// # Errors
 ///
-/// If there is no suitable Vulkan device, the committed kernels are older than their sources, or memory does not suffice.
+/// If there is no suitable Vulkan device, the compiled kernels are not those of this program, or memory does not suffice.
 pub fn open(
     choice: &RunnerChoice,
     scene: &Scene,
@@ -136,8 +138,8 @@ pub fn open(
     }
     match choice {
         RunnerChoice::Cpu { threads } => Ok(Box::new(CpuRunner::new(*threads, features, buffers, &tables)?)),
-        RunnerChoice::Gpu { device, hardware, validation } => {
-            let modules = kernels::modules()?;
+        RunnerChoice::Gpu { device, hardware, validation, kernels } => {
+            let modules = kernels.modules()?;
             let options = DeviceOptions {
                 device: device.clone(),
                 hardware: *hardware,

@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use caustics::kernels;
+use caustics::kernels::Source;
 use caustics::session::RunnerChoice;
 use caustics::vulkan::context::Context;
 use caustics::vulkan::{DeviceInfo, VulkanError};
@@ -19,7 +19,8 @@ pub struct Gpu {
 impl Gpu {
     /// The runner on this device, tracing by ray queries or in software, watched where that is possible.
     pub fn choice(&self, hardware: bool) -> RunnerChoice {
-        RunnerChoice::Gpu { device: None, hardware, validation: self.validation }
+        let kernels = Source::from_environment();
+        RunnerChoice::Gpu { device: None, hardware, validation: self.validation, kernels }
     }
 
     /// The tracers it has: `false` is software, `true` is ray queries.
@@ -57,7 +58,7 @@ fn device(watched: bool) -> Option<Gpu> {
 }
 
 fn find(watched: bool) -> Result<(DeviceInfo, bool), String> {
-    kernels::modules().map_err(|stale| stale.to_string())?;
+    Source::from_environment().modules().map_err(|error| error.to_string())?;
     let open = |validation| {
         let context = Context::new(None, true, validation).or_else(|error| match error {
             VulkanError::Unsuitable { .. } => Context::new(None, false, validation),

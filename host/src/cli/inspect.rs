@@ -1,5 +1,6 @@
 //! Options of `inspect`.
 
+use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::Args;
@@ -35,6 +36,9 @@ pub struct Inspect {
     /// How the scene is read.
     #[command(flatten)]
     pub loading: Loading,
+    /// Change the scene as this TOML file says: where its nodes stand, the camera, and keys by which they move
+    #[arg(long, value_name = "FILE")]
+    pub edits: Option<PathBuf>,
     /// Time of the scene's animations that is shown (s); before their first key and after their last they stand still
     #[arg(long, default_value_t = 0.0)]
     pub time: f64,

@@ -10,7 +10,7 @@ use std::process::{Command, ExitCode, ExitStatus};
 
 use anyhow::Context;
 use caustics::hash::fnv1a;
-use caustics::kernels::{self, Modules};
+use caustics::kernels::{Modules, Source};
 use caustics::scene::{self, Scene};
 use caustics::vulkan::reflection::Reflection;
 use caustics::vulkan::{self, DeviceInfo};
@@ -28,7 +28,7 @@ const SPECULAR_ROUGHNESS: f32 = 0.25;
 
 /// Compiles and prints; exit code 1 if anything failed.
 pub fn run(options: &cli::Device) -> anyhow::Result<ExitCode> {
-    let modules = kernels::modules()?;
+    let modules = Source::from_environment().unchecked()?;
     if let Some(one) = &options.one {
         return one::run(one, options.device.as_deref(), &modules);
     }

@@ -10,7 +10,7 @@ use caustics::settings::Settings;
 use serde::Serialize;
 
 use self::table::table;
-use super::open::open;
+use super::open::open_edited;
 use super::options::settings;
 use super::pick::pick;
 use super::render::way;
@@ -56,7 +56,8 @@ pub fn run(options: &Inspect) -> anyhow::Result<ExitCode> {
         return Err(Usage(format!("--pixel {x},{y}: the picture has {width} by {height} px")).into());
     }
     let file = scene::resolve(&options.scene)?;
-    let Staged { mut scene, camera, .. } = open(&file, view, &options.loading)?;
+    let Staged { mut scene, camera, .. } =
+        open_edited(&file, view, &options.loading, options.edits.as_deref())?;
     scene.pose(*time)?;
     let camera = scene.camera(Some(&camera))?;
     let gather = cell.gather.filter(|_| method.chooses_gather);

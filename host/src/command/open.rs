@@ -10,7 +10,17 @@ use crate::cli::{Common, Loading, Usage, View};
 /// The scene, and the name of its camera. Says what it got that its file does not have.
 pub fn open(file: &Path, options: &Common) -> anyhow::Result<Staged> {
     let Common { view, loading, .. } = options;
-    let edits = options.edits.as_deref().map(|path| edits(path, view)).transpose()?;
+    open_edited(file, view, loading, options.edits.as_deref())
+}
+
+/// The same, with the edits of a file.
+pub fn open_edited(
+    file: &Path,
+    view: &View,
+    loading: &Loading,
+    edited: Option<&Path>,
+) -> anyhow::Result<Staged> {
+    let edits = edited.map(|path| edits(path, view)).transpose()?;
     let staged = staged(file, view, loading, edits)?;
     for note in &staged.notes {
         tell!("{note}");
@@ -19,11 +29,9 @@ pub fn open(file: &Path, options: &Common) -> anyhow::Result<Staged> {
 }
 
 /// The edits of a file, which may place a camera if no option does.
-pub fn edits(path: &Path, view: &View) -> anyhow::Result<Edits> {
+fn edits(path: &Path, view: &View) -> anyhow::Result<Edits> {
     let edits = Edits::load(path)?;
-    if edits.has_camera()
-        && camera(view)? != CameraChoice::First
-    {
+    if edits.has_camera() && camera(view)? != CameraChoice::First {
         return Err(Usage(format!(
             "--edits {}: the file says where the camera is, and so does --camera, --from, --look-at or --fov; leave one out",
             path.display()

@@ -1,7 +1,7 @@
 //! Picks runner, tracer and gather from the options and what the machine has, and says why.
 
 use caustics::experiment::cell::{has_ray_queries, usual_gather};
-use caustics::kernels;
+use caustics::kernels::Source;
 use caustics::session::RunnerChoice;
 use caustics::vulkan::{DeviceInfo, devices};
 use caustics_kernels::gather::variant::{self, Variant};
@@ -27,7 +27,7 @@ pub fn pick(
         "cpu" => (cpu(options)?, "--runner cpu".to_string()),
         "auto" => auto(options)?,
         _ => {
-            kernels::modules()?;
+            Source::from_environment().modules()?;
             let devices = devices()?;
             let device = find(options, &devices, |_| true);
             let hardware = hardware(options, device);
@@ -69,6 +69,7 @@ fn gpu(options: &Machine, hardware: bool) -> RunnerChoice {
         device: options.device.clone(),
         hardware,
         validation: options.debug == Some(Debug::Validation),
+        kernels: Source::from_environment(),
     }
 }
 
@@ -97,20 +98,20 @@ fn hardware(options: &Machine, device: Option<&DeviceInfo>) -> bool {
     }
 }
 
-/// A real GPU if there is one and the kernels are fresh, else the CPU.
+/// A real GPU if there is one and the kernels can be run, else the CPU.
 fn auto(options: &Machine) -> anyhow::Result<(RunnerChoice, String)> {
     let wants_gpu = options.tracer == Tracer::Hardware || options.device.is_some() || options.debug.is_some();
     let found = devices();
     let why_not = match &found {
         Err(error) => error.to_string(),
         Ok(devices) => match find(options, devices, |device| wants_gpu || !device.is_cpu()) {
-            Some(device) => match kernels::modules() {
+            Some(device) => match Source::from_environment().modules() {
                 Ok(_) => {
                     let tracer = hardware(options, Some(device));
                     let reason = format!("{} is there", device.name);
                     return Ok((gpu(options, tracer), reason));
                 }
-                Err(stale) => stale.to_string(),
+                Err(error) => error.to_string(),
             },
             None if devices.is_empty() => "there is no Vulkan device".into(),
             None => "there is no Vulkan device that is a real GPU".into(),

@@ -40,7 +40,7 @@ use self::server::{Site, serve};
 use self::shared::Shared;
 use self::wheel::Wheel;
 use self::wish::{Against, Wish};
-use super::open::{edits, staged};
+use super::open::open_edited;
 use super::options::{camera, check_rays, check_size};
 use crate::cli::{Usage, Viewer};
 
@@ -72,11 +72,7 @@ pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {
     let address = listener.local_addr()?;
 
     let file = scene::resolve(&options.scene)?;
-    let edits = options.edits.as_deref().map(|path| edits(path, view)).transpose()?;
-    let staged = staged(&file, view, &options.loading, edits)?;
-    for note in &staged.notes {
-        tell!("{note}");
-    }
+    let staged = open_edited(&file, view, &options.loading, options.edits.as_deref())?;
     let wish = Wish {
         camera: looked_through(options, &staged)?,
         time: options.time,

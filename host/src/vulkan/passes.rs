@@ -44,15 +44,17 @@ pub struct Kernels {
 }
 
 impl Kernels {
-    /// The device of these options: that of the process, if one was opened like it and is not lost.
+    /// The device of these options: that of the process, if one was opened like it and is not lost. Other kernels that were
+    /// open for the same device are given back once no runner has them, so that a process may exchange kernels for ever.
     pub fn open(options: &DeviceOptions) -> Result<Arc<Kernels>, VulkanError> {
-        static OPEN: Mutex<Vec<(u64, Arc<Kernels>)>> = Mutex::new(Vec::new());
-        let mut key = DefaultHasher::new();
+        static OPEN: Mutex<Vec<([u64; 2], Arc<Kernels>)>> = Mutex::new(Vec::new());
         let DeviceOptions { device, hardware, validation, base, rayquery } = options;
-        (device, hardware, validation, base, rayquery).hash(&mut key);
-        let key = key.finish();
+        let key @ [of_device, _] = [hash((device, hardware, validation)), hash((base, rayquery))];
         let mut open = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
-        open.retain(|(_, kernels)| !kernels.context.is_lost());
+        open.retain(|(other, kernels)| {
+            let is_used = Arc::strong_count(kernels) > 1;
+            !kernels.context.is_lost() && (is_used || *other == key || other[0] != of_device)
+        });
         if let Some((_, kernels)) = open.iter().find(|(other, _)| *other == key) {
             return Ok(Arc::clone(kernels));
         }
@@ -121,6 +123,12 @@ impl Kernels {
         known.dedup();
         VulkanError::UnknownPass { pass: pass.into(), known: known.join(", ") }
     }
+}
+
+fn hash(of: impl Hash) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    of.hash(&mut hasher);
+    hasher.finish()
 }
 
 /// The passes of a runner, each bound to its buffers.

@@ -30,6 +30,8 @@ pub struct Binding {
     pub name: String,
     /// What is bound.
     pub kind: BindingKind,
+    /// Size of an element of a buffer that is a row of them (bytes); 0 of all else.
+    pub stride: u32,
 }
 
 /// A compute entry point.
@@ -159,7 +161,15 @@ impl Reader<'_> {
             (_, Some(Op::TypeAccelerationStructureKHR)) => BindingKind::Structure,
             _ => return Err(format!("`{name}` is neither a buffer nor an acceleration structure")),
         };
-        Ok(Binding { binding, name: name.into(), kind })
+        let stride = if kind == BindingKind::Buffer { self.stride(pointee).unwrap_or(0) } else { 0 };
+        Ok(Binding { binding, name: name.into(), kind, stride })
+    }
+
+    /// Size of an element of a struct whose only member is an array without a length (bytes).
+    fn stride(&self, structure: u32) -> Option<u32> {
+        let [Operand::IdRef(array)] = self.ids.get(&structure)?.operands[..] else { return None };
+        let kind = Operand::Decoration(Decoration::ArrayStride);
+        literal(self.decorations(array).find(|operands| operands[0] == kind)?.get(1)?)
     }
 
     /// Storage class of a global variable and the type it points to.
@@ -250,6 +260,7 @@ mod tests {
         assert_eq!(names(fill), [(0, "values", BindingKind::Buffer)]);
         assert_eq!(names(twice), [(0, "doubled", BindingKind::Buffer), (1, "values", BindingKind::Buffer)]);
         assert_eq!((fill.workgroup_size, fill.push_constant_bytes), (64, 4));
+        assert_eq!(fill.bindings[0].stride, 4);
         assert_eq!(twice.push_constant_bytes, 0);
     }
 

@@ -160,6 +160,22 @@ fn devices_are_listed_or_missed_with_exit_code_4() {
 }
 
 #[test]
+fn a_folder_without_kernels_is_refused_before_a_device_is_looked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let render = |runner| {
+        let mut command = caustics(folder.path());
+        command.env("CAUSTICS_KERNELS", "none").args(["render", "ring", "-o", "out.exr"]).args(TINY);
+        command.args(["--runner", runner]).output().unwrap()
+    };
+    let output = render("gpu");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert!(stderr.contains("kernels.lock is missing") && stderr.contains("--runner cpu"), "{stderr}");
+    assert_eq!(folder.path().read_dir().unwrap().count(), 0);
+    assert_eq!(render("cpu").status.code(), Some(0));
+}
+
+#[test]
 fn a_render_reports_times_counters_needs_and_device() {
     let folder = tempfile::tempdir().unwrap();
     let report = render(folder.path(), "mirror-room", "out.exr", &[&TINY[..], &["--json"]].concat());

@@ -2,7 +2,7 @@
 
 use std::process::{Command, Output};
 
-use caustics::kernels;
+use caustics::kernels::Source;
 use serde_json::Value;
 
 fn compile(arguments: &[&str]) -> Output {
@@ -14,7 +14,7 @@ fn compile(arguments: &[&str]) -> Output {
 fn compiled(arguments: &[&str]) -> Option<String> {
     let output = compile(arguments);
     let stderr = String::from_utf8_lossy(&output.stderr);
-    if kernels::modules().is_err() || output.status.code() == Some(4) {
+    if Source::from_environment().unchecked().is_err() || output.status.code() == Some(4) {
         assert!(std::env::var("CAUSTICS_REQUIRE_GPU").as_deref() != Ok("1"), "{stderr}");
         eprintln!("skipped: {stderr}");
         return None;
@@ -65,7 +65,7 @@ fn what_is_unknown_is_named() {
         let output = compile(&arguments);
         let stderr = String::from_utf8_lossy(&output.stderr);
         // Without a device, or with kernels that are older than their sources, that is said first.
-        if kernels::modules().is_ok() && output.status.code() != Some(4) {
+        if Source::from_environment().unchecked().is_ok() && output.status.code() != Some(4) {
             assert_eq!(output.status.code(), Some(2), "{stderr}");
             assert!(stderr.contains(named), "{stderr}");
         }

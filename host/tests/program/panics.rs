@@ -2,7 +2,7 @@
 //! ignored: the committed kernels end a panicking invocation without a word.
 
 use bytemuck::{Zeroable, cast_slice};
-use caustics::kernels;
+use caustics::kernels::Source;
 use caustics::runner::Runner;
 use caustics::runner::gpu::GpuRunner;
 use caustics::scene::Instanced;
@@ -28,7 +28,7 @@ fn an_index_out_of_bounds_is_reported() {
     let mut buffers = buffers(&[step], &params);
     buffers.retain(|spec| tables.iter().all(|(name, _)| *name != spec.name));
     // Watched by the validation layer, as the tests are that must not panic.
-    let base = kernels::modules().unwrap().base;
+    let base = Source::from_environment().modules().unwrap().base;
     let options = DeviceOptions { base, validation: true, ..DeviceOptions::default() };
     let mut runner =
         GpuRunner::new(&options, Features::ALL, &buffers, &tables, &Instanced::default()).unwrap();

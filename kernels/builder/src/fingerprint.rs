@@ -7,16 +7,16 @@ use std::str::FromStr;
 /// Folders of what the modules are made of, below `kernels/`: the kernels, and the macro that makes their entry points.
 pub const KERNELS: [&str; 2] = ["src", "macros/src"];
 
-/// FNV-1a hash, 64 bits, of the token streams of all `.rs` files in these folders below `folder`, in the order of their
-/// paths.
-pub fn fingerprint(folder: &Path, folders: &[&str]) -> std::io::Result<String> {
-    let mut files = Vec::new();
-    for below in folders {
-        list(&folder.join(below), &mut files)?;
-    }
-    files.sort();
+/// What kernels and the host that runs them must agree on, below `kernels/`: the types that both read and write, the entry
+/// points' own code around a pass, and the words of a sum. What each pass binds is reflected instead.
+pub const INTERFACE: [&str; 4] =
+    ["src/interface.rs", "src/interface", "src/gather/accumulator.rs", "macros/src"];
+
+/// FNV-1a hash, 64 bits, of the token streams of these `.rs` files, and all in these folders, below `folder`, in the order
+/// of their paths.
+pub fn fingerprint(folder: &Path, sources: &[&str]) -> std::io::Result<String> {
     let mut hash = Fnv::default();
-    for file in files {
+    for file in files(folder, sources)? {
         let source = std::fs::read_to_string(&file)?;
         let tokens = TokenStream::from_str(&source)
             .map_err(|error| std::io::Error::other(format!("{}: {error}", file.display())))?;
@@ -34,14 +34,23 @@ pub fn hash(bytes: &[u8]) -> String {
     hash.hex()
 }
 
-fn list(folder: &Path, files: &mut Vec<PathBuf>) -> std::io::Result<()> {
-    for entry in std::fs::read_dir(folder)? {
-        let path = entry?.path();
-        if path.is_dir() {
-            list(&path, files)?;
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
-            files.push(path);
+/// These `.rs` files, and all in these folders, below `folder`, sorted.
+pub fn files(folder: &Path, sources: &[&str]) -> std::io::Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for below in sources {
+        list(folder.join(below), &mut files)?;
+    }
+    files.sort();
+    Ok(files)
+}
+
+fn list(path: PathBuf, files: &mut Vec<PathBuf>) -> std::io::Result<()> {
+    if std::fs::metadata(&path)?.is_dir() {
+        for entry in std::fs::read_dir(path)? {
+            list(entry?.path(), files)?;
         }
+    } else if path.extension().is_some_and(|extension| extension == "rs") {
+        files.push(path);
     }
     Ok(())
 }
@@ -107,24 +116,24 @@ impl Fnv {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-    /// The fingerprint of a copy of the kernels' folders in which a file has other text.
-    fn with(file: &str, change: impl Fn(&str) -> String) -> String {
+    /// The fingerprints, of all and of the interface, of a copy of the kernels' folders in which a file has other text.
+    fn with(file: &str, change: impl Fn(&str) -> String) -> [String; 2] {
         let kernels = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-        let copy = std::env::temp_dir().join(format!("caustics-fingerprint-{}-{file}", std::process::id()));
-        for below in KERNELS {
-            let mut files = Vec::new();
-            list(&kernels.join(below), &mut files).expect("the sources are there");
-            for path in files {
-                let to = copy.join(path.strip_prefix(&kernels).expect("it is below"));
-                std::fs::create_dir_all(to.parent().expect("a folder")).expect("a folder");
-                std::fs::copy(&path, to).expect("a copy");
-            }
+        static COPIES: AtomicU32 = AtomicU32::new(0);
+        let copy = format!("caustics-fingerprint-{}-{}", std::process::id(), COPIES.fetch_add(1, Relaxed));
+        let copy = std::env::temp_dir().join(copy);
+        for path in files(&kernels, &KERNELS).expect("the sources are there") {
+            let to = copy.join(path.strip_prefix(&kernels).expect("it is below"));
+            std::fs::create_dir_all(to.parent().expect("a folder")).expect("a folder");
+            std::fs::copy(&path, to).expect("a copy");
         }
         let path = copy.join(file);
         let text = std::fs::read_to_string(&path).expect("the file is there");
         std::fs::write(&path, change(&text)).expect("a copy can be written");
-        let found = fingerprint(&copy, &KERNELS).expect("sources parse");
+        let found =
+            [&KERNELS[..], &INTERFACE].map(|sources| fingerprint(&copy, sources).expect("sources parse"));
         std::fs::remove_dir_all(&copy).expect("the copy can be removed");
         found
     }
@@ -139,7 +148,23 @@ mod tests {
                 with(file, |text| format!("{text}\n#[cfg(test)]\nmod more {{ fn f() {{}} }}\n")),
                 same
             );
-            assert_ne!(with(file, |text| format!("{text}\nfn more() {{}}\n")), same, "{file}");
+            assert_ne!(with(file, |text| format!("{text}\nfn more() {{}}\n"))[0], same[0], "{file}");
+        }
+    }
+
+    /// A running program takes kernels with other passes, but none with other types.
+    #[test]
+    fn a_pass_is_no_interface_and_a_type_is() {
+        let more = |text: &str| format!("{text}\nfn more() {{}}\n");
+        for (file, is_interface) in [
+            ("src/pass/resolve.rs", false),
+            ("src/interface.rs", true),
+            ("src/interface/point.rs", true),
+            ("src/gather/accumulator.rs", true),
+            ("macros/src/expand.rs", true),
+        ] {
+            let [before, after] = [with(file, str::to_string), with(file, more)];
+            assert_eq!(before[1] != after[1], is_interface, "{file}");
         }
     }
 }

@@ -1,16 +1,20 @@
 //! `cargo kernels`: compiles `kernels/` to `base.spv` and `rayquery.spv` and writes `kernels.lock`.
 //!
-//! Modules in which loops or branches carry pointers are refused (`pointers`). `--check` compares instead of writing and
-//! fails on any difference; `--lint` runs clippy over the code that only a GPU sees; `--panics FOLDER` writes modules there that report panics through debug printf.
+//! Modules in which loops or branches carry pointers are refused (`pointers`). `--out FOLDER` writes there instead; `--watch`
+//! does so again whenever a source has changed; `--panics FOLDER` writes modules there that report panics through debug printf.
+//! `--check` compares instead of writing and fails on any difference; `--lint` runs clippy over the code that only a GPU sees.
 
 #![forbid(unsafe_code)]
 
 mod fingerprint;
 mod pointers;
+mod set;
+mod watch;
 
 use anyhow::{Context, bail};
+use set::{Set, Sources};
 use spirv_builder::{Capability, ShaderPanicStrategy, SpirvBuilder, SpirvBuilderError, SpirvMetadata};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The modules: name, whether it has ray queries.
 const MODULES: [(&str, bool); 2] = [("base.spv", false), ("rayquery.spv", true)];
@@ -20,19 +24,20 @@ fn main() -> anyhow::Result<()> {
     let builder = std::env::var_os("CARGO_MANIFEST_DIR").context("run it by `cargo kernels`")?;
     let kernels = Path::new(&builder).parent().context("the builder lies in kernels/")?;
     let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let silent = || compile(kernels, ShaderPanicStrategy::SilentExit);
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        [] => write(kernels, &compile(kernels, ShaderPanicStrategy::SilentExit)?),
-        ["--check"] => check(kernels, &compile(kernels, ShaderPanicStrategy::SilentExit)?),
+        [] => silent()?.write(kernels),
+        ["--out", folder] => silent()?.write(Path::new(folder)),
+        ["--watch"] => match watch::watch(kernels, kernels, silent)? {},
+        ["--watch", "--out", folder] => match watch::watch(kernels, Path::new(folder), silent)? {},
+        ["--check"] => silent()?.compare(kernels),
         ["--lint"] => lint(kernels),
         ["--panics", folder] => {
             let report =
                 ShaderPanicStrategy::DebugPrintfThenExit { print_inputs: true, print_backtrace: true };
-            for (name, bytes) in compile(kernels, report)? {
-                std::fs::write(Path::new(folder).join(name), bytes)?;
-            }
-            Ok(())
+            compile(kernels, report)?.write(Path::new(folder))
         }
-        _ => bail!("usage: cargo kernels [--check | --lint | --panics FOLDER]"),
+        _ => bail!("usage: cargo kernels [[--watch] [--out FOLDER] | --panics FOLDER | --check | --lint]"),
     }
 }
 
@@ -54,16 +59,16 @@ fn builder(kernels: &Path, ray_queries: bool) -> SpirvBuilder {
     }
 }
 
-fn compile(kernels: &Path, panics: ShaderPanicStrategy) -> anyhow::Result<Vec<(&'static str, Vec<u8>)>> {
-    MODULES
-        .iter()
-        .map(|&(name, ray_queries)| {
-            let compiled = builder(kernels, ray_queries).shader_panic_strategy(panics).build()?;
-            let bytes = std::fs::read(compiled.module.unwrap_single())?;
-            pointers::refuse_carried(&bytes).with_context(|| format!("{name} would crash drivers"))?;
-            Ok((name, bytes))
-        })
-        .collect()
+fn compile(kernels: &Path, panics: ShaderPanicStrategy) -> anyhow::Result<Set> {
+    // Before the compiler reads them: sources that change meanwhile are not those of the set.
+    let sources = Sources::now(kernels)?;
+    let module = |&(name, ray_queries): &(&'static str, bool)| {
+        let compiled = builder(kernels, ray_queries).shader_panic_strategy(panics).build()?;
+        let bytes = std::fs::read(compiled.module.unwrap_single())?;
+        pointers::refuse_carried(&bytes).with_context(|| format!("{name} would crash drivers"))?;
+        Ok((name, bytes))
+    };
+    Ok(Set { sources, modules: MODULES.iter().map(module).collect::<anyhow::Result<_>>()? })
 }
 
 fn lint(kernels: &Path) -> anyhow::Result<()> {
@@ -74,42 +79,5 @@ fn lint(kernels: &Path) -> anyhow::Result<()> {
             Err(error) => return Err(error).with_context(|| format!("clippy of {name}")),
         }
     }
-    Ok(())
-}
-
-/// The lock: what was compiled, by what, to what.
-fn lock(kernels: &Path, modules: &[(&'static str, Vec<u8>)]) -> anyhow::Result<String> {
-    let mut lock =
-        String::from("# Written by `cargo kernels`; the host refuses a GPU when the sources differ.\n");
-    lock += &format!("sources = \"{}\"\n", fingerprint::fingerprint(kernels, &fingerprint::KERNELS)?);
-    lock += "compiler = \"rustc_codegen_spirv 0.11.0\"\n";
-    for (name, bytes) in modules {
-        lock += &format!("\"{name}\" = \"{}\"\n", fingerprint::hash(bytes));
-    }
-    Ok(lock)
-}
-
-/// Everything that is committed: modules and lock.
-fn committed(kernels: &Path, modules: &[(&'static str, Vec<u8>)]) -> anyhow::Result<Vec<(PathBuf, Vec<u8>)>> {
-    let lock = lock(kernels, modules)?.into_bytes();
-    let modules = modules.iter().map(|(name, bytes)| (kernels.join(name), bytes.clone()));
-    Ok(modules.chain([(kernels.join("kernels.lock"), lock)]).collect())
-}
-
-fn write(kernels: &Path, modules: &[(&'static str, Vec<u8>)]) -> anyhow::Result<()> {
-    for (path, bytes) in committed(kernels, modules)? {
-        std::fs::write(&path, &bytes)?;
-        println!("{} ({} bytes)", path.display(), bytes.len());
-    }
-    Ok(())
-}
-
-fn check(kernels: &Path, modules: &[(&'static str, Vec<u8>)]) -> anyhow::Result<()> {
-    for (path, bytes) in committed(kernels, modules)? {
-        if std::fs::read(&path).with_context(|| format!("reading {}", path.display()))? != bytes {
-            bail!("{} is not what the sources compile to: run `cargo kernels` and commit it", path.display());
-        }
-    }
-    println!("the committed kernels are what the sources compile to");
     Ok(())
 }

@@ -28,8 +28,8 @@ fn main() -> anyhow::Result<ExitCode> {
 /// The arguments, a folder among them seen from where the command was given.
 fn arguments() -> anyhow::Result<Vec<std::ffi::OsString>> {
     let mut arguments: Vec<std::ffi::OsString> = std::env::args_os().skip(1).collect();
-    if let [first, folder] = &mut arguments[..]
-        && first == "--panics"
+    if let [.., option, folder] = &mut arguments[..]
+        && (option == "--panics" || option == "--out")
     {
         *folder = std::path::absolute(PathBuf::from(&*folder))?.into();
     }

@@ -1,6 +1,6 @@
 //! What the Vulkan side promises beyond equal numbers: plain devices, large frames, small buffers, fresh kernels.
 
-use caustics::kernels;
+use caustics::kernels::Source;
 use caustics::runner::gpu::GpuRunner;
 use caustics::session::{self, RunnerChoice, Session};
 use caustics::settings::Settings;
@@ -46,7 +46,7 @@ fn base_module_renders_on_a_device_without_ray_queries() {
 #[test]
 fn module_with_ray_queries_is_refused_on_a_device_without() {
     let Some(gpu) = watched_gpu() else { return };
-    let modules = kernels::modules().unwrap();
+    let modules = Source::from_environment().modules().unwrap();
     // As `base`, the module is loaded although the device was opened without the feature.
     let options =
         DeviceOptions { validation: gpu.validation, base: modules.rayquery, ..DeviceOptions::default() };
@@ -105,33 +105,22 @@ fn full_hd_buffers_stay_within_128_mib() {
     }
 }
 
-/// Set in the process that this test starts with kernels that cannot be read.
-const CHILD: &str = "CAUSTICS_TESTS_STALE_CHILD";
-
 #[test]
-fn stale_kernels_are_refused_with_what_to_do() {
-    if std::env::var_os(CHILD).is_none() {
-        // Not `current_exe`: under a loader of its own (`lvp-run` of a prefix) that is the loader.
-        let mut child = std::process::Command::new(std::env::args_os().next().unwrap());
-        child.args(["--exact", "vulkan::stale_kernels_are_refused_with_what_to_do"]);
-        child.env(CHILD, "1").env("CAUSTICS_KERNELS", "no such folder");
-        let output = child.output().unwrap();
-        let text = String::from_utf8_lossy(&output.stdout);
-        assert!(output.status.success() && text.contains("1 passed"), "{text}");
-        return;
-    }
+fn kernels_that_cannot_be_read_are_refused_with_what_to_do() {
     let scene = load("plain-room");
     let open = |choice| session::open(&choice, &scene, scene.features(0.25), &[]).map(|_| ());
-    let gpu = RunnerChoice::Gpu { device: None, hardware: false, validation: false };
+    let kernels = Source::Folder("no such folder".into());
+    let gpu = RunnerChoice::Gpu { device: None, hardware: false, validation: false, kernels };
     let message = open(gpu).unwrap_err().to_string();
-    assert!(message.contains("cargo kernels") && message.contains("--runner cpu"), "{message}");
+    assert!(message.contains("no such folder") && message.contains("cargo kernels"), "{message}");
+    assert!(message.contains("--runner cpu"), "{message}");
     open(RunnerChoice::Cpu { threads: 1 }).unwrap();
 }
 
 #[test]
 fn embedded_kernels_are_fresh() {
     // In a checkout whose kernels changed, every GPU test would be skipped: say so here.
-    if let Err(stale) = kernels::modules() {
-        panic!("{stale}");
+    if let Err(error) = Source::Embedded.modules() {
+        panic!("{error}");
     }
 }

@@ -21,9 +21,9 @@ const KERNELS: &[&[&str]] = &[
 
 /// Those of the host's library, then of its program.
 const HOST: &[&[&str]] = &[
-    &["hash", "kernels", "memory", "text"],
+    &["hash", "memory", "text"],
     &["file", "vulkan", "counters", "energy", "picture", "machine"],
-    &["output", "sealed"],
+    &["output", "sealed", "kernels"],
     &["image"],
     &["scene"],
     &["settings", "accumulation"],

@@ -3,6 +3,9 @@
 use caustics_kernels::declare::{Pass, Work};
 use caustics_kernels::interface::frame::{Dispatch, FrameParams};
 
+use rspirv::binary::Assemble;
+use rspirv::dr::Operand;
+
 use super::*;
 use crate::vulkan::{devices, test_module};
 
@@ -85,6 +88,48 @@ fn steps_run_in_order_over_buffers_bound_by_name() {
     let doubled = read(&mut runner, "doubled");
     assert!(doubled.iter().enumerate().all(|(i, &value)| value == 2 * (i as u32 + 1000 + FEATURES.0)));
     assert_eq!(read(&mut runner, "values"), vec![0; COUNT]);
+}
+
+/// The kernels of `test_module` in which `fill` and `twice` have exchanged their names.
+fn exchanged() -> Vec<u32> {
+    let mut module = rspirv::dr::load_words(test_module::base()).unwrap();
+    for operand in module.entry_points.iter_mut().flat_map(|entry| &mut entry.operands) {
+        if let Operand::LiteralString(name) = operand {
+            *name = if name == "fill" { "twice".into() } else { "fill".into() };
+        }
+    }
+    module.assemble()
+}
+
+#[test]
+fn kernels_are_exchanged_and_those_that_nobody_runs_are_given_back() {
+    let Some(mut old) = runner(false, &[], 0) else { return };
+    let buffers = ["values", "doubled"].map(|name| BufferSpec { name, bytes: 4 * COUNT });
+    // Two devices that no other test opens.
+    let plain = DeviceOptions { device: Some("0".into()), ..DeviceOptions::default() };
+    let [first, second] = [
+        DeviceOptions { base: test_module::base(), ..plain.clone() },
+        DeviceOptions { base: exchanged(), ..plain },
+    ];
+    let open = |options| GpuRunner::new(options, FEATURES, &buffers, &[], &world(0)).unwrap();
+    let known = |options| Arc::downgrade(&Kernels::open(options).unwrap());
+
+    // Both run side by side.
+    let mut new = open(&second);
+    run(&mut old, &[dispatch("fill", COUNT)]).unwrap();
+    run(&mut new, &[dispatch("twice", COUNT), dispatch("fill", COUNT)]).unwrap();
+    let values: Vec<u32> = (0..COUNT as u32).map(|i| i + 1000 + FEATURES.0).collect();
+    assert_eq!(read(&mut old, "values"), values);
+    assert_eq!(read(&mut new, "doubled"), values.iter().map(|value| 2 * value).collect::<Vec<_>>());
+
+    let in_use = known(&second);
+    let unused = known(&first);
+    assert!(in_use.upgrade().is_some());
+    drop(new);
+    assert!(unused.upgrade().is_some(), "the last kernels stay for the next runner");
+    known(&second);
+    assert!(unused.upgrade().is_none(), "others do not");
+    assert!(in_use.upgrade().is_some());
 }
 
 #[test]

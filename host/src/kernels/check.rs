@@ -1,0 +1,137 @@
+//! Whether modules have what the program's passes need: an entry point for each, which binds nothing but the pass's buffers.
+
+use caustics_kernels::declare::{Pass, Step};
+use caustics_kernels::gather::variant;
+use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::method::frame::look_back;
+use caustics_kernels::method::{self, Parts};
+use caustics_kernels::pass::step::{STEP_EMIT, STEP_HIT, STEP_SAMPLE, STEP_SCATTER};
+use caustics_kernels::{denoiser, emission, history};
+
+use super::error::KernelsError;
+use super::lock::{BASE, RAYQUERY};
+use crate::vulkan::reflection::{Binding, BindingKind, EntryPoint, Reflection};
+
+/// Checks the modules: base, then with ray queries.
+pub fn modules([base, rayquery]: [&[u32]; 2]) -> Result<(), KernelsError> {
+    let passes = passes();
+    let in_base = passes.iter().copied().filter(|pass| is_in_base(pass));
+    module(BASE, base, in_base)?;
+    let in_rayquery = passes.iter().copied().filter(|pass| is_in_rayquery(pass));
+    module(RAYQUERY, rayquery, in_rayquery)
+}
+
+/// Passes that need ray queries run on no CPU.
+fn is_in_base(pass: &Pass) -> bool {
+    pass.cpu.is_some()
+}
+
+fn is_in_rayquery(pass: &Pass) -> bool {
+    pass.traces || pass.cpu.is_none()
+}
+
+fn module(
+    name: &'static str,
+    words: &[u32],
+    passes: impl Iterator<Item = &'static Pass>,
+) -> Result<(), KernelsError> {
+    let reflection = Reflection::new(name, words)?;
+    for pass in passes {
+        let entry = reflection.entry_points.get(pass.name);
+        entry_point(name, entry.ok_or(KernelsError::NoEntry { module: name, entry: pass.name })?, pass)?;
+    }
+    Ok(())
+}
+
+fn entry_point(module: &'static str, found: &EntryPoint, pass: &'static Pass) -> Result<(), KernelsError> {
+    let entry = pass.name;
+    for Binding { name, kind, stride, .. } in &found.bindings {
+        let bound = pass.buffers.iter().find(|bound| bound.name == name);
+        let is_known = match kind {
+            BindingKind::Buffer => bound.is_some(),
+            BindingKind::Uniform => name == "params",
+            BindingKind::Structure => match name.as_str() {
+                "scene_structure" => pass.traces,
+                "neighbour_structure" => pass.cpu.is_none(),
+                _ => false,
+            },
+        };
+        if !is_known {
+            return Err(KernelsError::Unbound { module, entry, buffer: name.clone() });
+        }
+        if let Some(bound) = bound.filter(|bound| bound.stride != *stride as usize) {
+            let (found, expected) = (*stride, bound.stride);
+            return Err(KernelsError::Elements { module, entry, buffer: name.clone(), found, expected });
+        }
+    }
+    Ok(())
+}
+
+/// Every pass that a session or a test can run.
+fn passes() -> Vec<&'static Pass> {
+    let params = FrameParams {
+        width: 1,
+        height: 1,
+        light_path_count: 1,
+        light_path_batch: 1,
+        deposit_capacity: 1,
+        light_count: 1,
+        moved: 1,
+        ..FrameParams::default()
+    };
+    let mut passes = vec![&STEP_SAMPLE, &STEP_HIT, &STEP_SCATTER, &STEP_EMIT];
+    for method in method::ALL {
+        let params = (method.frame)(params, 0);
+        for parts in parts() {
+            let frame = method.frame_steps(parts, &params);
+            passes.extend(look_back(parts, &params).into_iter().chain(frame).filter_map(|step| match step {
+                Step::Dispatch { pass, .. } => Some(pass),
+                _ => None,
+            }));
+        }
+    }
+    passes.sort_unstable_by_key(|pass| pass.name);
+    passes.dedup();
+    passes
+}
+
+/// Parts of frames that have every pass between them: all that can be switched on, and each that is chosen once.
+fn parts() -> impl Iterator<Item = Parts> {
+    let all = Parts {
+        balances: true,
+        bounds: true,
+        keeps_path: true,
+        widens: true,
+        auxiliary: true,
+        ..Parts::from(&variant::PHOTONS_GRID)
+    };
+    let gathers = variant::ALL.iter().map(move |gather| Parts { gather, ..all });
+    let histories = history::ALL.iter().map(move |&history| Parts { history, ..all });
+    let denoisers = denoiser::ALL.iter().map(move |&denoiser| Parts { denoiser, ..all });
+    let emissions = emission::ALL.iter().map(move |&emission| Parts { emission, ..all });
+    gathers.chain(histories).chain(denoisers).chain(emissions)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    fn assert_has(name: &str, bytes: &[u8], is_in: fn(&Pass) -> bool) {
+        let words: Vec<u32> = bytemuck::pod_collect_to_vec(bytes);
+        let mut found: BTreeSet<String> =
+            Reflection::new(name, &words).unwrap().entry_points.into_keys().collect();
+        // It has no stage that would run it.
+        found.remove("index.brute");
+        let known = passes().into_iter().filter(|pass| is_in(pass)).map(|pass| pass.name.to_string());
+        assert_eq!(found, known.collect(), "{name}");
+    }
+
+    /// Otherwise a pass would not be checked.
+    #[test]
+    fn the_passes_are_those_of_the_modules() {
+        assert_has(BASE, include_bytes!("../../../kernels/base.spv"), is_in_base);
+        assert_has(RAYQUERY, include_bytes!("../../../kernels/rayquery.spv"), is_in_rayquery);
+    }
+}

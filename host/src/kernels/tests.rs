@@ -1,0 +1,183 @@
+//! Folders of kernels made of the modules that the program carries, with something in them changed.
+
+use std::path::Path;
+
+use rspirv::binary::Assemble;
+use rspirv::dr::Operand;
+
+use super::*;
+use crate::hash::fnv1a;
+use tempfile::TempDir;
+
+const OWN: [&[u8]; 2] =
+    [include_bytes!("../../../kernels/base.spv"), include_bytes!("../../../kernels/rayquery.spv")];
+
+fn lock(interface: &str, [base, rayquery]: [&[u8]; 2]) -> String {
+    let hash = |bytes: &[u8]| fnv1a(bytes.iter().copied().chain([0xff]));
+    let (base, rayquery) = (hash(base), hash(rayquery));
+    format!(
+        "sources = \"\"\ninterface = \"{interface}\"\n\"base.spv\" = \"{base}\"\n\"rayquery.spv\" = \"{rayquery}\"\n"
+    )
+}
+
+fn write(folder: &Path, name: &str, bytes: impl AsRef<[u8]>) {
+    std::fs::write(folder.join(name), bytes).unwrap();
+}
+
+/// A whole set of these modules in a folder.
+fn set(folder: &Path, modules: [&[u8]; 2]) {
+    write(folder, "base.spv", modules[0]);
+    write(folder, "rayquery.spv", modules[1]);
+    write(folder, "kernels.lock", lock(env!("CAUSTICS_INTERFACE_HASH"), modules));
+}
+
+fn whole() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    set(folder.path(), OWN);
+    folder
+}
+
+fn refused(folder: &TempDir) -> String {
+    Source::Folder(folder.path().into()).modules().unwrap_err().to_string()
+}
+
+/// Base with what one of its buffers is called, or how far its elements are apart, changed.
+fn changed(change: impl FnOnce(&mut rspirv::dr::Module)) -> Vec<u8> {
+    let mut module = rspirv::dr::load_bytes(OWN[0]).unwrap();
+    change(&mut module);
+    module.assemble().into_iter().flat_map(u32::to_le_bytes).collect()
+}
+
+#[test]
+fn kernels_of_a_folder_are_taken() {
+    let folder = whole();
+    let modules = Source::Folder(folder.path().into()).modules().unwrap();
+    assert_eq!([modules.base, modules.rayquery], OWN.map(words));
+}
+
+#[test]
+fn what_is_no_folder_of_kernels_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(refused(&folder).contains("kernels.lock is missing"), "{}", refused(&folder));
+    write(folder.path(), "kernels.lock", "base.spv");
+    assert!(refused(&folder).contains("kernels.lock"), "{}", refused(&folder));
+    write(folder.path(), "kernels.lock", lock(env!("CAUSTICS_INTERFACE_HASH"), OWN));
+    assert!(refused(&folder).contains("cannot read"), "{}", refused(&folder));
+    assert!(refused(&folder).contains("base.spv"), "{}", refused(&folder));
+}
+
+#[test]
+fn another_interface_is_told_before_all_else() {
+    let folder = whole();
+    write(folder.path(), "base.spv", "of another interface");
+    for text in [lock("0123456789abcdef", OWN), lock("", OWN).replace("interface = \"\"", "")] {
+        write(folder.path(), "kernels.lock", text);
+        let message = refused(&folder);
+        assert!(message.contains("interface") && message.contains("cargo build --release"), "{message}");
+    }
+}
+
+#[test]
+fn a_half_written_module_is_named() {
+    let folder = whole();
+    write(folder.path(), "rayquery.spv", &OWN[1][..OWN[1].len() / 2]);
+    let message = refused(&folder);
+    assert!(message.contains("rayquery.spv is not whole"), "{message}");
+}
+
+#[test]
+fn entry_points_must_be_those_of_the_passes() {
+    let folder = tempfile::tempdir().unwrap();
+    let rename = |module: &mut rspirv::dr::Module, from: &str, to: &str| {
+        let names = module.debug_names.iter_mut().chain(&mut module.entry_points);
+        for operand in names.flat_map(|name| &mut name.operands) {
+            if *operand == Operand::LiteralString(from.into()) {
+                *operand = Operand::LiteralString(to.into());
+            }
+        }
+    };
+
+    let base = changed(|module| rename(module, "caustic_radiance", "caustic_light"));
+    set(folder.path(), [&base, OWN[1]]);
+    let message = refused(&folder);
+    assert!(message.contains("of base.spv binds `caustic_light`"), "{message}");
+    assert!(message.contains("cargo build --release"), "{message}");
+
+    let base = changed(|module| rename(module, "gather.brute", "gather.rough"));
+    set(folder.path(), [&base, OWN[1]]);
+    assert!(refused(&folder).contains("base.spv has no entry point `gather.brute`"), "{}", refused(&folder));
+
+    // A table's elements with a word more.
+    let base = changed(|module| {
+        let stride = |operands: &[Operand]| {
+            operands.contains(&Operand::Decoration(rspirv::spirv::Decoration::ArrayStride))
+        };
+        let strides = module.annotations.iter_mut().filter(|i| stride(&i.operands));
+        for operand in strides.flat_map(|i| &mut i.operands) {
+            if *operand == Operand::LiteralBit32(36) {
+                *operand = Operand::LiteralBit32(40);
+            }
+        }
+    });
+    set(folder.path(), [&base, OWN[1]]);
+    let message = refused(&folder);
+    assert!(message.contains("`triangles` with elements of 40 bytes"), "{message}");
+    assert!(message.contains("have 36"), "{message}");
+}
+
+/// An entry point that no pass has is none of the program's business: a pass that is yet to come.
+#[test]
+fn more_entry_points_than_passes_are_taken() {
+    let folder = tempfile::tempdir().unwrap();
+    let more = changed(|module| {
+        let entry = module.entry_points[0].clone();
+        module.entry_points.push(entry);
+        let last = module.entry_points.last_mut().unwrap();
+        last.operands[2] = Operand::LiteralString("gather.to_come".into());
+    });
+    set(folder.path(), [&more, OWN[1]]);
+    Source::Folder(folder.path().into()).modules().unwrap();
+}
+
+#[test]
+fn embedded_kernels_have_what_the_passes_bind() {
+    check::modules(OWN.map(words).each_ref().map(|module| &module[..])).unwrap();
+}
+
+#[test]
+fn a_new_set_is_seen_once_and_not_half_of_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let mut watch = Watch::new(path.into());
+    assert!(!watch.has_new());
+    let interface = env!("CAUSTICS_INTERFACE_HASH");
+
+    // As they are written: modules, then the lock.
+    write(path, "base.spv", "one");
+    write(path, "rayquery.spv", "one, too");
+    assert!(!watch.has_new());
+    write(path, "kernels.lock", lock(interface, [b"one", b"one, too"]));
+    assert!(watch.has_new());
+    assert!(!watch.has_new());
+
+    // Even if the lock came first.
+    write(path, "kernels.lock", lock(interface, [b"two", b"two, too"]));
+    assert!(!watch.has_new());
+    write(path, "base.spv", "two");
+    assert!(!watch.has_new());
+    write(path, "rayquery.spv", "two, too");
+    assert!(watch.has_new());
+    assert!(!watch.has_new());
+
+    // The same again is nothing new; the same modules of another interface are.
+    write(path, "kernels.lock", format!("# A remark.\n{}", lock(interface, [b"two", b"two, too"])));
+    assert!(!watch.has_new());
+    write(path, "kernels.lock", lock("", [b"two", b"two, too"]));
+    assert!(watch.has_new());
+
+    // What lies there at the start is known.
+    assert!(!Watch::new(path.into()).has_new());
+    // A folder that is gone is none.
+    folder.close().unwrap();
+    assert!(!watch.has_new());
+}

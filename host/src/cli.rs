@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use caustics::exposure::Exposure;
+use caustics::kernels::Source;
 use caustics::picture::Aov;
 use caustics::scene::{LoadOptions, Place};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -118,12 +119,23 @@ pub struct Machine {
     /// Vulkan device, by index or part of its name (default: the best)
     #[arg(long)]
     pub device: Option<String>,
+    /// Folder of compiled kernels that a GPU takes, as `cargo kernels --out DIR` writes it [default: what the environment variable
+    /// CAUSTICS_KERNELS names, else those of this program]
+    #[arg(long, value_name = "DIR")]
+    pub kernels: Option<PathBuf>,
     /// Threads of the CPU runner; 0 takes every core
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
     /// validation: the Vulkan validation layer watches, and its messages fail the run
     #[arg(long, value_enum)]
     pub debug: Option<Debug>,
+}
+
+impl Machine {
+    /// Where a GPU's kernels come from.
+    pub fn source(&self) -> Source {
+        self.kernels.clone().map_or_else(Source::from_environment, Source::Folder)
+    }
 }
 
 /// Options of the picture, however it is rendered.

@@ -252,6 +252,55 @@ def check_pick(page, name):
     page.wait_for_timeout(300)
 
 
+def check_objects(page, name):
+    """Drags an object and a lamp, and sees the light change."""
+    home(page)
+    for kind in ("", "(light)"):
+        names = page.locator("#node").evaluate("node => [...node.options].map(option => option.textContent)")
+        found = [index for index, text in enumerate(names) if index and ("(light)" in text) == bool(kind)]
+        if not found:
+            continue
+        before = colours(page)
+        page.locator("#node").select_option(index=found[-1])
+        until(page, "!document.getElementById('placing').hidden")
+        page.locator("#move").click()
+        x, y = middle(page)
+        page.mouse.move(x, y)
+        page.mouse.down()
+        for step in range(12):
+            page.mouse.move(x + 4 * step, y - 3 * step)
+            page.wait_for_timeout(40)
+        page.mouse.up()
+        until(page, "!document.getElementById('save-edits').hidden")
+        samples(page, 2)
+        check(colours(page) != before, f"{name}: an object that is dragged changes nothing")
+        page.locator("#move").click()
+    command = page.locator("#command").inner_text()
+    check("--edits edits.toml" in command, f"{name}: the command has no edits: {command}")
+
+
+def check_recording(page, name, caustics, folder):
+    """An orbit that is recorded is an animation."""
+    page.locator("#record").click()
+    until(page, "document.getElementById('record').getAttribute('aria-pressed') === 'true'")
+    x, y = middle(page)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for step in range(20):
+        page.mouse.move(x + 3 * step, y)
+        page.wait_for_timeout(40)
+    page.mouse.up()
+    page.locator("#record").click()
+    until(page, "!document.getElementById('save-recording').hidden")
+    with page.expect_download() as download:
+        page.locator("[data-save='animation.toml']").click()
+    download.value.save_as(folder / "animation.toml")
+    frames = ["--width", "32", "--height", "18", "--frames", "3", "--runner", "cpu", "--force"]
+    words = [caustics, "animate", SCENE, "--edits", str(folder / "animation.toml"), "-o", str(folder / "frames-###.exr"), *frames]
+    done = subprocess.run(words, capture_output=True, text=True)
+    check(done.returncode == 0, f"{name}: {done.stderr}")
+
+
 def check_saved(page, name, caustics, folder):
     """The EXR of the page has the bytes of the copied command's."""
     samples(page, 3)
@@ -267,6 +316,11 @@ def check_saved(page, name, caustics, folder):
     words = shlex.split(command)
     check(words[:3] == ["caustics", "render", SCENE], f"{name}: the command is {command}")
     words[0] = caustics
+    if "edits.toml" in words:
+        with page.expect_download() as download:
+            page.locator("[data-save='edits.toml']").click()
+        download.value.save_as(folder / "edits.toml")
+        words[words.index("edits.toml")] = str(folder / "edits.toml")
     words[words.index("picture.exr")] = str(folder / "again.exr")
     words[words.index("picture.png")] = str(folder / "again.png")
     done = subprocess.run([*words, "--force"], env={**os.environ, "SOURCE_DATE_EPOCH": "0"}, capture_output=True, text=True)
@@ -305,6 +359,9 @@ def main():
         check_onlookers(context, page, program.address, "page")
         check_axes(page, "page")
         check_saved(page, "page", caustics, folder)
+        check_objects(page, "page")
+        check_saved(page, "page, edited", caustics, folder)
+        check_recording(page, "page", caustics, folder)
         context.close()
         for width in (1280, 390):
             for scheme in ("light", "dark"):

@@ -27,9 +27,6 @@ pub struct Viewer {
     /// Frames a second to hold while something moves, by smaller frames
     #[arg(long, default_value_t = 10.0)]
     pub target_fps: f64,
-    /// Folder of compiled kernels that a GPU takes, now and whenever they are compiled again [default: those of this program]
-    #[arg(long, value_name = "DIR")]
-    pub kernels: Option<PathBuf>,
     /// Time of the scene's animations that is shown first (s)
     #[arg(long, default_value_t = 0.0)]
     pub time: f64,

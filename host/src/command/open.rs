@@ -29,7 +29,7 @@ pub fn open_edited(
 }
 
 /// The edits of a file, which may place a camera if no option does.
-fn edits(path: &Path, view: &View) -> anyhow::Result<Edits> {
+pub fn edits(path: &Path, view: &View) -> anyhow::Result<Edits> {
     let edits = Edits::load(path)?;
     if edits.has_camera() && camera(view)? != CameraChoice::First {
         return Err(Usage(format!(

@@ -1,7 +1,6 @@
 //! Picks runner, tracer and gather from the options and what the machine has, and says why.
 
 use caustics::experiment::cell::{has_ray_queries, usual_gather};
-use caustics::kernels::Source;
 use caustics::session::RunnerChoice;
 use caustics::vulkan::{DeviceInfo, devices};
 use caustics_kernels::gather::variant::{self, Variant};
@@ -27,7 +26,7 @@ pub fn pick(
         "cpu" => (cpu(options)?, "--runner cpu".to_string()),
         "auto" => auto(options)?,
         _ => {
-            Source::from_environment().modules()?;
+            options.source().modules()?;
             let devices = devices()?;
             let device = find(options, &devices, |_| true);
             let hardware = hardware(options, device);
@@ -69,7 +68,7 @@ fn gpu(options: &Machine, hardware: bool) -> RunnerChoice {
         device: options.device.clone(),
         hardware,
         validation: options.debug == Some(Debug::Validation),
-        kernels: Source::from_environment(),
+        kernels: options.source(),
     }
 }
 
@@ -105,7 +104,7 @@ fn auto(options: &Machine) -> anyhow::Result<(RunnerChoice, String)> {
     let why_not = match &found {
         Err(error) => error.to_string(),
         Ok(devices) => match find(options, devices, |device| wants_gpu || !device.is_cpu()) {
-            Some(device) => match Source::from_environment().modules() {
+            Some(device) => match options.source().modules() {
                 Ok(_) => {
                     let tracer = hardware(options, Some(device));
                     let reason = format!("{} is there", device.name);

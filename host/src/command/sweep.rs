@@ -39,6 +39,7 @@ pub fn run(options: &cli::Sweep) -> anyhow::Result<ExitCode> {
         device: options.device.clone(),
         threads: options.threads,
         debug: None,
+        kernels: None,
     };
     let expanded = expand(&config, &machine).with_context(|| file.display().to_string())?;
     let tasks = tasks(&config, &expanded).map_err(|error| wrong(error.0))?;

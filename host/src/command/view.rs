@@ -5,6 +5,7 @@
 
 mod connection;
 mod distance;
+mod edited;
 mod engine;
 mod guard;
 mod lane;
@@ -27,11 +28,12 @@ use std::sync::Arc;
 use anyhow::Context;
 use caustics::experiment::axis::{HISTORY, PATH_HISTORY};
 use caustics::experiment::cell::Cell;
-use caustics::scene::{self, CameraChoice, Eye, Scene, Staged, Viewpoint};
+use caustics::scene::{self, CameraChoice, Eye, Place, Scene, Staged, Viewpoint};
 use caustics_kernels::history::VALIDATED;
 use caustics_kernels::interface::choice::PathHistory;
 use tokio::runtime;
 
+use self::edited::{Edited, by_node, if_any};
 use self::engine::Engine;
 use self::guard::Guard;
 use self::look::{Layer, Look};
@@ -40,8 +42,8 @@ use self::server::{Site, serve};
 use self::shared::Shared;
 use self::wheel::Wheel;
 use self::wish::{Against, Wish};
-use super::open::open_edited;
-use super::options::{camera, check_rays, check_size};
+use super::open::{edits, staged};
+use super::options::{check_rays, check_size};
 use crate::cli::{Usage, Viewer};
 
 /// Environment variable that says the token, so that a page outlives the program that served it.
@@ -72,9 +74,13 @@ pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {
     let address = listener.local_addr()?;
 
     let file = scene::resolve(&options.scene)?;
-    let staged = open_edited(&file, view, &options.loading, options.edits.as_deref())?;
+    let edits = options.edits.as_deref().map(|path| edits(path, view)).transpose()?.unwrap_or_default();
+    let staged = staged(&file, view, &options.loading, if_any(&edits))?;
+    for note in &staged.notes {
+        tell!("{note}");
+    }
     let wish = Wish {
-        camera: looked_through(options, &staged)?,
+        camera: looked_through(&staged)?,
         time: options.time,
         playing: None,
         size: [view.width, view.height],
@@ -83,6 +89,8 @@ pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {
         against: Against::Nothing,
         look: Look { layer: Layer::Beauty, exposure: view.exposure },
         moves_until: None,
+        nodes: by_node(&edits),
+        records: false,
         paused: false,
     };
     let run = Guard::random().context(NO_NUMBERS)?.token().to_string();
@@ -108,7 +116,7 @@ pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {
             tell!("error: the page is served no more: {error}");
         }
     });
-    Engine::new(shared, options, file, staged.scene).run();
+    Engine::new(shared, options, Edited::new(staged.scene, file, &edits)).run();
     // Pages that are still connected end with it.
     runtime.shutdown_background();
     Ok(ExitCode::SUCCESS)
@@ -121,19 +129,21 @@ fn cell(options: &Viewer) -> Result<Cell, Usage> {
     options.axes.cell_of(&usual)
 }
 
-/// The camera, one that is placed with nothing left open.
-fn looked_through(options: &Viewer, staged: &Staged) -> anyhow::Result<CameraChoice> {
-    let Staged { scene, camera: name, .. } = staged;
-    let viewpoint = match camera(&options.view)? {
-        CameraChoice::Placed(viewpoint) => viewpoint,
-        // The file has none, and one was placed.
-        CameraChoice::First if scene.additions.contains_key("origin") => Viewpoint::default(),
-        CameraChoice::First | CameraChoice::Named(_) => return Ok(CameraChoice::Named(name.clone())),
+/// The camera; one that was placed, by where it is.
+fn looked_through(staged: &Staged) -> anyhow::Result<CameraChoice> {
+    let name = &staged.camera;
+    // The name of a camera that was placed is the options that place it.
+    let words: Vec<&str> = name.split(' ').collect();
+    let ["--from", from, "--look-at", look_at, "--fov", fov] = words[..] else {
+        return Ok(CameraChoice::Named(name.clone()));
     };
-    let aspect = f64::from(options.view.width) / f64::from(options.view.height);
-    let whole = viewpoint.whole(bounds(scene), aspect);
-    let eye = Some(Eye::At(whole.from));
-    Ok(CameraChoice::Placed(Viewpoint { eye, look_at: Some(whole.look_at), field: Some(whole.field) }))
+    let place = |text: &str| text.parse::<Place>().map_err(Usage);
+    let [from, look_at] = [place(from)?, place(look_at)?];
+    Ok(CameraChoice::Placed(Viewpoint {
+        eye: Some(Eye::At(from)),
+        look_at: Some(look_at),
+        field: Some(fov.parse()?),
+    }))
 }
 
 /// The bounds of a scene in its file's coordinates (m).

@@ -66,7 +66,11 @@ async fn listen(
             }
             Ok(_) if !seat.steers() => Some(json!({ "is": "error", "what": "another page is at the wheel" })),
             Ok(Message::Pick { x, y }) => {
-                answer(shared, Asked::Pick([x, y]), words.clone());
+                answer(shared, "picked", Asked::Pick([x, y]), words.clone());
+                None
+            }
+            Ok(Message::Node { node }) => {
+                answer(shared, "node", Asked::Node(node), words.clone());
                 None
             }
             Ok(message) => shared.take(&message).err().map(|what| json!({ "is": "error", "what": what })),
@@ -80,7 +84,7 @@ async fn listen(
 }
 
 /// Asks the renderer, and sends its answer when it comes.
-fn answer(shared: &Arc<Shared>, asked: Asked, words: mpsc::Sender<String>) {
+fn answer(shared: &Arc<Shared>, is: &'static str, asked: Asked, words: mpsc::Sender<String>) {
     let asked = shared.ask(asked);
     tokio::spawn(async move {
         let answer = match asked {
@@ -88,7 +92,7 @@ fn answer(shared: &Arc<Shared>, asked: Asked, words: mpsc::Sender<String>) {
             Err(error) => Err(error),
         };
         let word = match answer.map(|bytes| serde_json::from_slice::<serde_json::Value>(&bytes)) {
-            Ok(Ok(picked)) => json!({ "is": "picked", "what": picked }),
+            Ok(Ok(found)) => json!({ "is": is, "what": found }),
             Ok(Err(error)) => json!({ "is": "error", "what": error.to_string() }),
             Err(error) => json!({ "is": "error", "what": error }),
         };

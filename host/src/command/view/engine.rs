@@ -1,19 +1,20 @@
 //! Renders what is wanted: small frames that follow what moves, and, once all stands still, frames of the whole size that are
 //! averaged without end, as `render` does it.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use caustics::experiment::axis::{MAX_BOUNCES, RUNNER};
 use caustics::experiment::cell::Cell;
+use caustics::kernels::{Source, Watch};
 use caustics::output::png;
-use caustics::scene::{CameraChoice, Scene, SceneCamera};
+use caustics::scene::{CameraChoice, Key, SceneCamera};
 use caustics_kernels::method::path::PATH;
 use glam::Vec3;
 
 use super::distance::Distance;
+use super::edited::Edited;
 use super::lane::{Lane, Way};
 use super::look::{Shown, suiting};
 use super::pace::Pace;
@@ -26,6 +27,10 @@ use crate::cli::Viewer;
 
 /// Least time between pictures of what stands still.
 const SHOW_EVERY: Duration = Duration::from_millis(60);
+/// Keys that are recorded at most: ten minutes at 60 a second.
+const MAX_KEYS: usize = 36_000;
+/// Least time between looks for new kernels.
+const LOOK_EVERY: Duration = Duration::from_millis(500);
 /// Least time between words.
 const SAY_EVERY: Duration = Duration::from_millis(100);
 /// Time that is waited after a failure, unless another wish comes.
@@ -35,9 +40,7 @@ const AFTER_FAILURE: Duration = Duration::from_secs(2);
 pub struct Engine<'a> {
     shared: Arc<Shared>,
     options: &'a Viewer,
-    /// The scene's file.
-    pub file: PathBuf,
-    scene: Scene,
+    edited: Edited,
     /// What renders while something moves, and its size.
     moving: Option<Lane>,
     pace: Pace,
@@ -54,18 +57,23 @@ pub struct Engine<'a> {
     /// The exposure that suits the picture (stops).
     suits: Option<f64>,
     distance: Distance,
+    /// Kernels from a folder, which change while this program runs.
+    kernels: Option<Watch>,
+    looked: Instant,
+    /// Since when it is recorded what moves, and what was.
+    records: Option<Instant>,
+    recorded: Vec<Key>,
     /// What of the command line `render` is told too.
     kept: Vec<String>,
 }
 
 impl<'a> Engine<'a> {
     /// For a scene that is opened.
-    pub fn new(shared: Arc<Shared>, options: &'a Viewer, file: PathBuf, scene: Scene) -> Engine<'a> {
+    pub fn new(shared: Arc<Shared>, options: &'a Viewer, edited: Edited) -> Engine<'a> {
         Engine {
             shared,
             options,
-            file,
-            scene,
+            edited,
             moving: None,
             pace: Pace::new(),
             still: [None, None],
@@ -77,6 +85,13 @@ impl<'a> Engine<'a> {
             said: None,
             suits: None,
             distance: Distance::default(),
+            kernels: match options.machine.source() {
+                Source::Folder(folder) => Some(Watch::new(folder)),
+                Source::Embedded => None,
+            },
+            looked: Instant::now(),
+            records: None,
+            recorded: Vec::new(),
             kept: save::kept(),
         }
     }
@@ -110,19 +125,23 @@ impl<'a> Engine<'a> {
 
     fn frame(&mut self, wish: &Wish) -> anyhow::Result<()> {
         let now = Instant::now();
-        let time = wish.time_at(now, self.scene.duration());
+        self.take_new_kernels(now);
+        if self.edited.bring(self.options, &wish.nodes)? {
+            (self.moving, self.still, self.stands) = (None, [None, None], None);
+        }
+        let time = wish.time_at(now, self.edited.scene.duration());
         self.time = time;
         if wish.moves(now) {
             self.stands = None;
             self.distance.forget();
-            self.scene.pose(time)?;
+            self.edited.scene.pose(time)?;
             let camera = self.camera(wish)?;
             self.follow(wish, &camera)
         } else {
             let stands = format!("{:?} {time}", wish.camera);
             let begins = self.stands.as_ref() != Some(&stands);
             if begins {
-                self.scene.pose(time)?;
+                self.edited.scene.pose(time)?;
             }
             let camera = self.camera(wish)?;
             // While lanes are brought there, they are not known to stand anywhere.
@@ -138,6 +157,18 @@ impl<'a> Engine<'a> {
             }
             self.stands = Some(stands);
             self.converge(side, wish)
+        }
+    }
+
+    /// Drops sessions whose kernels were compiled again: those that are opened then take the new ones.
+    fn take_new_kernels(&mut self, now: Instant) {
+        if now - self.looked < LOOK_EVERY {
+            return;
+        }
+        self.looked = now;
+        if self.kernels.as_mut().is_some_and(Watch::has_new) {
+            (self.moving, self.still, self.stands) = (None, [None, None], None);
+            tell!("new kernels");
         }
     }
 
@@ -165,14 +196,14 @@ impl<'a> Engine<'a> {
         let camera = match &wish.camera {
             CameraChoice::Placed(viewpoint) => {
                 // A placed camera's name speaks of the file's coordinates, the tables of those around the origin.
-                self.scene.additions.insert("origin", self.scene.origin.to_string());
-                self.scene.view_from(viewpoint, width / height)?
+                self.edited.scene.additions.insert("origin", self.edited.scene.origin.to_string());
+                self.edited.scene.view_from(viewpoint, width / height)?
             }
             CameraChoice::Named(name) => {
-                self.scene.additions.remove("origin");
-                self.scene.camera(Some(name))?.clone()
+                self.edited.scene.additions.remove("origin");
+                self.edited.scene.camera(Some(name))?.clone()
             }
-            CameraChoice::First => self.scene.camera(None)?.clone(),
+            CameraChoice::First => self.edited.scene.camera(None)?.clone(),
         };
         self.camera = Some(camera.clone());
         Ok(camera)
@@ -191,14 +222,31 @@ impl<'a> Engine<'a> {
             self.moving = Some(self.open(way, camera)?);
         }
         let lane = self.moving.as_mut().context("a session was opened")?;
-        lane.opened.session.pose(&self.scene, camera)?;
+        lane.opened.session.pose(&self.edited.scene, camera)?;
         if let Some(took) = lane.frame()? {
             self.pace.learn(size, took);
         }
+        self.record(wish);
+        let lane = self.moving.as_mut().context("a session was opened")?;
         let shown = Shown { picture: lane.opened.session.picture()?, ..Shown::default() };
         self.show(0, 1, true, shown);
         self.say(wish, None);
         Ok(())
+    }
+
+    /// Records where all is, if that is wanted.
+    fn record(&mut self, wish: &Wish) {
+        if !wish.records {
+            self.records = None;
+            return;
+        }
+        if self.records.is_none() {
+            self.recorded.clear();
+        }
+        let since = *self.records.get_or_insert_with(Instant::now);
+        if self.recorded.len() < MAX_KEYS {
+            self.recorded.push(self.edited.key(since.elapsed().as_secs_f64(), &wish.camera));
+        }
     }
 
     /// Opens what converges on a side, or begins it anew.
@@ -221,7 +269,7 @@ impl<'a> Engine<'a> {
         match &mut self.still[side] {
             Some(lane) if lane.key == way.key() => {
                 if begins {
-                    lane.restart(&self.scene, camera)?;
+                    lane.restart(&self.edited.scene, camera)?;
                 }
             }
             lane => {
@@ -235,12 +283,12 @@ impl<'a> Engine<'a> {
     }
 
     fn way(&self, cell: Cell, size: [u32; 2], averages: bool) -> Way {
-        let features = cell.features(&self.scene, self.options.view.specular_roughness);
+        let features = cell.features(&self.edited.scene, self.options.view.specular_roughness);
         Way { cell, size, averages, features }
     }
 
     fn open(&self, way: Way, camera: &SceneCamera) -> anyhow::Result<Lane> {
-        Lane::open(way, &self.options.machine, &self.options.view, &self.scene, camera)
+        Lane::open(way, &self.options.machine, &self.options.view, &self.edited.scene, camera)
     }
 
     /// Renders a frame of what converges.
@@ -292,8 +340,10 @@ impl<'a> Engine<'a> {
         let lane = if self.stands.is_some() { self.still[0].as_ref() } else { self.moving.as_ref() };
         let said = Said {
             kept: &self.kept,
-            scene: &self.scene,
+            scene: &self.edited.scene,
             wish,
+            is_edited: self.edited.is_edited(),
+            recorded: self.recorded.len(),
             camera: self.camera.as_ref(),
             time: self.time,
             moves: self.stands.is_none(),
@@ -309,8 +359,16 @@ impl<'a> Engine<'a> {
     fn answer(&mut self, asked: &Asked) -> Answer {
         let answer = match asked {
             Asked::Pick(place) => self.pick(*place),
+            Asked::Node(node) => {
+                serde_json::to_vec(&self.edited.told(*node, self.time)).map_err(anyhow::Error::from)
+            }
             Asked::Exr => self.exr(),
             Asked::Png => self.png(),
+            Asked::Edits => {
+                let edits = self.edited.edits(&self.shared.wish().camera);
+                edits.to_toml().map(String::into_bytes).map_err(anyhow::Error::from)
+            }
+            Asked::Recording => self.recording(),
         };
         answer.map_err(|error| format!("{error:#}"))
     }
@@ -318,7 +376,7 @@ impl<'a> Engine<'a> {
     fn pick(&mut self, place: [f64; 2]) -> anyhow::Result<Vec<u8>> {
         let wish = self.shared.wish();
         let camera = self.camera(&wish)?;
-        let picked: Option<Picked> = picked(&self.scene, &camera, wish.size, place);
+        let picked: Option<Picked> = picked(&self.edited.scene, &camera, wish.size, place);
         Ok(serde_json::to_vec(&picked)?)
     }
 
@@ -332,10 +390,21 @@ impl<'a> Engine<'a> {
     fn exr(&mut self) -> anyhow::Result<Vec<u8>> {
         let wish = self.shared.wish();
         let camera = self.camera(&wish)?;
-        let file = self.file.clone();
         self.converged()?;
-        let lane = self.still[0].as_mut().context("a session was opened")?;
-        save::exr(lane, &self.scene, &camera.name, &file)
+        if self.edited.is_edited() {
+            // The file of edits has the camera too, and is known by all of it.
+            let edits = self.edited.edits(&wish.camera).fingerprint();
+            self.edited.scene.additions.insert("edits", edits);
+        }
+        let lane = self.still[0].as_ref().context("a session was opened")?;
+        save::exr(lane, &self.edited.scene, &camera.name, &self.edited.file)
+    }
+
+    fn recording(&self) -> anyhow::Result<Vec<u8>> {
+        if self.recorded.len() < 2 {
+            anyhow::bail!("nothing that moved was recorded");
+        }
+        Ok(self.edited.recorded(self.recorded.clone()).to_toml()?.into_bytes())
     }
 
     fn png(&mut self) -> anyhow::Result<Vec<u8>> {

@@ -7,6 +7,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::json;
 
 use super::bounds;
+use super::edited::label;
 use super::look::Layer;
 use super::wish::Wish;
 
@@ -17,6 +18,7 @@ const SCRIPT: &str = concat!(
     include_str!("page/camera.js"),
     include_str!("page/screen.js"),
     include_str!("page/controls.js"),
+    include_str!("page/objects.js"),
     include_str!("page/view.js"),
     "})();\n",
 );
@@ -92,6 +94,7 @@ fn stage() -> Markup {
             div #stage tabindex="0" role="application" aria-label="Picture: drag to orbit, shift and drag to pan, wheel to come closer" {
                 canvas .picture {}
                 canvas .picture .over hidden {}
+                div #mark hidden {}
                 div .handle role="slider" tabindex="0" aria-label="Wipe" aria-valuemin="0" aria-valuemax="100" aria-valuenow="50" {}
             }
             p #notice role="alert" hidden {}
@@ -132,6 +135,7 @@ fn panel(scene: &Scene, wish: &Wish) -> Markup {
                     div #other hidden { h3 { "On the right of the wipe" } (axes(1)) }
                 }
             }
+            (objects(scene))
             section aria-label="Size" {
                 h2 { "Size and rate" }
                 div .field {
@@ -149,6 +153,9 @@ fn panel(scene: &Scene, wish: &Wish) -> Markup {
                 p .buttons {
                     button type="button" data-save="picture.png" { "PNG" }
                     button type="button" data-save="picture.exr" { "EXR" }
+                    button #save-edits type="button" data-save="edits.toml" hidden { "Edits" }
+                    button #save-recording type="button" data-save="animation.toml" hidden { "Animation" }
+                    button #record type="button" aria-pressed="false" data-wheel { "Record" }
                     button #copy type="button" disabled { "Copy as command" }
                 }
                 pre { code #command {} }
@@ -201,6 +208,40 @@ fn time(scene: &Scene, wish: &Wish) -> Markup {
             }
         }
         input #time type="range" min="0" max=(scene.duration()) step="any" value=(wish.time) aria-label="Time (s)" data-wheel;
+    }
+}
+
+/// What can be moved: nodes of the file with a mesh or a light.
+fn objects(scene: &Scene) -> Markup {
+    let tree = scene.node_tree();
+    let things: Vec<_> = tree.iter().filter(|node| node.has_mesh || node.has_light).collect();
+    html! {
+        @if !things.is_empty() {
+            section aria-label="Objects" {
+                h2 { "Objects" }
+                div .field {
+                    label for="node" { "Object" }
+                    select #node data-wheel {
+                        option value="" { "none" }
+                        @for node in things { option value=(node.index) { (label(node)) } }
+                    }
+                }
+                div #placing hidden {
+                    p .buttons {
+                        button #move type="button" aria-pressed="false" data-wheel { "Move by dragging" }
+                        button #put-back type="button" data-wheel { "Put back" }
+                    }
+                    div .field {
+                        label for="node-x" { "Translation (m)" }
+                        span .pair {
+                            @for axis in ["x", "y", "z"] {
+                                input id={ "node-" (axis) } type="number" step="any" aria-label={ "Translation " (axis) " (m)" } data-wheel;
+                            }
+                        }
+                    }
+                }
+            }
+        }
     }
 }
 

@@ -19,6 +19,8 @@ pub struct Picked {
     pub instance: u32,
     /// Name of its material.
     pub material: String,
+    /// Index of the file's node that it is of.
+    pub node: Option<usize>,
 }
 
 /// What a camera's ray meets first, in a picture of this size (px), at a place by shares of its width and height from the upper left.
@@ -40,5 +42,6 @@ pub fn picked(scene: &Scene, camera: &SceneCamera, size: [u32; 2], place: [f64; 
         triangle: hit.triangle,
         instance: hit.instance,
         material: scene.material_names[material].clone(),
+        node: scene.node_of(hit.instance, hit.triangle),
     })
 }

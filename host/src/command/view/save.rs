@@ -5,10 +5,11 @@ use std::path::Path;
 use caustics::experiment::axis::{AXES, Axis, HISTORY, PATH_HISTORY, PATHS_PER_PIXEL, RUNNER};
 use caustics::experiment::cell::{Cell, Paths};
 use caustics::output::exr;
-use caustics::scene::{CameraChoice, Scene};
+use caustics::scene::{CameraChoice, Recorded, Scene};
 use clap::CommandFactory;
 use clap::parser::ValueSource;
 
+use super::edited::FILE;
 use super::lane::Lane;
 use super::wish::Wish;
 use crate::cli::Cli;
@@ -26,10 +27,10 @@ pub fn exr(lane: &Lane, scene: &Scene, camera: &str, file: &Path) -> anyhow::Res
 
 /// Options of `view` that the page decides, or that `render` does not have; axes are left out too.
 const OF_THE_PAGE: [&str; 12] = [
+    "edits",
     "port",
     "bind",
     "target_fps",
-    "kernels",
     "time",
     "width",
     "height",
@@ -65,22 +66,33 @@ pub fn kept() -> Vec<String> {
     words
 }
 
-/// The command that renders the mean of so many frames of the picture again, with the same bits: `kept` of the command line, and
-/// what the page decided. `camera` is the name of the camera, `stops` the exposure of the PNG.
-pub fn command(
-    kept: &[String],
-    wish: &Wish,
-    cell: &Cell,
-    camera: &str,
-    time: f64,
-    frames: u32,
-    stops: f64,
-) -> String {
+/// What of a picture is not in the wish.
+pub struct Shot<'a> {
+    /// Name of the camera.
+    pub camera: &'a str,
+    /// Whether nodes are where a file of edits says, and the camera with them.
+    pub is_edited: bool,
+    /// Time of the animations (s).
+    pub time: f64,
+    /// Frames that it is the mean of.
+    pub frames: u32,
+    /// Exposure of the PNG.
+    pub stops: f64,
+}
+
+/// The command that renders a picture again, with the same bits: what is `kept` of the command line, and what the page decided.
+pub fn command(kept: &[String], wish: &Wish, cell: &Cell, shot: &Shot<'_>) -> String {
+    let Shot { camera, is_edited, time, frames, stops } = *shot;
     let mut words = vec!["caustics".to_string(), "render".into()];
     words.extend_from_slice(kept);
+    if is_edited {
+        words.extend(["--edits", FILE].map(String::from));
+    }
     match wish.camera {
+        CameraChoice::Placed(_) if is_edited => {}
         // Its name is the options that place it.
         CameraChoice::Placed(_) => words.push(camera.into()),
+        CameraChoice::Named(_) | CameraChoice::First if camera == Recorded::NAME => {}
         CameraChoice::Named(_) | CameraChoice::First => words.extend(["--camera".into(), quoted(camera)]),
     }
     let mut option = |name: &str, value: &str| words.extend([format!("--{name}"), quoted(value)]);

@@ -50,6 +50,8 @@ pub fn router(site: Arc<Site>) -> Router {
         .route("/connection", get(connect))
         .route("/picture.exr", get(exr))
         .route("/picture.png", get(png))
+        .route("/edits.toml", get(edits))
+        .route("/animation.toml", get(recording))
         .layer(middleware::from_fn_with_state(Arc::clone(&site), guarded))
         .with_state(site)
 }
@@ -101,6 +103,14 @@ async fn exr(State(site): State<Arc<Site>>) -> Response {
 
 async fn png(State(site): State<Arc<Site>>) -> Response {
     file(&site, Asked::Png, "image/png").await
+}
+
+async fn edits(State(site): State<Arc<Site>>) -> Response {
+    file(&site, Asked::Edits, "application/toml").await
+}
+
+async fn recording(State(site): State<Arc<Site>>) -> Response {
+    file(&site, Asked::Recording, "application/toml").await
 }
 
 /// A file that the renderer makes.

@@ -33,8 +33,14 @@ pub enum Asked {
     Exr,
     /// The picture as a PNG file.
     Png,
+    /// The edits as a file.
+    Edits,
+    /// What was recorded as a file of edits.
+    Recording,
     /// What is met first in a pixel, by shares of width and height; answered in JSON.
     Pick([f64; 2]),
+    /// What is known of a node; answered in JSON.
+    Node(usize),
 }
 
 /// The answer of the renderer: bytes of a file, or why there are none.

@@ -17,6 +17,10 @@ pub struct Said<'a> {
     pub scene: &'a Scene,
     /// What is wanted.
     pub wish: &'a Wish,
+    /// Whether nodes are where a file of edits says.
+    pub is_edited: bool,
+    /// Keys that were recorded.
+    pub recorded: usize,
     /// Whom it is seen by, once known.
     pub camera: Option<&'a SceneCamera>,
     /// The time of the animations (s).
@@ -43,6 +47,7 @@ pub fn text(said: &Said<'_>) -> String {
         "duration": scene.duration(), "playing": wish.playing.is_some(), "target_fps": wish.target_fps,
         "failure": failure, "warnings": scene.warnings, "distance": said.distance,
         "axes": ([values(wish, 0), values(wish, 1)]), "against": wish.against, "layer": wish.look.layer,
+        "edited": (wish.nodes.keys().collect::<Vec<_>>()), "records": wish.records, "recorded": said.recorded,
     });
     if let Some(camera) = said.camera {
         value["camera"] = of_camera(scene, wish, camera);
@@ -51,8 +56,14 @@ pub fn text(said: &Said<'_>) -> String {
         value["picture"] = of_lane(lane);
         if let Some(camera) = said.camera.filter(|_| !moves) {
             let (cell, frames) = (&lane.way.cell, lane.sums.frames());
-            let command = save::command(said.kept, wish, cell, &camera.name, time, frames, said.stops);
-            value["command"] = command.into();
+            let shot = save::Shot {
+                camera: &camera.name,
+                is_edited: said.is_edited,
+                time,
+                frames,
+                stops: said.stops,
+            };
+            value["command"] = save::command(said.kept, wish, cell, &shot).into();
         }
     }
     if let Some(lane) = against {

@@ -5,15 +5,18 @@ use std::time::{Duration, Instant};
 use caustics::experiment::axis::{Axis, HISTORY, PATH_HISTORY};
 use caustics::experiment::cell::Cell;
 use caustics::exposure::Exposure;
-use caustics::scene::{CameraChoice, Place};
+use caustics::scene::{CameraChoice, Edits, NodeEdit, Place};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::edited::NodeEdits;
 use super::look::{Layer, Look};
 use crate::command::options::{check_rays, check_size};
 
 /// What moves counts as moving for so long after it last did.
 const SETTLES: Duration = Duration::from_millis(250);
+/// Nodes that can be moved, at most.
+const MAX_EDITS: usize = 1000;
 /// Frames a second that one can ask for.
 const RATES: std::ops::RangeInclusive<f64> = 0.1..=240.0;
 
@@ -51,6 +54,10 @@ pub struct Wish {
     pub look: Look,
     /// Until when something counts as moving.
     pub moves_until: Option<Instant>,
+    /// Where nodes are put.
+    pub nodes: NodeEdits,
+    /// Whether what moves is recorded.
+    pub records: bool,
     /// Whether nothing is rendered.
     pub paused: bool,
 }
@@ -77,10 +84,18 @@ pub enum Message {
     Layer { name: Layer },
     /// What the picture is held against.
     Against { what: Against },
+    /// Put a node of the file there, by its own transform.
+    Place { node: usize, translation: [f64; 3], rotation: [f64; 4], scale: [f64; 3] },
+    /// Put a node back to where the file has it.
+    PutBack { node: usize },
+    /// Record what moves from now on, or no more.
+    Record { on: bool },
     /// Whether nothing is rendered.
     Pause { paused: bool },
     /// What is met first in a pixel; places are shares of width and height.
     Pick { x: f64, y: f64 },
+    /// What is known of a node of the file.
+    Node { node: usize },
     /// The page has shown a picture.
     Shown { serial: u64 },
     /// The sender wants to be at the wheel.
@@ -136,7 +151,31 @@ impl Wish {
                 self.paused = *paused;
                 return Ok(false);
             }
-            Message::Pick { .. } | Message::Shown { .. } | Message::Wheel => return Ok(false),
+            Message::Place { node, translation, rotation, scale } => {
+                let edit = NodeEdit {
+                    node: *node,
+                    name: None,
+                    translation: Some(*translation),
+                    rotation: Some(*rotation),
+                    scale: Some(*scale),
+                };
+                if !self.nodes.contains_key(node) && self.nodes.len() >= MAX_EDITS {
+                    return Err(format!("at most {MAX_EDITS} nodes can be moved"));
+                }
+                let nodes = vec![edit.clone()];
+                Edits { nodes, ..Edits::default() }.check().map_err(|error| error.to_string())?;
+                self.nodes.insert(*node, edit);
+            }
+            Message::PutBack { node } => {
+                self.nodes.remove(node);
+            }
+            Message::Record { on } => {
+                self.records = *on;
+                return Ok(false);
+            }
+            Message::Pick { .. } | Message::Node { .. } | Message::Shown { .. } | Message::Wheel => {
+                return Ok(false);
+            }
         }
         self.moves_until = Some(Instant::now() + SETTLES);
         Ok(true)

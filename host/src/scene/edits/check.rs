@@ -12,7 +12,11 @@ const LATEST: f64 = 1e9;
 
 impl Edits {
     /// Refuses what no scene can show.
-    pub(super) fn check(&self) -> Result<(), EditsError> {
+    ///
+    /// # Errors
+    ///
+    /// What is wrong, and where it stands.
+    pub fn check(&self) -> Result<(), EditsError> {
         check_camera("camera", self.camera.as_ref())?;
         check_nodes("nodes", &self.nodes)?;
         let mut last = None;

@@ -4,7 +4,7 @@ const CLICK = 5; // A press that moves less is a click (px).
 const FLY = { KeyW: [0, 0, 1], KeyS: [0, 0, -1], KeyD: [1, 0, 0], KeyA: [-1, 0, 0], KeyE: [0, 1, 0], KeyQ: [0, -1, 0] };
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
-// `does` has: camera(), moved(), clicked(place, event), focused(place).
+// `does` has: camera(), moved(), clicked(place), focused(place), and drags(x, y, event), which says whether it took a drag.
 function steer(screen, does) {
   const { stage, handle } = screen;
   const pointers = new Map(); // Where each was last, and the button that it was pressed with.
@@ -24,6 +24,12 @@ function steer(screen, does) {
     if (!before || !camera) return;
     const { height } = stage.getBoundingClientRect();
     const [x, y] = [(event.clientX - before.clientX) / height, (event.clientY - before.clientY) / height];
+    const starts = pressed && Math.hypot(event.clientX - pressed.clientX, event.clientY - pressed.clientY);
+    if (pointers.size === 1 && does.drags(x, y, event)) {
+      if (starts > CLICK) pressed = null;
+      pointers.set(event.pointerId, at(event, before.button));
+      return;
+    }
     if (pointers.size === 2) {
       const [other] = [...pointers.values()].filter((of) => of.pointerId !== event.pointerId);
       const spread = (of) => Math.hypot(of.clientX - other.clientX, of.clientY - other.clientY);
@@ -36,8 +42,7 @@ function steer(screen, does) {
     } else {
       camera.orbit(-x * TURN, y * TURN);
     }
-    const moved = pressed && Math.hypot(event.clientX - pressed.clientX, event.clientY - pressed.clientY);
-    if (moved > CLICK) pressed = null;
+    if (starts > CLICK) pressed = null;
     pointers.set(event.pointerId, at(event, before.button));
     if (!pressed) does.moved();
   });

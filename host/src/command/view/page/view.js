@@ -50,12 +50,59 @@ function moved() {
     want('look', { do: 'look', from, look_at, fov: round(camera.fov) });
     find('fov').value = camera.fov.toFixed(1);
     find('camera').value = '';
+    mark();
   });
+}
+
+// The object that is chosen, and whether drags move it.
+let thing = null;
+let drags = false;
+let isPlacing = false;
+
+function mark() {
+  const node = find('mark');
+  const place = thing && camera ? camera.project(thing.place, screen.aspect) : null;
+  node.hidden = !place;
+  if (place) Object.assign(node.style, { left: `${100 * place[0]}%`, top: `${100 * place[1]}%` });
+}
+
+function tellThing() {
+  if (!find('node')) return;
+  setValue(find('node'), thing ? thing.index : '');
+  find('placing').hidden = !thing;
+  find('move').setAttribute('aria-pressed', drags);
+  if (thing) ['x', 'y', 'z'].forEach((axis, i) => setValue(find(`node-${axis}`), Number(thing.translation[i].toPrecision(6))));
+  mark();
+}
+
+// At most one message of an object a frame of the screen.
+function placed() {
+  tellThing();
+  if (isPlacing) return;
+  isPlacing = true;
+  requestAnimationFrame(() => {
+    isPlacing = false;
+    if (thing) want(`place ${thing.index}`, thing.message);
+  });
+}
+
+function choose(index) {
+  thing = null;
+  if (index === null) drags = false;
+  else send({ do: 'node', node: index });
+  tellThing();
 }
 
 steer(screen, {
   camera: () => (steers ? camera : null),
   moved,
+  drags: (x, y, event) => {
+    if (!drags || !thing) return false;
+    if (event.shiftKey) thing.turn(x * TURN);
+    else thing.drag(camera, x, y);
+    placed();
+    return true;
+  },
   clicked: ([x, y]) => {
     pickFor = 'tell';
     send({ do: 'pick', x, y });
@@ -73,6 +120,7 @@ function picked(what) {
     return;
   }
   const place = what.position.map((value) => Number(value.toPrecision(5))).join(', ');
+  if (find('node') && what.node !== null && pickFor === 'tell') choose(what.node);
   find('picked').textContent = `${what.material} at ${place}, ${what.distance.toPrecision(4)} m away`;
   if (pickFor === 'focus' && camera) {
     camera.lookAt = what.position;
@@ -161,6 +209,9 @@ function told(now) {
   }
   if (now.distance) rows(find('distance'), Object.entries(now.distance).map(([name, value]) => [name, number(value)]));
   find('distance').hidden = !now.distance;
+  find('save-edits').hidden = !now.edited.length;
+  find('save-recording').hidden = now.recorded < 2;
+  find('record').setAttribute('aria-pressed', now.records);
   if (now.command) find('command').textContent = now.command;
   find('command').classList.toggle('dim', !now.command);
   find('copy').disabled = !now.command;
@@ -180,6 +231,10 @@ const heads = {
   status: told,
   wheel: atTheWheel,
   picked: (now) => picked(now.what),
+  node: (now) => {
+    thing = now.what ? new Thing(now.what) : null;
+    tellThing();
+  },
   error: (now) => notice(now.what),
   gone: (now) => screen.gone(now.side),
   hello: (now) => {
@@ -258,6 +313,26 @@ if (find('time')) {
   find('play').addEventListener('click', () => want('time', clock(!status.playing)));
 }
 find('pause').addEventListener('click', () => send({ do: 'pause', paused: !status.paused }));
+find('record').addEventListener('click', () => send({ do: 'record', on: !status.records }));
+if (find('node')) {
+  find('node').addEventListener('change', ({ target }) => choose(target.value === '' ? null : Number(target.value)));
+  find('move').addEventListener('click', () => {
+    drags = !drags;
+    tellThing();
+  });
+  find('put-back').addEventListener('click', () => {
+    if (!thing) return;
+    delete wanted[`place ${thing.index}`];
+    send({ do: 'put_back', node: thing.index });
+    choose(thing.index);
+  });
+  ['x', 'y', 'z'].forEach((axis, i) => find(`node-${axis}`).addEventListener('change', ({ target }) => {
+    if (!thing || target.value === '') return;
+    thing.translation[i] = Number(target.value);
+    placed();
+    choose(thing.index);
+  }));
+}
 find('take').addEventListener('click', () => send({ do: 'wheel' }));
 find('copy').addEventListener('click', async () => {
   try {

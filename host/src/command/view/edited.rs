@@ -1,0 +1,137 @@
+//! The scene as a person edits it: a node that is grabbed for the first time has the scene read again, so that it can move.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use caustics::scene::{CameraChoice, CameraEdit, Edits, Eye, FileNode, Key, NodeEdit, Scene};
+use glam::DAffine3;
+use serde::Serialize;
+
+use crate::cli::Viewer;
+use crate::command::open::staged;
+
+/// Edits by the index of their node.
+pub type NodeEdits = BTreeMap<usize, NodeEdit>;
+
+/// A scene, and the edits that it stands at.
+pub struct Edited {
+    /// The scene.
+    pub scene: Scene,
+    /// Its file.
+    pub file: PathBuf,
+    nodes: NodeEdits,
+    keys: Vec<Key>,
+}
+
+/// What a page is told of a node.
+#[derive(Clone, Debug, Serialize)]
+pub struct Told {
+    index: usize,
+    name: String,
+    /// Its own transform, as it is edited.
+    translation: [f64; 3],
+    rotation: [f64; 4],
+    scale: [f64; 3],
+    /// Where it is, in the file's coordinates (m).
+    place: [f64; 3],
+    /// Columns of the linear map from the world to the space of its parent.
+    to_parent: [[f64; 3]; 3],
+}
+
+impl Edited {
+    /// A scene that was opened with these edits.
+    pub fn new(scene: Scene, file: PathBuf, edits: &Edits) -> Edited {
+        Edited { scene, file, nodes: by_node(edits), keys: edits.keys.clone() }
+    }
+
+    /// Brings the scene to these edits; whether it was read again.
+    ///
+    /// # Errors
+    ///
+    /// If it cannot be read, or a node not be placed so; then all is as it was.
+    pub fn bring(&mut self, options: &Viewer, nodes: &NodeEdits) -> anyhow::Result<bool> {
+        if *nodes == self.nodes {
+            return Ok(false);
+        }
+        let edits = Edits { nodes: nodes.values().cloned().collect(), keys: self.keys.clone(), camera: None };
+        let is_new = nodes.keys().any(|node| !self.nodes.contains_key(node))
+            || self.nodes.keys().any(|node| !nodes.contains_key(node));
+        if is_new {
+            // The same nodes are grabbed by who opens it with these edits.
+            self.scene = staged(&self.file, &options.view, &options.loading, if_any(&edits))?.scene;
+        } else {
+            self.scene.play(&edits)?;
+        }
+        self.nodes.clone_from(nodes);
+        Ok(is_new)
+    }
+
+    /// Whether anything is edited.
+    pub fn is_edited(&self) -> bool {
+        !self.nodes.is_empty() || !self.keys.is_empty()
+    }
+
+    /// All edits, for `render --edits`: with a camera that was placed.
+    pub fn edits(&self, camera: &CameraChoice) -> Edits {
+        let nodes = self.nodes.values().cloned().collect();
+        Edits { camera: of_camera(camera), nodes, keys: self.keys.clone() }
+    }
+
+    /// The same with the keys of a recording in place of those that there were.
+    pub fn recorded(&self, keys: Vec<Key>) -> Edits {
+        Edits { camera: None, nodes: self.nodes.values().cloned().collect(), keys }
+    }
+
+    /// A key that says where all is now.
+    pub fn key(&self, time: f64, camera: &CameraChoice) -> Key {
+        Key { time, camera: of_camera(camera), nodes: self.nodes.values().cloned().collect() }
+    }
+
+    /// What a page is told of a node at a time (s); none if the file has no such node.
+    pub fn told(&self, node: usize, time: f64) -> Option<Told> {
+        let tree = self.scene.node_tree();
+        let of_file = tree.iter().find(|of_file| of_file.index == node)?;
+        let edit = self.nodes.get(&node).cloned().unwrap_or_default();
+        let parent = of_file
+            .parent
+            .map_or(Some(DAffine3::IDENTITY), |parent| self.scene.place_of_node(parent, time))?;
+        let place = self.scene.place_of_node(node, time)?;
+        Some(Told {
+            index: node,
+            name: label(of_file),
+            translation: edit.translation.unwrap_or(of_file.translation.to_array()),
+            rotation: edit.rotation.unwrap_or(of_file.rotation.to_array()),
+            scale: edit.scale.unwrap_or(of_file.scale.to_array()),
+            place: place.translation.to_array(),
+            to_parent: parent.matrix3.inverse().to_cols_array_2d(),
+        })
+    }
+}
+
+/// Edits by the index of their node.
+pub fn by_node(edits: &Edits) -> NodeEdits {
+    edits.nodes.iter().map(|edit| (edit.node, edit.clone())).collect()
+}
+
+/// Edits, unless there are none.
+pub fn if_any(edits: &Edits) -> Option<Edits> {
+    (*edits != Edits::default()).then(|| edits.clone())
+}
+
+/// What people call a node.
+pub fn label(node: &FileNode) -> String {
+    let name = node.name.clone().unwrap_or_else(|| format!("node {}", node.index));
+    if node.has_light { format!("{name} (light)") } else { name }
+}
+
+fn of_camera(camera: &CameraChoice) -> Option<CameraEdit> {
+    let CameraChoice::Placed(viewpoint) = camera else { return None };
+    let (Some(Eye::At(from)), Some(look_at), Some(fov)) = (viewpoint.eye, viewpoint.look_at, viewpoint.field)
+    else {
+        return None;
+    };
+    Some(CameraEdit { from: from.0.to_array(), look_at: look_at.0.to_array(), fov })
+}
+
+/// The name of a file of edits in commands.
+pub const FILE: &str = "edits.toml";

@@ -295,7 +295,7 @@ def check_recording(page, name, caustics, folder):
     with page.expect_download() as download:
         page.locator("[data-save='animation.toml']").click()
     download.value.save_as(folder / "animation.toml")
-    frames = ["--width", "32", "--height", "18", "--frames", "3", "--runner", "cpu", "--force"]
+    frames = ["--width", "32", "--height", "18", "--frames", "0..3", "--runner", "cpu", "--force"]
     words = [caustics, "animate", SCENE, "--edits", str(folder / "animation.toml"), "-o", str(folder / "frames-###.exr"), *frames]
     done = subprocess.run(words, capture_output=True, text=True)
     check(done.returncode == 0, f"{name}: {done.stderr}")

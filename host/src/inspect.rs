@@ -102,7 +102,7 @@ pub struct Deposits {
     pub count: u32,
     /// Light paths that were traced again.
     pub light_paths: u32,
-    /// Light paths that could not be, since what they started by is gone: see [`Session::keep_starts`].
+    /// Light paths that could not be, since what they started by is gone: see [`Session::keep_starts`](crate::session::Session::keep_starts).
     pub skipped: u32,
     /// Flux that arrives on the disc (W).
     pub flux: [f32; 3],

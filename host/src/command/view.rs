@@ -28,7 +28,7 @@ use std::sync::Arc;
 use anyhow::Context;
 use caustics::experiment::axis::{HISTORY, PATH_HISTORY};
 use caustics::experiment::cell::Cell;
-use caustics::scene::{self, CameraChoice, Eye, Place, Scene, Staged, Viewpoint};
+use caustics::scene::{self, CameraChoice, Eye, Place, Staged, Viewpoint};
 use caustics_kernels::history::VALIDATED;
 use caustics_kernels::interface::choice::PathHistory;
 use tokio::runtime;
@@ -144,11 +144,6 @@ fn looked_through(staged: &Staged) -> anyhow::Result<CameraChoice> {
         look_at: Some(look_at),
         field: Some(fov.parse()?),
     }))
-}
-
-/// The bounds of a scene in its file's coordinates (m).
-fn bounds(scene: &Scene) -> [glam::DVec3; 2] {
-    scene.bounds.map(|corner| scene.origin + corner.as_dvec3())
 }
 
 /// What a person is told of where the page is.

@@ -41,16 +41,19 @@ const LICENCES: [&str; 26] = [
 const MOZILLA: [&str; 4] = ["cssparser", "cssparser-macros", "dtoa-short", "selectors"];
 
 /// Crates that are there in several versions, and how many; a number that falls is as welcome as it is to be noted.
-const SEVERAL: [(&str, usize); 6] = [
+const SEVERAL: [(&str, usize); 8] = [
+    // The handshake of WebSockets, and tests: proptest.
+    ("cpufeatures", 2),
+    ("getrandom", 2),
     // Interfaces of other versions of it, behind features of spirv-std.
     ("glam", 5),
     // The decoders of PNG and of EXR.
     ("miniz_oxide", 2),
     // The decoder of WebP, and tests: what proptest runs processes with.
     ("quick-error", 2),
-    // Tests: proptest and what parses HTML.
-    ("rand", 2),
-    ("rand_core", 2),
+    // WebSockets, and tests: proptest and what parses HTML.
+    ("rand", 3),
+    ("rand_core", 3),
     // Macros are about to change over.
     ("syn", 2),
 ];

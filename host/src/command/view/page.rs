@@ -6,7 +6,6 @@ use caustics::scene::{CameraChoice, Scene};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::json;
 
-use super::bounds;
 use super::edited::label;
 use super::look::Layer;
 use super::wish::Wish;
@@ -54,7 +53,7 @@ impl Page {
 }
 
 fn document(scene: &Scene, wish: &Wish, run: &str) -> Markup {
-    let [lower, upper] = bounds(scene);
+    let [lower, upper] = scene.bounds;
     let distance = if lower == upper { 1.0 } else { 0.5 * lower.distance(upper) };
     let data = json!({ "scene": scene.name, "run": run, "distance": distance });
     html! {

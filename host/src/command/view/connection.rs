@@ -13,8 +13,8 @@ use tokio::task::spawn_blocking;
 
 use super::line::{Format, Line};
 use super::look::{Look, Raster};
-use super::server::Site;
 use super::shared::{Asked, Frame, Shared};
+use super::site::Site;
 use super::wheel::Seat;
 use super::wish::Message;
 

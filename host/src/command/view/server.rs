@@ -14,29 +14,13 @@ use axum::routing::get;
 use tokio::net::TcpListener;
 
 use super::connection;
-use super::guard::Guard;
-use super::page::Page;
-use super::shared::{Asked, Shared};
-use super::wheel::Wheel;
+use super::shared::Asked;
+use super::site::Site;
 
 /// Longest message of a page (bytes).
 const MAX_MESSAGE: usize = 64 << 10;
 /// Pages at most.
 const MAX_PAGES: usize = 16;
-
-/// What the server knows.
-pub struct Site {
-    /// What the renderer shares.
-    pub shared: Arc<Shared>,
-    /// Who may come.
-    pub guard: Guard,
-    /// The page.
-    pub page: Page,
-    /// What tells this run of the program from others.
-    pub run: String,
-    /// Who is at the wheel.
-    pub wheel: Wheel,
-}
 
 /// Serves until the future is dropped.
 pub async fn serve(listener: TcpListener, site: Arc<Site>) -> std::io::Result<()> {

@@ -38,10 +38,14 @@ def check(holds, what):
 class Program:
     """The program, and the address that it printed."""
 
-    def __init__(self, caustics, options, folder):
+    def __init__(self, caustics, options, folder, scene=SCENE, token=None):
         width, height = SIZE
-        command = [caustics, "view", SCENE, "--port", "0", "--width", str(width), "--height", str(height), *options]
+        command = [caustics, "view", scene, "--width", str(width), "--height", str(height), *options]
+        if "--port" not in options:
+            command += ["--port", "0"]
         environment = {**os.environ, "SOURCE_DATE_EPOCH": "0"}
+        if token:
+            environment["CAUSTICS_VIEW_TOKEN"] = token
         self.log = (folder / "program.log").open("w+")
         self.process = subprocess.Popen(command, stderr=self.log, env=environment)
         self.address = None
@@ -252,6 +256,30 @@ def check_pick(page, name):
     page.wait_for_timeout(300)
 
 
+def check_inspector(page, name, folder):
+    """The pixel in the middle of the caustic: its path, its deposits, drawn as lines."""
+    home(page)
+    page.locator("#inspect").click()
+    x, y = middle(page)
+    page.mouse.click(x, y)
+    until(page, "document.getElementById('inspected').rows.length > 2")
+    text = page.locator("#inspected").inner_text()
+    check("radius of the disc" in text and "deposits" in text, f"{name}: the inspector says {text}")
+    drawn = page.evaluate(
+        """() => {
+            const { width, height } = overlay;
+            const { data } = overlay.getContext('2d').getImageData(0, 0, width, height);
+            let drawn = 0;
+            for (let i = 3; i < data.length; i += 4) drawn += data[i] > 0;
+            return drawn;
+        }"""
+    )
+    check(drawn > 20, f"{name}: the inspector draws {drawn} pixels")
+    page.screenshot(path=folder / "inspected.png")
+    page.locator("#inspect").click()
+    check(page.locator("#overlay").is_hidden(), f"{name}: the inspector stays")
+
+
 def check_objects(page, name):
     """Drags an object and a lamp, and sees the light change."""
     home(page)
@@ -343,6 +371,39 @@ def check_onlookers(context, page, address, name):
     until(page, "!document.body.classList.contains('onlooker')")
 
 
+def check_time(browser, caustics, folder):
+    """A scene that moves plays and is scrubbed; a page outlives the program and tells the next one what it wanted."""
+    token = "0123456789abcdef0123456789abcdef"
+    program = Program(caustics, sys.argv[3:], folder, "moving-caster", token)
+    context = browser.new_context(viewport={"width": 1280, "height": 900})
+    page = context.new_page()
+    page.goto(program.address)
+    samples(page, 1)
+    still = colours(page)
+    page.locator("#play").click()
+    until(page, "Number(document.getElementById('time').value) > 0.3")
+    check("moving" in page.locator("#state").inner_text(), "time: nothing moves while it plays")
+    page.locator("#play").click()
+    samples(page, 1)
+    check(colours(page) != still, "time: the picture does not change")
+    page.locator("#layer").select_option("caustics")
+    page.locator("#axis-0-max_bounces").fill("4")
+    page.locator("#axis-0-max_bounces").press("Tab")
+    until(page, "document.getElementById('command').textContent.includes('--max-bounces 4')")
+    time_of = "document.getElementById('command').textContent.match(/--time ([0-9.]+)/)[1]"
+    was = page.evaluate(time_of)
+    port = program.address.split(":")[2].split("/")[0]
+    program.end()
+    until(page, "document.body.classList.contains('lost')")
+    program = Program(caustics, [*sys.argv[3:], "--port", port], folder, "moving-caster", token)
+    until(page, "!document.body.classList.contains('lost')")
+    until(page, "document.getElementById('command').textContent.includes('--max-bounces 4')")
+    check(page.evaluate(time_of) == was, f"restored: the time is {page.evaluate(time_of)}, and was {was}")
+    check(page.locator("#layer").input_value() == "caustics", "restored: the layer is another")
+    context.close()
+    program.end()
+
+
 def main():
     caustics, folder = sys.argv[1], Path(sys.argv[2])
     folder.mkdir(parents=True, exist_ok=True)
@@ -356,6 +417,7 @@ def main():
         check_layers(page, "page")
         check_wipe(page, "page")
         check_pick(page, "page")
+        check_inspector(page, "page", folder)
         check_onlookers(context, page, program.address, "page")
         check_axes(page, "page")
         check_saved(page, "page", caustics, folder)
@@ -378,6 +440,7 @@ def main():
                 page.locator("#against").select_option("nothing")
                 context.close()
         program.end()
+        check_time(browser, caustics, folder)
         browser.close()
     if failures:
         raise SystemExit(1)

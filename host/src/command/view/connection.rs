@@ -69,6 +69,10 @@ async fn listen(
                 answer(shared, "picked", Asked::Pick([x, y]), words.clone());
                 None
             }
+            Ok(Message::Inspect { x, y }) => {
+                answer(shared, "inspected", Asked::Inspect([x, y]), words.clone());
+                None
+            }
             Ok(Message::Node { node }) => {
                 answer(shared, "node", Asked::Node(node), words.clone());
                 None

@@ -27,6 +27,8 @@ use crate::cli::Viewer;
 
 /// Least time between pictures of what stands still.
 const SHOW_EVERY: Duration = Duration::from_millis(60);
+/// Light paths that are shown of a pixel's deposits.
+const LIGHT_PATHS: usize = 8;
 /// Keys that are recorded at most: ten minutes at 60 a second.
 const MAX_KEYS: usize = 36_000;
 /// Least time between looks for new kernels.
@@ -359,6 +361,7 @@ impl<'a> Engine<'a> {
     fn answer(&mut self, asked: &Asked) -> Answer {
         let answer = match asked {
             Asked::Pick(place) => self.pick(*place),
+            Asked::Inspect(place) => self.inspect(*place),
             Asked::Node(node) => {
                 serde_json::to_vec(&self.edited.told(*node, self.time)).map_err(anyhow::Error::from)
             }
@@ -385,6 +388,18 @@ impl<'a> Engine<'a> {
         let standing = self.stands.is_some();
         let lane = self.still[0].as_mut().filter(|lane| standing && lane.sums.frames() > 0);
         lane.context("there is no picture yet: wait until all stands still, and is not paused")
+    }
+
+    fn inspect(&mut self, place: [f64; 2]) -> anyhow::Result<Vec<u8>> {
+        self.converged()?;
+        let lane = self.still[0].as_mut().context("a session was opened")?;
+        let [x, y] = [0, 1].map(|axis| {
+            let size = lane.way.size[axis];
+            // A place beyond the picture is its border.
+            ((place[axis] * f64::from(size)) as u32).min(size - 1)
+        });
+        let found = lane.opened.session.inspect(&self.edited.scene, x, y, LIGHT_PATHS)?;
+        Ok(serde_json::to_vec(&found)?)
     }
 
     fn exr(&mut self) -> anyhow::Result<Vec<u8>> {

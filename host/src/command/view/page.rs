@@ -18,6 +18,7 @@ const SCRIPT: &str = concat!(
     include_str!("page/screen.js"),
     include_str!("page/controls.js"),
     include_str!("page/objects.js"),
+    include_str!("page/inspector.js"),
     include_str!("page/view.js"),
     "})();\n",
 );
@@ -93,12 +94,17 @@ fn stage() -> Markup {
             div #stage tabindex="0" role="application" aria-label="Picture: drag to orbit, shift and drag to pan, wheel to come closer" {
                 canvas .picture {}
                 canvas .picture .over hidden {}
+                canvas #overlay hidden {}
                 div #mark hidden {}
                 div .handle role="slider" tabindex="0" aria-label="Wipe" aria-valuemin="0" aria-valuemax="100" aria-valuenow="50" {}
             }
             p #notice role="alert" hidden {}
             p #failure role="alert" hidden {}
-            p #picked .dim {}
+            div .tools {
+                button #inspect type="button" aria-pressed="false" data-wheel { "Inspect a pixel" }
+                p #picked .dim {}
+            }
+            table #inspected {}
             p .note {
                 "Drag to orbit, with shift to pan, with alt to look around; the wheel or two fingers come closer. W A S D Q E fly, arrows "
                 "turn. A double click is what the camera turns round."

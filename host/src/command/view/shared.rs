@@ -39,6 +39,8 @@ pub enum Asked {
     Recording,
     /// What is met first in a pixel, by shares of width and height; answered in JSON.
     Pick([f64; 2]),
+    /// What light transport did in a pixel, by shares of width and height; answered in JSON.
+    Inspect([f64; 2]),
     /// What is known of a node; answered in JSON.
     Node(usize),
 }

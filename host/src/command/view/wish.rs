@@ -94,6 +94,8 @@ pub enum Message {
     Pause { paused: bool },
     /// What is met first in a pixel; places are shares of width and height.
     Pick { x: f64, y: f64 },
+    /// What light transport did in a pixel; places are shares of width and height.
+    Inspect { x: f64, y: f64 },
     /// What is known of a node of the file.
     Node { node: usize },
     /// The page has shown a picture.
@@ -173,9 +175,11 @@ impl Wish {
                 self.records = *on;
                 return Ok(false);
             }
-            Message::Pick { .. } | Message::Node { .. } | Message::Shown { .. } | Message::Wheel => {
-                return Ok(false);
-            }
+            Message::Pick { .. }
+            | Message::Inspect { .. }
+            | Message::Node { .. }
+            | Message::Shown { .. }
+            | Message::Wheel => return Ok(false),
         }
         self.moves_until = Some(Instant::now() + SETTLES);
         Ok(true)

@@ -7,6 +7,7 @@ const MEMORY = `caustics-view ${page.scene}`;
 const AGAIN = 1000; // Time until a lost connection is tried again (ms).
 
 const screen = new Screen(find('stage'));
+const inspector = new Inspector(find('overlay'));
 let socket = null;
 let status = null;
 let camera = null;
@@ -51,6 +52,7 @@ function moved() {
     find('fov').value = camera.fov.toFixed(1);
     find('camera').value = '';
     mark();
+    inspector.draw(camera);
   });
 }
 
@@ -104,6 +106,10 @@ steer(screen, {
     return true;
   },
   clicked: ([x, y]) => {
+    if (find('inspect').getAttribute('aria-pressed') === 'true') {
+      send({ do: 'inspect', x, y });
+      return;
+    }
     pickFor = 'tell';
     send({ do: 'pick', x, y });
   },
@@ -235,6 +241,10 @@ const heads = {
     thing = now.what ? new Thing(now.what) : null;
     tellThing();
   },
+  inspected: (now) => {
+    inspector.show(now.what, camera);
+    rows(find('inspected'), inspector.lines());
+  },
   error: (now) => notice(now.what),
   gone: (now) => screen.gone(now.side),
   hello: (now) => {
@@ -313,6 +323,19 @@ if (find('time')) {
   find('play').addEventListener('click', () => want('time', clock(!status.playing)));
 }
 find('pause').addEventListener('click', () => send({ do: 'pause', paused: !status.paused }));
+find('inspect').addEventListener('click', ({ currentTarget }) => {
+  const isOn = currentTarget.getAttribute('aria-pressed') !== 'true';
+  currentTarget.setAttribute('aria-pressed', isOn);
+  if (isOn) notice('click a pixel');
+  else {
+    inspector.show(null, camera);
+    find('inspected').replaceChildren();
+  }
+});
+addEventListener('resize', () => {
+  inspector.draw(camera);
+  mark();
+});
 find('record').addEventListener('click', () => send({ do: 'record', on: !status.records }));
 if (find('node')) {
   find('node').addEventListener('change', ({ target }) => choose(target.value === '' ? null : Number(target.value)));

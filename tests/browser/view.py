@@ -399,7 +399,7 @@ def check_time(browser, caustics, folder):
     until(page, "!document.body.classList.contains('lost')")
     until(page, "document.getElementById('command').textContent.includes('--max-bounces 4')")
     check(page.evaluate(time_of) == was, f"restored: the time is {page.evaluate(time_of)}, and was {was}")
-    check(page.locator("#layer").input_value() == "caustics", "restored: the layer is another")
+    until(page, "document.getElementById('layer').value === 'caustics'")
     context.close()
     program.end()
 

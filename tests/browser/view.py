@@ -3,7 +3,8 @@
 
 At 1280 and 390 pixels, light and dark: no console error, pictures come, dragging orbits within the rate, every axis changes and
 renders, the wipe follows, a pixel answers, PNG and EXR are saved and the copied command renders the same bits, onlookers look on,
-the program ends by Ctrl-C. Prints what failed and ends with 1.
+the program ends by Ctrl-C. With CAUSTICS_REQUIRE_GPU also on a Vulkan device, whose kernels are exchanged. Prints what failed and ends
+with 1.
 """
 
 import hashlib
@@ -19,13 +20,16 @@ from pathlib import Path
 
 from playwright.sync_api import sync_playwright
 
+ROOT = Path(__file__).resolve().parents[2]
 SCENE = "mirror-room"
 SIZE = (160, 90)
-PATIENCE_S = 60
+PATIENCE_S = 120
 # What a finger hits; see tests/browser/report.py.
 SMALLEST_TARGET_PX = 36
 
 failures = []
+# All that were started.
+programs = []
 
 
 def check(holds, what):
@@ -47,7 +51,8 @@ class Program:
         if token:
             environment["CAUSTICS_VIEW_TOKEN"] = token
         self.log = (folder / "program.log").open("w+")
-        self.process = subprocess.Popen(command, stderr=self.log, env=environment)
+        self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=self.log, env=environment)
+        programs.append(self)
         self.address = None
         for _ in range(600):
             text = (folder / "program.log").read_text()
@@ -58,6 +63,10 @@ class Program:
             if self.process.poll() is not None:
                 raise SystemExit(f"the program ended: {text}")
             time.sleep(0.1)
+
+    def kill(self):
+        """For what failed; one that has ended is left alone."""
+        self.process.kill()
 
     def end(self):
         self.process.send_signal(signal.SIGINT)
@@ -404,6 +413,55 @@ def check_time(browser, caustics, folder):
     program.end()
 
 
+def fnv1a(data):
+    """The hash of kernels.lock: FNV-1a of 64 bits."""
+    value = 0xCBF29CE484222325
+    for byte in data:
+        value = (value ^ byte) * 0x100000001B3 & 0xFFFFFFFFFFFFFFFF
+    return f"{value:016x}"
+
+
+def check_kernels(browser, caustics, folder):
+    """On a Vulkan device: new kernels are taken while the program runs, wrong ones are told and do no harm."""
+    kernels = folder / "kernels"
+    kernels.mkdir(exist_ok=True)
+    for name in ("base.spv", "rayquery.spv", "kernels.lock"):
+        shutil.copy(ROOT / "kernels" / name, kernels)
+    lock = (kernels / "kernels.lock").read_text()
+
+    def relocked(name, value):
+        """The lock with another hash under this name."""
+        return re.sub(rf'^("?{re.escape(name)}"? = ").*"', rf'\g<1>{value}"', lock, flags=re.MULTILINE)
+
+    program = Program(caustics, ["--runner", "gpu", "--kernels", str(kernels)], folder)
+    context = browser.new_context(viewport={"width": 1280, "height": 900})
+    page = context.new_page()
+    page.goto(program.address)
+    samples(page, 1)
+    says = lambda text: text in (folder / "program.log").read_text()
+    # Another generator in its head makes another module of the same code.
+    module = bytearray((kernels / "rayquery.spv").read_bytes())
+    check(fnv1a(module) in lock, "kernels: this script hashes otherwise than the lock")
+    module[8] ^= 1
+    (kernels / "rayquery.spv").write_bytes(module)
+    taken = relocked("rayquery.spv", fnv1a(module))
+    (kernels / "kernels.lock").write_text(taken)
+    end = time.monotonic() + PATIENCE_S
+    while not says("new kernels") and time.monotonic() < end:
+        page.wait_for_timeout(100)
+    check(says("new kernels"), "kernels: new ones are not taken")
+    samples(page, 1)
+    lock = taken
+    (kernels / "kernels.lock").write_text(relocked("interface", "0000000000000000"))
+    until(page, "/build again/.test(document.getElementById('failure').textContent)")
+    page.screenshot(path=folder / "wrong-kernels.png")
+    (kernels / "kernels.lock").write_text(lock)
+    until(page, "document.getElementById('failure').hidden")
+    samples(page, 1)
+    context.close()
+    program.end()
+
+
 def main():
     caustics, folder = sys.argv[1], Path(sys.argv[2])
     folder.mkdir(parents=True, exist_ok=True)
@@ -441,10 +499,16 @@ def main():
                 context.close()
         program.end()
         check_time(browser, caustics, folder)
+        if os.environ.get("CAUSTICS_REQUIRE_GPU"):
+            check_kernels(browser, caustics, folder)
         browser.close()
     if failures:
         raise SystemExit(1)
     print("the viewer does what it should")
 
 
-main()
+try:
+    main()
+finally:
+    for each in programs:
+        each.kill()

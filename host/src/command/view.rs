@@ -83,6 +83,7 @@ pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {
     }
     let wish = Wish {
         camera: looked_through(&staged)?,
+        at: 0.0,
         time: options.time,
         playing: None,
         size: [view.width, view.height],

@@ -188,7 +188,7 @@ fn packet(frame: &Frame, side: usize, look: Look, format: Format) -> Vec<u8> {
     let raster = look.of(&frame.shown);
     let (kind, bytes) = encoded(&raster, format);
     let head = json!({
-        "side": side, "serial": frame.serial, "samples": frame.samples, "moves": frame.moves,
+        "side": side, "serial": frame.serial, "samples": frame.samples, "moves": frame.moves, "at": frame.at,
         "width": raster.width, "height": raster.height, "format": kind, "stops": raster.stops,
         "brightest": raster.brightest, "encode_ms": start.elapsed().as_secs_f64() * 1e3,
     })

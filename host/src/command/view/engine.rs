@@ -1,6 +1,8 @@
 //! Renders what is wanted: small frames that follow what moves, and, once all stands still, frames of the whole size that are
 //! averaged without end, as `render` does it.
 
+mod answers;
+
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -8,27 +10,22 @@ use anyhow::Context;
 use caustics::experiment::axis::{MAX_BOUNCES, RUNNER};
 use caustics::experiment::cell::Cell;
 use caustics::kernels::{Source, Watch};
-use caustics::output::png;
 use caustics::scene::{CameraChoice, Key, SceneCamera};
 use caustics_kernels::method::path::PATH;
-use glam::Vec3;
 
 use super::distance::Distance;
 use super::edited::Edited;
 use super::lane::{Lane, Way};
 use super::look::{Shown, suiting};
 use super::pace::Pace;
-use super::pick::{Picked, picked};
 use super::save;
-use super::shared::{Answer, Asked, Frame, Next, Shared};
+use super::shared::{Frame, Next, Shared};
 use super::status::{self, Said};
 use super::wish::{Against, Wish, still};
 use crate::cli::Viewer;
 
 /// Least time between pictures of what stands still.
 const SHOW_EVERY: Duration = Duration::from_millis(60);
-/// Light paths that are shown of a pixel's deposits.
-const LIGHT_PATHS: usize = 8;
 /// Keys that are recorded at most: ten minutes at 60 a second.
 const MAX_KEYS: usize = 36_000;
 /// Least time between looks for new kernels.
@@ -62,6 +59,8 @@ pub struct Engine<'a> {
     /// Kernels from a folder, which change while this program runs.
     kernels: Option<Watch>,
     looked: Instant,
+    /// Why the last frame failed, if it did.
+    failed: Option<String>,
     /// Since when it is recorded what moves, and what was.
     records: Option<Instant>,
     recorded: Vec<Key>,
@@ -92,6 +91,7 @@ impl<'a> Engine<'a> {
                 Source::Embedded => None,
             },
             looked: Instant::now(),
+            failed: None,
             records: None,
             recorded: Vec::new(),
             kept: save::kept(),
@@ -116,9 +116,15 @@ impl<'a> Engine<'a> {
                         // A session that failed is opened anew.
                         (self.moving, self.still, self.stands) = (None, [None, None], None);
                         let message = format!("{error:#}");
-                        tell!("warning: {message}");
+                        // Until another wish comes it fails again.
+                        if self.failed.as_ref() != Some(&message) {
+                            tell!("warning: {message}");
+                        }
                         self.say(&wish, Some(&message));
+                        self.failed = Some(message);
                         self.shared.rest(AFTER_FAILURE);
+                    } else {
+                        self.failed = None;
                     }
                 }
             }
@@ -231,7 +237,7 @@ impl<'a> Engine<'a> {
         self.record(wish);
         let lane = self.moving.as_mut().context("a session was opened")?;
         let shown = Shown { picture: lane.opened.session.picture()?, ..Shown::default() };
-        self.show(0, 1, true, shown);
+        self.show(0, 1, true, wish.at, shown);
         self.say(wish, None);
         Ok(())
     }
@@ -305,7 +311,7 @@ impl<'a> Engine<'a> {
         let samples = lane.sums.frames();
         if samples.is_power_of_two() || self.shown.elapsed() >= SHOW_EVERY {
             let mean = lane.mean();
-            self.show(side, samples, false, mean);
+            self.show(side, samples, false, wish.at, mean);
             self.measure(wish);
         }
         self.say(wish, None);
@@ -322,14 +328,14 @@ impl<'a> Engine<'a> {
     }
 
     /// Hands a picture to the pages.
-    fn show(&mut self, side: usize, samples: u32, moves: bool, mut shown: Shown) {
+    fn show(&mut self, side: usize, samples: u32, moves: bool, at: f64, mut shown: Shown) {
         if side == 0 {
             self.suits = Some(suiting(&shown.picture, self.suits));
         }
         shown.suits = self.suits.unwrap_or_default();
         self.serial += 1;
         self.shown = Instant::now();
-        let frame = Frame { serial: self.serial, samples, moves, shown };
+        let frame = Frame { serial: self.serial, samples, moves, at, shown };
         self.shared.frames[side].send_replace(Some(Arc::new(frame)));
     }
 
@@ -356,80 +362,5 @@ impl<'a> Engine<'a> {
             failure,
         };
         self.shared.status.send_replace(status::text(&said).into());
-    }
-
-    fn answer(&mut self, asked: &Asked) -> Answer {
-        let answer = match asked {
-            Asked::Pick(place) => self.pick(*place),
-            Asked::Inspect(place) => self.inspect(*place),
-            Asked::Node(node) => {
-                serde_json::to_vec(&self.edited.told(*node, self.time)).map_err(anyhow::Error::from)
-            }
-            Asked::Exr => self.exr(),
-            Asked::Png => self.png(),
-            Asked::Edits => {
-                let edits = self.edited.edits(&self.shared.wish().camera);
-                edits.to_toml().map(String::into_bytes).map_err(anyhow::Error::from)
-            }
-            Asked::Recording => self.recording(),
-        };
-        answer.map_err(|error| format!("{error:#}"))
-    }
-
-    fn pick(&mut self, place: [f64; 2]) -> anyhow::Result<Vec<u8>> {
-        let wish = self.shared.wish();
-        let camera = self.camera(&wish)?;
-        let picked: Option<Picked> = picked(&self.edited.scene, &camera, wish.size, place);
-        Ok(serde_json::to_vec(&picked)?)
-    }
-
-    /// The lane of the picture, if it has frames.
-    fn converged(&mut self) -> anyhow::Result<&mut Lane> {
-        let standing = self.stands.is_some();
-        let lane = self.still[0].as_mut().filter(|lane| standing && lane.sums.frames() > 0);
-        lane.context("there is no picture yet: wait until all stands still, and is not paused")
-    }
-
-    fn inspect(&mut self, place: [f64; 2]) -> anyhow::Result<Vec<u8>> {
-        self.converged()?;
-        let lane = self.still[0].as_mut().context("a session was opened")?;
-        let [x, y] = [0, 1].map(|axis| {
-            let size = lane.way.size[axis];
-            // A place beyond the picture is its border.
-            ((place[axis] * f64::from(size)) as u32).min(size - 1)
-        });
-        let found = lane.opened.session.inspect(&self.edited.scene, x, y, LIGHT_PATHS)?;
-        Ok(serde_json::to_vec(&found)?)
-    }
-
-    fn exr(&mut self) -> anyhow::Result<Vec<u8>> {
-        let wish = self.shared.wish();
-        let camera = self.camera(&wish)?;
-        self.converged()?;
-        if self.edited.is_edited() {
-            // The file of edits has the camera too, and is known by all of it.
-            let edits = self.edited.edits(&wish.camera).fingerprint();
-            self.edited.scene.additions.insert("edits", edits);
-        }
-        let lane = self.still[0].as_ref().context("a session was opened")?;
-        save::exr(lane, &self.edited.scene, &camera.name, &self.edited.file)
-    }
-
-    fn recording(&self) -> anyhow::Result<Vec<u8>> {
-        if self.recorded.len() < 2 {
-            anyhow::bail!("nothing that moved was recorded");
-        }
-        Ok(self.edited.recorded(self.recorded.clone()).to_toml()?.into_bytes())
-    }
-
-    fn png(&mut self) -> anyhow::Result<Vec<u8>> {
-        let look = self.shared.wish().look;
-        let suits = self.suits.unwrap_or_default();
-        let raster = look.of(&Shown { suits, ..self.converged()?.mean() });
-        let colors = raster.bytes.as_chunks::<3>().0.iter().map(|pixel| {
-            let [r, g, b] = pixel.map(f32::from);
-            Vec3::new(r, g, b) / 255.0
-        });
-        Ok(png::encode(raster.width, raster.height, &colors.collect::<Vec<_>>())?)
     }
 }

@@ -22,6 +22,8 @@ pub struct Frame {
     pub samples: u32,
     /// Whether something moves.
     pub moves: bool,
+    /// When its camera was asked for, by the clock of the page that did.
+    pub at: f64,
     /// The picture.
     pub shown: Shown,
 }

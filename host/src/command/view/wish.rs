@@ -38,6 +38,8 @@ pub enum Against {
 pub struct Wish {
     /// Whom it is seen by.
     pub camera: CameraChoice,
+    /// When the page asked for that camera, by its own clock.
+    pub at: f64,
     /// Time of the animations (s).
     pub time: f64,
     /// Since when they play, from that time on.
@@ -66,8 +68,15 @@ pub struct Wish {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Message {
-    /// Look from here, in the file's coordinates (m), with this vertical field of view (degrees).
-    Look { from: [f64; 3], look_at: [f64; 3], fov: f64 },
+    /// Look from here, in the file's coordinates (m), with this vertical field of view (degrees); `at` is the time of the page's clock,
+    /// which the picture tells back.
+    Look {
+        from: [f64; 3],
+        look_at: [f64; 3],
+        fov: f64,
+        #[serde(default)]
+        at: f64,
+    },
     /// Look through a camera of the file.
     Camera { name: String },
     /// Go to a time (s), and play or not.
@@ -112,13 +121,14 @@ impl Wish {
     /// What is wrong with it, for people.
     pub fn take(&mut self, message: &Message) -> Result<bool, String> {
         match message {
-            Message::Look { from, look_at, fov } => {
+            Message::Look { from, look_at, fov, at } => {
                 let [from, look_at] = [from, look_at].map(|place| Place(DVec3::from_array(*place)));
                 if !from.0.is_finite() || !look_at.0.is_finite() {
                     return Err("a camera must be somewhere".into());
                 }
                 let placed = CameraChoice::of(None, Some(from), Some(look_at), Some(*fov))?;
                 self.camera = placed;
+                self.at = *at;
             }
             Message::Camera { name } => self.camera = CameraChoice::Named(name.clone()),
             Message::Time { seconds, playing } => {

@@ -48,7 +48,7 @@ function moved() {
     // As many digits as a single has, so that a command can be read.
     const round = (value) => Number(value.toPrecision(8));
     const [from, look_at] = [camera.from, camera.lookAt].map((place) => place.map(round));
-    want('look', { do: 'look', from, look_at, fov: round(camera.fov) });
+    want('look', { do: 'look', from, look_at, fov: round(camera.fov), at: performance.now() });
     find('fov').value = camera.fov.toFixed(1);
     find('camera').value = '';
     mark();
@@ -205,7 +205,7 @@ function told(now) {
     find('state').textContent = now.paused
       ? 'paused'
       : now.moves
-        ? `moving, ${number(fps)} frames/s at ${picture.size[0]} x ${picture.size[1]}`
+        ? `moving, ${number(fps)} frames/s at ${picture.size[0]} x ${picture.size[1]}, answered in ${number(document.body.dataset.latency)} ms`
         : `${picture.samples} samples, ${number(picture.seconds, 3)} s, error ${number(picture.error)}`;
     find('numbers-other').hidden = !other;
     if (other) rows(find('numbers-other').lastElementChild, about(other));
@@ -273,6 +273,10 @@ function connect() {
       return;
     }
     const head = await screen.show(data);
+    if (head.moves && steers && head.at > 0) {
+      const took = performance.now() - head.at;
+      if (took < 60000) document.body.dataset.latency = took;
+    }
     document.body.dataset.serial = head.serial;
     document.body.dataset.samples = head.samples;
     document.body.dataset.format = head.format;

@@ -277,6 +277,7 @@ function connect() {
       const took = performance.now() - head.at;
       if (took < 60000) document.body.dataset.latency = took;
     }
+    document.body.dataset.encode = head.encode_ms;
     document.body.dataset.serial = head.serial;
     document.body.dataset.samples = head.samples;
     document.body.dataset.format = head.format;

@@ -40,19 +40,10 @@ fn main() -> ExitCode {
     match result {
         Ok(code) => code,
         Err(error) => {
-            tell!("error: {}", told(&error));
+            tell!("error: {}", command::say::told(&error));
             ExitCode::from(exit_code(&error))
         }
     }
-}
-
-/// An error with its causes, each that is not told already.
-fn told(error: &anyhow::Error) -> String {
-    error.chain().fold(String::new(), |told, cause| match cause.to_string() {
-        cause if told.is_empty() => cause,
-        cause if told.contains(&cause) => told,
-        cause => format!("{told}: {cause}"),
-    })
 }
 
 /// 2 for what the command line got wrong, 4 for a device that is not there, else 1.

@@ -414,9 +414,9 @@ def check_time(browser, caustics, folder):
 
 
 def fnv1a(data):
-    """The hash of kernels.lock: FNV-1a of 64 bits."""
+    """The hash of kernels.lock: FNV-1a of 64 bits, with a separator behind."""
     value = 0xCBF29CE484222325
-    for byte in data:
+    for byte in (*data, 0xFF):
         value = (value ^ byte) * 0x100000001B3 & 0xFFFFFFFFFFFFFFFF
     return f"{value:016x}"
 

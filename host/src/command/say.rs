@@ -22,3 +22,12 @@ pub fn tell(message: Arguments<'_>) {
     // Nobody may be there to read it; that is no reason to stop.
     let _ = writeln!(std::io::stderr(), "{message}");
 }
+
+/// An error with its causes, each that is not told already.
+pub fn told(error: &anyhow::Error) -> String {
+    error.chain().fold(String::new(), |told, cause| match cause.to_string() {
+        cause if told.is_empty() => cause,
+        cause if told.contains(&cause) => told,
+        cause => format!("{told}: {cause}"),
+    })
+}

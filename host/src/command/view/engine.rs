@@ -23,6 +23,7 @@ use super::shared::{Frame, Next, Shared};
 use super::status::{self, Said};
 use super::wish::{Against, Wish, still};
 use crate::cli::Viewer;
+use crate::command::say::told;
 
 /// Least time between pictures of what stands still.
 const SHOW_EVERY: Duration = Duration::from_millis(60);
@@ -115,7 +116,7 @@ impl<'a> Engine<'a> {
                     if let Err(error) = self.frame(&wish) {
                         // A session that failed is opened anew.
                         (self.moving, self.still, self.stands) = (None, [None, None], None);
-                        let message = format!("{error:#}");
+                        let message = told(&error);
                         // Until another wish comes it fails again.
                         if self.failed.as_ref() != Some(&message) {
                             tell!("warning: {message}");

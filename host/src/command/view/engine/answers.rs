@@ -5,6 +5,7 @@ use caustics::output::png;
 use glam::Vec3;
 
 use super::Engine;
+use crate::command::say::told;
 use crate::command::view::lane::Lane;
 use crate::command::view::look::Shown;
 use crate::command::view::pick::picked;
@@ -31,7 +32,7 @@ impl Engine<'_> {
             }
             Asked::Recording => self.recording(),
         };
-        answer.map_err(|error| format!("{error:#}"))
+        answer.map_err(|error| told(&error))
     }
 
     fn pick(&mut self, place: [f64; 2]) -> anyhow::Result<Vec<u8>> {

@@ -12,6 +12,7 @@ mod lane;
 mod line;
 mod look;
 mod pace;
+mod packet;
 mod page;
 mod pick;
 mod save;

@@ -11,9 +11,10 @@ use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::{mpsc, watch};
 use tokio::task::spawn_blocking;
 
-use super::line::{Format, Line};
-use super::look::{Look, Raster};
-use super::shared::{Asked, Frame, Shared};
+use super::line::Line;
+use super::look::Look;
+use super::packet::packet;
+use super::shared::{Asked, Shared};
 use super::site::Site;
 use super::wheel::Seat;
 use super::wish::Message;
@@ -180,36 +181,4 @@ async fn speak(
             changed = look.changed(), if waits => changed.ok()?,
         }
     }
-}
-
-/// A picture as it is sent: the length of a head in four bytes, the head in JSON, the bytes of the picture.
-fn packet(frame: &Frame, side: usize, look: Look, format: Format) -> Vec<u8> {
-    let start = Instant::now();
-    let raster = look.of(&frame.shown);
-    let (kind, bytes) = encoded(&raster, format);
-    let head = json!({
-        "side": side, "serial": frame.serial, "samples": frame.samples, "moves": frame.moves, "at": frame.at,
-        "width": raster.width, "height": raster.height, "format": kind, "stops": raster.stops,
-        "brightest": raster.brightest, "encode_ms": start.elapsed().as_secs_f64() * 1e3,
-    })
-    .to_string();
-    let mut packet = Vec::with_capacity(4 + head.len() + bytes.len());
-    packet.extend((head.len() as u32).to_le_bytes());
-    packet.extend(head.as_bytes());
-    packet.extend(bytes);
-    packet
-}
-
-/// The bytes of a picture, and what they are.
-fn encoded(raster: &Raster, format: Format) -> (&'static str, Vec<u8>) {
-    if let Format::Jpeg(quality) = format
-        && let (Ok(width), Ok(height)) = (u16::try_from(raster.width), u16::try_from(raster.height))
-    {
-        let mut bytes = Vec::new();
-        let encoder = jpeg_encoder::Encoder::new(&mut bytes, quality);
-        if encoder.encode(&raster.bytes, width, height, jpeg_encoder::ColorType::Rgb).is_ok() {
-            return ("jpeg", bytes);
-        }
-    }
-    ("raw", raster.bytes.clone())
 }

@@ -6,6 +6,8 @@ use std::time::Duration;
 const SHARES: [f64; 8] = [1.0, 0.75, 0.5, 0.375, 0.25, 0.1875, 0.125, 0.0625];
 /// Least side (px).
 const LEAST: u32 = 16;
+/// Pixels of the first frame at most, when nothing is known.
+const FIRST: u32 = 320 * 180;
 /// How much longer than wanted a frame may take before frames get smaller, and how much of that time larger ones may take.
 const TOO_LONG: f64 = 1.25;
 const ROOM: f64 = 0.8;
@@ -23,7 +25,7 @@ pub struct Pace {
 impl Pace {
     /// Nothing is known.
     pub fn new() -> Pace {
-        Pace { level: 2, cost: None }
+        Pace { level: 0, cost: None }
     }
 
     /// Learns how long a frame of this size took.
@@ -32,7 +34,7 @@ impl Pace {
         self.cost = Some(self.cost.map_or(cost, |known| known + LATEST * (cost - known)));
     }
 
-    /// Forgets what is known, since frames are rendered in another way; the size stays.
+    /// Forgets what is known, since frames are rendered in another way; they do not get larger at first.
     pub fn forget(&mut self) {
         self.cost = None;
     }
@@ -40,15 +42,16 @@ impl Pace {
     /// The size of the next frame of a picture of this size, at so many frames a second.
     pub fn size(&mut self, full: [u32; 2], fps: f64) -> [u32; 2] {
         if let Some(cost) = self.cost {
-            let time = |level: usize| {
-                let [width, height] = sized(full, SHARES[level]);
-                cost * f64::from(width) * f64::from(height) * fps
-            };
+            let time = |level: usize| cost * f64::from(pixels(full, level)) * fps;
             while self.level + 1 < SHARES.len() && time(self.level) > TOO_LONG {
                 self.level += 1;
             }
             while self.level > 0 && time(self.level - 1) < ROOM {
                 self.level -= 1;
+            }
+        } else {
+            while self.level + 1 < SHARES.len() && pixels(full, self.level) > FIRST {
+                self.level += 1;
             }
         }
         sized(full, SHARES[self.level])
@@ -57,6 +60,11 @@ impl Pace {
 
 fn sized(full: [u32; 2], share: f64) -> [u32; 2] {
     full.map(|side| ((f64::from(side) * share).round() as u32).max(LEAST.min(side)))
+}
+
+fn pixels(full: [u32; 2], level: usize) -> u32 {
+    let [width, height] = sized(full, SHARES[level]);
+    width * height
 }
 
 #[cfg(test)]
@@ -75,6 +83,7 @@ mod tests {
             pace.learn(size, Duration::from_secs_f64(1e-6 * f64::from(size[0] * size[1])));
             sizes.push(size);
         }
+        assert_eq!(sizes[0], [240, 135], "nothing is known: a quarter of each side has at most 57,600 px");
         assert_eq!(sizes[1..], [[360, 203]; 9], "three eighths have 72,900 px, one half 129,600");
         assert_eq!(pace.size(FULL, 1.0), FULL);
         assert_eq!(pace.size(FULL, 200.0), [60, 34]);

@@ -17,6 +17,7 @@ mod page;
 mod pick;
 mod save;
 mod server;
+mod share;
 mod shared;
 mod site;
 mod status;

@@ -11,27 +11,31 @@ use caustics::metric::relmse::{errors, relmse};
 use caustics::picture::Picture;
 use serde_json::{Value, json};
 
-/// Measuring takes at most one part in so many of the time.
-const SHARE: u32 = 8;
+use super::share::Share;
 
 /// The distance that was measured last.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Distance {
     /// It, by the names of its measures.
     pub value: Option<Value>,
-    not_before: Option<Instant>,
+    share: Share,
 }
 
 impl Distance {
+    /// None yet.
+    pub fn new() -> Distance {
+        Distance { value: None, share: Share::new(8, Duration::from_millis(500)) }
+    }
+
     /// Forgets it: one of the sides is another.
     pub fn forget(&mut self) {
-        *self = Distance::default();
+        *self = Distance::new();
     }
 
     /// Measures again, unless that would take too much of the time. Pictures are made only if it does.
     pub fn measure(&mut self, pictures: impl FnOnce() -> [Picture; 2], stops: f64) {
         let start = Instant::now();
-        if self.not_before.is_some_and(|time| start < time) {
+        if !self.share.is_due(start) {
             return;
         }
         let [own, other] = pictures().map(|picture| Pixels {
@@ -40,7 +44,7 @@ impl Distance {
             values: picture.beauty().iter().map(|color| color.as_dvec3()).collect(),
         });
         self.value = Some(of(&own, &other, stops));
-        self.not_before = Some(Instant::now() + (start.elapsed() * SHARE).max(Duration::from_millis(500)));
+        self.share.spent(start, Instant::now());
     }
 }
 

@@ -16,17 +16,19 @@ use caustics_kernels::method::path::PATH;
 use super::distance::Distance;
 use super::edited::Edited;
 use super::lane::{Lane, Way};
-use super::look::{Shown, suiting};
+use super::look::{Layer, Shown, suiting};
 use super::pace::Pace;
 use super::save;
+use super::share::Share;
 use super::shared::{Frame, Next, Shared};
 use super::status::{self, Said};
 use super::wish::{Against, Wish, still};
 use crate::cli::Viewer;
 use crate::command::say::told;
 
-/// Least time between pictures of what stands still.
+/// Least time between pictures of what stands still; making them takes at most one part in so many of the time.
 const SHOW_EVERY: Duration = Duration::from_millis(60);
+const SHOWS: u32 = 8;
 /// Keys that are recorded at most: ten minutes at 60 a second.
 const MAX_KEYS: usize = 36_000;
 /// Least time between looks for new kernels.
@@ -52,7 +54,7 @@ pub struct Engine<'a> {
     camera: Option<SceneCamera>,
     time: f64,
     serial: u64,
-    shown: Instant,
+    shows: Share,
     said: Option<Instant>,
     /// The exposure that suits the picture (stops).
     suits: Option<f64>,
@@ -83,10 +85,10 @@ impl<'a> Engine<'a> {
             camera: None,
             time: 0.0,
             serial: 0,
-            shown: Instant::now(),
+            shows: Share::new(SHOWS, SHOW_EVERY),
             said: None,
             suits: None,
-            distance: Distance::default(),
+            distance: Distance::new(),
             kernels: match options.machine.source() {
                 Source::Folder(folder) => Some(Watch::new(folder)),
                 Source::Embedded => None,
@@ -109,6 +111,10 @@ impl<'a> Engine<'a> {
                     let _ = answer.send(self.answer(&asked));
                 }
                 Next::Words(wish) => {
+                    // The layer needs more of the mean than others.
+                    if self.stands.is_some() && wish.look.layer == Layer::Variance {
+                        (0..2).for_each(|side| self.show_mean(side, &wish));
+                    }
                     self.said = None;
                     self.say(&wish, None);
                 }
@@ -309,14 +315,22 @@ impl<'a> Engine<'a> {
             return Ok(());
         }
         lane.add()?;
-        let samples = lane.sums.frames();
-        if samples.is_power_of_two() || self.shown.elapsed() >= SHOW_EVERY {
-            let mean = lane.mean();
-            self.show(side, samples, false, wish.at, mean);
+        let start = Instant::now();
+        if lane.sums.frames().is_power_of_two() || self.shows.is_due(start) {
+            self.show_mean(side, wish);
+            self.shows.spent(start, Instant::now());
             self.measure(wish);
         }
         self.say(wish, None);
         Ok(())
+    }
+
+    /// Shows the mean of a side, if there is one.
+    fn show_mean(&mut self, side: usize, wish: &Wish) {
+        let lane = self.still[side].as_ref().filter(|lane| lane.sums.frames() > 0);
+        if let Some((samples, mean)) = lane.map(|lane| (lane.sums.frames(), lane.mean(wish.look.layer))) {
+            self.show(side, samples, false, wish.at, mean);
+        }
     }
 
     /// Measures how far the sides are apart.
@@ -335,7 +349,6 @@ impl<'a> Engine<'a> {
         }
         shown.suits = self.suits.unwrap_or_default();
         self.serial += 1;
-        self.shown = Instant::now();
         let frame = Frame { serial: self.serial, samples, moves, at, shown };
         self.shared.frames[side].send_replace(Some(Arc::new(frame)));
     }

@@ -13,11 +13,15 @@ use caustics::session::SessionError;
 use caustics::settings::Settings;
 use caustics_kernels::interface::features::Features;
 
-use super::look::Shown;
+use super::look::{Layer, Shown};
+use super::share::Share;
 use crate::cli::{Machine, View};
 use crate::command::opened::{Opened, opened};
 use crate::command::options;
 use crate::command::report::Report;
+
+/// Estimating the error takes at most one part in so many of the time.
+const ESTIMATES: u32 = 16;
 
 /// What a session is opened for.
 #[derive(Clone, Debug)]
@@ -65,6 +69,9 @@ pub struct Lane {
     pub sums: Accumulation,
     /// Their times and counters.
     pub report: Report,
+    /// Estimated relative mean square error of their mean, as last looked at.
+    pub error: f64,
+    estimates: Share,
     /// Frames rendered since it was begun.
     frames: u32,
 }
@@ -81,7 +88,9 @@ impl Lane {
         let settings = way.settings(view)?;
         let opened = opened(&way.cell, machine, scene, camera, &settings, way.features)?;
         let sums = Accumulation::in_batches(settings.batches_of_frames());
-        Ok(Lane { key: way.key(), way, settings, opened, sums, report: Report::default(), frames: 0 })
+        let (report, error) = (Report::default(), f64::INFINITY);
+        let estimates = Share::new(ESTIMATES, Duration::ZERO);
+        Ok(Lane { key: way.key(), way, settings, opened, sums, report, error, estimates, frames: 0 })
     }
 
     /// Lets the flag end its frames.
@@ -95,6 +104,7 @@ impl Lane {
         self.opened.session.restart()?;
         self.sums = Accumulation::in_batches(self.settings.batches_of_frames());
         self.report = Report::default();
+        self.error = f64::INFINITY;
         self.frames = 0;
         Ok(())
     }
@@ -116,12 +126,17 @@ impl Lane {
     /// Adds the last frame to the sums.
     pub fn add(&mut self) -> Result<(), SessionError> {
         self.sums.add(&self.opened.session.picture()?);
+        let start = Instant::now();
+        if self.sums.frames().is_power_of_two() || self.estimates.is_due(start) {
+            self.error = self.sums.relative_error();
+            self.estimates.spent(start, Instant::now());
+        }
         Ok(())
     }
 
-    /// The mean of its frames.
-    pub fn mean(&self) -> Shown {
-        let (picture, variance) = (self.sums.mean(), self.sums.variance().unwrap_or_default());
-        Shown { picture, variance, ..Shown::default() }
+    /// The mean of its frames, with what the layer needs.
+    pub fn mean(&self, layer: Layer) -> Shown {
+        let variance = (layer == Layer::Variance).then(|| self.sums.variance()).flatten().unwrap_or_default();
+        Shown { picture: self.sums.mean(), variance, ..Shown::default() }
     }
 }

@@ -61,11 +61,9 @@ impl ImageBuffer for Rgb<'_> {
     fn fill_buffers(&self, row: u16, [y, cb, cr, _]: &mut [Vec<u8>; 4]) {
         let width = usize::from(self.width);
         let row = &self.bytes.as_chunks::<3>().0[usize::from(row) * width..][..width];
-        let channels =
-            |of: fn((u8, u8, u8)) -> u8| row.iter().map(move |&[r, g, b]| of(rgb_to_ycbcr(r, g, b)));
-        y.extend(channels(|color| color.0));
-        cb.extend(channels(|color| color.1));
-        cr.extend(channels(|color| color.2));
+        y.extend(row.iter().map(|&[r, g, b]| rgb_to_ycbcr(r, g, b).0));
+        cb.extend(row.iter().map(|&[r, g, b]| rgb_to_ycbcr(r, g, b).1));
+        cr.extend(row.iter().map(|&[r, g, b]| rgb_to_ycbcr(r, g, b).2));
     }
 }
 

@@ -100,14 +100,13 @@ fn of_camera(scene: &Scene, wish: &Wish, camera: &SceneCamera) -> Value {
 
 fn of_lane(lane: &Lane) -> Value {
     let [width, height] = lane.way.size;
-    let error = lane.sums.relative_error();
     json!({
         "device": lane.opened.session.device(), "why": lane.opened.reason, "gather": lane.opened.gather,
         "method": lane.way.cell.method.name, "size": lane.way.size, "frames": lane.report.frames(),
         "frame_ms": lane.report.frame_ms(), "pass_ms": lane.report.pass_ms(),
         "rates": lane.report.rates(u64::from(width) * u64::from(height)), "counters": lane.report.counters,
         "warnings": lane.report.counters.warnings(), "light_paths": lane.report.light_paths(),
-        "samples": lane.sums.frames(), "error": error.is_finite().then_some(error),
+        "samples": lane.sums.frames(), "error": lane.error.is_finite().then_some(lane.error),
         "seconds": lane.report.wall.as_secs_f64(),
     })
 }

@@ -84,7 +84,7 @@ impl Engine<'_> {
     fn png(&mut self) -> anyhow::Result<Vec<u8>> {
         let look = self.shared.wish().look;
         let suits = self.suits.unwrap_or_default();
-        let raster = look.of(&Shown { suits, ..self.converged()?.mean() });
+        let raster = look.of(&Shown { suits, ..self.converged()?.mean(look.layer) });
         let colors = raster.bytes.as_chunks::<3>().0.iter().map(|pixel| {
             let [r, g, b] = pixel.map(f32::from);
             Vec3::new(r, g, b) / 255.0

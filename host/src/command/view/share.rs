@@ -1,0 +1,45 @@
+//! Work that is repeated, and takes at most a share of the time.
+
+use std::time::{Duration, Instant};
+
+/// When such work may be done again.
+#[derive(Debug)]
+pub struct Share {
+    parts: u32,
+    least: Duration,
+    not_before: Option<Instant>,
+}
+
+impl Share {
+    /// It takes at most one part in so many, and is done again after this time at least.
+    pub fn new(parts: u32, least: Duration) -> Share {
+        Share { parts, least, not_before: None }
+    }
+
+    /// Whether it may be done.
+    pub fn is_due(&self, now: Instant) -> bool {
+        self.not_before.is_none_or(|time| now >= time)
+    }
+
+    /// It was done, from a time to another.
+    pub fn spent(&mut self, start: Instant, end: Instant) {
+        self.not_before = Some(end + ((end - start) * self.parts).max(self.least));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_takes_long_is_seldom() {
+        let mut share = Share::new(8, Duration::from_millis(500));
+        let start = Instant::now();
+        let after = |ms| start + Duration::from_millis(ms);
+        assert!(share.is_due(start));
+        share.spent(start, after(10));
+        assert!(!share.is_due(after(509)) && share.is_due(after(510)));
+        share.spent(start, after(100));
+        assert!(!share.is_due(after(899)) && share.is_due(after(900)));
+    }
+}

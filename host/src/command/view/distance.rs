@@ -69,7 +69,7 @@ mod tests {
 
     #[test]
     fn equal_pictures_are_not_apart_and_others_are() {
-        let mut distance = Distance::default();
+        let mut distance = Distance::new();
         distance.measure(|| [picture(0.5), picture(0.5)], 0.0);
         let same = distance.value.clone().unwrap();
         assert_eq!((same["FLIP"].as_f64(), same["relMSE"].as_f64()), (Some(0.0), Some(0.0)));

@@ -13,6 +13,9 @@ use serde_json::{Value, json};
 
 use super::share::Share;
 
+/// Measuring takes at most one part in so many of the time.
+const SHARE: u32 = 8;
+
 /// The distance that was measured last.
 #[derive(Debug)]
 pub struct Distance {
@@ -24,7 +27,7 @@ pub struct Distance {
 impl Distance {
     /// None yet.
     pub fn new() -> Distance {
-        Distance { value: None, share: Share::new(8, Duration::from_millis(500)) }
+        Distance { value: None, share: Share::new(SHARE, Duration::from_millis(500)) }
     }
 
     /// Forgets it: one of the sides is another.

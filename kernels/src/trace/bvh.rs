@@ -191,13 +191,13 @@ fn intersect_block(block: &TriangleBlock, instance: u32, cut_outs: &CutOuts<'_>,
     let hit = inside
         & sum.cmpne(Vec4::ZERO)
         & distance.cmpgt(Vec4::ZERO)
-        & distance.cmplt(Vec4::splat(best.distance));
+        & distance.cmple(Vec4::splat(best.distance));
     if hit.any() {
         let distances = Vec4::select(hit, distance, Vec4::splat(f32::MAX)).to_array();
         let (v, w, sum) = (v.to_array(), w.to_array(), sum.to_array());
         let mut lane = 0;
         while lane < 4 {
-            if distances[lane] < best.distance {
+            if distances[lane] <= best.distance {
                 let inverse = 1.0 / sum[lane];
                 let found = Hit {
                     distance: distances[lane],
@@ -206,13 +206,23 @@ fn intersect_block(block: &TriangleBlock, instance: u32, cut_outs: &CutOuts<'_>,
                     v: w[lane] * inverse,
                     instance,
                 };
-                if cut_outs.is_there(&found, ray.key) {
+                if is_before(&found, best) && cut_outs.is_there(&found, ray.key) {
                     *best = found;
                 }
             }
             lane += 1;
         }
     }
+}
+
+/// Whether a hit is closer than the best so far, or as close and of a smaller id: then the order in which a tree is traversed
+/// decides nothing.
+#[inline(always)]
+fn is_before(found: &Hit, best: &Hit) -> bool {
+    let tie = found.distance == best.distance && !best.is_miss();
+    let smaller =
+        found.triangle < best.triangle || (found.triangle == best.triangle && found.instance < best.instance);
+    found.distance < best.distance || (tie && smaller)
 }
 
 /// Signed volume of the ray against the edge from p to q (both relative to the ray's origin), for four edges.

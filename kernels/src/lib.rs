@@ -57,7 +57,7 @@
 //! | [`mod@gather`], [`pass`], [`history`], [`denoiser`], [`method`] | what frames are made of, each variant a file and a line |
 //! | [`declare`], [`seam`] | how one function runs on a GPU and on a CPU |
 #![cfg_attr(target_arch = "spirv", no_std)]
-#![cfg_attr(feature = "ray-query", feature(asm_experimental_arch))]
+#![cfg_attr(target_arch = "spirv", feature(asm_experimental_arch))]
 
 // A gather's file is the same inside and outside of this crate.
 extern crate self as caustics_kernels;

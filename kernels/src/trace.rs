@@ -3,9 +3,13 @@
 
 pub mod bvh;
 pub mod enclosing;
+#[cfg(not(target_arch = "spirv"))]
+pub mod on_cpu;
 #[cfg(feature = "ray-query")]
 pub mod ray_query;
 pub mod reach;
+#[cfg(target_arch = "x86_64")]
+pub mod wide;
 
 use crate::interface::ray::{Hit, Ray};
 

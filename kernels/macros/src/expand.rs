@@ -368,7 +368,9 @@ fn on_cpu(declaration: &Declaration, bound: &[Bound]) -> TokenStream {
     let of_chunk = bound.iter().filter(|bound| bound.access == Access::Counters).map(
         |Bound { name, .. }| quote!(let mut #name = ::caustics_kernels::declare::LocalCounters::new(#name);),
     );
-    let tracer_of_chunk = traces(declaration).then(|| quote!(let mut tracer = tracer;));
+    let tracer_of_chunk = traces(declaration)
+        .then(|| quote!(let mut tracer = ::caustics_kernels::trace::on_cpu::CpuTracer::new(tracer, wide);));
+    let wide = traces(declaration).then(|| quote!(let wide = call.buffers.wide(nodes, instances);));
     let (composed, limit, function) =
         (composed(declaration, Tracer::Software), limit(declaration), call(declaration, &quote!(self)));
     quote! {
@@ -379,6 +381,7 @@ fn on_cpu(declaration: &Declaration, bound: &[Bound]) -> TokenStream {
             let (dispatch, params, features) = (call.dispatch, call.params, call.features);
             #(#borrowed)*
             #composed
+            #wide
             call.for_chunks(#limit, |indices| {
                 #tracer_of_chunk
                 #(#of_chunk)*

@@ -3,18 +3,22 @@
 use std::collections::HashMap;
 use std::fmt;
 use std::ops::Range;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use atomic_refcell::{AtomicRef, AtomicRefCell, AtomicRefMut};
-use bytemuck::{Pod, Zeroable, cast_slice, cast_slice_mut};
+use bytemuck::{Pod, cast_slice, cast_slice_mut};
 use rayon::prelude::*;
 
 use crate::interface::counters::COUNTER_COUNT;
 use crate::interface::features::Features;
 use crate::interface::frame::{Dispatch, FrameParams};
+use crate::interface::instance::Instance;
 use crate::interface::ledger::LEDGER_FIRST;
+use crate::interface::tree::TreeNode;
 use crate::math::quanta::Quanta;
 use crate::seam::{AtomicWords, Atomics};
+use crate::trace::on_cpu::WideTree;
 
 /// Invocations that a worker takes at a time.
 const CHUNK: u32 = 512;
@@ -75,10 +79,11 @@ impl fmt::Display for BufferError {
 
 impl std::error::Error for BufferError {}
 
-/// Sixteen aligned bytes: the alignment of every type of the interface.
-#[repr(C, align(16))]
-#[derive(Clone, Copy, Zeroable, Pod)]
-struct Row([u32; 4]);
+/// Sixteen aligned bytes: the alignment of every type of the interface. Memory of zeros of a number is taken from the system as it is,
+/// so that a page which nothing is written to takes none.
+type Row = u128;
+
+const _: () = assert!(align_of::<Row>() == 16);
 
 struct Buffer {
     rows: Vec<Row>,
@@ -89,12 +94,14 @@ struct Buffer {
 #[derive(Default)]
 pub struct Buffers {
     buffers: HashMap<String, AtomicRefCell<Buffer>>,
+    /// Made of the buffers of the tree, when a pass first asks for it.
+    wide: OnceLock<Option<WideTree>>,
 }
 
 impl Buffers {
     /// Adds a buffer of zeros.
     pub fn add(&mut self, name: &str, bytes: usize) {
-        let rows = vec![Row::zeroed(); bytes.div_ceil(16)];
+        let rows = vec![0 as Row; bytes.div_ceil(16)];
         self.buffers.insert(name.to_string(), AtomicRefCell::new(Buffer { rows, bytes }));
     }
 
@@ -117,6 +124,11 @@ impl Buffers {
         }))
     }
 
+    /// The tree of the software tracer as this CPU likes it best, if not as it is.
+    pub fn wide(&self, nodes: &[TreeNode], instances: &[Instance]) -> Option<&WideTree> {
+        self.wide.get_or_init(|| WideTree::new(nodes, instances)).as_ref()
+    }
+
     /// Overwrites a buffer from an offset (bytes) on.
     pub fn write(&mut self, name: &str, offset: usize, bytes: &[u8]) -> Result<(), BufferError> {
         let mut buffer = self.edit::<u8>(name)?;
@@ -126,6 +138,10 @@ impl Buffers {
             return Err(BufferError::TooSmall { buffer, size, offset, bytes: bytes.len() });
         }
         buffer[offset..end].copy_from_slice(bytes);
+        drop(buffer);
+        if ["nodes", "instances"].contains(&name) {
+            self.wide.take();
+        }
         Ok(())
     }
 

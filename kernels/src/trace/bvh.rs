@@ -20,6 +20,9 @@ pub struct BvhTracer<'a> {
     pub cut_outs: CutOuts<'a>,
 }
 
+/// Room for two roundings a slab: a relative slack of 4 ulp keeps the test of a box conservative.
+pub(super) const SLACK: f32 = 1.0 + 4.0 * f32::EPSILON;
+
 impl Tracer for BvhTracer<'_> {
     #[inline(always)]
     fn closest(&mut self, ray: &Ray) -> Hit {
@@ -35,7 +38,7 @@ impl BvhTracer<'_> {
     /// On a CPU, scenes without instances have a traversal of their own, which carries nothing of theirs. A GPU's
     /// compiler knows the bit.
     #[inline(always)]
-    fn find<const ANY: bool>(&self, ray: &Ray) -> Hit {
+    pub(super) fn find<const ANY: bool>(&self, ray: &Ray) -> Hit {
         let BvhTracer { nodes, blocks, cut_outs } = self;
         if cfg!(target_arch = "spirv") || cut_outs.features.has(Features::INSTANCES) {
             traverse::<ANY, true>(nodes, blocks, cut_outs, ray)
@@ -47,7 +50,7 @@ impl BvhTracer<'_> {
 
 /// What a traversal multiplies by instead of dividing by a direction.
 #[inline(always)]
-fn safe_inverses(direction: Vec3) -> Vec3 {
+pub(super) fn safe_inverses(direction: Vec3) -> Vec3 {
     Vec3::new(safe_inverse(direction.x), safe_inverse(direction.y), safe_inverse(direction.z))
 }
 
@@ -57,6 +60,34 @@ fn safe_inverse(x: f32) -> f32 {
     let limit = 1.0e-18;
     1.0 / if x.abs() < limit { if x < 0.0 { -limit } else { limit } } else { x }
 }
+
+/// Declares an array for a traversal's stack.
+#[cfg(not(target_arch = "spirv"))]
+macro_rules! stack {
+    ($stack:ident) => {
+        let $stack = &mut [0u32; STACK_ROOM];
+    };
+}
+
+/// The same on a GPU, with nothing in it: filling it with zeros would take as long as a few nodes.
+#[cfg(target_arch = "spirv")]
+macro_rules! stack {
+    ($stack:ident) => {
+        let $stack: *mut [u32; STACK_ROOM];
+        // SAFETY: the variable is of this type, and what is read of it was written.
+        let $stack = unsafe {
+            core::arch::asm! {
+                "{stack} = OpVariable typeof{stack} Function",
+                stack = out(reg) $stack,
+            }
+            &mut *$stack
+        };
+    };
+}
+
+/// Words of such an array: more than are used, since AMD's compiler keeps arrays of up to 256 bytes in registers, and two of them
+/// filled all that there are.
+const STACK_ROOM: usize = TREE_STACK + 1;
 
 /// Closest hit, or any hit if `ANY`. With `INSTANCES`, these take the ray into their own space; its direction keeps the
 /// length that it gets there, so that distances are the world's.
@@ -73,8 +104,8 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
     // The instance at hand, and the height of the stack at which it ends, plus one; 0 outside of instances.
     let (mut inside, mut floor) = (0u32, 0usize);
     let mut best = Hit { distance: world.length, ..Hit::MISS };
-    let mut stack_child = [0u32; TREE_STACK];
-    let mut stack_distance = [0.0f32; TREE_STACK];
+    stack!(stack_child);
+    stack!(stack_distance);
     let mut height = 0usize;
     let mut current = 0u32;
     loop {
@@ -112,7 +143,7 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
                     }
                     if far_child != NONE && height < TREE_STACK {
                         stack_child[height] = far_child;
-                        stack_distance[height] = far_distance;
+                        stack_distance[height] = far_distance.to_bits();
                         height += 1;
                     }
                 }
@@ -135,7 +166,7 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
                 return best;
             }
             height -= 1;
-            if stack_distance[height] <= best.distance {
+            if f32::from_bits(stack_distance[height]) <= best.distance {
                 current = stack_child[height];
                 break;
             }
@@ -151,8 +182,7 @@ fn entry_distances(node: &TreeNode, origin: Vec3, inverse: Vec3, length: f32) ->
     let z = (slabs(node.min_z, origin.z, inverse.z), slabs(node.max_z, origin.z, inverse.z));
     let enter = x.0.min(x.1).max(y.0.min(y.1)).max(z.0.min(z.1).max(Vec4::ZERO));
     let leave = x.0.max(x.1).min(y.0.max(y.1)).min(z.0.max(z.1).min(Vec4::splat(length)));
-    // Two roundings a slab: a relative slack of 4 ulp keeps the test conservative.
-    let hit = enter.cmple(leave * (1.0 + 4.0 * f32::EPSILON));
+    let hit = enter.cmple(leave * SLACK);
     Vec4::select(hit, enter, Vec4::splat(f32::MAX))
 }
 
@@ -164,7 +194,13 @@ fn slabs(planes: Vec4, origin: f32, inverse: f32) -> Vec4 {
 /// Tests the ray against the block's triangles by signed edge volumes around the ray's origin: a shared edge gives
 /// its two triangles the same numbers with opposite signs, so that no ray slips between them.
 #[inline(always)]
-fn intersect_block(block: &TriangleBlock, instance: u32, cut_outs: &CutOuts<'_>, ray: &Ray, best: &mut Hit) {
+pub(super) fn intersect_block(
+    block: &TriangleBlock,
+    instance: u32,
+    cut_outs: &CutOuts<'_>,
+    ray: &Ray,
+    best: &mut Hit,
+) {
     let o = ray.origin;
     let a = [block.a_x - Vec4::splat(o.x), block.a_y - Vec4::splat(o.y), block.a_z - Vec4::splat(o.z)];
     let b = [block.b_x - Vec4::splat(o.x), block.b_y - Vec4::splat(o.y), block.b_z - Vec4::splat(o.z)];

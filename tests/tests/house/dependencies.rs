@@ -132,3 +132,32 @@ fn crates_without_unsafe_code_forbid_it() {
     let host = std::fs::read_to_string(root().join("host/src/lib.rs")).unwrap();
     assert_eq!(host.matches("allow(unsafe_code)").count(), 1, "vulkan alone");
 }
+
+/// Kernels are unsafe where they ask a GPU for what Rust has no words for, where invocations write one buffer, and where a CPU has
+/// instructions that not all have.
+#[test]
+fn kernels_are_unsafe_in_their_seams_alone() {
+    let kernels = root().join("kernels/src");
+    let mut found = Vec::new();
+    let mut folders = vec![kernels.clone()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if std::fs::read_to_string(&path).unwrap().contains("unsafe {") {
+                found.push(path.strip_prefix(&kernels).unwrap().display().to_string());
+            }
+        }
+    }
+    found.sort();
+    let seams = [
+        "gather/photons_rt.rs",
+        "gather/points_rt.rs",
+        "seam.rs",
+        "trace/bvh.rs",
+        "trace/ray_query.rs",
+        "trace/wide.rs",
+    ];
+    assert_eq!(found, seams);
+}

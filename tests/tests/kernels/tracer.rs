@@ -1,21 +1,26 @@
-//! The software tracer against an oracle in double precision.
+//! The software tracer against an oracle in double precision, and that of the CPU runner against it.
 
 use caustics::scene::{Scene, resolve};
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::interface::ray::Ray;
+use caustics_kernels::interface::ray::{Hit, Ray};
+use caustics_kernels::interface::tree::{LEAF, TreeNode};
 use caustics_kernels::interface::triangle::Triangle;
 use caustics_kernels::math::max_abs;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::warp::uniform_sphere;
 use caustics_kernels::trace::Tracer;
-use glam::{DVec3, Vec3};
+use caustics_kernels::trace::bvh::BvhTracer;
+use caustics_kernels::trace::on_cpu::{CpuTracer, WideTree};
+use caustics_tests::rays;
+use caustics_tests::scenes::{Builder, lambert};
+use glam::{DVec3, Vec3, Vec4};
 
 fn scene(name: &str) -> Scene {
     Scene::load(&resolve(name).unwrap()).unwrap()
 }
 
 /// Random rays that start inside of the scene.
-fn rays(scene: &Scene, count: u32) -> impl Iterator<Item = Ray> + use<'_> {
+fn rays_inside(scene: &Scene, count: u32) -> impl Iterator<Item = Ray> + use<'_> {
     (0..count).map(|path| {
         let mut rng = Rng::new(Stream::Camera, 11, path, 0);
         let (u, v) = (rng.next4(), rng.next4());
@@ -47,7 +52,7 @@ fn closest_hits_are_the_oracles() {
         let scene = scene(name);
         let mut tracer = scene.tracer(Features(0));
         let mut others = 0;
-        for ray in rays(&scene, 3000) {
+        for ray in rays_inside(&scene, 3000) {
             let hit = tracer.closest(&ray);
             let oracle = scene
                 .triangles
@@ -80,7 +85,7 @@ fn closest_hits_are_the_oracles() {
 fn no_ray_slips_out_of_a_closed_room() {
     let scene = scene("mirror-room");
     let mut tracer = scene.tracer(Features(0));
-    let lost = rays(&scene, 300_000).filter(|ray| tracer.closest(ray).is_miss()).count();
+    let lost = rays_inside(&scene, 300_000).filter(|ray| tracer.closest(ray).is_miss()).count();
     assert_eq!(lost, 0, "rays between the triangles of a watertight room");
 }
 
@@ -105,9 +110,95 @@ fn rays_through_shared_corners_and_edges_hit() {
 fn occlusion_agrees_with_the_closest_hit() {
     let scene = scene("mirror-room");
     let mut tracer = scene.tracer(Features(0));
-    for ray in rays(&scene, 20_000) {
+    for ray in rays_inside(&scene, 20_000) {
         let hit = tracer.closest(&ray);
         assert!(tracer.occluded(&Ray { length: hit.distance * 1.001, ..ray }));
         assert!(!tracer.occluded(&Ray { length: hit.distance * 0.999, ..ray }));
+    }
+}
+
+/// Squares on planes of a lattice, many of them in one another's place, and rays between its points: most have several closest
+/// hits at exactly one distance.
+fn lattice() -> (Scene, Vec<Ray>) {
+    let mut builder = Builder::default();
+    let matte = builder.material(lambert(0.5));
+    let whole = |path: u32, purpose: u32| {
+        let u = Rng::new(Stream::Light, 5, path, purpose).next4();
+        (u * 5.0).floor()
+    };
+    for path in 0..400 {
+        let at = whole(path, 0);
+        let centre = DVec3::new(at.x.into(), at.y.into(), at.z.into());
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+        let axis = at.w as usize % 3;
+        builder.panel(matte, centre, axes[(axis + 1) % 3] * 1.5, axes[(axis + 2) % 3]);
+    }
+    let ray = |path| {
+        let (from, to) = (whole(path, 1), whole(path, 2));
+        let direction = (to - from).truncate();
+        (direction != Vec3::ZERO).then(|| Ray::endless(from.truncate() + 0.25, direction))
+    };
+    (builder.build(), (0..4000).filter_map(ray).collect())
+}
+
+#[test]
+fn of_hits_at_one_distance_the_smallest_id_counts_whatever_the_tree() {
+    let (scene, rays) = lattice();
+    let BvhTracer { blocks, cut_outs, .. } = scene.tracer(Features(0));
+    // Trees of one leaf each: what is the closest of all of them is found in no order.
+    let everywhere = TreeNode {
+        min_x: Vec4::splat(-9.0),
+        min_y: Vec4::splat(-9.0),
+        min_z: Vec4::splat(-9.0),
+        max_x: Vec4::splat(9.0),
+        max_y: Vec4::splat(9.0),
+        max_z: Vec4::splat(9.0),
+        ..TreeNode::default()
+    };
+    let leaves: Vec<TreeNode> = (0..blocks.len() as u32)
+        .map(|block| TreeNode { children: [LEAF | block; 4], ..everywhere })
+        .collect();
+    let wide = WideTree::new(&scene.nodes, &scene.instances);
+    let mut ties = 0;
+    for ray in &rays {
+        let in_leaf = |leaf| BvhTracer { nodes: std::slice::from_ref(leaf), blocks, cut_outs }.closest(ray);
+        let hits: Vec<Hit> = leaves.iter().map(in_leaf).filter(|hit| !hit.is_miss()).collect();
+        let key = |hit: &Hit| (hit.distance.to_bits(), hit.triangle);
+        let first = hits.iter().copied().min_by_key(key).unwrap_or(Hit { distance: ray.length, ..Hit::MISS });
+        ties += u32::from(
+            hits.iter().any(|hit| hit.distance == first.distance && hit.triangle != first.triangle),
+        );
+        assert_eq!(scene.tracer(Features(0)).closest(ray), first);
+        assert_eq!(CpuTracer::new(scene.tracer(Features(0)), wide.as_ref()).closest(ray), first);
+    }
+    assert!(ties > 1000, "{ties} rays of {} have several closest hits", rays.len());
+}
+
+#[test]
+fn the_tracer_of_the_cpu_finds_the_same_bits() {
+    for name in ["mirror-room", "textured-room", "moving-caster", "moving-receiver"] {
+        let scene = scene(name);
+        let Some(wide) = WideTree::new(&scene.nodes, &scene.instances) else {
+            eprintln!("this CPU has no tree of its own");
+            return;
+        };
+        let mut tracer = scene.tracer(Features::ALL);
+        let mut own = CpuTracer::new(tracer, Some(&wide));
+        let rays = rays::through(&scene, 10_000);
+        let hits: Vec<Hit> = rays.iter().map(|ray| tracer.closest(ray)).collect();
+        let along_axes = rays.iter().map(|ray| {
+            let axis = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
+            Ray { direction: axis[ray.key as usize % 6], ..*ray }
+        });
+        let short = rays.iter().zip(&hits).map(|(ray, hit)| Ray { length: hit.distance, ..*ray });
+        let others = rays::from_surfaces(&scene, &rays, &hits).into_iter().chain(along_axes).chain(short);
+        let mut found = 0;
+        for ray in rays.iter().copied().chain(others) {
+            let hit = tracer.closest(&ray);
+            found += u32::from(!hit.is_miss());
+            assert_eq!(own.closest(&ray), hit, "{name}: {ray:?}");
+            assert_eq!(own.occluded(&ray), tracer.occluded(&ray), "{name}: {ray:?}");
+        }
+        assert!(found > 3000, "{name}: {found} hits");
     }
 }

@@ -1,0 +1,329 @@
+//! The software tracer on CPUs with AVX2: the tree of [`super::bvh`] with eight children a node, whose boxes are tested at once.
+//! Leaves, and what a hit is, are that module's: both find the same hits, to the bit.
+
+use std::arch::x86_64::{
+    __m256, _CMP_LE_OQ, _MM_HINT_T0, _mm_prefetch, _mm256_cmp_ps, _mm256_max_ps, _mm256_min_ps,
+    _mm256_movemask_ps, _mm256_mul_ps, _mm256_set1_ps, _mm256_setzero_ps, _mm256_sub_ps,
+};
+
+use bytemuck::{cast, cast_mut};
+use spirv_std::glam::Vec3;
+
+use crate::interface::NONE;
+use crate::interface::instance::Instance;
+use crate::interface::ray::{Hit, Ray};
+use crate::interface::tree::{INSTANCE, LEAF, TreeNode, TriangleBlock};
+use crate::texture::cut_out::CutOuts;
+use crate::trace::bvh::{SLACK, intersect_block, safe_inverses};
+
+/// Children of a node.
+const WIDTH: usize = 8;
+
+/// Entries of a traversal's stack.
+const STACK: usize = 96;
+
+/// Subtrees that a ray has put off: the distance (m) at which it enters, as bits in the upper half, and the child. They sort by
+/// distance, since none is negative. A worker keeps one, since filling it with zeros would take a ray as long as two nodes.
+pub type Stack = [u64; STACK];
+
+/// An empty one.
+pub const EMPTY: Stack = [0; STACK];
+
+/// Eight children's boxes (m), one lane a child. An empty lane has no numbers for planes, so that every ray misses it.
+#[repr(C, align(64))]
+#[derive(Clone, Copy)]
+struct WideNode {
+    /// Minima and maxima on each axis.
+    planes: [[__m256; 2]; 3],
+    /// Like those of a [`TreeNode`].
+    children: [u32; WIDTH],
+}
+
+/// A tree of eight children a node, with the leaves of the one it is made of.
+pub struct WideTree {
+    nodes: Vec<WideNode>,
+    /// The root of each instance's mesh.
+    roots: Vec<u32>,
+}
+
+impl WideTree {
+    /// Opens the largest children of each node until eight are there. None where this CPU lacks AVX2, or if rays would need more
+    /// room than their stack has.
+    pub fn new(nodes: &[TreeNode], instances: &[Instance]) -> Option<WideTree> {
+        if nodes.is_empty() || !std::arch::is_x86_feature_detected!("avx2") {
+            return None;
+        }
+        let mut making = Making { nodes, wide: Vec::new(), rooms: Vec::new(), made: vec![NONE; nodes.len()] };
+        making.root(0);
+        let roots: Vec<u32> = instances.iter().map(|instance| making.root(instance.root)).collect();
+        // The world is the root of all, and no instance in it.
+        let of_meshes = roots.iter().filter(|&&root| root != 0).map(|&root| making.rooms[root as usize]);
+        let room = making.rooms[0] + of_meshes.max().unwrap_or(0);
+        (room as usize <= STACK).then_some(WideTree { nodes: making.wide, roots })
+    }
+
+    /// Asks memory for what a child will be read of.
+    #[inline(always)]
+    fn fetch(&self, child: u32, blocks: &[TriangleBlock]) {
+        let node: *const i8 = self.nodes.as_ptr().wrapping_add(child as usize).cast();
+        let block: *const i8 = blocks.as_ptr().wrapping_add((child & !LEAF) as usize).cast();
+        let place = if child & LEAF != 0 { block } else { node };
+        for line in 0..3 {
+            // SAFETY: whatever the address, nothing is read.
+            #[allow(unsafe_code)]
+            unsafe {
+                _mm_prefetch::<_MM_HINT_T0>(place.wrapping_add(64 * line));
+            }
+        }
+    }
+}
+
+struct Making<'a> {
+    nodes: &'a [TreeNode],
+    wide: Vec<WideNode>,
+    /// Entries of the stack that a ray takes at most from each node on.
+    rooms: Vec<u32>,
+    /// What became of each node that is a root.
+    made: Vec<u32>,
+}
+
+impl Making<'_> {
+    /// What becomes of a root, which several instances may share.
+    fn root(&mut self, root: u32) -> u32 {
+        if self.made[root as usize] == NONE {
+            self.made[root as usize] = self.node(root);
+        }
+        self.made[root as usize]
+    }
+
+    /// Appends what becomes of a node, and what stands below it.
+    fn node(&mut self, node: u32) -> u32 {
+        let mut lanes = Lanes::of(&self.nodes[node as usize]);
+        let mut below = lanes.all.map(|lane| self.below(&lane));
+        // Opens the largest that fits, until none does.
+        loop {
+            let fits = |&lane: &usize| below[lane].count > 0 && lanes.count + below[lane].count <= WIDTH + 1;
+            let area = |lane: usize| lanes.all[lane].area();
+            let largest = (0..lanes.count).filter(fits).max_by(|&a, &b| area(a).total_cmp(&area(b)));
+            let Some(open) = largest else { break };
+            let opened = below[open];
+            for (number, lane) in opened.all[..opened.count].iter().enumerate() {
+                let place = if number == 0 { open } else { lanes.count + number - 1 };
+                (lanes.all[place], below[place]) = (*lane, self.below(lane));
+            }
+            lanes.count += opened.count - 1;
+        }
+        let index = self.wide.len();
+        self.wide.push(EMPTY_NODE);
+        self.rooms.push(0);
+        let mut room = 0;
+        for (place, lane) in lanes.all[..lanes.count].iter().enumerate() {
+            let mut child = lane.child;
+            if lane.is_node() {
+                child = self.node(child);
+                room = room.max(self.rooms[child as usize]);
+            }
+            let made = &mut self.wide[index];
+            made.children[place] = child;
+            for (sides, planes) in made.planes.iter_mut().zip(lane.planes) {
+                for (side, plane) in sides.iter_mut().zip(planes) {
+                    cast_mut::<__m256, [f32; WIDTH]>(side)[place] = plane;
+                }
+            }
+        }
+        self.rooms[index] = room + lanes.count.saturating_sub(1) as u32;
+        index as u32
+    }
+
+    /// What a lane would be opened to; nothing if it is no node.
+    fn below(&self, lane: &Lane) -> Lanes {
+        if lane.is_node() { Lanes::of(&self.nodes[lane.child as usize]) } else { Lanes::NONE }
+    }
+}
+
+/// A child and its box.
+#[derive(Clone, Copy)]
+struct Lane {
+    planes: [[f32; 2]; 3],
+    child: u32,
+}
+
+impl Lane {
+    fn is_node(&self) -> bool {
+        self.child & (LEAF | INSTANCE) == 0
+    }
+
+    /// Half of the area of the box (m^2).
+    fn area(&self) -> f32 {
+        let [x, y, z] = self.planes.map(|[min, max]| max - min);
+        x * y + y * z + z * x
+    }
+}
+
+/// Children of a node in the making.
+#[derive(Clone, Copy)]
+struct Lanes {
+    all: [Lane; WIDTH],
+    count: usize,
+}
+
+impl Lanes {
+    const NONE: Lanes = Lanes { all: [Lane { planes: [[0.0; 2]; 3], child: LEAF }; WIDTH], count: 0 };
+
+    fn of(node: &TreeNode) -> Lanes {
+        let mut lanes = Lanes::NONE;
+        for lane in (0..4).filter(|&lane| node.min_x[lane] != f32::MAX) {
+            lanes.all[lanes.count] = Lane {
+                planes: [
+                    [node.min_x[lane], node.max_x[lane]],
+                    [node.min_y[lane], node.max_y[lane]],
+                    [node.min_z[lane], node.max_z[lane]],
+                ],
+                child: node.children[lane],
+            };
+            lanes.count += 1;
+        }
+        lanes
+    }
+}
+
+const EMPTY_NODE: WideNode = {
+    // SAFETY: any bits are eight floats.
+    #[allow(unsafe_code)]
+    let none = unsafe { std::mem::transmute::<[f32; WIDTH], __m256>([f32::NAN; WIDTH]) };
+    WideNode { planes: [[none; 2]; 3], children: [LEAF; WIDTH] }
+};
+
+/// A ray as boxes are tested against it.
+#[derive(Clone, Copy)]
+struct Slabs {
+    origin: [__m256; 3],
+    inverse: [__m256; 3],
+    /// Which plane of each axis is entered through.
+    near: [usize; 3],
+}
+
+impl Slabs {
+    #[target_feature(enable = "avx2")]
+    #[inline]
+    fn new(origin: Vec3, direction: Vec3) -> Slabs {
+        let inverse = safe_inverses(direction).to_array();
+        Slabs {
+            origin: [_mm256_set1_ps(origin.x), _mm256_set1_ps(origin.y), _mm256_set1_ps(origin.z)],
+            inverse: [_mm256_set1_ps(inverse[0]), _mm256_set1_ps(inverse[1]), _mm256_set1_ps(inverse[2])],
+            near: inverse.map(|inverse| usize::from(inverse < 0.0)),
+        }
+    }
+
+    /// Distances at which the ray enters the boxes, and a bit for each that it meets within `length`.
+    #[target_feature(enable = "avx2")]
+    #[inline]
+    fn enter(&self, node: &WideNode, length: f32) -> ([f32; WIDTH], u32) {
+        // Where one is no number, min and max give the second: so `leave` is none in an empty lane.
+        let mut enter = _mm256_setzero_ps();
+        let mut leave = _mm256_set1_ps(length);
+        let mut axis = 0;
+        while axis < 3 {
+            let at =
+                |plane: __m256| _mm256_mul_ps(_mm256_sub_ps(plane, self.origin[axis]), self.inverse[axis]);
+            let near = self.near[axis] & 1;
+            enter = _mm256_max_ps(at(node.planes[axis][near]), enter);
+            leave = _mm256_min_ps(leave, at(node.planes[axis][near ^ 1]));
+            axis += 1;
+        }
+        let met = _mm256_cmp_ps::<_CMP_LE_OQ>(enter, _mm256_mul_ps(leave, _mm256_set1_ps(SLACK)));
+        (cast(enter), _mm256_movemask_ps(met) as u32)
+    }
+}
+
+/// What [`super::bvh`] finds.
+#[inline]
+pub(super) fn find<const ANY: bool, const INSTANCES: bool>(
+    tree: &WideTree,
+    blocks: &[TriangleBlock],
+    cut_outs: &CutOuts<'_>,
+    ray: &Ray,
+    stack: &mut Stack,
+) -> Hit {
+    // SAFETY: trees are made where there is AVX2 alone.
+    #[allow(unsafe_code)]
+    unsafe {
+        traverse::<ANY, INSTANCES>(tree, blocks, cut_outs, ray, stack)
+    }
+}
+
+#[target_feature(enable = "avx2")]
+fn traverse<const ANY: bool, const INSTANCES: bool>(
+    tree: &WideTree,
+    blocks: &[TriangleBlock],
+    cut_outs: &CutOuts<'_>,
+    world: &Ray,
+    stack: &mut Stack,
+) -> Hit {
+    let mut ray = *world;
+    let mut slabs = Slabs::new(ray.origin, ray.direction);
+    // The instance at hand, and the height of the stack at which it ends, plus one; 0 outside of instances.
+    let (mut inside, mut floor) = (0u32, 0usize);
+    let mut best = Hit { distance: world.length, ..Hit::MISS };
+    let mut height = 0usize;
+    let mut current = 0u32;
+    loop {
+        if current & LEAF != 0 {
+            intersect_block(&blocks[(current & !LEAF) as usize], inside, cut_outs, &ray, &mut best);
+            if ANY && best.triangle != NONE {
+                return best;
+            }
+        } else if INSTANCES && current & INSTANCE != 0 {
+            inside = current & !INSTANCE;
+            let instance = &cut_outs.instances[inside as usize];
+            ray.origin = instance.to_object.point(world.origin);
+            ray.direction = instance.to_object.vector(world.direction);
+            slabs = Slabs::new(ray.origin, ray.direction);
+            floor = height + 1;
+            current = tree.roots[inside as usize];
+            continue;
+        } else {
+            let node = &tree.nodes[current as usize];
+            let (near, mut met) = slabs.enter(node, best.distance);
+            if met != 0 {
+                // On into the nearest; the others as they come, since sorting them gains nothing.
+                let mut nearest = entry(&near, node, &mut met);
+                while met != 0 {
+                    let other = entry(&near, node, &mut met);
+                    let later = nearest.max(other);
+                    tree.fetch(later as u32, blocks);
+                    stack[height] = later;
+                    nearest = nearest.min(other);
+                    height += 1;
+                }
+                current = nearest as u32;
+                continue;
+            }
+        }
+
+        // Pop the next subtree that may hold a closer hit.
+        loop {
+            if INSTANCES && floor == height + 1 {
+                ray = *world;
+                slabs = Slabs::new(ray.origin, ray.direction);
+                (inside, floor) = (0, 0);
+            }
+            if height == 0 {
+                return best;
+            }
+            height -= 1;
+            if f32::from_bits((stack[height] >> 32) as u32) <= best.distance {
+                current = stack[height] as u32;
+                break;
+            }
+        }
+    }
+}
+
+/// The child of the lowest bit of `met`, which it takes away, as an entry of the stack.
+#[inline(always)]
+fn entry(near: &[f32; WIDTH], node: &WideNode, met: &mut u32) -> u64 {
+    let lane = met.trailing_zeros() as usize & (WIDTH - 1);
+    *met &= *met - 1;
+    u64::from(near[lane].to_bits()) << 32 | u64::from(node.children[lane])
+}

@@ -6,6 +6,8 @@ use std::process::Command;
 
 use serde_json::Value;
 
+use crate::rings::files;
+
 /// Licences as crates state them, each read and found to let the project have its own. A new text here is looked at first.
 const LICENCES: [&str; 26] = [
     "(MIT OR Apache-2.0 OR Zlib) AND BSD-3-Clause",
@@ -138,19 +140,10 @@ fn crates_without_unsafe_code_forbid_it() {
 #[test]
 fn kernels_are_unsafe_in_their_seams_alone() {
     let kernels = root().join("kernels/src");
-    let mut found = Vec::new();
-    let mut folders = vec![kernels.clone()];
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if std::fs::read_to_string(&path).unwrap().contains("unsafe {") {
-                found.push(path.strip_prefix(&kernels).unwrap().display().to_string());
-            }
-        }
-    }
-    found.sort();
+    let is_unsafe = |file: &PathBuf| std::fs::read_to_string(file).unwrap().contains("unsafe {");
+    let found = files(&kernels).into_iter().filter(is_unsafe);
+    let found: Vec<String> =
+        found.map(|file| file.strip_prefix(&kernels).unwrap().display().to_string()).collect();
     let seams = [
         "gather/photons_rt.rs",
         "gather/points_rt.rs",

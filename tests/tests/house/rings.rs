@@ -67,7 +67,8 @@ fn doors(src: &Path, own_name: &str) -> Doors {
     doors
 }
 
-fn files(folder: &Path) -> Vec<PathBuf> {
+/// The sources below a folder but for tests in files of their own, sorted.
+pub fn files(folder: &Path) -> Vec<PathBuf> {
     let mut all = Vec::new();
     for entry in std::fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();

@@ -1,4 +1,4 @@
-//! Shards: the part of a sweep that one of several processes measures.
+//! Shards: the part of a run that one of several processes does.
 
 use std::ops::Range;
 

@@ -17,6 +17,12 @@ pub struct Sharding {
 }
 
 impl Sharding {
+    /// The part that is asked for, else all.
+    pub fn asked(&self) -> Result<Shard, Usage> {
+        // A task of an array may have a whole run of its own.
+        if self.shard.is_none() && self.shards.is_none() { Ok(Shard::WHOLE) } else { self.found() }
+    }
+
     /// The part that is asked for, else that of a Slurm array's task, else all.
     pub fn found(&self) -> Result<Shard, Usage> {
         let environment = |name: &str| std::env::var(name).ok();

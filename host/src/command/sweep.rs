@@ -52,7 +52,7 @@ pub fn run(options: &cli::Sweep) -> anyhow::Result<ExitCode> {
     }
     // What a report names as the source of the folder's cells.
     Target::claim(&folder.join("experiment.toml"), true)?.finish(text.as_bytes())?;
-    let of = if shard.count > 1 {
+    let of = if shard.is_part() {
         format!(" in part {} of {}", shard.index + 1, shard.count)
     } else {
         String::new()

@@ -32,6 +32,9 @@ pub struct Shape {
     pub width: usize,
     /// Height (px).
     pub height: usize,
+    /// Index of the first frame.
+    #[serde(default)]
+    pub first: u32,
     /// Number of frames added.
     pub frames: u32,
     /// Whether the pictures have caustics and the other layers of a gather.
@@ -45,16 +48,27 @@ pub struct Shape {
 }
 
 impl Shape {
+    /// Index of the frame behind those that were added.
+    pub fn end(&self) -> u32 {
+        self.first.saturating_add(self.frames)
+    }
+
     /// Frames of a batch.
     fn frames_of(&self, batch: usize) -> u32 {
-        (self.frames + self.batches - 1 - batch as u32) / self.batches
+        let before = |frame: u32| (frame + self.batches - 1 - batch as u32) / self.batches;
+        before(self.end()) - before(self.first)
     }
 }
 
 impl Accumulation {
     /// None yet, of frames that take turns in so many batches; 0: of independent frames.
     pub fn in_batches(batches: u32) -> Accumulation {
-        Accumulation { shape: Shape { batches, ..Shape::default() }, ..Accumulation::default() }
+        Accumulation::from_frame(0, batches)
+    }
+
+    /// None yet, of frames from one of this index on that take turns in so many batches; 0: of independent frames.
+    pub fn from_frame(first: u32, batches: u32) -> Accumulation {
+        Accumulation { shape: Shape { first, batches, ..Shape::default() }, ..Accumulation::default() }
     }
 
     /// Adds a picture.
@@ -70,7 +84,7 @@ impl Accumulation {
             *self = Accumulation::zero(shape);
         }
         assert_eq!(self.shape, shape, "pictures of one kind are added");
-        let batch = self.shape.frames.checked_rem(self.shape.batches);
+        let batch = self.shape.end().checked_rem(self.shape.batches);
         self.shape.frames += 1;
         let beauty = picture.beauty();
         let layers: [&[f32]; 5] = [
@@ -93,6 +107,26 @@ impl Accumulation {
             .par_chunks_mut(SHOWN)
             .enumerate()
             .for_each(|(pixel, row)| show(row, &picture.auxiliary, pixel));
+    }
+
+    /// Adds the sums of the frames that follow.
+    ///
+    /// # Panics
+    ///
+    /// If those are of another size, have other layers, or do not follow.
+    pub fn append(&mut self, next: &Accumulation) {
+        let shape = Shape { first: self.shape.end(), frames: next.shape.frames, ..self.shape };
+        assert_eq!(next.shape, shape, "frames of one kind follow each other");
+        self.shape.frames += next.shape.frames;
+        let own = self.sums.iter_mut().chain(&mut self.spread);
+        for (own, next) in own.zip(next.sums.iter().chain(&next.spread)) {
+            own.par_iter_mut().zip(next).for_each(|(sum, value)| *sum += value);
+        }
+        for (own, next) in self.shown.chunks_mut(SHOWN).zip(next.shown.chunks(SHOWN)) {
+            let material = if own[0] == 0.0 { next[MATERIAL] } else { own[MATERIAL] };
+            own.iter_mut().zip(next).for_each(|(sum, value)| *sum += value);
+            own[MATERIAL] = material;
+        }
     }
 
     /// Number of frames added so far.
@@ -130,7 +164,7 @@ impl Accumulation {
             auxiliary.position.push(vector(7));
             auxiliary.depth.push(number(10));
             auxiliary.motion.push(Vec2::new(number(11), number(12)));
-            auxiliary.material.push(if row[0] > 0.0 { row[13] as f32 } else { NO_MATERIAL });
+            auxiliary.material.push(if row[0] > 0.0 { row[MATERIAL] as f32 } else { NO_MATERIAL });
         }
         auxiliary
     }
@@ -219,6 +253,8 @@ impl Accumulation {
 /// Numbers that are kept of what a pixel shows: the frames in which it shows something; of these the sums of normal, albedo,
 /// position, depth and motion; the first material.
 const SHOWN: usize = 14;
+/// Which of them the material is.
+const MATERIAL: usize = 13;
 
 /// Adds what a pixel shows.
 fn show(row: &mut [f64], auxiliary: &Auxiliary, pixel: usize) {
@@ -226,13 +262,13 @@ fn show(row: &mut [f64], auxiliary: &Auxiliary, pixel: usize) {
         return;
     }
     if row[0] == 0.0 {
-        row[13] = f64::from(auxiliary.material[pixel]);
+        row[MATERIAL] = f64::from(auxiliary.material[pixel]);
     }
     row[0] += 1.0;
     let vectors = [&auxiliary.normal, &auxiliary.albedo, &auxiliary.position];
     let vectors = vectors.into_iter().flat_map(|layer| layer[pixel].to_array());
     let values = vectors.chain([auxiliary.depth[pixel]]).chain(auxiliary.motion[pixel].to_array());
-    row[1..13].iter_mut().zip(values).for_each(|(sum, value)| *sum += f64::from(value));
+    row[1..MATERIAL].iter_mut().zip(values).for_each(|(sum, value)| *sum += f64::from(value));
 }
 
 #[cfg(test)]
@@ -283,6 +319,14 @@ mod tests {
         assert!((few.variance().unwrap()[0].x - independent.variance().unwrap()[0].x).abs() < 1e-6);
         let values: Vec<f64> = sums.parts().flatten().copied().collect();
         assert_eq!(Accumulation::of(sums.shape, values.into_iter()), Some(sums));
+        // Frames 1 to 3 of two batches: 3, and 4 and 6, whose mean is 13 / 3.
+        let mut part = Accumulation::from_frame(1, 2);
+        for path in [4.0, 3.0, 6.0] {
+            part.add(&picture(path, 0.0));
+        }
+        let square = |frames: f32, mean: f32| frames * (mean - 13.0 / 3.0).powi(2);
+        let variance = (square(1.0, 3.0) + square(2.0, 5.0)) / 3.0;
+        assert!((part.variance().unwrap()[0].x - variance).abs() < 1e-6);
     }
 
     #[test]
@@ -307,6 +351,44 @@ mod tests {
         assert_eq!((mean.position[0], mean.motion[0]), (Vec3::X * 3.0, Vec2::new(3.0, 1.0)));
         let values: Vec<f64> = sums.parts().flatten().copied().collect();
         assert_eq!(Accumulation::of(sums.shape, values.into_iter()), Some(sums));
+    }
+
+    #[test]
+    fn parts_of_a_run_add_up_to_it() {
+        let frame = |index: u32| Picture {
+            auxiliary: Auxiliary {
+                normal: vec![Vec3::Y],
+                albedo: vec![Vec3::ONE],
+                depth: vec![if index < 3 { 0.0 } else { 2.0 }],
+                position: vec![Vec3::ZERO],
+                motion: vec![Vec2::ZERO],
+                material: vec![index as f32],
+            },
+            ..picture((index * index) as f32, index as f32)
+        };
+        let sums = |frames: std::ops::Range<u32>, batches: u32| {
+            let mut sums = Accumulation::from_frame(frames.start, batches);
+            frames.for_each(|index| sums.add(&frame(index)));
+            sums
+        };
+        for batches in [0, 4] {
+            let mut joined = sums(0..3, batches);
+            joined.append(&sums(3..4, batches));
+            joined.append(&sums(4..10, batches));
+            // Sums of small whole numbers are exact.
+            assert_eq!(joined, sums(0..10, batches));
+            assert_eq!(joined.mean().auxiliary.material, [3.0]);
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "follow each other")]
+    fn parts_with_a_gap_do_not_add_up() {
+        let mut sums = Accumulation::default();
+        sums.add(&picture(1.0, 0.0));
+        let mut next = Accumulation::from_frame(2, 0);
+        next.add(&picture(1.0, 0.0));
+        sums.append(&next);
     }
 
     #[test]

@@ -1,10 +1,11 @@
 //! Checkpoints: an accumulation on disk, from which a run resumes to the same bits.
 //!
 //! A sealed file: what the run is, shape and seconds spent, then the sums as little-endian f64, and what the last frame leaves
-//! to the next.
+//! to the next. A shard of a run leaves such a file, in which the sums of its frames are whole.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -33,7 +34,7 @@ pub enum CheckpointError {
     #[error("--resume: there is no {}; leave --resume out to begin", .0.display())]
     Missing(PathBuf),
     /// The system cannot read it.
-    #[error("--resume: cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {source}", path.display())]
     Read {
         /// The checkpoint.
         path: PathBuf,
@@ -47,7 +48,7 @@ pub enum CheckpointError {
     #[error("{0}")]
     Head(#[from] serde_json::Error),
     /// It is damaged, or another version's.
-    #[error("--resume: {} {why}", path.display())]
+    #[error("{} {why}", path.display())]
     Unusable {
         /// The checkpoint.
         path: PathBuf,
@@ -55,7 +56,7 @@ pub enum CheckpointError {
         why: Unusable,
     },
     /// It belongs to another run.
-    #[error("--resume: {} belongs to another run: its {name} is {theirs:?}, not {ours:?}", path.display())]
+    #[error("{} belongs to another run: its {name} is {theirs:?}, not {ours:?}", path.display())]
     Other {
         /// The checkpoint.
         path: PathBuf,
@@ -68,11 +69,18 @@ pub enum CheckpointError {
     },
 }
 
-#[derive(Serialize, Deserialize)]
-struct Head {
-    identity: Identity,
-    shape: Shape,
-    seconds: f64,
+/// What a checkpoint says before its sums.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Head {
+    /// What the run is.
+    pub identity: Identity,
+    /// Shape of the sums.
+    pub shape: Shape,
+    /// The time that they took (s).
+    pub seconds: f64,
+    /// What the file of the picture says of it.
+    #[serde(default)]
+    pub about: BTreeMap<String, String>,
     /// Buffers in which something outlives its frame, with their sizes (bytes).
     #[serde(default)]
     state: Vec<(String, usize)>,
@@ -85,6 +93,8 @@ pub struct Checkpoint {
     pub sums: Accumulation,
     /// The time that they took.
     pub spent: Duration,
+    /// What the file of the picture says of it.
+    pub about: BTreeMap<String, String>,
     /// What the last frame leaves to the next: buffers by name, see `Session::state`.
     pub state: Vec<(String, Vec<u8>)>,
 }
@@ -102,11 +112,12 @@ pub fn path_of(output: &Path) -> PathBuf {
 ///
 /// If its folder cannot be written.
 pub fn save(path: &Path, identity: &Identity, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
-    let Checkpoint { sums, spent, state } = checkpoint;
+    let Checkpoint { sums, spent, about, state } = checkpoint;
     let head = Head {
         identity: identity.clone(),
         shape: sums.shape,
         seconds: spent.as_secs_f64(),
+        about: about.clone(),
         state: state.iter().map(|(name, bytes)| (name.clone(), bytes.len())).collect(),
     };
     let bytes = sealed::seal(KIND, &head, |bytes| {
@@ -143,6 +154,17 @@ pub fn difference(ours: &Identity, theirs: &Identity) -> Option<Difference> {
     pairs.find(|pair| pair.ours != pair.theirs)
 }
 
+/// Reads what a checkpoint says before its sums; whether those are whole, [`load`] says.
+///
+/// # Errors
+///
+/// If the file cannot be read, or is no checkpoint of this version of the program.
+pub fn head(path: &Path) -> Result<Head, CheckpointError> {
+    let fail = |source| CheckpointError::Read { path: path.into(), source };
+    let head = sealed::head(KIND, File::open(path).map_err(fail)?).map_err(fail)?;
+    head.map_err(|why| CheckpointError::Unusable { path: path.into(), why })
+}
+
 /// Reads a checkpoint of the run that this identity names, whose sums have this shape but for their frames.
 pub fn load(path: &Path, identity: &Identity, shape: Shape) -> Result<Checkpoint, CheckpointError> {
     let bytes = read_file(path).map_err(|source| match source.kind() {
@@ -165,11 +187,13 @@ pub fn parse(
     if let Some(Difference { name, theirs, ours }) = difference(identity, &head.identity) {
         return Err(CheckpointError::Other { path: path.into(), name, theirs, ours });
     }
-    let Head { shape: theirs, seconds, state: buffers, .. } = head;
+    let Head { shape: theirs, seconds, about, state: buffers, .. } = head;
     if theirs != (Shape { frames: theirs.frames, ..shape }) {
         return Err(damaged("its size is not that of its settings"));
     }
-    if !(1..=MAX_FRAMES).contains(&theirs.frames) || !(0.0..=MAX_SECONDS).contains(&seconds) {
+    let end = theirs.first.checked_add(theirs.frames);
+    if theirs.frames == 0 || end.is_none_or(|end| end > MAX_FRAMES) || !(0.0..=MAX_SECONDS).contains(&seconds)
+    {
         return Err(damaged("no run has its number of frames or seconds"));
     }
     // From behind: the buffers, then the sums.
@@ -186,7 +210,7 @@ pub fn parse(
     let values = values.iter().map(|value| f64::from_le_bytes(*value));
     let sums = Accumulation::of(theirs, values).filter(|_| rest.is_empty());
     let sums = sums.ok_or_else(|| damaged("its sums are too many or too few"))?;
-    Ok(Checkpoint { sums, spent: Duration::from_secs_f64(seconds), state })
+    Ok(Checkpoint { sums, spent: Duration::from_secs_f64(seconds), about, state })
 }
 
 #[cfg(test)]
@@ -208,7 +232,7 @@ mod tests {
 
     /// That of the sums, whatever their frames.
     const SHAPE: Shape =
-        Shape { width: 3, height: 2, frames: 0, gathers: false, batches: 0, auxiliary: false };
+        Shape { width: 3, height: 2, first: 0, frames: 0, gathers: false, batches: 0, auxiliary: false };
 
     #[test]
     fn what_is_saved_is_loaded() {
@@ -216,8 +240,11 @@ mod tests {
         let path = path_of(&folder.path().join("a.exr"));
         let state = vec![("map".to_string(), vec![1, 2, 3]), ("nothing".to_string(), vec![])];
         for state in [vec![], state] {
-            let checkpoint = Checkpoint { sums: sums(), spent: Duration::from_secs(3), state };
+            let about = BTreeMap::from([("device".into(), "a CPU".into())]);
+            let checkpoint = Checkpoint { sums: sums(), spent: Duration::from_secs(3), about, state };
             save(&path, &identity("1"), &checkpoint).unwrap();
+            let head = head(&path).unwrap();
+            assert_eq!((&head.about["device"][..], head.shape.frames), ("a CPU", 1));
             assert_eq!(load(&path, &identity("1"), SHAPE).unwrap(), checkpoint);
         }
         assert!(path.ends_with("a.exr.checkpoint"));
@@ -247,7 +274,7 @@ mod tests {
             let state = [("map".to_string(), 48), ("other".to_string(), usize::MAX)];
             let state = state[..values.saturating_sub(100)].to_vec();
             let values = if values > 100 { 42 } else { values };
-            let head = Head { identity: identity("1"), shape, seconds, state };
+            let head = Head { identity: identity("1"), shape, seconds, about: BTreeMap::new(), state };
             let bytes = sealed::seal(KIND, &head, |bytes| bytes.resize(bytes.len() + 8 * values, 0)).unwrap();
             parse(Path::new("a"), &bytes, &identity("1"), SHAPE).map(drop)
         };
@@ -262,6 +289,7 @@ mod tests {
             (Shape { gathers: true, ..fine }, 1.0, 72),
             (Shape { frames: 0, ..fine }, 1.0, 36),
             (Shape { frames: u32::MAX, ..fine }, 1.0, 36),
+            (Shape { first: 1, ..fine }, 1.0, 36),
             (fine, -1.0, 36),
             (fine, 1e300, 36),
             (fine, 1.0, 102),

@@ -18,6 +18,7 @@ mod inspect;
 mod pages;
 mod preset;
 mod report;
+mod sharding;
 mod survey;
 mod sweep;
 mod view;
@@ -30,6 +31,7 @@ pub use inspect::Inspect;
 pub use pages::{Completions, Man};
 pub use preset::Preset;
 pub use report::Report;
+pub use sharding::Sharding;
 pub use survey::Survey;
 pub use sweep::Sweep;
 pub use view::Viewer;
@@ -87,7 +89,7 @@ pub enum Command {
     Animate(Box<Animate>),
     /// Path trace a scene until it is a reference
     Reference(Box<Reference>),
-    /// Join references of one view that were rendered with different seeds
+    /// Join the shards of a render or reference, or references of one view that were rendered with different seeds
     Merge(Merge),
     /// Measure how far an image is from a reference
     Compare(Compare),
@@ -260,6 +262,9 @@ pub struct Common {
     /// Change the scene as this TOML file says: where its nodes stand, the camera, and keys by which they move
     #[arg(long, value_name = "FILE")]
     pub edits: Option<PathBuf>,
+    /// Which part of the frames is rendered.
+    #[command(flatten)]
+    pub sharding: Sharding,
     /// Resume from OUTPUT.checkpoint, which an interrupted run leaves behind
     #[arg(long)]
     pub resume: bool,
@@ -307,7 +312,8 @@ pub struct Render {
 #[command(allow_negative_numbers = true)]
 #[command(before_help = "Examples:
   caustics reference mirror-room -o truth.exr --spp 4096
-  caustics reference mirror-room -o truth.exr --target-relmse 1e-4 --resume")]
+  caustics reference mirror-room -o truth.exr --target-relmse 1e-4 --resume
+  caustics reference mirror-room -o truth.exr --spp 4096 --shard 3/8")]
 pub struct Reference {
     /// What every command that renders has.
     #[command(flatten)]
@@ -331,10 +337,11 @@ pub struct Reference {
 
 /// Options of `merge`.
 #[derive(Args, Debug)]
-#[command(before_help = "Example:
+#[command(before_help = "Examples:
+  caustics merge truth.shard-*.sums -o truth.exr
   caustics merge seed-1.exr seed-2.exr seed-3.exr -o truth.exr")]
 pub struct Merge {
-    /// References of one view with different seeds
+    /// The shards of one run of render or reference; or references of one view with different seeds
     #[arg(required = true, num_args = 2..)]
     pub inputs: Vec<PathBuf>,
     /// The EXR file to write

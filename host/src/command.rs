@@ -25,6 +25,7 @@ pub mod report;
 pub mod report_page;
 pub mod say;
 pub mod scene;
+mod shard;
 pub mod stop;
 mod survey;
 pub mod sweep;

@@ -41,7 +41,7 @@ pub fn picture(bytes: &[u8]) -> bool {
 /// A checkpoint of a run without any identity, of 2 pixels: as it is; and, since hardly any bytes have the right checksum
 /// or are this program's, what they are with those: a line of JSON, the head, and sums.
 pub fn checkpoint(bytes: &[u8]) -> bool {
-    let shape = Shape { width: 2, height: 1, frames: 0, gathers: false, batches: 0, auxiliary: false };
+    let shape = Shape { width: 2, height: 1, ..Shape::default() };
     let accepts = |bytes: &[u8]| {
         let path = Path::new("checkpoint");
         checkpoint::parse(path, bytes, &Identity::default(), shape).is_ok_and(

@@ -56,6 +56,7 @@ pub mod scene;
 pub mod sealed;
 pub mod session;
 pub mod settings;
+pub mod shard;
 pub mod text;
 pub mod trace_rate;
 pub mod upload;

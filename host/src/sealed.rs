@@ -5,12 +5,16 @@
 //! consecutive bits, and all but one in 2^32 of whatever else happens to a file; the crate computes it at the speed of memory.
 //! It guards against accidents, not against people.
 
+use std::io::{BufRead, BufReader, Read};
+
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// Bytes of the checksum, at the end and little-endian.
 const CHECKSUM_BYTES: usize = 4;
+/// Most bytes of a head that [`head`] reads.
+const MOST_HEAD: u64 = 1 << 24;
 
 /// Why such a file cannot be used, whatever run it belongs to.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -71,7 +75,7 @@ pub fn seal<H: Serialize>(
     head: &H,
     payload: impl FnOnce(&mut Vec<u8>),
 ) -> serde_json::Result<Vec<u8>> {
-    let mut bytes = format!("caustics {kind}\n").into_bytes();
+    let mut bytes = first_line(kind).into_bytes();
     serde_json::to_writer(&mut bytes, &Line { program: Program::this(), head })?;
     bytes.push(b'\n');
     payload(&mut bytes);
@@ -92,17 +96,41 @@ pub fn open<'a, H: DeserializeOwned>(kind: &str, bytes: &'a [u8]) -> Result<(H, 
     if crc32fast::hash(content) != u32::from_le_bytes(*checksum) {
         return Err(Unusable::damaged("its checksum is another"));
     }
-    let content = content
-        .strip_prefix(format!("caustics {kind}\n").as_bytes())
-        .ok_or_else(|| Unusable::damaged(format!("it is no {kind}")))?;
+    let content = content.strip_prefix(first_line(kind).as_bytes()).ok_or_else(|| no(kind))?;
     let end = content.iter().position(|&byte| byte == b'\n');
     let (line, payload) = content.split_at(end.ok_or_else(|| Unusable::damaged("it has no head"))?);
+    Ok((parse(line)?, &payload[1..]))
+}
+
+/// The head of a file of this kind, of which no more is read: whether the rest is whole, [`open`] says.
+pub fn head<H: DeserializeOwned>(kind: &str, file: impl Read) -> std::io::Result<Result<H, Unusable>> {
+    let (mut first, mut line) = (Vec::new(), Vec::new());
+    let mut file = BufReader::new(file.take(MOST_HEAD));
+    file.read_until(b'\n', &mut first)?;
+    if first != first_line(kind).as_bytes() {
+        return Ok(Err(no(kind)));
+    }
+    file.read_until(b'\n', &mut line)?;
+    Ok(parse(&line))
+}
+
+/// The line that names the kind of a file.
+fn first_line(kind: &str) -> String {
+    format!("caustics {kind}\n")
+}
+
+fn no(kind: &str) -> Unusable {
+    Unusable::damaged(format!("it is no {kind}"))
+}
+
+/// The head, if this program wrote it.
+fn parse<H: DeserializeOwned>(line: &[u8]) -> Result<H, Unusable> {
     let line: Line<serde_json::Value> = serde_json::from_slice(line).map_err(Unusable::damaged)?;
     let ours = Program::this();
     if (&line.program.version, &line.program.sources) != (&ours.version, &ours.sources) {
         return Err(Unusable::Version { theirs: line.program.name(), ours: ours.name() });
     }
-    Ok((serde_json::from_value(line.head).map_err(Unusable::damaged)?, &payload[1..]))
+    serde_json::from_value(line.head).map_err(Unusable::damaged)
 }
 
 #[cfg(test)]
@@ -118,6 +146,13 @@ mod tests {
         assert_eq!(open::<(String, u32)>("note", &file()), Ok((("head".into(), 7), &b"pay\nload"[..])));
         assert!(matches!(open::<(String, u32)>("song", &file()), Err(Unusable::Damaged(_))));
         assert!(matches!(open::<u32>("note", &file()), Err(Unusable::Damaged(_))));
+        // Its head is read without the rest.
+        let head = |kind: &str, bytes: &[u8]| head::<(String, u32)>(kind, bytes).unwrap();
+        let end = file().len() - 8;
+        assert_eq!(head("note", &file()[..end]), Ok(("head".into(), 7)));
+        for (kind, bytes) in [("song", &file()[..]), ("note", &file()[..20]), ("note", &[])] {
+            assert!(matches!(head(kind, bytes), Err(Unusable::Damaged(_))));
+        }
     }
 
     #[test]

@@ -13,7 +13,8 @@ use super::bench::frames;
 #[command(allow_negative_numbers = true)]
 #[command(before_help = "Examples:
   caustics animate animated-light -o frames/####.exr --video
-  caustics animate moving-caster -o frames/caster-####.exr --history none --frames 0..24 --fps 24")]
+  caustics animate moving-caster -o frames/caster-####.exr --history none --frames 0..24 --fps 24
+  caustics animate moving-caster -o frames/####.exr --history none --emission aimed --light-paths 100000 --shard 3/8")]
 #[command(mut_arg("history", |arg| arg.help("What the frame before lends to collection points [default: validated with --method basic, else none]")))]
 #[command(mut_arg("denoiser", |arg| arg.help("What smooths the path-traced part, caustics excepted [default: atrous with a --path-history, else none]")))]
 #[command(mut_arg("sampler", |arg| arg.help("Where the random numbers of camera paths come from [default: sobol with a --path-history, else blue]")))]

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::Sharding;
+
 /// Options of `sweep`.
 #[derive(Args, Debug)]
 #[command(before_help = "Examples:
@@ -11,6 +13,7 @@ use clap::Args;
   caustics sweep experiments/paths.toml --dry-run
   caustics sweep experiments/paths.toml -o part-2 --shard 2/8
   caustics sweep --merge part-1 part-2 -o whole")]
+#[command(mut_arg("shard", |arg| arg.help("Do one of n parts [default: the task of a Slurm array, else all]")))]
 pub struct Sweep {
     /// The file that says what to measure
     #[arg(required_unless_present = "merge", value_name = "EXPERIMENT.toml")]
@@ -21,12 +24,9 @@ pub struct Sweep {
     /// Print the cells, which of them are done and how many references it takes; measure nothing
     #[arg(long)]
     pub dry_run: bool,
-    /// Measure one of n parts [default: the task of a Slurm array, else all]
-    #[arg(long, value_name = "I/N")]
-    pub shard: Option<String>,
-    /// Number of parts, where the environment says which this is: PARALLEL_SEQ of GNU parallel, or a Slurm array
-    #[arg(long, value_name = "N", conflicts_with = "shard", value_parser = clap::value_parser!(u32).range(1..))]
-    pub shards: Option<u32>,
+    /// Which part is measured.
+    #[command(flatten)]
+    pub sharding: Sharding,
     /// Join the results of these folders instead of measuring
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["experiment", "dry_run", "shard", "shards", "force"])]
     pub merge: Vec<PathBuf>,

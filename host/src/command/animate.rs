@@ -21,6 +21,7 @@ use super::options::scene_files;
 use super::pick::pick;
 use super::say::say;
 use super::scene::feature_names;
+use super::shard::warn_of_lenders;
 use super::warn::warn;
 use crate::cli::Animate;
 
@@ -41,14 +42,24 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     let Staged { scene, camera: name, .. } = open(&file, common)?;
     plan.set_frames(&scene, scene_files(&file, common))?;
     let video = plan.pattern.whole("mp4");
-    if options.video {
+    let wants_video = options.video && !plan.shard.is_part();
+    if wants_video {
         video::check(&video, common.force)?;
     }
-    let has_video = options.video && video::has_ffmpeg();
-    if options.video && !has_video {
+    let has_video = wants_video && video::has_ffmpeg();
+    if wants_video && !has_video {
         tell!("warning: there is no ffmpeg on the PATH: PNGs are written, but no video");
     }
     warn(&scene, plan.method(), &plan.settings);
+    if plan.shard.is_part() {
+        warn_of_lenders(&plan.cell, plan.frames.start);
+        let waits = options.video || options.pngs && !plan.pngs;
+        if waits && plan.is_part_of_one() {
+            tell!("PNGs and video that are missing, the same command without --shard writes");
+        } else if waits {
+            tell!("warning: a shard writes no video; make one of the PNGs");
+        }
+    }
     let view = scene.camera(Some(&name))?;
     let (choice, variant, reason) = pick(
         plan.cell.asked_runner,
@@ -66,8 +77,8 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     );
     let folder = plan.pattern.folder();
     std::fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
-    // What a history keeps has one name for all runs.
-    let _lock = Lock::take(&plan.pattern.whole("state"))?;
+    // What a history keeps has one name for all runs of a part.
+    let _lock = Lock::take(&plan.state())?;
     let shared = pose_independent(&scene, &name, &plan.settings, plan.method(), gather, &choice, &session);
     let identity = plan.identity(shared);
     let mut run =

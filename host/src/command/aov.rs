@@ -4,12 +4,18 @@ use std::collections::BTreeSet;
 
 use caustics::picture::Aov;
 use caustics::scene::Scene;
+use clap::ValueEnum;
 use serde_json::json;
 
 /// The names of layers, in one order.
 pub fn names(layers: &[Aov]) -> String {
     let layers: BTreeSet<Aov> = layers.iter().copied().collect();
     layers.into_iter().map(Aov::name).collect::<Vec<_>>().join(",")
+}
+
+/// The layers of these names.
+pub fn layers(names: &str) -> Vec<Aov> {
+    names.split(',').filter_map(|name| Aov::from_str(name, false).ok()).collect()
 }
 
 /// What a file says of its layers: which they are, and the names of the materials.

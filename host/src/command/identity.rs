@@ -59,24 +59,22 @@ pub fn pose_independent(
     own.into_iter().chain(additions).collect()
 }
 
-/// What the EXR file of a run says of it, after so many frames and seconds.
-pub fn attributes(
-    identity: Identity,
-    file: &Path,
-    session: &Session,
-    frames: u32,
-    seconds: f64,
-) -> BTreeMap<String, String> {
+/// What the EXR file of a run says of it, but for what only its end tells.
+pub fn attributes(identity: Identity, file: &Path, session: &Session) -> BTreeMap<String, String> {
     let mut attributes = identity;
     attributes.extend([
         ("scene_file".into(), file.display().to_string()),
         ("device".into(), session.device()),
-        ("frames".into(), frames.to_string()),
         ("commit".into(), env!("CAUSTICS_COMMIT").to_string()),
     ]);
+    attributes
+}
+
+/// Adds how many frames and seconds it took.
+pub fn end(attributes: &mut BTreeMap<String, String>, frames: u32, seconds: f64) {
+    attributes.insert("frames".into(), frames.to_string());
     // Set by who wants equal files of equal runs (reproducible-builds.org).
     if std::env::var_os("SOURCE_DATE_EPOCH").is_none() {
         attributes.insert("seconds".into(), seconds.to_string());
     }
-    attributes
 }

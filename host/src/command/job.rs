@@ -1,6 +1,7 @@
 //! A run of frames: open, render until a stop is reached, keep checkpoints, write, report.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
@@ -22,7 +23,7 @@ use serde_json::json;
 
 use super::aov;
 use super::bar::bar;
-use super::identity::{attributes, identity};
+use super::identity::{attributes, end, identity};
 use super::interrupt;
 use super::keeper::Keeper;
 use super::live::Live;
@@ -32,6 +33,7 @@ use super::options::{check_outputs, check_scene_files, duration, scene_files};
 use super::report::Report;
 use super::say::say;
 use super::scene::feature_names;
+use super::shard::{Part, warn_of_lenders};
 use super::stop::Stop;
 use super::warn::warn;
 use crate::cli::{Common, Usage};
@@ -70,17 +72,19 @@ impl Job {
         }
         let is_interrupted = interrupt::watch()?;
         let force = options.force || options.resume;
+        let part = Part::of(&options, &stop)?;
+        let output = part.as_ref().map_or(&options.output, |part| &part.file);
         // Its checkpoint has one name for all runs.
-        let _lock = Lock::take(&options.output)?;
-        let target = Target::claim(&options.output, force)?;
+        let _lock = Lock::take(output)?;
+        let target = if part.is_some() { None } else { Some(Target::claim(output, force)?) };
         let mut png_target = options.png.as_ref().map(|path| Target::claim(path, force)).transpose()?;
         let mut live = Live::new(&options)?;
         if let Some(path) = options.png.as_ref().filter(|_| live.has_png()) {
             // What is there then is the picture so far.
             png_target = Some(Target::claim(path, true)?);
         }
-        let checkpoint = checkpoint::path_of(&options.output);
-        if checkpoint.exists() && !force {
+        let checkpoint = part.as_ref().map_or_else(|| checkpoint::path_of(output), |part| part.file.clone());
+        if part.is_none() && checkpoint.exists() && !force {
             return Err(TargetError::Exists(checkpoint).into());
         }
 
@@ -88,6 +92,13 @@ impl Job {
         scene.pose(time)?;
         let camera = scene.camera(Some(&camera))?;
         warn(&scene, method, &settings);
+        let (first, stop) = match &part {
+            Some(Part { frames, .. }) => {
+                warn_of_lenders(&cell, frames.start);
+                (frames.start, Stop { frames: Some(frames.len() as u32), ..stop })
+            }
+            None => (0, stop),
+        };
         let features = cell.features(&scene, settings.specular_roughness);
         // Only who asks for figures pays for the energy ledger.
         let has_ledger = options.json && !options.no_ledger;
@@ -98,14 +109,18 @@ impl Job {
         let identity = identity(&scene, &camera.name, &settings, method, gather, &choice, &session);
         let (width, height) = (settings.width as usize, settings.height as usize);
         let batches = settings.batches_of_frames();
-        let shape = Shape { width, height, frames: 0, gathers: method.gathers, batches, auxiliary };
-        let Checkpoint { mut sums, spent: before, state } = match options.resume {
-            true => checkpoint::load(&checkpoint, &identity, shape)?,
-            false => Checkpoint { sums: Accumulation::in_batches(batches), ..Checkpoint::default() },
+        let shape = Shape { width, height, first, frames: 0, gathers: method.gathers, batches, auxiliary };
+        let mut about = attributes(identity.clone(), &file, &session);
+        about.extend(aov::attributes(&options.aov, &scene));
+        let identity = part.as_ref().map_or(identity.clone(), |part| part.identity(&identity));
+        let kept = Kept { path: checkpoint, identity, about };
+        // A shard goes on unasked, as the frames of an animation do.
+        let resumes = if part.is_some() { kept.path.exists() && !options.force } else { options.resume };
+        let Checkpoint { mut sums, spent: before, state, .. } = match resumes {
+            true => checkpoint::load(&kept.path, &kept.identity, shape)?,
+            false => Checkpoint { sums: Accumulation::from_frame(first, batches), ..Checkpoint::default() },
         };
-        if options.resume
-            && let Some(last) = sums.frames().checked_sub(1)
-        {
+        if resumes && let Some(last) = sums.shape.end().checked_sub(1) {
             session.restore(last, &state)?;
         }
         let mut keeper = Keeper::new("a checkpoint");
@@ -122,7 +137,7 @@ impl Job {
                 break progress >= 1.0;
             }
             let start = Instant::now();
-            let frame = sums.frames();
+            let frame = sums.shape.end();
             let times = session.frame(frame)?;
             let wall = start.elapsed();
             let energy = if has_ledger { session.energy()? } else { Energy::default() };
@@ -130,7 +145,7 @@ impl Job {
             sums.add(&session.picture()?);
             live.show(|| sums.mean());
             if saved.elapsed() >= every {
-                keeper.keep(save(&checkpoint, &identity, &sums, before + report.wall, &mut session));
+                keeper.keep(kept.save(&sums, before + report.wall, &mut session));
                 saved = Instant::now();
             }
         };
@@ -142,22 +157,33 @@ impl Job {
             tell!("warning: {warning}");
         }
         // Also of a run that is done, if it was long: nothing that fails from here on must cost it.
-        if !done || report.wall >= every {
-            keeper.keep(save(&checkpoint, &identity, &sums, before + report.wall, &mut session));
+        if !done || report.wall >= every || part.is_some() {
+            let saved = kept.save(&sums, before + report.wall, &mut session);
+            // They are all that a shard leaves.
+            if part.is_some() { saved? } else { keeper.keep(saved) }
         }
         if !done {
-            let hint = if keeper.is_kept() { "; --resume goes on" } else { "" };
+            let hint = match part {
+                _ if !keeper.is_kept() => "",
+                Some(_) => "; the same command goes on",
+                None => "; --resume goes on",
+            };
             tell!("interrupted after {} frames{hint}", sums.frames());
         }
 
         let mut picture = sums.mean();
         picture.auxiliary.keep(&options.aov);
         let seconds = (before + report.wall).as_secs_f64();
-        let mut attributes = attributes(identity, &file, &session, sums.frames(), seconds);
-        attributes.extend(aov::attributes(&options.aov, &scene));
         // All that can fail comes before the first file is in its place.
-        let variance = sums.variance().map(|variance| (variance, sums.frames()));
-        let exr = exr::encode(&picture, variance, &attributes)?;
+        let exr = match target {
+            Some(target) => {
+                let mut attributes = kept.about;
+                end(&mut attributes, sums.frames(), seconds);
+                let variance = sums.variance().map(|variance| (variance, sums.frames()));
+                Some((target, exr::encode(&picture, variance, &attributes)?))
+            }
+            None => None,
+        };
         let stops = options.view.exposure.of(&picture);
         let png = match png_target {
             Some(target) => {
@@ -172,11 +198,13 @@ impl Job {
             rates.insert("closest_hits_per_s", closest_hits_per_second(&choice, &scene, camera, features)?);
         }
         live.send(&picture);
-        target.finish(&exr)?;
-        if let Some((target, bytes)) = png {
+        for (target, bytes) in exr.into_iter().chain(png) {
             target.finish(&bytes)?;
         }
-        if done && let Err(error) = remove(&checkpoint) {
+        if done
+            && part.is_none()
+            && let Err(error) = remove(&kept.path)
+        {
             tell!("warning: {error:#}");
         }
         if options.json {
@@ -200,20 +228,25 @@ impl Job {
             });
             say(serde_json::to_string_pretty(&out)?)?;
         } else {
-            tell!("{}: {:.1} ms a frame", options.output.display(), report.frame_ms());
+            let frames = report.frames();
+            tell!("{}: {frames} frames rendered, {:.1} ms a frame", output.display(), report.frame_ms());
         }
         Ok(if done { ExitCode::SUCCESS } else { ExitCode::from(130) })
     }
 }
 
-/// Writes the checkpoint of a run, with what its last frame leaves to the next.
-fn save(
-    path: &Path,
-    identity: &Identity,
-    sums: &Accumulation,
-    spent: Duration,
-    session: &mut Session,
-) -> anyhow::Result<()> {
-    let state = session.state()?.into_iter().map(|(name, bytes)| (name.to_string(), bytes)).collect();
-    Ok(checkpoint::save(path, identity, &Checkpoint { sums: sums.clone(), spent, state })?)
+/// Where a run is kept, to go on from or to be merged, and what is said of it there.
+struct Kept {
+    path: PathBuf,
+    identity: Identity,
+    about: BTreeMap<String, String>,
+}
+
+impl Kept {
+    /// Writes the sums so far, with what the last frame leaves to the next.
+    fn save(&self, sums: &Accumulation, spent: Duration, session: &mut Session) -> anyhow::Result<()> {
+        let state = session.state()?.into_iter().map(|(name, bytes)| (name.to_string(), bytes)).collect();
+        let checkpoint = Checkpoint { sums: sums.clone(), spent, about: self.about.clone(), state };
+        Ok(checkpoint::save(&self.path, &self.identity, &checkpoint)?)
+    }
 }

@@ -11,13 +11,16 @@ use caustics_kernels::method::path::PATH;
 use glam::Vec3;
 
 use super::options::{check_ending, same_file};
+use super::shard::SUMS;
 use crate::cli::{Merge, Usage};
+
+mod shards;
 
 /// Attributes in which references of one view may differ.
 const OWN: [&str; 8] =
     ["seed", "runner", "device", "frames", "seconds", "commit", "scene_file", attributes::CHECKSUM];
 
-/// Joins references: means by their samples, variances by the square of that share.
+/// Joins what the inputs are.
 pub fn run(options: &Merge) -> anyhow::Result<ExitCode> {
     if let Some(input) = options.inputs.iter().find(|input| same_file(input, &options.output)) {
         let (out, input) = (options.output.display(), input.display());
@@ -25,6 +28,17 @@ pub fn run(options: &Merge) -> anyhow::Result<ExitCode> {
     }
     check_ending("-o", &options.output, "exr")?;
     let target = Target::claim(&options.output, options.force)?;
+    let sums = options.inputs.iter().filter(|path| path.extension().is_some_and(|ending| ending == SUMS));
+    match sums.count() {
+        0 => references(options, target)?,
+        count if count == options.inputs.len() => shards::join(options, target)?,
+        _ => return Err(Usage(format!("give shards alone (.{SUMS}), or references alone (.exr)")).into()),
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Joins references: means by their samples, variances by the square of that share.
+fn references(options: &Merge, target: Target) -> anyhow::Result<()> {
     let mut parts = Vec::new();
     for path in &options.inputs {
         parts.push(Part::read(path.display().to_string(), Channels::read(path)?)?);
@@ -58,7 +72,7 @@ pub fn run(options: &Merge) -> anyhow::Result<ExitCode> {
     let bytes = exr::encode(&picture, Some((colors(variance).collect(), samples as u32)), &attributes)?;
     target.finish(&bytes)?;
     tell!("{}: {} samples a pixel from {} files", options.output.display(), samples, parts.len());
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
 /// One reference.

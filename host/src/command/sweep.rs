@@ -10,7 +10,6 @@ use caustics::experiment::store::{self, Results};
 use caustics::experiment::sweep::config::Config;
 use caustics::experiment::sweep::expand::Expanded;
 use caustics::experiment::sweep::merge::{Joined, merge};
-use caustics::experiment::sweep::shard::Shard;
 use caustics::experiment::sweep::task::{Sweep, Task};
 use caustics::experiment::table::{cells_csv, frames_csv, passes_csv};
 use caustics::file::read_text;
@@ -32,8 +31,7 @@ pub fn run(options: &cli::Sweep) -> anyhow::Result<ExitCode> {
     let text = read_text(file).with_context(|| format!("cannot read {}", file.display()))?;
     let wrong = |what: String| Usage(format!("{}: {what}", file.display()));
     let config = Config::parse(&text).map_err(wrong)?;
-    let environment = |name: &str| std::env::var(name).ok();
-    let shard = Shard::find(options.shard.as_deref(), options.shards, &environment).map_err(Usage)?;
+    let shard = options.sharding.found()?;
     let machine = Machine {
         tracer: Tracer::Auto,
         device: options.device.clone(),
@@ -54,7 +52,7 @@ pub fn run(options: &cli::Sweep) -> anyhow::Result<ExitCode> {
     }
     // What a report names as the source of the folder's cells.
     Target::claim(&folder.join("experiment.toml"), true)?.finish(text.as_bytes())?;
-    let of = if shard.count > 1 {
+    let of = if shard.is_part() {
         format!(" in part {} of {}", shard.index + 1, shard.count)
     } else {
         String::new()

@@ -7,7 +7,6 @@ pub mod expand;
 pub mod matrix_table;
 pub mod merge;
 mod run;
-pub mod shard;
 pub mod task;
 mod turns;
 pub mod value;

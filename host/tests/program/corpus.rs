@@ -61,7 +61,7 @@ fn checkpoints_replay() {
     for value in [0.25, 0.5] {
         sums.add(&Picture { width: 2, height: 1, path: vec![Vec3::splat(value); 2], ..Picture::default() });
     }
-    let checkpoint = Checkpoint { sums, spent: Duration::from_secs(1), state: vec![] };
+    let checkpoint = Checkpoint { sums, spent: Duration::from_secs(1), ..Checkpoint::default() };
     checkpoint::save(&path, &Default::default(), &checkpoint).unwrap();
     let whole = std::fs::read(&path).unwrap();
     assert!(fuzzing::checkpoint(&whole));

@@ -14,5 +14,6 @@ mod pages;
 mod panics;
 mod reference;
 mod schema;
+mod shards;
 mod staging;
 mod view;

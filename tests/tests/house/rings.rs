@@ -22,7 +22,7 @@ const KERNELS: &[&[&str]] = &[
 
 /// Those of the host's library, then of its program.
 const HOST: &[&[&str]] = &[
-    &["hash", "memory", "text"],
+    &["hash", "memory", "shard", "text"],
     &["file", "vulkan", "counters", "energy", "picture", "machine"],
     &["output", "sealed", "kernels"],
     &["image"],

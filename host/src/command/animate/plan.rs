@@ -13,6 +13,7 @@ use caustics::output::target::TargetError;
 use caustics::picture::Aov;
 use caustics::scene::Scene;
 use caustics::settings::Settings;
+use caustics::shard::Shard;
 use caustics_kernels::interface::choice::{PathHistory, Sampler, TextureFilter};
 use caustics_kernels::method::Method;
 use caustics_kernels::{denoiser, history};
@@ -33,7 +34,9 @@ pub struct Plan {
     pub cell: Cell,
     /// Names of the files.
     pub pattern: Pattern,
-    /// The frames.
+    /// Which part of the frames is rendered.
+    pub shard: Shard,
+    /// The frames: those of the part.
     pub frames: Range<u32>,
     /// Frames a second [1/s].
     pub fps: f64,
@@ -79,21 +82,27 @@ impl Plan {
         }
         let settings = settings(&common.view, &cell, 1)?.of(cell.method);
         let settings = Settings { auxiliary: !common.aov.is_empty(), ..settings };
-        Ok(Plan {
+        let mut plan = Plan {
             settings,
             cell,
             pattern: Pattern::parse(&common.output)?,
+            shard: common.sharding.asked()?,
             frames: options.frames.clone().unwrap_or_default(),
             fps: *fps,
             every: duration("--checkpoint-every", common.checkpoint_every)?,
             exposure: common.view.exposure,
             aov: common.aov.clone(),
             pngs: options.pngs || options.video,
-        })
+        };
+        // Their exposure is that of the first frame, which another shard may be about to render.
+        if plan.is_part_of_one() && plan.exposure == Exposure::Auto {
+            plan.pngs = false;
+        }
+        Ok(plan)
     }
 
-    /// Sets the frames where none were given: all of the scene's animations and edits. Checks them, and the files they make, none
-    /// of which may be one of `files`, of which the scene is made.
+    /// Sets the frames where none were given: all of the scene's animations and edits; of a shard its part. Checks them, and the
+    /// files they make, none of which may be one of `files`, of which the scene is made.
     pub fn set_frames(&mut self, scene: &Scene, files: Vec<PathBuf>) -> anyhow::Result<()> {
         if self.frames.is_empty() {
             if scene.duration() <= 0.0 {
@@ -108,7 +117,8 @@ impl Plan {
         if count as f64 > MAX_FRAMES {
             return Err(Usage(format!("{count} frames: at most {MAX_FRAMES}; give --frames A..B")).into());
         }
-        let whole = ["mp4", "state"].map(|extension| self.pattern.whole(extension));
+        self.frames = self.shard.frames(self.frames.clone()).map_err(Usage)?;
+        let whole = [self.pattern.whole("mp4"), self.state()];
         let frames = self.frames.clone().flat_map(|k| ["exr", "png"].map(|end| self.pattern.frame(k, end)));
         // Of many frames only those are looked at that share a name with a file of the scene.
         let real = files.iter().filter_map(|file| file.canonicalize().ok()).collect::<Vec<_>>();
@@ -130,6 +140,12 @@ impl Plan {
         self.cell.method
     }
 
+    /// The file of what outlives its frame: each shard has one of its own.
+    pub fn state(&self) -> PathBuf {
+        let Plan { pattern, shard, .. } = self;
+        pattern.whole(&if shard.is_part() { format!("{}.state", shard.name()) } else { "state".into() })
+    }
+
     /// The time that a frame shows (s).
     pub fn time_of(&self, frame: u32) -> f64 {
         f64::from(frame) / self.fps
@@ -138,6 +154,11 @@ impl Plan {
     /// Whether something outlives its frame: then no frame can be rendered without those before it.
     pub fn goes_on(&self) -> bool {
         self.method().kept(self.cell.parts()).next().is_some()
+    }
+
+    /// Whether the frames are part of those of one run, and no run of their own.
+    pub fn is_part_of_one(&self) -> bool {
+        self.shard.is_part() && !self.goes_on()
     }
 
     /// All that decides the bits of every frame, beside what is `shared` with other commands. The last frame is not in it: a

@@ -46,7 +46,7 @@ impl Run {
                 remove(&self.plan.pattern.frame(frame, "png"))?;
             }
         }
-        Ok(remove(&self.plan.pattern.whole("state"))?)
+        Ok(remove(&self.plan.state())?)
     }
 
     /// Brings scene and session to a frame; where motion is asked for, from the one before.
@@ -72,7 +72,7 @@ impl Run {
     /// The frames to render for those that are missing, in order. Where something outlives its frame, all from the last
     /// known state on, which is restored.
     fn begin(&mut self, missing: &[u32]) -> anyhow::Result<Vec<u32>> {
-        let path = self.plan.pattern.whole("state");
+        let path = self.plan.state();
         let (Some(&first), Some(&last), true) = (missing.first(), missing.last(), self.plan.goes_on()) else {
             return Ok(missing.to_vec());
         };
@@ -98,7 +98,7 @@ impl Run {
         is_interrupted: &dyn Fn() -> bool,
     ) -> anyhow::Result<(Vec<Record>, bool)> {
         let frames = self.begin(missing)?;
-        let path = self.plan.pattern.whole("state");
+        let path = self.plan.state();
         let bar = bar();
         let mut records: Vec<Record> = Vec::with_capacity(frames.len());
         let mut saved = Instant::now();

@@ -1,5 +1,6 @@
-//! Shards: the part of a sweep that one of several processes measures.
+//! Shards: the part of a run that one of several processes does.
 
+use std::fmt;
 use std::ops::Range;
 
 /// Part `index` of `count`, from 0 on.
@@ -15,6 +16,13 @@ impl Shard {
     /// All of it.
     pub const WHOLE: Shard = Shard { index: 0, count: 1 };
 
+    /// From a text such as 2/8.
+    pub fn parse(text: &str) -> Option<Shard> {
+        let (index, count) = text.split_once('/')?;
+        let (index, count): (u32, u32) = (index.parse().ok()?, count.parse().ok()?);
+        (1..=count).contains(&index).then(|| Shard { index: index - 1, count })
+    }
+
     /// From `--shard i/n`, else from the environment: a Slurm array's `SLURM_ARRAY_TASK_ID` of `_MIN`, `_STEP` and
     /// `_COUNT`; where `--shards n` says how many there are, GNU parallel's `PARALLEL_SEQ` (jobs from 1 on) too. Without
     /// `--shards`, `PARALLEL_SEQ` is not looked at: parallel sets it for jobs of any kind.
@@ -24,11 +32,8 @@ impl Shard {
         environment: &dyn Fn(&str) -> Option<String>,
     ) -> Result<Shard, String> {
         if let Some(text) = given {
-            let parts = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
-            return match parts {
-                Some((index, count)) if (1..=count).contains(&index) => Ok(Shard { index: index - 1, count }),
-                _ => Err(format!("--shard {text}: give i/n with i from 1 to n, such as 2/8")),
-            };
+            let wrong = || format!("--shard {text}: give i/n with i from 1 to n, such as 2/8");
+            return Shard::parse(text).ok_or_else(wrong);
         }
         let number = |name: &str| -> Result<Option<u32>, String> {
             let parse = |text: String| text.parse().map_err(|_| format!("{name}={text} is no whole number"));
@@ -38,6 +43,14 @@ impl Shard {
             let first = number("SLURM_ARRAY_TASK_MIN")?.unwrap_or(1);
             let step = number("SLURM_ARRAY_TASK_STEP")?.unwrap_or(1).max(1);
             let tasks = number("SLURM_ARRAY_TASK_COUNT")?;
+            // Tasks that are started again are an array of their own, counted from the first of them.
+            if let (Some(count), Some(tasks)) = (count, tasks)
+                && count != tasks
+            {
+                return Err(format!(
+                    "--shards {count}: the Slurm array has {tasks} tasks; give --shard $SLURM_ARRAY_TASK_ID/{count}"
+                ));
+            }
             let count = count.or(tasks).ok_or(
                 "SLURM_ARRAY_TASK_ID is set, but SLURM_ARRAY_TASK_COUNT is not: give --shard i/n or --shards n",
             )?;
@@ -56,10 +69,40 @@ impl Shard {
         }
     }
 
+    /// In names of files, which stand in the order of the shards.
+    pub fn name(&self) -> String {
+        let digits = self.count.to_string().len();
+        format!("shard-{:0digits$}-of-{}", self.index + 1, self.count)
+    }
+
+    /// Whether it is a part, and not all.
+    pub fn is_part(&self) -> bool {
+        self.count > 1
+    }
+
+    /// Its part of the frames of a run; an error where there are fewer frames than parts.
+    pub fn frames(&self, all: Range<u32>) -> Result<Range<u32>, String> {
+        if self.count as usize > all.len() {
+            let (Shard { count, .. }, frames) = (self, all.len());
+            return Err(format!(
+                "there are {frames} frames for {count} shards; give at most {frames} shards"
+            ));
+        }
+        let part = self.part(all.len());
+        Ok(all.start + part.start as u32..all.start + part.end as u32)
+    }
+
     /// Its part of a list: neighbours stay together, since they share references and take turns.
     pub fn part(&self, length: usize) -> Range<usize> {
         let at = |index: u32| (length as u64 * u64::from(index) / u64::from(self.count)) as usize;
         at(self.index)..at(self.index + 1)
+    }
+}
+
+/// As [`Shard::parse`] reads it.
+impl fmt::Display for Shard {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "{}/{}", self.index + 1, self.count)
     }
 }
 
@@ -82,6 +125,8 @@ mod tests {
         ];
         let parallel = [("PARALLEL_SEQ", "3"), ("PARALLEL_JOBSLOT", "1")];
         assert_eq!(find(None, None, &[]), Ok(Shard::WHOLE));
+        assert_eq!(Shard::parse("2/3").map(|shard| shard.to_string()).as_deref(), Some("2/3"));
+        assert_eq!(Shard { index: 2, count: 100 }.name(), "shard-003-of-100");
         assert_eq!(find(Some("2/3"), None, &slurm), Ok(Shard { index: 1, count: 3 }));
         assert_eq!(find(None, None, &slurm), Ok(Shard { index: 2, count: 4 }));
         assert_eq!(find(None, None, &parallel), Ok(Shard::WHOLE));
@@ -94,6 +139,7 @@ mod tests {
             (None, Some(2), &[]),
             (None, None, &slurm[..1]),
             (None, Some(2), &slurm[..3]),
+            (None, Some(8), &slurm),
             (None, None, &[("SLURM_ARRAY_TASK_ID", "x")]),
         ] {
             assert!(find(given, count, set).is_err(), "{given:?} {count:?} {set:?}");
@@ -106,6 +152,11 @@ mod tests {
             for count in 1..9 {
                 let parts = (0..count).map(|index| Shard { index, count }.part(length));
                 assert_eq!(parts.flatten().collect::<Vec<_>>(), (0..length).collect::<Vec<_>>());
+                let frames = (0..count).map(|index| Shard { index, count }.frames(10..10 + length as u32));
+                match frames.collect::<Result<Vec<_>, _>>() {
+                    Ok(parts) => assert!(parts.into_iter().flatten().eq(10..10 + length as u32)),
+                    Err(_) => assert!(length < count as usize),
+                }
             }
         }
     }

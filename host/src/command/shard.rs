@@ -1,0 +1,126 @@
+//! The part of a run that a shard renders, and what keeps parts from adding up to the run.
+
+use std::ops::Range;
+use std::path::PathBuf;
+
+use caustics::checkpoint::Identity;
+use caustics::experiment::cell::Cell;
+use caustics::shard::Shard;
+
+use super::stop::Stop;
+use crate::cli::{Common, Usage};
+
+/// In the identity of a part: which it is.
+pub const SHARD: &str = "shard";
+/// In the identity of a part: the number of frames of all parts.
+pub const ALL_FRAMES: &str = "all_frames";
+/// Ending of the file of its sums.
+pub const SUMS: &str = "sums";
+
+/// The part of the frames of one mean that a shard renders.
+pub struct Part {
+    /// Which.
+    shard: Shard,
+    /// Number of frames of all parts.
+    all: u32,
+    /// Its frames.
+    pub frames: Range<u32>,
+    /// The file of their sums, which is its checkpoint too.
+    pub file: PathBuf,
+}
+
+impl Part {
+    /// The part that the options ask for, if not all; `stop` says how many frames all are.
+    pub fn of(options: &Common, stop: &Stop) -> Result<Option<Part>, Usage> {
+        let shard = options.sharding.asked()?;
+        if !shard.is_part() {
+            return Ok(None);
+        }
+        let Stop { frames: Some(all), time: None, relative_error: None } = *stop else {
+            return Err(Usage(
+                "--shard: a part knows neither time nor error of the whole; give a number, --frames of render or --spp of \
+                 reference, and no --seconds or --target-relmse"
+                    .into(),
+            ));
+        };
+        if options.png.is_some() {
+            return Err(Usage("--png: a shard writes sums and no picture; `caustics merge` does".into()));
+        }
+        let frames = shard.frames(0..all).map_err(Usage)?;
+        let file = options.output.with_extension(format!("{}.{SUMS}", shard.name()));
+        Ok(Some(Part { shard, all, frames, file }))
+    }
+
+    /// What it is, as a part of this run.
+    pub fn identity(&self, run: &Identity) -> Identity {
+        let own = [(SHARD, self.shard.to_string()), (ALL_FRAMES, self.all.to_string())];
+        run.clone().into_iter().chain(own.map(|(name, value)| (name.into(), value))).collect()
+    }
+}
+
+/// Says where frames from this one on are not those of an unsplit run.
+pub fn warn_of_lenders(cell: &Cell, first: u32) {
+    if let Some((last, others)) = lenders(cell).split_last() {
+        let (others, lend) = match others {
+            [] => (String::new(), "lends"),
+            others => (others.join(", ") + " and ", "lend"),
+        };
+        tell!(
+            "warning: {others}{last} {lend} from frame to frame: the shard is a run of its own from frame {first} on, and its \
+             frames are not those of a run without --shard"
+        );
+    }
+}
+
+/// What lends from frame to frame, as options.
+fn lenders(cell: &Cell) -> Vec<String> {
+    let (method, parts) = (cell.method, cell.parts());
+    let all = [
+        (!method.keeps.is_empty(), "--method", method.name),
+        (!parts.history.keeps.is_empty(), "--history", parts.history.name),
+        (parts.keeps_path, "--path-history", cell.path_history.name()),
+        (!parts.emission.keeps.is_empty(), "--emission", parts.emission.name),
+        (parts.balances, "--light-paths", "auto"),
+        (parts.widens, "--radius-px", "auto"),
+    ];
+    let lends = all.into_iter().filter(|(lends, ..)| *lends);
+    lends.map(|(_, option, value)| format!("{option} {value}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use caustics::experiment::cell::{Paths, Radius};
+    use caustics_kernels::interface::choice::PathHistory;
+    use caustics_kernels::{emission, history, method};
+
+    use super::*;
+
+    #[test]
+    fn whatever_outlives_a_frame_is_named() {
+        for method in method::ALL {
+            for history in history::ALL {
+                for emission in emission::ALL {
+                    for path_history in PathHistory::ALL {
+                        for (paths, radius) in [
+                            (Paths::Count(1), Radius::Px(1.0)),
+                            (Paths::Auto, Radius::Px(1.0)),
+                            (Paths::Count(1), Radius::Auto),
+                        ] {
+                            let cell = Cell {
+                                history,
+                                emission,
+                                path_history: *path_history,
+                                paths,
+                                radius,
+                                ..Cell::of(method)
+                            };
+                            let cell = cell.effective();
+                            let lends = method.kept(cell.parts()).next().is_some();
+                            assert_eq!(lends, !lenders(&cell).is_empty(), "{cell:?}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -18,7 +18,7 @@ use caustics_kernels::trace::bvh::BvhTracer;
 use glam::{DVec3, Vec3};
 
 use self::animation::NodeTree;
-use crate::hash::fnv1a;
+use crate::hash::{fnv1a, of_many};
 
 pub use self::camera::SceneCamera;
 pub use self::casters::Cuts;
@@ -138,12 +138,12 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// A hash of all that paths can meet: FNV-1a, 64 bits, of the tables' bytes.
+    /// A hash of all that paths can meet, of 64 bits.
     pub fn fingerprint(&self) -> String {
         let tables = self.buffers();
-        let bytes = tables.iter().flat_map(|(_, bytes)| *bytes).copied();
+        let tables: Vec<u8> = tables.iter().flat_map(|(_, bytes)| of_many(bytes).into_bytes()).collect();
         let recorded = self.recorded.iter().flat_map(Recorded::bytes);
-        fnv1a(bytes.chain(self.rig.bytes()).chain(recorded))
+        fnv1a(tables.into_iter().chain(self.rig.bytes()).chain(recorded))
     }
 
     /// The camera of a name; the first where none is given.

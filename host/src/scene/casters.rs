@@ -10,6 +10,7 @@ use caustics_kernels::interface::instance::Transform;
 use caustics_kernels::interface::triangle::Triangle;
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
+use rayon::prelude::*;
 
 use super::{Scene, geometry, tree};
 
@@ -181,7 +182,8 @@ impl Part {
     fn new(instance: usize, pieces: Vec<Piece>) -> Option<Part> {
         let bounds = union(Aabb::empty(), pieces.iter().flat_map(Piece::points));
         let mut part = Part { instance, pieces, bounds, split: None };
-        part.split = (0..3).filter_map(|axis| part.best(axis)).max_by(|a, b| a.gain.total_cmp(&b.gain));
+        let splits: Vec<Split> = (0..3).into_par_iter().filter_map(|axis| part.best(axis)).collect();
+        part.split = splits.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
         (!part.pieces.is_empty()).then_some(part)
     }
 
@@ -220,10 +222,10 @@ impl Part {
         splits.max_by(|a, b| a.gain.total_cmp(&b.gain))
     }
 
-    fn halves(self, split: Split) -> impl Iterator<Item = Part> {
+    fn halves(self, split: Split) -> Vec<Part> {
         let (below, above): (Vec<_>, Vec<_>) =
             self.pieces.iter().partition(|piece| self.bin(split.axis, piece) < split.bin);
-        [below, above].into_iter().filter_map(move |pieces| Part::new(self.instance, pieces))
+        [below, above].into_par_iter().filter_map(|pieces| Part::new(self.instance, pieces)).collect()
     }
 }
 

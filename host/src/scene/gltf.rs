@@ -127,6 +127,7 @@ fn scene_of(mut document: Document) -> Result<Scene, SceneError> {
 
     let textures = parts;
     let name = file.clone();
+    let (owners, dropped) = (geometry.owners().collect(), geometry.dropped);
     let mut parts = SceneParts {
         name,
         triangles,
@@ -137,8 +138,8 @@ fn scene_of(mut document: Document) -> Result<Scene, SceneError> {
         cameras,
         textures,
         origin,
-        owners: geometry.owners().collect(),
-        instanced: geometry.instanced,
+        owners,
+        instanced: geometry.into_instanced(),
         rig: placed.rig,
         motion,
         bounds: None,
@@ -151,7 +152,7 @@ fn scene_of(mut document: Document) -> Result<Scene, SceneError> {
     if has_floor {
         scene.additions.insert("floor", "a Lambertian square of albedo 0.5 under the bounds".into());
     }
-    scene.dropped_triangles += geometry.dropped;
+    scene.dropped_triangles += dropped;
     if let Some(map) = environment::read(&mut document)? {
         scene.set_environment(map)?;
     }

@@ -3,6 +3,7 @@
 use caustics_kernels::interface::material::{FLAG_HANGING, FLAG_SHEET, Material};
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::{DAffine3, DVec3, Vec3};
+use rayon::prelude::*;
 
 use super::animation::Nodes;
 use super::instanced::Instanced;
@@ -42,8 +43,9 @@ impl Media {
         let sizes = vec![0.0; materials.len()];
         let mut media = Media { sizes, open: none.clone(), inside_out: none, ..Media::default() };
         let of_surfaces = surfaces.iter().map(|surface| surface.material);
-        for (id, of_medium) in by_medium(materials, triangles.iter().copied().zip(of_surfaces)) {
-            let solids = Solids::of(&of_medium);
+        let of_media: Vec<_> = by_medium(materials, triangles.iter().copied().zip(of_surfaces)).collect();
+        let of_media: Vec<_> = of_media.into_par_iter().map(|(id, own)| (id, Solids::of(&own))).collect();
+        for (id, solids) in of_media {
             media.add(id, &solids, 1.0);
             media.boxes.extend(solids.boxes);
         }

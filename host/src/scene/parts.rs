@@ -6,6 +6,7 @@ use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::tree::TreeNode;
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use super::animation::{NodeTree, Nodes};
 use super::instanced::Instanced;
@@ -209,12 +210,13 @@ impl SceneParts {
 
     /// Brings the rows of triangles into the order of the tree, and completes them.
     fn order(&mut self, order: &[u32]) {
-        self.triangles = order.iter().map(|&id| self.triangles[id as usize]).collect();
-        self.surfaces = order.iter().map(|&id| self.surfaces[id as usize]).collect();
-        for (triangle, surface) in self.triangles.iter().zip(&mut self.surfaces) {
-            geometry::complete(triangle, surface);
-            surface.light = NONE;
-        }
+        self.triangles = order.par_iter().map(|&id| self.triangles[id as usize]).collect();
+        let surface = |(&id, triangle): (&u32, &Triangle)| {
+            let mut surface = self.surfaces[id as usize];
+            geometry::complete(triangle, &mut surface);
+            TriangleSurface { light: NONE, ..surface }
+        };
+        self.surfaces = order.par_iter().zip(&self.triangles).map(surface).collect();
         if !self.owners.is_empty() {
             let owner = |&id: &u32| self.owners.get(id as usize).copied().unwrap_or(NONE);
             self.owners = order.iter().map(owner).collect();

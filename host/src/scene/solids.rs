@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use caustics_kernels::interface::triangle::Triangle;
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use super::geometry;
 
@@ -53,8 +54,8 @@ fn welded(triangles: &[Triangle]) -> (Vec<[u32; 3]>, Vec<Vec3>) {
     // Zeros of both signs are one.
     let bits = |p: Vec3| (p + 0.0).to_array().map(f32::to_bits);
     let corners = triangles.iter().flat_map(|t| [t.a, t.b, t.c]);
-    let mut sorted: Vec<_> = corners.enumerate().map(|(at, p)| (bits(p), at)).collect();
-    sorted.sort_unstable();
+    let mut sorted: Vec<_> = corners.zip(0u32..).map(|(p, at)| (bits(p), at)).collect();
+    sorted.par_sort_unstable();
     let (mut ids, mut points) = (vec![[0; 3]; triangles.len()], Vec::new());
     let mut last = None;
     for (bits, at) in sorted {
@@ -62,14 +63,14 @@ fn welded(triangles: &[Triangle]) -> (Vec<[u32; 3]>, Vec<Vec3>) {
             points.push(Vec3::from(bits.map(f32::from_bits)));
             last = Some(bits);
         }
-        ids[at / 3][at % 3] = points.len() as u32 - 1;
+        ids[at as usize / 3][at as usize % 3] = points.len() as u32 - 1;
     }
     (ids, points)
 }
 
 /// Leaves the edges that have no partner the other way round.
 fn unpaired(edges: &mut Vec<[u32; 2]>) {
-    edges.sort_unstable_by_key(|&[a, b]| (a.min(b), a.max(b)));
+    edges.par_sort_unstable_by_key(|&[a, b]| (a.min(b), a.max(b)));
     let same = |x: &[u32; 2], y: &[u32; 2]| x == y || *x == [y[1], y[0]];
     *edges = edges
         .chunk_by(same)

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::{DAffine3, DVec3};
+use rayon::prelude::*;
 
 use super::bending::{self, Bent};
 use super::document::Document;
@@ -157,13 +158,13 @@ impl Geometry {
     /// beside huge triangles, which are split.
     pub fn centre(&mut self, nodes: &Nodes) -> DVec3 {
         let world = self.corners.iter().map(|corners| corners.map(|corner| corner.position));
-        let all: Vec<[DVec3; 3]> = world.chain(self.instanced.triangles(nodes)).collect();
-        let details = huge::details(all.iter().copied());
-        let [lower, upper] = geometry::box_around(all.as_flattened().iter().copied());
+        let all = || world.clone().chain(self.instanced.triangles(nodes));
+        let details = huge::details(all());
+        let [lower, upper] = geometry::box_around(all().flatten());
         huge::split(&details, &mut self.corners, &mut self.details);
         match details.first() {
             Some(smallest) => smallest.centre,
-            None if all.is_empty() => DVec3::ZERO,
+            None if lower == DVec3::MAX => DVec3::ZERO,
             None => 0.5 * (lower + upper),
         }
     }
@@ -184,7 +185,12 @@ impl Geometry {
             };
             (triangle, surface)
         };
-        self.corners.iter().zip(&self.details).map(row).unzip()
+        self.corners.par_iter().zip(&self.details).map(row).unzip()
+    }
+
+    /// The meshes in spaces of their own, once the rest is read.
+    pub fn into_instanced(self) -> Instanced {
+        self.instanced
     }
 
     /// Nodes of the triangles of the world.

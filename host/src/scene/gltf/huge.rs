@@ -4,6 +4,8 @@
 //! plain is split until its triangles are as large as they are far from the small things; positions are f64 here. Whether
 //! an edge is split, and where, follows from its two ends alone, so that no crack opens between triangles that share it.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 
 use crate::scene::corner::Corner;
@@ -29,24 +31,40 @@ pub struct Detail {
     pub radius: f64,
 }
 
+/// Triangles whose longest edges have lengths of one power of two.
+#[derive(Clone, Copy)]
+struct Size {
+    /// The shortest of these edges (m).
+    least: f64,
+    /// The box around them (m).
+    bounds: [DVec3; 2],
+}
+
 /// The small things of a scene of these triangles, the smallest first; none in most scenes.
+///
+/// Triangles are huge beside all smaller ones only where no triangle has a length between, over ten powers of two: they need
+/// not be sorted.
 pub fn details(triangles: impl Iterator<Item = [DVec3; 3]>) -> Vec<Detail> {
     let usable = |p: &DVec3| p.abs().max_element() <= MAX_COORDINATE;
-    let mut sorted: Vec<(f64, [DVec3; 3])> = triangles
-        .filter(|corners| corners.iter().all(usable))
-        .map(|[a, b, c]| (a.distance(b).max(b.distance(c)).max(c.distance(a)), [a, b, c]))
-        .filter(|&(length, [a, b, c])| (b - a).cross(c - a).length() > 1e-7 * length * length)
-        .collect();
-    sorted.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    let mut sizes: BTreeMap<u64, Size> = BTreeMap::new();
+    for [a, b, c] in triangles.filter(|corners| corners.iter().all(usable)) {
+        let length = a.distance(b).max(b.distance(c)).max(c.distance(a));
+        if (b - a).cross(c - a).length() > 1e-7 * length * length {
+            let none = Size { least: f64::MAX, bounds: [DVec3::MAX, DVec3::MIN] };
+            let size = sizes.entry(length.to_bits() >> (f64::MANTISSA_DIGITS - 1)).or_insert(none);
+            let [lower, upper] = size.bounds;
+            size.least = size.least.min(length);
+            size.bounds = [lower.min(a).min(b).min(c), upper.max(a).max(b).max(c)];
+        }
+    }
+    let sizes: Vec<Size> = sizes.into_values().collect();
     let (mut lower, mut upper) = (DVec3::MAX, DVec3::MIN);
     let mut found = Vec::new();
-    for pair in sorted.windows(2) {
-        for corner in pair[0].1 {
-            (lower, upper) = (lower.min(corner), upper.max(corner));
-        }
+    for pair in sizes.windows(2) {
+        (lower, upper) = (lower.min(pair[0].bounds[0]), upper.max(pair[0].bounds[1]));
         let (centre, radius) = (0.5 * (lower + upper), 0.5 * lower.distance(upper));
         // Nothing is smaller than f64 can tell from a point.
-        if pair[1].0 > HUGE * 2.0 * radius && radius > 1e-12 * centre.abs().max_element() {
+        if pair[1].least > HUGE * 2.0 * radius && radius > 1e-12 * centre.abs().max_element() {
             found.push(Detail { centre, radius });
         }
     }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use caustics::exposure::Exposure;
 use caustics::kernels::Source;
 use caustics::picture::Aov;
-use caustics::scene::{LoadOptions, Place};
+use caustics::scene::{LoadOptions, Place, TreeOptions, TreeQuality};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use thiserror::Error;
@@ -215,6 +215,9 @@ pub struct Loading {
     /// Triangles that copies of meshes may take; beyond, a mesh that stands in several places is stored once
     #[arg(long, default_value_t = LoadOptions::default().copies, value_name = "TRIANGLES")]
     pub copies: u64,
+    /// How much time the tree is worth that rays find triangles by; another one gives another sample of the same picture
+    #[arg(long, value_enum, default_value_t, value_name = "QUALITY")]
+    pub tree_quality: TreeQuality,
 }
 
 impl Loading {
@@ -225,6 +228,7 @@ impl Loading {
             variant: self.variant.clone(),
             animation: self.animation.clone(),
             copies: self.copies,
+            tree: TreeOptions { quality: self.tree_quality },
             ..LoadOptions::default()
         }
     }

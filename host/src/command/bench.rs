@@ -93,6 +93,7 @@ fn config(options: &Bench) -> anyhow::Result<Config> {
         variant: options.loading.variant.clone(),
         animation: options.loading.animation.clone(),
         copies: options.loading.copies,
+        tree_quality: options.loading.tree_quality,
         moment_s: options.moment,
         time: of(Quantity::Time).then_some(TimeTable {
             width,

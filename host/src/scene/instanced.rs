@@ -11,6 +11,7 @@ use obvhs::aabb::Aabb;
 use super::animation::{Nodes, is_singular};
 use super::corner::Corner;
 use super::mesh::Mesh;
+use super::tree::TreeOptions;
 use super::tree::top::{self, Leaf};
 use super::{Scene, geometry, tree};
 
@@ -135,11 +136,11 @@ impl Instanced {
 
     /// Appends the rows of all meshes, and a row an instance, to the tables of a scene that has those of the world and `top` nodes
     /// before them; trees of meshes may have so many levels.
-    pub(super) fn append(&mut self, scene: &mut Scene, top: usize, levels: u32) {
+    pub(super) fn append(&mut self, scene: &mut Scene, top: usize, levels: u32, options: &TreeOptions) {
         (self.still, self.top) = (scene.triangles.len(), top);
         self.still_bounds = scene.triangles.iter().map(tree::bounds).reduce(|all, next| all.union(&next));
         for mesh in &mut self.meshes {
-            mesh.append(scene, levels);
+            mesh.append(scene, levels, options);
         }
         scene.instances.extend(self.instances.iter().enumerate().map(|(id, instance)| {
             let mesh = &self.meshes[instance.mesh];

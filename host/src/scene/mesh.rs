@@ -7,12 +7,13 @@ use caustics_kernels::interface::texture::TextureCoordinates;
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::{DAffine3, DVec3, IVec3};
 
+use super::Scene;
 use super::animation::Nodes;
 use super::corner::Corner;
 use super::deformation::Deformation;
 use super::geometry;
 use super::texture::{self, CornerCoordinates};
-use super::{Scene, tree};
+use super::tree::{self, TreeOptions};
 
 /// Parts of a mesh along an axis that have boxes of their own.
 const PARTS: i32 = 4;
@@ -100,10 +101,10 @@ impl Mesh {
     }
 
     /// Appends its rows and its tree, at most `levels` deep, to those of a scene.
-    pub fn append(&mut self, scene: &mut Scene, levels: u32) {
+    pub fn append(&mut self, scene: &mut Scene, levels: u32, options: &TreeOptions) {
         let (corners, materials) = (std::mem::take(&mut self.corners), std::mem::take(&mut self.materials));
         let own: Vec<Triangle> = own_triangles(&corners, self.centre).collect();
-        let mut tree = tree::build_within(&own, levels);
+        let mut tree = tree::build(&own, levels, options);
         self.first = scene.triangles.len() as u32;
         for block in &mut tree.blocks {
             block.first += self.first;

@@ -14,7 +14,7 @@ use super::media::Media;
 use super::mesh::{Mesh, coordinates};
 use super::motion::Motion;
 use super::texture::{self, TextureParts};
-use super::tree::{self, Tree, top};
+use super::tree::{self, Tree, TreeOptions, top};
 use super::{PunctualLight, Scene, SceneCamera, SceneError, geometry, light};
 
 /// Geometry, recentred, with its materials, lights and cameras. A scene may be dark or have no camera.
@@ -48,6 +48,8 @@ pub struct SceneParts {
     pub motion: Option<Motion>,
     /// Lower and upper corner of the box around what is to be seen (m); none: around all triangles.
     pub bounds: Option<[Vec3; 2]>,
+    /// How its trees are made.
+    pub tree: TreeOptions,
 }
 
 impl SceneParts {
@@ -78,7 +80,7 @@ impl SceneParts {
         self.check_levels(levels)?;
         let tree = match self.triangles.is_empty() {
             true => Tree::default(),
-            false => tree::build_within(&self.triangles, levels),
+            false => tree::build(&self.triangles, levels, &self.tree),
         };
         self.order(&tree.order);
         let textures = texture::build(&self.name, self.textures, &self.triangles)?;
@@ -103,7 +105,7 @@ impl SceneParts {
             ..Scene::default()
         };
         tree.append_to(&mut scene.nodes, &mut scene.blocks);
-        self.instanced.append(&mut scene, top, levels);
+        self.instanced.append(&mut scene, top, levels, &self.tree);
         (scene.instanced, scene.motion) = (self.instanced, self.motion);
         scene.start()?;
         scene.mark_hanging_sheets();

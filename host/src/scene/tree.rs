@@ -1,18 +1,20 @@
 //! Builds the four-wide tree of `interface::tree` over triangles. Imports obvhs, interface.
 
-use std::collections::HashMap;
 use std::ops::Range;
 
 use caustics_kernels::interface::tree::{LEAF, TREE_STACK, TreeNode, TriangleBlock};
 use caustics_kernels::interface::triangle::Triangle;
 use glam::{Vec3, Vec3A, Vec4};
 use obvhs::aabb::Aabb;
-use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use rayon::prelude::*;
 
+use self::groups::Groups;
 use self::plan::{Plan, WIDTH, least_levels};
 
+pub use self::binary::TreeQuality;
+
+mod binary;
+mod groups;
 mod plan;
 #[cfg(test)]
 mod tests;
@@ -21,8 +23,8 @@ pub mod top;
 /// Levels of nodes that the traversal's stack has room for: each pushes at most three of its four lanes.
 pub const LEVELS: u32 = (TREE_STACK / (WIDTH - 1)) as u32;
 
-/// Share of the binary nodes that are tried elsewhere, the largest first, to lower the tree's cost.
-const REINSERTED_SHARE: f32 = 0.5;
+/// Triangles below a node from which on its lanes are built side by side.
+const MANY: usize = 1 << 14;
 
 /// A four-wide tree and the order that it puts triangles in.
 #[derive(Clone, Debug, Default)]
@@ -35,23 +37,38 @@ pub struct Tree {
     pub order: Vec<u32>,
 }
 
-/// Builds the tree over at least one finite triangle. The same triangles give the same bits.
-#[cfg(test)]
-pub fn build(triangles: &[Triangle]) -> Tree {
-    build_within(triangles, LEVELS)
+/// A tree without its triangles' corners.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Shape {
+    nodes: Vec<TreeNode>,
+    /// Triangles of each leaf.
+    counts: Vec<u8>,
+    order: Vec<u32>,
 }
 
-/// Builds the tree over at least one finite triangle, with at most so many levels of nodes where that many hold the
-/// triangles. The same triangles give the same bits.
-pub fn build_within(triangles: &[Triangle], levels: u32) -> Tree {
-    let boxes: Vec<Aabb> = triangles.iter().map(bounds).collect();
-    let groups = group(&boxes);
-    let binary = build_binary(&boxes, &groups);
+/// How trees are made.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TreeOptions {
+    /// How much time they are worth.
+    pub quality: TreeQuality,
+}
+
+/// The tree over at least one finite triangle, with at most so many levels of nodes where that many hold the triangles. The
+/// same triangles give the same bits, whatever the number of threads.
+pub fn build(triangles: &[Triangle], levels: u32, options: &TreeOptions) -> Tree {
+    shape(triangles, levels, options.quality).tree(triangles)
+}
+
+fn shape(triangles: &[Triangle], levels: u32, quality: TreeQuality) -> Shape {
+    let boxes: Vec<Aabb> = triangles.par_iter().map(bounds).collect();
+    let groups = Groups::of(&boxes);
+    let of_groups: Vec<Aabb> =
+        (0..groups.count()).into_par_iter().map(|group| boxes[groups.get(group)[0] as usize]).collect();
+    let binary = binary::build(&of_groups, quality);
     let plan = Plan::new(&binary, &groups);
-    let mut builder =
-        Builder { triangles, boxes: &boxes, binary: &binary, plan: &plan, tree: Tree::default() };
+    let mut builder = Builder { boxes: &boxes, plan: &plan, shape: Shape::default() };
     builder.node(0, levels);
-    builder.tree
+    builder.shape
 }
 
 pub fn bounds(triangle: &Triangle) -> Aabb {
@@ -63,48 +80,32 @@ pub fn fits(count: usize, levels: u32) -> bool {
     least_levels(count) <= levels
 }
 
-/// Gathers triangles that share a box: clustering them one by one would take quadratic time.
-fn group(boxes: &[Aabb]) -> Vec<Vec<u32>> {
-    let mut groups: Vec<Vec<u32>> = Vec::with_capacity(boxes.len());
-    let mut known = HashMap::with_capacity(boxes.len());
-    for (id, bounds) in boxes.iter().enumerate() {
-        let key = [bounds.min, bounds.max].map(|corner| corner.to_array().map(f32::to_bits));
-        let group = *known.entry(key).or_insert(groups.len());
-        if group == groups.len() {
-            groups.push(Vec::with_capacity(1));
-        }
-        groups[group].push(id as u32);
-    }
-    groups
-}
-
-/// Clusters bottom up, then moves nodes to where they cost less [Meister and Bittner 2018]. Sequential, thus repeatable.
-fn build_binary(boxes: &[Aabb], groups: &[Vec<u32>]) -> Bvh2 {
-    let boxes: Vec<Aabb> = groups.iter().map(|ids| boxes[ids[0] as usize]).collect();
-    let ids = (0..boxes.len() as u32).collect();
-    let mut binary = PlocBuilder::new().build(PlocSearchDistance::Medium, &boxes, ids, SortPrecision::U64, 0);
-    // The optimiser's stack has room for usual depths only; a pathological tree is balanced below instead.
-    if binary.max_depth <= obvhs::bvh2::DEFAULT_MAX_STACK_DEPTH {
-        ReinsertionOptimizer::default().run(&mut binary, REINSERTED_SHARE, None);
-    }
-    binary
-}
-
 struct Builder<'a> {
-    triangles: &'a [Triangle],
     boxes: &'a [Aabb],
-    binary: &'a Bvh2,
     plan: &'a Plan<'a>,
-    tree: Tree,
+    shape: Shape,
 }
 
 impl Builder<'_> {
     /// Appends a node for a binary node, at most `levels` levels deep.
     fn node(&mut self, binary: usize, levels: u32) -> u32 {
         let id = self.reserve();
-        for (lane, child) in self.plan.lanes(binary).into_iter().enumerate() {
-            let reference = self.lane(child, levels - 1);
-            set_lane(&mut self.tree.nodes[id], lane, self.binary.nodes[child].aabb(), reference);
+        let lanes = self.plan.lanes(binary);
+        // Lanes by themselves, each appended in its turn, are what one after another are.
+        let parts: Option<Vec<(u32, Shape)>> = (self.plan.count(binary) >= MANY).then(|| {
+            let part = |&child: &usize| {
+                let mut part = Builder { shape: Shape::default(), ..*self };
+                (part.lane(child, levels - 1), part.shape)
+            };
+            lanes.par_iter().map(part).collect()
+        });
+        let mut parts = parts.into_iter().flatten();
+        for (lane, child) in lanes.into_iter().enumerate() {
+            let reference = match parts.next() {
+                Some((reference, part)) => self.shape.append(reference, part),
+                None => self.lane(child, levels - 1),
+            };
+            set_lane(&mut self.shape.nodes[id], lane, self.plan.bounds(child), reference);
         }
         id as u32
     }
@@ -112,21 +113,26 @@ impl Builder<'_> {
     /// Appends what stands below a lane; balances it when the planned shape would be too deep.
     fn lane(&mut self, binary: usize, levels: u32) -> u32 {
         if self.plan.count(binary) <= WIDTH {
-            return self.block(&self.plan.triangles(binary));
+            let first = self.shape.order.len();
+            self.plan.triangles(binary, &mut self.shape.order);
+            return self.shape.block(first);
         }
         let fits = |child: usize| least_levels(self.plan.count(child)) < levels;
         let is_leaf = self.plan.is_leaf(binary);
         if !is_leaf && (self.plan.height(binary) <= levels || self.plan.lanes(binary).into_iter().all(fits)) {
             return self.node(binary, levels);
         }
-        let mut ids = self.plan.triangles(binary);
+        let mut ids = Vec::with_capacity(self.plan.count(binary));
+        self.plan.triangles(binary, &mut ids);
         self.balanced(&mut ids)
     }
 
     /// Appends a tree of least depth: quarters along the longest axis.
     fn balanced(&mut self, ids: &mut [u32]) -> u32 {
         if ids.len() <= WIDTH {
-            return self.block(ids);
+            let first = self.shape.order.len();
+            self.shape.order.extend_from_slice(ids);
+            return self.shape.block(first);
         }
         let id = self.reserve();
         let size = self.bounds(ids).diagonal();
@@ -138,7 +144,7 @@ impl Builder<'_> {
         for (lane, quarter) in ids.chunks_mut(ids.len().div_ceil(WIDTH)).enumerate() {
             let bounds = self.bounds(quarter);
             let reference = self.balanced(quarter);
-            set_lane(&mut self.tree.nodes[id], lane, &bounds, reference);
+            set_lane(&mut self.shape.nodes[id], lane, &bounds, reference);
         }
         id as u32
     }
@@ -149,30 +155,60 @@ impl Builder<'_> {
 
     /// Appends a node of four empty lanes.
     fn reserve(&mut self) -> usize {
-        self.tree.nodes.push(empty_node());
-        self.tree.nodes.len() - 1
+        self.shape.nodes.push(empty_node());
+        self.shape.nodes.len() - 1
+    }
+}
+
+impl Shape {
+    /// Appends a leaf of the triangles from an id on.
+    fn block(&mut self, first: usize) -> u32 {
+        self.counts.push((self.order.len() - first) as u8);
+        LEAF | (self.counts.len() - 1) as u32
     }
 
-    /// Appends a leaf of one to four triangles and gives them the next ids.
-    fn block(&mut self, ids: &[u32]) -> u32 {
-        let first = self.tree.order.len() as u32;
-        self.tree.order.extend(ids);
-        let mut block = TriangleBlock { first, count: ids.len() as u32, ..TriangleBlock::default() };
-        fill(&mut block, |lane| ids.get(lane).map(|&id| self.triangles[id as usize]));
-        self.tree.blocks.push(block);
-        LEAF | (self.tree.blocks.len() - 1) as u32
+    /// Appends another shape; a reference into it becomes one into this.
+    fn append(&mut self, reference: u32, mut part: Shape) -> u32 {
+        let (node, block) = (self.nodes.len() as u32, self.counts.len() as u32);
+        shift(&mut part.nodes, node, block);
+        self.nodes.append(&mut part.nodes);
+        self.counts.append(&mut part.counts);
+        self.order.append(&mut part.order);
+        reference + if reference & LEAF != 0 { block } else { node }
+    }
+
+    /// The tree of these triangles.
+    fn tree(self, triangles: &[Triangle]) -> Tree {
+        let mut first = 0;
+        let empty = self.counts.iter().map(|&count| {
+            let block = TriangleBlock { first, count: count.into(), ..TriangleBlock::default() };
+            first += block.count;
+            block
+        });
+        let mut blocks: Vec<TriangleBlock> = empty.collect();
+        blocks.par_iter_mut().for_each(|block| {
+            let own = &self.order[block.first as usize..][..block.count as usize];
+            fill(block, |lane| own.get(lane).map(|&id| triangles[id as usize]));
+        });
+        Tree { nodes: self.nodes, blocks, order: self.order }
     }
 }
 
 impl Tree {
     /// Appends nodes and blocks to those of other trees: children refer to where they are then.
     pub fn append_to(mut self, nodes: &mut Vec<TreeNode>, blocks: &mut Vec<TriangleBlock>) {
-        let (node, block) = (nodes.len() as u32, blocks.len() as u32);
-        for lane in self.nodes.iter_mut().flat_map(|node| &mut node.children) {
-            *lane += if *lane & LEAF != 0 { block } else { node };
-        }
+        shift(&mut self.nodes, nodes.len() as u32, blocks.len() as u32);
         nodes.append(&mut self.nodes);
         blocks.append(&mut self.blocks);
+    }
+}
+
+/// Makes children refer to where they are behind so many other nodes and blocks.
+fn shift(nodes: &mut [TreeNode], node: u32, block: u32) {
+    for TreeNode { children, min_x, .. } in nodes {
+        for lane in (0..WIDTH).filter(|&lane| min_x[lane] != f32::MAX) {
+            children[lane] += if children[lane] & LEAF != 0 { block } else { node };
+        }
     }
 }
 

@@ -7,7 +7,9 @@ use toml::Spanned;
 use super::matrix_table::MatrixTable;
 use super::value::{Count, Filter, NonEmpty, Positive, Side};
 use crate::experiment::reference::SEED;
-use crate::scene::{DefaultLight, EnvironmentMap, LoadOptions, Radiance, SceneError};
+use crate::scene::{
+    DefaultLight, EnvironmentMap, LoadOptions, Radiance, SceneError, TreeOptions, TreeQuality,
+};
 use crate::settings::Settings;
 
 /// Most cells of a file, counted before any is left out.
@@ -58,6 +60,9 @@ pub struct Config {
     /// Triangles that copies of meshes may take; beyond, a mesh that stands in several places is stored once.
     #[serde(default = "copies")]
     pub copies: u64,
+    /// How much time the scenes' trees are worth.
+    #[serde(default)]
+    pub tree_quality: TreeQuality,
     /// The time of the scenes' animations that all frames show (s); none: frame k shows the time k / fps.
     pub moment_s: Option<f64>,
     /// How times are measured, if they are.
@@ -166,6 +171,7 @@ impl Config {
             animation: self.animation.clone(),
             floor: self.floor,
             copies: self.copies,
+            tree: TreeOptions { quality: self.tree_quality },
             ..LoadOptions::default()
         }
     }

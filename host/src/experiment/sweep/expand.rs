@@ -200,6 +200,7 @@ impl Part {
             strict: _,
             animation: _,
             copies: _,
+            tree_quality: _,
             variant: _,
             matrix: _,
         } = config;

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use crate::scene::tree::TreeOptions;
+
 /// Options of [`Scene::load_with`](crate::Scene::load_with).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadOptions {
@@ -19,6 +21,8 @@ pub struct LoadOptions {
     /// Nodes, by their index in the file, that [`Scene::edit`](crate::Scene::edit) may place: they and what is below them are
     /// loaded as if an animation moved them.
     pub grabbed: BTreeSet<usize>,
+    /// How the trees are made that rays are traced by.
+    pub tree: TreeOptions,
 }
 
 impl Default for LoadOptions {
@@ -30,6 +34,7 @@ impl Default for LoadOptions {
             floor: false,
             copies: 1 << 20,
             grabbed: BTreeSet::new(),
+            tree: TreeOptions::default(),
         }
     }
 }

@@ -3,10 +3,17 @@
 //! Dynamic programme of [Ylitie et al. 2017, section 4.1] with a cost of one area for a node as for a block of triangles.
 //! Imports obvhs.
 
+use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::node::Bvh2Node;
+use rayon::prelude::*;
+
+use super::groups::Groups;
 
 /// Lanes of a node, and triangles of a block.
 pub const WIDTH: usize = 4;
+/// Nodes of a level that a thread takes at least.
+const LEVEL_PART: usize = 1024;
 
 /// Levels of nodes that this many triangles need at least.
 pub fn least_levels(count: usize) -> u32 {
@@ -21,53 +28,70 @@ pub fn least_levels(count: usize) -> u32 {
 
 /// The plan of one binary node. Arrays are indexed by the lanes it may take, minus one.
 #[derive(Clone, Copy, Default)]
-pub struct Entry {
+struct Entry {
     /// Triangles below.
-    pub count: u32,
-    /// Levels of four-wide nodes below, for each number of lanes.
-    height: [u32; WIDTH],
+    count: u32,
     /// Expected cost in units of half areas (m^2).
     cost: [f32; WIDTH],
+    /// Levels of four-wide nodes below, for each number of lanes; 255 where there are as many or more.
+    height: [u8; WIDTH],
     /// Lanes that go to the left child; 0: take one lane less.
     split: [u8; WIDTH],
     /// Lanes that go to the left child when this box is a node of its own.
     own_split: u8,
 }
 
-/// The plan of every binary node.
+/// The plan of every binary node, by places: level after level, from the root at place 0 down.
 pub struct Plan<'a> {
     tree: &'a Bvh2,
-    groups: &'a [Vec<u32>],
+    groups: &'a Groups,
+    /// Index of the binary node of each place.
+    nodes: Vec<u32>,
+    /// Place of the left child, which the right one follows; 0 where there is none.
+    children: Vec<u32>,
     entries: Vec<Entry>,
 }
 
 impl<'a> Plan<'a> {
     /// Plans a binary tree with one group of triangles a leaf.
-    pub fn new(tree: &'a Bvh2, groups: &'a [Vec<u32>]) -> Self {
-        let mut plan = Plan { tree, groups, entries: vec![Entry::default(); tree.nodes.len()] };
-
-        // Visit children before their parents, without recursion: a binary tree may be as deep as it has leaves.
-        let mut order = vec![0];
-        let mut visited = 0;
-        while visited < order.len() {
-            let node = &tree.nodes[order[visited]];
-            visited += 1;
-            if !node.is_leaf() {
-                order.extend([node.first_index as usize, node.first_index as usize + 1]);
+    pub fn new(tree: &'a Bvh2, groups: &'a Groups) -> Self {
+        let (mut nodes, mut children) =
+            (Vec::with_capacity(tree.nodes.len()), Vec::with_capacity(tree.nodes.len()));
+        nodes.push(0);
+        let mut levels = vec![0];
+        while children.len() < nodes.len() {
+            levels.push(nodes.len());
+            for at in children.len()..nodes.len() {
+                let node = &tree.nodes[nodes[at] as usize];
+                children.push(if node.is_leaf() { 0 } else { nodes.len() as u32 });
+                if !node.is_leaf() {
+                    nodes.extend([node.first_index, node.first_index + 1]);
+                }
             }
         }
-        for &node in order.iter().rev() {
-            plan.entries[node] = plan.entry(node);
+        let mut plan = Plan { tree, groups, nodes, children, entries: vec![] };
+
+        // A level takes what those below it found.
+        let mut entries = vec![Entry::default(); plan.nodes.len()];
+        for level in levels.windows(2).rev() {
+            let (done, below) = entries.split_at_mut(level[1]);
+            let level_entries = done[level[0]..].par_iter_mut().with_min_len(LEVEL_PART).enumerate();
+            level_entries.for_each(|(at, entry)| {
+                let at = level[0] + at;
+                let children = plan.children(at).map(|ids| ids.map(|id| &below[id - level[1]]));
+                *entry = plan.entry(at, children);
+            });
         }
+        plan.entries = entries;
         plan
     }
 
-    fn entry(&self, node: usize) -> Entry {
-        let area = self.tree.nodes[node].aabb().half_area().min(1e30);
-        let Some([left, right]) = self.children(node) else {
-            let count = self.group(node).len();
+    fn entry(&self, at: usize, children: Option<[&Entry; 2]>) -> Entry {
+        let area = self.bounds(at).half_area().min(1e30);
+        let Some([left, right]) = children else {
+            let count = self.group(at).len();
             let cost = area * count.div_ceil(WIDTH) as f32;
-            let height = least_levels(count);
+            let height = least_levels(count) as u8;
             return Entry {
                 count: count as u32,
                 height: [height; WIDTH],
@@ -75,7 +99,6 @@ impl<'a> Plan<'a> {
                 ..Entry::default()
             };
         };
-        let (left, right) = (&self.entries[left], &self.entries[right]);
         let mut entry = Entry { count: left.count + right.count, ..Entry::default() };
 
         // Spread lanes over both children as cheaply as possible.
@@ -90,7 +113,7 @@ impl<'a> Plan<'a> {
         let is_block = entry.count as usize <= WIDTH;
         entry.own_split = own_split;
         entry.cost[0] = if is_block { area } else { area + own_cost };
-        entry.height[0] = if is_block { 0 } else { 1 + own_height };
+        entry.height[0] = if is_block { 0 } else { own_height.saturating_add(1) };
         for lanes in 2..=WIDTH {
             let fewer = (entry.cost[lanes - 2], entry.height[lanes - 2], 0);
             let (cost, height, split) = spread(lanes);
@@ -100,67 +123,81 @@ impl<'a> Plan<'a> {
         entry
     }
 
+    fn node(&self, at: usize) -> &Bvh2Node {
+        &self.tree.nodes[self.nodes[at] as usize]
+    }
+
+    /// The box of a binary node.
+    pub fn bounds(&self, at: usize) -> &Aabb {
+        self.node(at).aabb()
+    }
+
     /// Triangles of a binary leaf: all that share its box.
     fn group(&self, leaf: usize) -> &[u32] {
-        &self.groups[self.tree.primitive_indices[self.tree.nodes[leaf].first_index as usize] as usize]
+        self.groups.get(self.tree.primitive_indices[self.node(leaf).first_index as usize] as usize)
     }
 
     /// Whether the binary node has no children.
-    pub fn is_leaf(&self, node: usize) -> bool {
-        self.tree.nodes[node].is_leaf()
+    pub fn is_leaf(&self, at: usize) -> bool {
+        self.children[at] == 0
     }
 
-    fn children(&self, node: usize) -> Option<[usize; 2]> {
-        let node = &self.tree.nodes[node];
-        (!node.is_leaf()).then(|| [node.first_index as usize, node.first_index as usize + 1])
+    fn children(&self, at: usize) -> Option<[usize; 2]> {
+        let left = self.children[at] as usize;
+        (left != 0).then_some([left, left + 1])
     }
 
     /// Triangles below a binary node.
-    pub fn count(&self, node: usize) -> usize {
-        self.entries[node].count as usize
+    pub fn count(&self, at: usize) -> usize {
+        self.entries[at].count as usize
     }
 
-    /// Levels of four-wide nodes from this box down, when it is one lane.
-    pub fn height(&self, node: usize) -> u32 {
-        self.entries[node].height[0]
+    /// Levels of four-wide nodes from this box down, when it is one lane; 255 where there are as many or more.
+    pub fn height(&self, at: usize) -> u32 {
+        self.entries[at].height[0].into()
     }
 
     /// The binary nodes that are the lanes of this box, when it is a node.
-    pub fn lanes(&self, node: usize) -> Vec<usize> {
+    pub fn lanes(&self, at: usize) -> Vec<usize> {
         let mut lanes = Vec::with_capacity(WIDTH);
-        match self.children(node) {
-            Some([left, right]) if self.count(node) > WIDTH => {
-                let to_left = self.entries[node].own_split as usize;
+        match self.children(at) {
+            Some([left, right]) if self.count(at) > WIDTH => {
+                let to_left = self.entries[at].own_split as usize;
                 self.spread(left, to_left, &mut lanes);
                 self.spread(right, WIDTH - to_left, &mut lanes);
             }
-            _ => self.spread(node, WIDTH, &mut lanes),
+            _ => self.spread(at, WIDTH, &mut lanes),
         }
         lanes
     }
 
-    fn spread(&self, node: usize, lanes: usize, out: &mut Vec<usize>) {
-        let to_left = self.entries[node].split[lanes - 1] as usize;
-        match (lanes, to_left, self.children(node)) {
+    fn spread(&self, at: usize, lanes: usize, out: &mut Vec<usize>) {
+        let to_left = self.entries[at].split[lanes - 1] as usize;
+        match (lanes, to_left, self.children(at)) {
             (2.., 1.., Some([left, right])) => {
                 self.spread(left, to_left, out);
                 self.spread(right, lanes - to_left, out);
             }
-            (2.., 0, Some(_)) => self.spread(node, lanes - 1, out),
-            _ => out.push(node),
+            (2.., 0, Some(_)) => self.spread(at, lanes - 1, out),
+            _ => out.push(at),
         }
     }
 
-    /// Ids of the triangles below a binary node, left to right.
-    pub fn triangles(&self, node: usize) -> Vec<u32> {
-        let mut found = Vec::with_capacity(self.count(node));
-        let mut stack = vec![node];
-        while let Some(node) = stack.pop() {
-            match self.children(node) {
-                Some([left, right]) => stack.extend([right, left]),
-                None => found.extend(self.group(node)),
+    /// Appends the ids of the triangles below a binary node, left to right.
+    pub fn triangles(&self, at: usize, found: &mut Vec<u32>) {
+        let (mut at, mut right) = (at, Vec::new());
+        loop {
+            match self.children(at) {
+                Some([left, other]) => {
+                    right.push(other);
+                    at = left;
+                }
+                None => {
+                    found.extend(self.group(at));
+                    let Some(next) = right.pop() else { break };
+                    at = next;
+                }
             }
         }
-        found
     }
 }

@@ -1,5 +1,7 @@
 //! The tree holds what it must.
 
+use clap::ValueEnum;
+
 use super::*;
 
 /// A repeatable stand-in for randomness, in [0, 1).
@@ -10,7 +12,7 @@ fn noise(index: u32) -> f32 {
     (x ^ (x >> 15)) as f32 / 4_294_967_808.0
 }
 
-fn soup(count: u32, size: f32) -> Vec<Triangle> {
+pub fn soup(count: u32, size: f32) -> Vec<Triangle> {
     let point = |seed: u32| Vec3::new(noise(seed), noise(seed + 1), noise(seed + 2));
     (0..count)
         .map(|id| {
@@ -18,6 +20,10 @@ fn soup(count: u32, size: f32) -> Vec<Triangle> {
             Triangle { a, b: a + size * point(9 * id + 3), c: a + size * point(9 * id + 6) }
         })
         .collect()
+}
+
+fn built(triangles: &[Triangle]) -> Tree {
+    build(triangles, LEVELS, &TreeOptions::default())
 }
 
 /// Walks the tree, checks boxes and blocks, and returns its depth in nodes.
@@ -70,33 +76,43 @@ fn check(triangles: &[Triangle], tree: &Tree) -> u32 {
 fn holds_every_triangle_once_inside_all_its_boxes() {
     for count in [1, 2, 4, 5, 17, 1000, 5000] {
         let triangles = soup(count, 0.05);
-        assert!(check(&triangles, &build(&triangles)) <= LEVELS);
+        assert!(check(&triangles, &built(&triangles)) <= LEVELS);
     }
 }
 
 #[test]
 fn one_triangle_has_a_root_that_is_a_node() {
-    let tree = build(&soup(1, 1.0));
+    let tree = built(&soup(1, 1.0));
     assert_eq!((tree.nodes.len(), tree.blocks.len()), (1, 1));
 }
 
 #[test]
-fn same_triangles_give_the_same_bits() {
-    let triangles = soup(3000, 0.1);
-    let (first, second) = (build(&triangles), build(&triangles));
-    assert_eq!((first.nodes, first.blocks, first.order), (second.nodes, second.blocks, second.order));
+fn same_triangles_give_the_same_bits_on_any_number_of_threads() {
+    // Two layers alike, so that many boxes cost the same; enough that all that can run side by side does.
+    let layer = soup(60_000, 0.02);
+    let above = |t: &Triangle| Triangle { a: t.a + Vec3::Y, b: t.b + Vec3::Y, c: t.c + Vec3::Y };
+    let triangles: Vec<_> = layer.iter().copied().chain(layer.iter().map(above)).collect();
+    for quality in TreeQuality::value_variants() {
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| shape(&triangles, LEVELS, *quality))
+        };
+        let alone = on(1);
+        assert!((2..=5).all(|threads| on(threads) == alone), "{quality:?}");
+        check(&triangles, &alone.tree(&triangles));
+    }
 }
 
 #[test]
 fn identical_triangles_stay_within_the_stack() {
     let triangles = vec![soup(1, 1.0)[0]; 10_000];
-    assert!(check(&triangles, &build(&triangles)) <= LEVELS);
+    assert!(check(&triangles, &built(&triangles)) <= LEVELS);
 }
 
 #[test]
 fn identical_triangles_among_others_are_all_kept() {
     let triangles: Vec<_> = soup(200, 0.1).into_iter().flat_map(|t| [t; 9]).collect();
-    assert!(check(&triangles, &build(&triangles)) <= LEVELS);
+    assert!(check(&triangles, &built(&triangles)) <= LEVELS);
 }
 
 #[test]
@@ -106,25 +122,26 @@ fn nested_triangles_stay_within_the_stack() {
     let triangles: Vec<_> = (0..2000)
         .map(|id| Triangle { a: Vec3::ZERO, b: Vec3::X * shrink(id), c: Vec3::Y * shrink(id) })
         .collect();
-    assert!(check(&triangles, &build(&triangles)) <= LEVELS);
+    assert!(check(&triangles, &built(&triangles)) <= LEVELS);
 }
 
 #[test]
 fn balancing_holds_every_triangle_within_least_levels() {
     let triangles = soup(4096, 0.02);
     let boxes: Vec<Aabb> = triangles.iter().map(bounds).collect();
-    let groups = group(&boxes);
-    let binary = build_binary(&boxes, &groups);
+    let groups = Groups::of(&boxes);
+    let binary = binary::build(&boxes, TreeQuality::Fast);
     let plan = Plan::new(&binary, &groups);
-    let mut builder =
-        Builder { triangles: &triangles, boxes: &boxes, binary: &binary, plan: &plan, tree: Tree::default() };
-    builder.balanced(&mut plan.triangles(0));
-    assert_eq!(check(&triangles, &builder.tree), least_levels(4096));
+    let mut builder = Builder { boxes: &boxes, plan: &plan, shape: Shape::default() };
+    let mut all = Vec::new();
+    plan.triangles(0, &mut all);
+    builder.balanced(&mut all);
+    assert_eq!(check(&triangles, &builder.shape.tree(&triangles)), least_levels(4096));
 
     // A budget one level above the least forces a mixture of planned and balanced parts.
-    builder.tree = Tree::default();
+    builder.shape = Shape::default();
     builder.node(0, least_levels(4096) + 1);
-    assert!(check(&triangles, &builder.tree) <= least_levels(4096) + 1);
+    assert!(check(&triangles, &builder.shape.tree(&triangles)) <= least_levels(4096) + 1);
 }
 
 #[test]
@@ -133,6 +150,6 @@ fn flat_and_huge_scenes_are_built() {
         let flat = |p: Vec3| Vec3::new(p.x, 0.0, p.z) * scale;
         let triangles: Vec<_> =
             soup(300, 0.1).iter().map(|t| Triangle { a: flat(t.a), b: flat(t.b), c: flat(t.c) }).collect();
-        assert!(check(&triangles, &build(&triangles)) <= LEVELS);
+        assert!(check(&triangles, &built(&triangles)) <= LEVELS);
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use caustics::exposure::Exposure;
 use caustics::kernels::Source;
 use caustics::picture::Aov;
-use caustics::scene::{LoadOptions, Place, TreeOptions, TreeQuality};
+use caustics::scene::{LoadOptions, Place, TreeCache, TreeOptions, TreeQuality};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use thiserror::Error;
@@ -228,7 +228,7 @@ impl Loading {
             variant: self.variant.clone(),
             animation: self.animation.clone(),
             copies: self.copies,
-            tree: TreeOptions { quality: self.tree_quality },
+            tree: TreeOptions { quality: self.tree_quality, cache: TreeCache::of_user() },
             ..LoadOptions::default()
         }
     }

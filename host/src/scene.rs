@@ -39,7 +39,7 @@ pub use self::radiance::Radiance;
 pub use self::recorded::Recorded;
 pub use self::staging::{DefaultLight, Staged, Staging};
 pub use self::texture::TextureParts;
-pub use self::tree::{TreeOptions, TreeQuality};
+pub use self::tree::{TreeCache, TreeOptions, TreeQuality};
 pub use self::viewpoint::{CameraChoice, Eye, Orbit, Place, Viewpoint};
 
 mod animation;

@@ -12,8 +12,10 @@ use self::groups::Groups;
 use self::plan::{Plan, WIDTH, least_levels};
 
 pub use self::binary::TreeQuality;
+pub use self::cache::TreeCache;
 
 mod binary;
+mod cache;
 mod groups;
 mod plan;
 #[cfg(test)]
@@ -51,12 +53,19 @@ struct Shape {
 pub struct TreeOptions {
     /// How much time they are worth.
     pub quality: TreeQuality,
+    /// Where those of many triangles are kept, if anywhere.
+    pub cache: Option<TreeCache>,
 }
 
 /// The tree over at least one finite triangle, with at most so many levels of nodes where that many hold the triangles. The
-/// same triangles give the same bits, whatever the number of threads.
+/// same triangles give the same bits, whatever the number of threads, and whether it is built or was kept.
 pub fn build(triangles: &[Triangle], levels: u32, options: &TreeOptions) -> Tree {
-    shape(triangles, levels, options.quality).tree(triangles)
+    let build = || shape(triangles, levels, options.quality);
+    let shape = match &options.cache {
+        Some(cache) => cache.shape(triangles, levels, options.quality, build),
+        None => build(),
+    };
+    shape.tree(triangles)
 }
 
 fn shape(triangles: &[Triangle], levels: u32, quality: TreeQuality) -> Shape {

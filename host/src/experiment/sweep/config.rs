@@ -8,7 +8,7 @@ use super::matrix_table::MatrixTable;
 use super::value::{Count, Filter, NonEmpty, Positive, Side};
 use crate::experiment::reference::SEED;
 use crate::scene::{
-    DefaultLight, EnvironmentMap, LoadOptions, Radiance, SceneError, TreeOptions, TreeQuality,
+    DefaultLight, EnvironmentMap, LoadOptions, Radiance, SceneError, TreeCache, TreeOptions, TreeQuality,
 };
 use crate::settings::Settings;
 
@@ -171,7 +171,7 @@ impl Config {
             animation: self.animation.clone(),
             floor: self.floor,
             copies: self.copies,
-            tree: TreeOptions { quality: self.tree_quality },
+            tree: TreeOptions { quality: self.tree_quality, cache: TreeCache::of_user() },
             ..LoadOptions::default()
         }
     }

@@ -21,7 +21,7 @@ pub struct LoadOptions {
     /// Nodes, by their index in the file, that [`Scene::edit`](crate::Scene::edit) may place: they and what is below them are
     /// loaded as if an animation moved them.
     pub grabbed: BTreeSet<usize>,
-    /// How the trees are made that rays are traced by.
+    /// How the trees are made that rays are traced by. None is kept on disk unless somebody says where.
     pub tree: TreeOptions,
 }
 

@@ -86,7 +86,6 @@ impl Accumulation {
         assert_eq!(self.shape, shape, "pictures of one kind are added");
         let batch = self.shape.end().checked_rem(self.shape.batches);
         self.shape.frames += 1;
-        let beauty = picture.beauty();
         let layers: [&[f32]; 5] = [
             bytemuck::cast_slice(&picture.path),
             bytemuck::cast_slice(&picture.caustics),
@@ -97,12 +96,12 @@ impl Accumulation {
         for (sum, layer) in self.sums.iter_mut().zip(layers) {
             sum.par_iter_mut().zip(layer).for_each(|(sum, &value)| *sum += f64::from(value));
         }
-        let beauty: &[f32] = bytemuck::cast_slice(&beauty);
-        let spread = self.spread[batch.unwrap_or(0) as usize].par_iter_mut().zip(beauty);
-        match batch {
-            Some(_) => spread.for_each(|(sum, &value)| *sum += f64::from(value)),
-            None => spread.for_each(|(sum, &value)| *sum += f64::from(value) * f64::from(value)),
-        }
+        let [path, caustics, ..] = layers;
+        let spread = self.spread[batch.unwrap_or(0) as usize].par_iter_mut().enumerate();
+        spread.for_each(|(at, sum)| {
+            let value = f64::from(if gathers { path[at] + caustics[at] } else { path[at] });
+            *sum += if batch.is_some() { value } else { value * value };
+        });
         self.shown
             .par_chunks_mut(SHOWN)
             .enumerate()

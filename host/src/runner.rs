@@ -43,6 +43,11 @@ pub trait Runner {
     fn place(&mut self, placements: &[Placement], bent: &[usize]) -> Result<(), RunError>;
     /// A whole buffer.
     fn read(&mut self, buffer: &str) -> Result<Vec<u8>, RunError>;
+    /// Shows a whole buffer, without a copy where it is memory of the host.
+    fn show(&mut self, buffer: &str, to: &mut dyn FnMut(&[u8])) -> Result<(), RunError> {
+        to(&self.read(buffer)?);
+        Ok(())
+    }
     /// From now on the flag ends steps that run, with [`RunError::Stopped`] and buffers that are half written. Runners that cannot be
     /// stopped run them to their end.
     fn stop_by(&mut self, _flag: &Arc<AtomicBool>) {}

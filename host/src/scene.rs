@@ -164,6 +164,14 @@ impl Scene {
         })
     }
 
+    /// Gives back the memory of the large tables, of which a runner that was opened with it has its own: what is left tells of
+    /// the scene, and renders nothing.
+    pub fn leave_tables(&mut self) {
+        (self.triangles, self.surfaces, self.owners) = Default::default();
+        (self.nodes, self.blocks) = Default::default();
+        (self.textures, self.environment) = Default::default();
+    }
+
     /// Whether anything in the scene moves, or may be edited.
     pub fn is_animated(&self) -> bool {
         self.motion.is_some() || self.recorded.is_some()

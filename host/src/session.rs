@@ -442,19 +442,16 @@ impl Session {
         if !self.method.gathers {
             return Ok(Picture { width, height, path, auxiliary, ..Picture::default() });
         }
-        let geometry: Vec<PointGeometry> = self.read("point_geometry")?;
-        let words: Vec<u32> = self.read("accumulator")?;
-        let count = |point: &[u32]| point[accumulator::WORDS as usize - 1] as f32;
-        Ok(Picture {
-            width,
-            height,
-            path,
-            caustics: self.read("caustic_radiance")?,
-            radius: geometry.iter().map(|point| point.radius).collect(),
-            depth: geometry.iter().map(|point| point.depth as f32).collect(),
-            deposits: words.chunks(accumulator::WORDS as usize).map(count).collect(),
-            auxiliary,
-        })
+        let caustics = self.read("caustic_radiance")?;
+        let pixels = width * height;
+        let [mut radius, mut depth, mut deposits] = [0; 3].map(|_| Vec::with_capacity(pixels));
+        self.show("point_geometry", |point: PointGeometry| {
+            radius.push(point.radius);
+            depth.push(point.depth as f32);
+        })?;
+        type Sums = [u32; accumulator::WORDS as usize];
+        self.show("accumulator", |point: Sums| deposits.push(point[accumulator::WORDS as usize - 1] as f32))?;
+        Ok(Picture { width, height, path, caustics, radius, depth, deposits, auxiliary })
     }
 
     /// Reads back a buffer by its name, as the passes call it.
@@ -463,9 +460,19 @@ impl Session {
     ///
     /// If no pass of the session's frames binds a buffer of this name.
     pub fn read<T: bytemuck::Pod>(&mut self, buffer: &str) -> Result<Vec<T>, SessionError> {
-        let read = self.runner.read(buffer);
-        let bytes = read.map_err(|source| SessionError::Read { buffer: buffer.into(), source })?;
-        Ok(bytemuck::pod_collect_to_vec(&bytes))
+        let mut elements = Vec::new();
+        let read = self.runner.show(buffer, &mut |bytes| elements = bytemuck::pod_collect_to_vec(bytes));
+        read.map_err(|source| SessionError::Read { buffer: buffer.into(), source })?;
+        Ok(elements)
+    }
+
+    /// Shows the elements of a buffer one after another.
+    fn show<T: bytemuck::Pod>(&mut self, buffer: &str, mut to: impl FnMut(T)) -> Result<(), SessionError> {
+        let each = &mut |bytes: &[u8]| {
+            bytes.chunks_exact(size_of::<T>()).for_each(|element| to(bytemuck::pod_read_unaligned(element)));
+        };
+        let shown = self.runner.show(buffer, each);
+        shown.map_err(|source| SessionError::Read { buffer: buffer.into(), source })
     }
 
     /// What the kernels counted in the last frame: rays, deposits, and faults such as clamped sums.

@@ -90,7 +90,7 @@ impl Job {
 
         let Staged { mut scene, camera, .. } = open(&file, &options)?;
         scene.pose(time)?;
-        let camera = scene.camera(Some(&camera))?;
+        let camera = scene.camera(Some(&camera))?.clone();
         warn(&scene, method, &settings);
         let (first, stop) = match &part {
             Some(Part { frames, .. }) => {
@@ -104,9 +104,14 @@ impl Job {
         let has_ledger = options.json && !options.no_ledger;
         let features = if has_ledger { features | Features::LEDGER } else { features };
         let Opened { mut session, choice, gather, reason } =
-            opened(&cell, &options.machine, &scene, camera, &settings, features)?;
+            opened(&cell, &options.machine, &scene, &camera, &settings, features)?;
         tell!("{}: {} ({reason}), method {}, gather {gather}", scene.name, session.device(), method.name);
         let identity = identity(&scene, &camera.name, &settings, method, gather, &choice, &session);
+        let triangles = scene.triangles.len();
+        if !options.json {
+            // Nothing but the tracer's rate asks the tables again.
+            scene.leave_tables();
+        }
         let (width, height) = (settings.width as usize, settings.height as usize);
         let batches = settings.batches_of_frames();
         let shape = Shape { width, height, first, frames: 0, gathers: method.gathers, batches, auxiliary };
@@ -175,11 +180,13 @@ impl Job {
         picture.auxiliary.keep(&options.aov);
         let seconds = (before + report.wall).as_secs_f64();
         // All that can fail comes before the first file is in its place.
+        let (frames, relative_error) = (sums.frames(), sums.relative_error());
         let exr = match target {
             Some(target) => {
                 let mut attributes = kept.about;
-                end(&mut attributes, sums.frames(), seconds);
-                let variance = sums.variance().map(|variance| (variance, sums.frames()));
+                end(&mut attributes, frames, seconds);
+                let variance = sums.variance().map(|variance| (variance, frames));
+                drop(sums);
                 Some((target, exr::encode(&picture, variance, &attributes)?))
             }
             None => None,
@@ -195,7 +202,7 @@ impl Job {
         };
         let mut rates = report.rates(u64::from(settings.width) * u64::from(settings.height));
         if options.json {
-            rates.insert("closest_hits_per_s", closest_hits_per_second(&choice, &scene, camera, features)?);
+            rates.insert("closest_hits_per_s", closest_hits_per_second(&choice, &scene, &camera, features)?);
         }
         live.send(&picture);
         for (target, bytes) in exr.into_iter().chain(png) {
@@ -208,18 +215,17 @@ impl Job {
             tell!("warning: {error:#}");
         }
         if options.json {
-            let relative_error = sums.relative_error();
             let out = json!({
                 "scene": scene.name, "file": file, "method": method.name, "gather": gather,
                 "denoiser": settings.denoiser.name, "sampler": settings.sampler.name(),
                 "device": session.device(), "why": reason, "camera": camera.name, "time_s": time,
-                "width": settings.width, "height": settings.height, "frames": sums.frames(),
+                "width": settings.width, "height": settings.height, "frames": frames,
                 "light_paths": report.light_paths(), "max_bounces": settings.max_bounces,
                 "radius_px": settings.radius_px, "widens": settings.widens,
                 "specular_roughness": settings.specular_roughness,
                 "texture_filter": settings.texture_filter.map(TextureFilter::name),
                 "exposure": stops,
-                "seed": settings.seed, "features": feature_names(features), "triangles": scene.triangles.len(),
+                "seed": settings.seed, "features": feature_names(features), "triangles": triangles,
                 "commit": env!("CAUSTICS_COMMIT"), "kernels": kernels::SOURCES,
                 "frame_ms": report.frame_ms(), "pass_ms": report.pass_ms(), "rates": rates,
                 "counters": report.counters, "seconds": seconds,

@@ -63,6 +63,11 @@ impl Runner for CpuRunner {
         Ok(self.buffers.read::<u8>(buffer)?.to_vec())
     }
 
+    fn show(&mut self, buffer: &str, to: &mut dyn FnMut(&[u8])) -> Result<(), RunError> {
+        to(&self.buffers.read::<u8>(buffer)?);
+        Ok(())
+    }
+
     fn run(&mut self, params: &FrameParams, steps: &[Step]) -> Result<Vec<StepTime>, RunError> {
         let mut times = Vec::with_capacity(steps.len());
         for step in steps {

@@ -243,7 +243,8 @@ impl Accumulation {
         let pixels = shape.width * shape.height;
         let split = if shape.gathers { pixels } else { 0 };
         let sums = [3 * pixels, 3 * split, split, split, split].map(|count| vec![0.0; count]);
-        let spread = vec![vec![0.0; 3 * pixels]; shape.batches.max(1) as usize];
+        // Each by itself: a clone would be memory that is touched before any frame is.
+        let spread = (0..shape.batches.max(1)).map(|_| vec![0.0; 3 * pixels]).collect();
         let shown = vec![0.0; if shape.auxiliary { SHOWN * pixels } else { 0 }];
         Accumulation { shape, sums, spread, shown }
     }

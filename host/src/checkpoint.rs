@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs::File;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -22,6 +23,8 @@ pub type Identity = BTreeMap<String, String>;
 
 /// Kind of the file.
 pub(crate) const KIND: &str = "checkpoint";
+/// Numbers that are written at a time.
+const WRITTEN: usize = 1 << 16;
 /// Most frames that a checkpoint is believed to hold: the rest of 32 bits is for those that follow.
 const MAX_FRAMES: u32 = 1 << 31;
 /// Longest time that it is believed to have taken (s).
@@ -120,15 +123,16 @@ pub fn save(path: &Path, identity: &Identity, checkpoint: &Checkpoint) -> Result
         about: about.clone(),
         state: state.iter().map(|(name, bytes)| (name.clone(), bytes.len())).collect(),
     };
-    let bytes = sealed::seal(KIND, &head, |bytes| {
-        for part in sums.parts() {
-            bytes.extend(part.iter().flat_map(|value| value.to_le_bytes()));
-        }
-        for (_, buffer) in state {
-            bytes.extend_from_slice(buffer);
-        }
-    })?;
-    Ok(Target::claim(path, true)?.finish(&bytes)?)
+    let target = Target::claim(path, true)?;
+    Ok(target.finish_with(|file| {
+        sealed::write(KIND, &head, file, |file| {
+            for values in sums.parts().flat_map(|part| part.chunks(WRITTEN)) {
+                let bits: Vec<u64> = values.iter().map(|value| value.to_bits().to_le()).collect();
+                file.write_all(bytemuck::cast_slice(&bits))?;
+            }
+            state.iter().try_for_each(|(_, buffer)| file.write_all(buffer))
+        })
+    })?)
 }
 
 /// In what two runs differ.

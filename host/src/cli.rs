@@ -149,6 +149,10 @@ pub struct View {
     /// Image height (px)
     #[arg(long, default_value_t = 540)]
     pub height: u32,
+    /// Render the picture in so many tiles, bands of rows one after another, in the memory of one; each has light paths of its own
+    /// [default: as few as the device's bindings allow]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    pub tiles: Option<u32>,
     /// Reflections of at most this roughness are specular
     #[arg(long, default_value_t = 0.25)]
     pub specular_roughness: f32,

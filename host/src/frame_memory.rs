@@ -5,7 +5,7 @@ use thiserror::Error;
 use crate::memory::{self, shown};
 use crate::settings::Settings;
 use caustics_kernels::declare::BufferSpec;
-use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::interface::frame::{FrameParams, Window};
 use caustics_kernels::method::Method;
 use caustics_kernels::method::Parts;
 use caustics_kernels::method::frame::frame_buffers;
@@ -56,7 +56,9 @@ impl Need {
             FrameParams { light_path_count: 0, light_path_batch: 0, validation_path_count: 0, ..largest };
         let dark = bytes(dark).min(all);
         let per_pixel = PICTURE_BYTES + if parts.auxiliary { AUXILIARY_BYTES } else { 0 };
-        let pictures = per_pixel * u64::from(largest.width) * u64::from(largest.height);
+        // Pictures are of the film, buffers of a tile of it.
+        let Window { film_width, film_height, .. } = largest.window;
+        let pictures = per_pixel * u64::from(film_width) * u64::from(film_height);
         match on_gpu {
             true => Need { pixels: pictures, light_paths: 0, scene: tables },
             false => Need { pixels: dark + pictures, light_paths: all - dark, scene: tables },
@@ -72,7 +74,11 @@ impl Need {
         if self.sum() <= available {
             return Ok(());
         }
-        let flag = if self.light_paths > self.pixels { "--light-paths" } else { "--width and --height" };
+        let flag = if self.light_paths > self.pixels {
+            "--light-paths"
+        } else {
+            "--width and --height, or give more --tiles"
+        };
         let Settings { width, height, light_paths, .. } = *settings;
         Err(FrameTooLarge { need: self, available, width, height, light_paths, flag })
     }
@@ -97,6 +103,7 @@ mod tests {
         let params = FrameParams {
             width,
             height,
+            window: Window::all(width, height),
             light_path_count: paths,
             light_path_batch: paths,
             deposit_capacity: 4 * paths,

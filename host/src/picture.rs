@@ -28,6 +28,18 @@ pub struct Picture {
 }
 
 impl Picture {
+    /// Appends a picture of the rows below.
+    pub fn append(&mut self, below: Picture) {
+        self.width = below.width;
+        self.height += below.height;
+        self.path.extend(below.path);
+        self.caustics.extend(below.caustics);
+        self.radius.extend(below.radius);
+        self.depth.extend(below.depth);
+        self.deposits.extend(below.deposits);
+        self.auxiliary.append(below.auxiliary);
+    }
+
     /// All radiance of each pixel (W m^-2 sr^-1): `path` and `caustics` together.
     pub fn beauty(&self) -> Vec<Vec3> {
         if self.caustics.is_empty() {

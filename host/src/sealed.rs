@@ -5,7 +5,7 @@
 //! consecutive bits, and all but one in 2^32 of whatever else happens to a file; the crate computes it at the speed of memory.
 //! It guards against accidents, not against people.
 
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, Read, Write};
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -74,14 +74,45 @@ pub fn seal<H: Serialize>(
     kind: &str,
     head: &H,
     payload: impl FnOnce(&mut Vec<u8>),
-) -> serde_json::Result<Vec<u8>> {
-    let mut bytes = first_line(kind).into_bytes();
-    serde_json::to_writer(&mut bytes, &Line { program: Program::this(), head })?;
-    bytes.push(b'\n');
-    payload(&mut bytes);
-    let checksum = crc32fast::hash(&bytes);
-    bytes.extend(checksum.to_le_bytes());
+) -> std::io::Result<Vec<u8>> {
+    let (mut content, mut bytes) = (Vec::new(), Vec::new());
+    payload(&mut content);
+    write(kind, head, &mut bytes, |file| file.write_all(&content))?;
     Ok(bytes)
+}
+
+/// Writes a file of this kind, as its payload is written.
+pub fn write<H: Serialize, W: Write>(
+    kind: &str,
+    head: &H,
+    file: W,
+    payload: impl FnOnce(&mut Summed<W>) -> std::io::Result<()>,
+) -> std::io::Result<()> {
+    let mut summed = Summed { file, checksum: crc32fast::Hasher::new() };
+    summed.write_all(first_line(kind).as_bytes())?;
+    serde_json::to_writer(&mut summed, &Line { program: Program::this(), head })?;
+    summed.write_all(b"\n")?;
+    payload(&mut summed)?;
+    let Summed { mut file, checksum } = summed;
+    file.write_all(&checksum.finalize().to_le_bytes())
+}
+
+/// A file of whose bytes the checksum is taken.
+pub struct Summed<W> {
+    file: W,
+    checksum: crc32fast::Hasher,
+}
+
+impl<W: Write> Write for Summed<W> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let count = self.file.write(bytes)?;
+        self.checksum.update(&bytes[..count]);
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.file.flush()
+    }
 }
 
 /// Head and payload of the bytes of a file of this kind, if this program wrote them and they are whole.

@@ -27,6 +27,7 @@ use crate::runner::{RunError, Runner, StepTime};
 use crate::scene::{Scene, SceneCamera, SceneError};
 use crate::settings::{Settings, with_light_paths};
 use crate::upload::Upload;
+use crate::vulkan::VulkanError;
 use crate::vulkan::passes::DeviceOptions;
 use caustics_kernels::declare::{Bound, BufferSpec, Step};
 use caustics_kernels::method::Method;
@@ -34,8 +35,10 @@ use caustics_kernels::method::Parts;
 use caustics_kernels::method::frame::{frame_buffers, look_back};
 
 use self::last::{Last, Starts, overwritten};
+use self::tiles::{Rendered, State, Tiles};
 
 pub(crate) mod last;
+mod tiles;
 
 /// Which runner to open.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -96,6 +99,9 @@ pub enum SessionError {
     /// There is no frame to look into.
     #[error("there is no frame of the scene as it stands to look into; render one first")]
     NoFrame,
+    /// The frame is not there as a whole.
+    #[error("a frame of several tiles cannot be looked into; render it in one (--tiles 1)")]
+    Tiles,
     /// There is no such pixel.
     #[error("there is no pixel {x},{y} in a picture of {width} by {height}")]
     NoPixel {
@@ -183,6 +189,8 @@ pub struct Session {
     /// The frame before, unless the scene is another since then.
     last: Option<Last>,
     keeps_starts: bool,
+    /// What of the picture the buffers hold.
+    tiles: Tiles,
 }
 
 impl Session {
@@ -208,27 +216,47 @@ impl Session {
             return Err(SessionError::RayQueries { gather: variant.name });
         }
         let settings = settings.clone().of(method);
-        let params = settings.params(scene, camera, 0);
         if !method.takes_emission(settings.emission) {
             return Err(SessionError::Emission { method: method.name, emission: settings.emission.name });
         }
         let parts = settings.parts(method, variant);
         let largest = settings.largest(scene, camera);
+        let tiled = |count: u32| Tiles::new(largest.window, count);
+        let buffers_of = |count: u32| frame_buffers(method, parts, &tiled(count).params(0, largest));
         let scene_bytes = scene.buffers().iter().map(|(_, bytes)| bytes.len() as u64).sum();
         let on_gpu = matches!(choice, RunnerChoice::Gpu { .. });
-        Need::of(method, parts, largest, scene_bytes, on_gpu).check_available(&settings)?;
-        let buffers = frame_buffers(method, parts, &largest);
-        let is_kept = |name| method.kept(parts).any(|kept| kept == name);
-        let kept = buffers.iter().filter(|spec| is_kept(spec.name)).copied().collect();
+        let check = |count: u32| {
+            let tile = tiled(count).params(0, largest);
+            Need::of(method, parts, tile, scene_bytes, on_gpu).check_available(&settings)
+        };
         let has_history = parts.history.settings.is_some() || parts.keeps_path;
         let of_history = if has_history { Features::HISTORY } else { Features(0) };
-        let features = features | of_history;
-        let mut runner = open(choice, scene, features, &buffers)?;
-        runner.write("pixel_order", cast_slice(&pixel_order(params.width, params.height)))?;
+        let of_parts = if parts.takes_apart() { Features::PARTS } else { Features(0) };
+        let features = features | of_history | of_parts;
+        let mut count = settings.tiles.unwrap_or(1);
+        check(count)?;
+        let opened = open(choice, scene, features, &buffers_of(count));
+        let limit = match &opened {
+            Err(SessionError::Run(RunError::Vulkan(VulkanError::BufferTooLarge { limit, .. }))) => {
+                Some(*limit)
+            }
+            _ => None,
+        };
+        let more = limit.filter(|_| settings.tiles.is_none());
+        let runner = match more.and_then(|limit| tiles::within(limit, settings.height, buffers_of)) {
+            Some(more) => {
+                count = more;
+                open(choice, scene, features, &buffers_of(count))?
+            }
+            None => opened?,
+        };
+        let (tiles, buffers) = (tiled(count), buffers_of(count));
+        let is_kept = |name| method.kept(parts).any(|kept| kept == name);
+        let kept = buffers.iter().filter(|spec| is_kept(spec.name)).copied().collect();
+        let params = settings.params(scene, camera, 0);
         let previous_camera = params.camera;
         let upload = Upload::new(scene);
-        let light_paths = settings.first_light_paths();
-        Ok(Session {
+        let mut session = Session {
             runner,
             method,
             parts,
@@ -236,7 +264,7 @@ impl Session {
             params,
             flux: scene.flux,
             origin: scene.origin,
-            light_paths,
+            light_paths: 0,
             previous_camera,
             previous_frame: None,
             upload,
@@ -245,14 +273,54 @@ impl Session {
             features,
             last: None,
             keeps_starts: false,
-        })
+            tiles,
+        };
+        session.turn_to(0)?;
+        Ok(session)
+    }
+
+    /// Tiles that a picture is rendered in, one after another.
+    pub fn tiles(&self) -> u32 {
+        self.tiles.count()
+    }
+
+    /// Makes the buffers those of a tile, as the frame before left them.
+    fn turn_to(&mut self, tile: u32) -> Result<(), SessionError> {
+        let before = self.tiles.current.map(|tile| self.tiles.rows(tile).len());
+        let is_new = self.tiles.current != Some(tile);
+        self.tiles.current = Some(tile);
+        self.params = self.tiles.params(tile, self.params);
+        if before != Some(self.tiles.rows(tile).len()) {
+            let order = pixel_order(self.params.width, self.params.height);
+            self.runner.write("pixel_order", cast_slice(&order))?;
+        }
+        if is_new && !self.tiles.is_one() {
+            match self.tiles.states.get(tile as usize) {
+                Some(state) => {
+                    for (buffer, bytes) in state {
+                        self.runner.write(buffer, bytes)?;
+                    }
+                }
+                None => self.clear_kept()?,
+            }
+        }
+        self.take_light_paths()
+    }
+
+    /// Fills what outlives a frame with zeros, as it is at first.
+    fn clear_kept(&mut self) -> Result<(), SessionError> {
+        for spec in &self.kept {
+            self.runner.write(spec.name, &vec![0; spec.bytes])?;
+        }
+        Ok(())
     }
 
     /// Moves the session to another time: takes a scene that [`Scene::pose`] has moved, and a camera of it, and uploads what
     /// changed. Call it before each frame of an animation, since a history needs to know how things moved.
     pub fn pose(&mut self, scene: &Scene, camera: &SceneCamera) -> Result<(), SessionError> {
         self.flux = scene.flux;
-        self.params = self.settings.params(scene, camera, 0);
+        let params = self.settings.params(scene, camera, 0);
+        self.params = self.tiles.params(self.tiles.current.unwrap_or(0), params);
         self.moved |= self.params.camera != self.previous_camera;
         if self.upload.run(&mut *self.runner, scene)? {
             self.moved = true;
@@ -269,6 +337,17 @@ impl Session {
     /// The buffers in which something outlives its frame, by name, for [`Session::restore`]; empty where frames do not depend on
     /// each other.
     pub fn state(&mut self) -> Result<Vec<(&'static str, Vec<u8>)>, SessionError> {
+        if self.tiles.is_one() {
+            return self.tile_state();
+        }
+        let of_tiles = |spec: &BufferSpec| {
+            let states = self.tiles.states.iter().flatten().filter(|(name, _)| *name == spec.name);
+            (spec.name, states.flat_map(|(_, bytes)| bytes.iter().copied()).collect())
+        };
+        Ok(self.kept.iter().map(of_tiles).collect())
+    }
+
+    fn tile_state(&mut self) -> Result<State, SessionError> {
         let mut state = Vec::with_capacity(self.kept.len());
         for spec in self.kept.clone() {
             let mut bytes = self.read(spec.name)?;
@@ -285,10 +364,21 @@ impl Session {
     ///
     /// If a buffer is missing or has another size.
     pub fn restore(&mut self, frame: u32, state: &[(String, Vec<u8>)]) -> Result<(), SessionError> {
+        let count = self.tiles.count() as usize;
+        let mut states = vec![State::new(); count];
         for spec in &self.kept {
-            let found = state.iter().find(|(name, bytes)| name == spec.name && bytes.len() == spec.bytes);
-            let (name, bytes) = found.ok_or(SessionError::State { buffer: spec.name })?;
-            self.runner.write(name, bytes)?;
+            let whole =
+                |(name, bytes): &&(String, Vec<u8>)| name == spec.name && bytes.len() == count * spec.bytes;
+            let (_, bytes) = state.iter().find(whole).ok_or(SessionError::State { buffer: spec.name })?;
+            for (state, bytes) in states.iter_mut().zip(bytes.chunks_exact(spec.bytes)) {
+                state.push((spec.name, bytes.to_vec()));
+            }
+        }
+        for (buffer, bytes) in &states[0] {
+            self.runner.write(buffer, bytes)?;
+        }
+        if !self.tiles.is_one() {
+            (self.tiles.states, self.tiles.current) = (states, None);
         }
         self.previous_camera = self.params.camera;
         self.previous_frame = Some(frame);
@@ -299,13 +389,12 @@ impl Session {
 
     /// Forgets all frames: the next one is as that of a session just opened, at the pose at hand.
     pub fn restart(&mut self) -> Result<(), SessionError> {
-        for spec in &self.kept {
-            self.runner.write(spec.name, &vec![0; spec.bytes])?;
-        }
+        self.clear_kept()?;
+        self.tiles.states.clear();
         self.previous_camera = self.params.camera;
         self.previous_frame = None;
         self.moved = true;
-        self.light_paths = self.settings.first_light_paths();
+        self.light_paths = self.settings.first_light_paths(self.params.pixel_count());
         Ok(())
     }
 
@@ -339,16 +428,40 @@ impl Session {
 
     /// Renders frame `index` and returns the time of each of its steps. What it made is read by [`Session::picture`].
     pub fn frame(&mut self, index: u32) -> Result<Vec<StepTime>, SessionError> {
+        let times = if self.tiles.is_one() { self.tile(index)? } else { self.tile_by_tile(index)? };
+        self.previous_camera = self.params.camera;
+        self.previous_frame = Some(index);
+        self.moved = false;
+        self.take_light_paths()?;
+        Ok(times)
+    }
+
+    fn tile_by_tile(&mut self, index: u32) -> Result<Vec<StepTime>, SessionError> {
+        let (mut times, mut rendered) = (Vec::new(), Rendered::default());
+        let mut states = Vec::with_capacity(self.tiles.count() as usize);
+        for tile in 0..self.tiles.count() {
+            self.turn_to(tile)?;
+            times.extend(self.tile(index)?);
+            rendered.picture.append(self.tile_picture()?);
+            let words: Vec<u32> = self.read("counters")?;
+            rendered.counters.add(&Counters::from_words(&words));
+            rendered.energy = rendered.energy.plus(Energy::from_words(&words, self.params.quantum));
+            states.push(self.tile_state()?);
+        }
+        (self.tiles.states, self.tiles.rendered) = (states, rendered);
+        // Whoever looks into a frame needs all of it.
+        self.last = None;
+        Ok(times)
+    }
+
+    /// Renders what the buffers are of.
+    fn tile(&mut self, index: u32) -> Result<Vec<StepTime>, SessionError> {
         if self.params.light_path_count > 0 {
             self.params = with_light_paths(self.params, self.light_paths, self.flux);
         }
         let mut times = self.look_back()?;
         let params = self.params(index);
         times.extend(self.run(params)?);
-        self.previous_camera = self.params.camera;
-        self.previous_frame = Some(index);
-        self.moved = false;
-        self.take_light_paths()?;
         Ok(times)
     }
 
@@ -420,7 +533,7 @@ impl Session {
 
     /// Takes the number of light paths that frames so far say is best for the next.
     fn take_light_paths(&mut self) -> Result<(), SessionError> {
-        self.light_paths = self.settings.first_light_paths();
+        self.light_paths = self.settings.first_light_paths(self.params.pixel_count());
         // Where no frame can shoot, nothing is balanced.
         if self.kept.iter().any(|spec| spec.name == "balance") {
             let balance: Vec<Balance> = self.read("balance")?;
@@ -433,17 +546,22 @@ impl Session {
 
     /// Reads back the layers of the last frame.
     pub fn picture(&mut self) -> Result<Picture, SessionError> {
+        if self.tiles.is_one() { self.tile_picture() } else { Ok(self.tiles.rendered.picture.clone()) }
+    }
+
+    fn tile_picture(&mut self) -> Result<Picture, SessionError> {
         let (width, height) = (self.params.width as usize, self.params.height as usize);
-        let path = self.read("path_radiance")?;
+        let pixels = width * height;
+        let path = self.read_first("path_radiance", pixels)?;
         let mut auxiliary = Auxiliary::default();
         if self.parts.auxiliary {
-            auxiliary = Auxiliary::new(&self.read::<AuxiliaryRow>("auxiliary")?, self.origin);
+            let rows: Vec<AuxiliaryRow> = self.read_first("auxiliary", pixels)?;
+            auxiliary = Auxiliary::new(&rows, self.origin);
         }
         if !self.method.gathers {
             return Ok(Picture { width, height, path, auxiliary, ..Picture::default() });
         }
-        let caustics = self.read("caustic_radiance")?;
-        let pixels = width * height;
+        let caustics = self.read_first("caustic_radiance", pixels)?;
         let [mut radius, mut depth, mut deposits] = [0; 3].map(|_| Vec::with_capacity(pixels));
         self.show("point_geometry", |point: PointGeometry| {
             radius.push(point.radius);
@@ -451,10 +569,13 @@ impl Session {
         })?;
         type Sums = [u32; accumulator::WORDS as usize];
         self.show("accumulator", |point: Sums| deposits.push(point[accumulator::WORDS as usize - 1] as f32))?;
+        for layer in [&mut radius, &mut depth, &mut deposits] {
+            layer.truncate(pixels);
+        }
         Ok(Picture { width, height, path, caustics, radius, depth, deposits, auxiliary })
     }
 
-    /// Reads back a buffer by its name, as the passes call it.
+    /// Reads back a buffer by its name, as the passes call it; that of the last tile, where there are several.
     ///
     /// # Errors
     ///
@@ -463,6 +584,13 @@ impl Session {
         let mut elements = Vec::new();
         let read = self.runner.show(buffer, &mut |bytes| elements = bytemuck::pod_collect_to_vec(bytes));
         read.map_err(|source| SessionError::Read { buffer: buffer.into(), source })?;
+        Ok(elements)
+    }
+
+    /// So many elements of a buffer, which has room for those of the largest tile.
+    fn read_first<T: bytemuck::Pod>(&mut self, buffer: &str, count: usize) -> Result<Vec<T>, SessionError> {
+        let mut elements = self.read(buffer)?;
+        elements.truncate(count);
         Ok(elements)
     }
 
@@ -477,12 +605,19 @@ impl Session {
 
     /// What the kernels counted in the last frame: rays, deposits, and faults such as clamped sums.
     pub fn counters(&mut self) -> Result<Counters, SessionError> {
+        if !self.tiles.is_one() {
+            return Ok(self.tiles.rendered.counters.clone());
+        }
         let words: Vec<u32> = self.read("counters")?;
         Ok(Counters::from_words(&words))
     }
 
     /// Where the flux of the last frame's light paths went; all zero unless the session's features have `Features::LEDGER`.
     pub fn energy(&mut self) -> Result<Energy, SessionError> {
+        if !self.tiles.is_one() {
+            // Each tile's light paths carry all of the lights' flux.
+            return Ok(self.tiles.rendered.energy.times(1.0 / f64::from(self.tiles.count())));
+        }
         let words: Vec<u32> = self.read("counters")?;
         Ok(Energy::from_words(&words, self.params.quantum))
     }
@@ -495,11 +630,16 @@ impl Session {
 
     /// Tone-maps a picture (a mean of frames, say) with the exposure of the settings: display colours from 0 to 1, row by row.
     pub fn display(&mut self, picture: &Picture) -> Result<Vec<Vec3>, SessionError> {
-        self.runner.write("path_radiance", cast_slice(&picture.path))?;
         let black = vec![Vec3::ZERO; picture.path.len()];
         let caustics = if picture.caustics.is_empty() { &black } else { &picture.caustics };
-        self.runner.write("caustic_radiance", cast_slice(caustics))?;
-        self.runner.run(&self.params, &[Step::of(&DISPLAY, &self.params)])?;
-        self.read("display_color")
+        let mut colors = Vec::with_capacity(picture.path.len());
+        for tile in 0..self.tiles.count() {
+            let (params, pixels) = (self.tiles.params(tile, self.params), self.tiles.pixels(tile));
+            self.runner.write("path_radiance", cast_slice(&picture.path[pixels.clone()]))?;
+            self.runner.write("caustic_radiance", cast_slice(&caustics[pixels.clone()]))?;
+            self.runner.run(&params, &[Step::of(&DISPLAY, &params)])?;
+            colors.append(&mut self.read_first("display_color", pixels.len())?);
+        }
+        Ok(colors)
     }
 }

@@ -10,7 +10,7 @@ use caustics_kernels::interface::choice::{
     Caustics, Connections, Fireflies, PathHistory, Sampler, TextureFilter,
 };
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::interface::frame::{FrameParams, TEXTURE_FILTER_CONE, TEXTURE_FILTER_FINEST};
+use caustics_kernels::interface::frame::{FrameParams, TEXTURE_FILTER_CONE, TEXTURE_FILTER_FINEST, Window};
 use caustics_kernels::interface::history::validation_paths;
 use caustics_kernels::interface::sequence::Sequence;
 use caustics_kernels::method::{Method, Parts};
@@ -25,6 +25,8 @@ pub struct Settings {
     pub width: u32,
     /// Image height (px).
     pub height: u32,
+    /// Tiles that the picture is rendered in, one after another; `None` takes as few as the device's bindings allow.
+    pub tiles: Option<u32>,
     /// Light paths a frame; where a frame's time is shared, at most.
     pub light_paths: u32,
     /// Whether a frame's time is shared between camera paths and light paths, by what earlier frames cost and left to noise
@@ -78,6 +80,7 @@ impl Default for Settings {
         Settings {
             width: 960,
             height: 540,
+            tiles: None,
             light_paths: 1024 * 1024,
             balances: false,
             max_bounces: 5,
@@ -148,6 +151,7 @@ impl Settings {
             previous_camera: camera.camera(self.width, self.height),
             width: self.width,
             height: self.height,
+            window: Window::all(self.width, self.height),
             seed: self.seed,
             frame,
             max_bounces: self.max_bounces,
@@ -208,9 +212,9 @@ impl Settings {
         Parts { gather, history, denoiser, emission, balances, bounds, keeps_path, widens, auxiliary }
     }
 
-    /// Light paths of a frame before which nothing is known.
-    pub fn first_light_paths(&self) -> u32 {
-        let first = (self.width * self.height) as f32 * FIRST_PATHS;
+    /// Light paths of a frame of so many pixels before which nothing is known.
+    pub fn first_light_paths(&self, pixels: u32) -> u32 {
+        let first = pixels as f32 * FIRST_PATHS;
         if self.balances { self.light_paths.min(first as u32).max(1) } else { self.light_paths }
     }
 }

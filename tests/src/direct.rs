@@ -158,7 +158,7 @@ pub struct World<'a> {
 impl<'a> World<'a> {
     /// Through the scene's first camera. Light paths are shot whatever the scene's lights are.
     pub fn new(scene: &'a Scene, settings: &Settings) -> Self {
-        let features = scene.features(settings.specular_roughness) | Features::HISTORY;
+        let features = scene.features(settings.specular_roughness) | Features::HISTORY | Features::PARTS;
         let mut params = settings.params(scene, &scene.cameras[0], 0);
         params.light_path_count = settings.light_paths;
         World { scene, features, params }

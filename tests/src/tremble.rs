@@ -263,8 +263,9 @@ mod tests {
         // A comparer that never differs finds no explanation; one that asks for the same bits soon does.
         assert_eq!(paths.explain_camera(1000, |_, _| false), None);
         let pixels = (0..64 * 36).step_by(50);
-        let found =
-            pixels.filter(|&pixel| paths.explain_camera(pixel, |a, b| a.radiance != b.radiance).is_some());
+        let found = pixels.filter(|&pixel| {
+            paths.explain_camera(pixel, |a, b| a.light.radiance != b.light.radiance).is_some()
+        });
         assert!(found.count() > 10);
     }
 }

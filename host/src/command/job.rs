@@ -132,7 +132,7 @@ impl Job {
 
         let bar = bar();
         let mut report = Report::default();
-        let mut saved = Instant::now();
+        let (mut saved, mut saved_frames) = (Instant::now(), 0);
         let done = loop {
             let relative_error = if stop.relative_error.is_some() { sums.relative_error() } else { 0.0 };
             let progress = stop.progress(sums.frames(), before + report.wall, relative_error);
@@ -150,8 +150,9 @@ impl Job {
             sums.add(&session.picture()?);
             live.show(|| sums.mean());
             if saved.elapsed() >= every {
-                keeper.keep(kept.save(&sums, before + report.wall, &mut session));
+                keeper.keep(kept.save(&mut sums, before + report.wall, &mut session));
                 saved = Instant::now();
+                saved_frames = if keeper.is_kept() { sums.frames() } else { 0 };
             }
         };
         bar.finish_and_clear();
@@ -162,8 +163,9 @@ impl Job {
             tell!("warning: {warning}");
         }
         // Also of a run that is done, if it was long: nothing that fails from here on must cost it.
-        if !done || report.wall >= every || part.is_some() {
-            let saved = kept.save(&sums, before + report.wall, &mut session);
+        let is_long = report.wall >= every && saved_frames != sums.frames();
+        if !done || is_long || part.is_some() {
+            let saved = kept.save(&mut sums, before + report.wall, &mut session);
             // They are all that a shard leaves.
             if part.is_some() { saved? } else { keeper.keep(saved) }
         }
@@ -179,31 +181,35 @@ impl Job {
         let mut picture = sums.mean();
         picture.auxiliary.keep(&options.aov);
         let seconds = (before + report.wall).as_secs_f64();
-        // All that can fail comes before the first file is in its place.
-        let (frames, relative_error) = (sums.frames(), sums.relative_error());
-        let exr = match target {
-            Some(target) => {
-                let mut attributes = kept.about;
-                end(&mut attributes, frames, seconds);
-                let variance = sums.variance().map(|variance| (variance, frames));
-                drop(sums);
-                Some((target, exr::encode(&picture, variance, &attributes)?))
-            }
-            None => None,
-        };
         let stops = options.view.exposure.of(&picture);
-        let png = match png_target {
-            Some(target) => {
+        let colors = match &png_target {
+            Some(_) => {
                 session.expose(stops as f32);
-                let colors = session.display(&picture)?;
-                Some((target, png::encode(settings.width, settings.height, &colors)?))
+                session.display(&picture)?
             }
-            None => None,
+            None => Vec::new(),
         };
+        let (device, frames, relative_error) = (session.device(), sums.frames(), sums.relative_error());
+        let variance = sums.variance().map(|variance| (variance, frames));
+        // What follows takes memory of its own.
+        drop((session, sums));
         let mut rates = report.rates(u64::from(settings.width) * u64::from(settings.height));
         if options.json {
             rates.insert("closest_hits_per_s", closest_hits_per_second(&choice, &scene, &camera, features)?);
         }
+        // All that can fail comes before the first file is in its place.
+        let exr = match target {
+            Some(target) => {
+                let mut attributes = kept.about;
+                end(&mut attributes, frames, seconds);
+                Some((target, exr::encode(&picture, variance, &attributes)?))
+            }
+            None => None,
+        };
+        let png = match png_target {
+            Some(target) => Some((target, png::encode(settings.width, settings.height, &colors)?)),
+            None => None,
+        };
         live.send(&picture);
         for (target, bytes) in exr.into_iter().chain(png) {
             target.finish(&bytes)?;
@@ -218,7 +224,7 @@ impl Job {
             let out = json!({
                 "scene": scene.name, "file": file, "method": method.name, "gather": gather,
                 "denoiser": settings.denoiser.name, "sampler": settings.sampler.name(),
-                "device": session.device(), "why": reason, "camera": camera.name, "time_s": time,
+                "device": device, "why": reason, "camera": camera.name, "time_s": time,
                 "width": settings.width, "height": settings.height, "frames": frames,
                 "light_paths": report.light_paths(), "max_bounces": settings.max_bounces,
                 "radius_px": settings.radius_px, "widens": settings.widens,
@@ -250,9 +256,13 @@ struct Kept {
 
 impl Kept {
     /// Writes the sums so far, with what the last frame leaves to the next.
-    fn save(&self, sums: &Accumulation, spent: Duration, session: &mut Session) -> anyhow::Result<()> {
+    fn save(&self, sums: &mut Accumulation, spent: Duration, session: &mut Session) -> anyhow::Result<()> {
         let state = session.state()?.into_iter().map(|(name, bytes)| (name.to_string(), bytes)).collect();
-        let checkpoint = Checkpoint { sums: sums.clone(), spent, about: self.about.clone(), state };
-        Ok(checkpoint::save(&self.path, &self.identity, &checkpoint)?)
+        // Lent: there may not be room for them twice.
+        let about = self.about.clone();
+        let checkpoint = Checkpoint { sums: std::mem::take(sums), spent, about, state };
+        let saved = checkpoint::save(&self.path, &self.identity, &checkpoint);
+        *sums = checkpoint.sums;
+        Ok(saved?)
     }
 }

@@ -31,6 +31,7 @@ pub fn settings(options: &View, cell: &Cell, frames: u32) -> Result<Settings, Us
     Ok(cell.settings(&Settings {
         width,
         height,
+        tiles: options.tiles,
         specular_roughness: options.specular_roughness,
         seed: options.seed,
         pixel_filter: match options.pixel_filter {

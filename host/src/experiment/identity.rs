@@ -23,6 +23,7 @@ pub fn view(scene: &Scene, camera: &str, settings: &Settings) -> String {
     let Settings {
         width,
         height,
+        tiles: _,
         light_paths,
         balances: _,
         max_bounces,

@@ -19,9 +19,8 @@ pub fn path(view: View<'_>, pixel: u32, has_point: bool) -> CameraPath {
     let cone = RayCone::at_eye(params.pixel_spread);
     let (mut tracer, mut record) = (scene.tracer(features), Record::new(view));
     let tables = scene.tables();
-    let seen =
-        watched(ray, cone, rng, beyond, params, features, tables, &mut tracer, &mut record, &mut Uncounted);
-    if has_point && seen.geometry.exists() {
+    watched(ray, cone, rng, beyond, params, features, tables, &mut tracer, &mut record, &mut Uncounted);
+    if has_point && record.has_point {
         record.end(Event::CollectionPoint);
     } else if has_point && record.is_scattered() {
         // The first event that is not specular, behind as many vertices as paths have.

@@ -48,6 +48,9 @@ impl Session {
         y: u32,
         light_paths: usize,
     ) -> Result<Inspection, SessionError> {
+        if self.tiles() > 1 {
+            return Err(SessionError::Tiles);
+        }
         let last = self.last().cloned().ok_or(SessionError::NoFrame)?;
         let (method, _, features) = self.made_of();
         let view = View { scene, params: &last.params, features };

@@ -5,7 +5,7 @@ use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::ray::{Hit, Ray};
 use caustics_kernels::math::offset;
-use caustics_kernels::pass::collect::watch::Watch;
+use caustics_kernels::pass::collect::watch::{CollectionPoint, Watch};
 use caustics_kernels::surface::class::Classes;
 use caustics_kernels::surface::scatter::BsdfSample;
 use caustics_kernels::surface::textured::material_at;
@@ -30,11 +30,13 @@ pub struct Record<'a> {
     here: Option<(Here, Material)>,
     /// The ray that left the scene.
     pub left: Option<Ray>,
+    /// Whether there is a collection point.
+    pub has_point: bool,
 }
 
 impl<'a> Record<'a> {
     pub fn new(view: View<'a>) -> Record<'a> {
-        Record { view, vertices: Vec::new(), here: None, left: None }
+        Record { view, vertices: Vec::new(), here: None, left: None, has_point: false }
     }
 
     /// Says what the path came to at its last vertex.
@@ -116,4 +118,10 @@ impl Watch for Record<'_> {
         self.pass(ray, &Hit::MISS, carries);
         self.left = Some(*ray);
     }
+
+    fn collect(&mut self, _point: &CollectionPoint) {
+        self.has_point = true;
+    }
+
+    fn end(&mut self, _last: Vec3) {}
 }

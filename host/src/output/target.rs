@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::fs::File;
-use std::io::Write;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -87,9 +87,20 @@ impl Target {
     }
 
     /// Writes the bytes, then renames the temporary file to the path that was claimed.
-    pub fn finish(mut self, bytes: &[u8]) -> Result<(), TargetError> {
+    pub fn finish(self, bytes: &[u8]) -> Result<(), TargetError> {
+        self.finish_with(|file| file.write_all(bytes))
+    }
+
+    /// The same of bytes that are too many to be held.
+    pub fn finish_with(
+        mut self,
+        write: impl FnOnce(&mut BufWriter<&mut File>) -> std::io::Result<()>,
+    ) -> Result<(), TargetError> {
         let fail = |path: &Path, source| TargetError::Write { path: path.into(), source };
-        self.part.write_all(bytes).map_err(|source| fail(&self.path, source))?;
+        let mut file = BufWriter::new(self.part.as_file_mut());
+        let written = write(&mut file).and_then(|()| file.flush());
+        drop(file);
+        written.map_err(|source| fail(&self.path, source))?;
         // A name must not be there before its bytes are, whatever happens to the machine.
         self.part.as_file().sync_all().map_err(|source| fail(&self.path, source))?;
         #[cfg(unix)]

@@ -75,6 +75,17 @@ impl Auxiliary {
         }
     }
 
+    /// Appends those of the rows below.
+    pub fn append(&mut self, below: Auxiliary) {
+        let Auxiliary { normal, albedo, depth, position, motion, material } = below;
+        self.normal.extend(normal);
+        self.albedo.extend(albedo);
+        self.depth.extend(depth);
+        self.position.extend(position);
+        self.motion.extend(motion);
+        self.material.extend(material);
+    }
+
     /// Leaves out all layers but these.
     pub fn keep(&mut self, layers: &[Aov]) {
         let Auxiliary { normal, albedo, depth, position, motion, material } = std::mem::take(self);

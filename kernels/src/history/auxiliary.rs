@@ -12,7 +12,8 @@ use crate::interface::instance::Instance;
 use crate::interface::scene::SceneTables;
 use crate::math::cone::RayCone;
 use crate::math::rng::{Rng, Stream};
-use crate::pass::collect::{Beyond, Collected, camera_ray, follow};
+use crate::pass::collect::watch::CollectionPoint;
+use crate::pass::collect::{Beyond, camera_ray, follow};
 use crate::seam::{Slots, Uncounted};
 use crate::surface::textured::material_of;
 use crate::trace::Tracer;
@@ -33,18 +34,19 @@ pub fn auxiliary(
     let pixel = pixel_order[place as usize];
     // Where mirrors and lenses image a point says how it moved.
     let features = features | Features::HISTORY;
-    let mut rng = Rng::new(Stream::Camera, params.seed, pixel, params.frame);
+    let mut rng = Rng::new(Stream::Camera, params.seed, params.film_pixel(pixel), params.frame);
     let ray = camera_ray(params, pixel, &mut rng);
     let cone = RayCone::at_eye(params.pixel_spread);
-    let seen = follow(ray, cone, rng, Beyond::NOTHING, params, features, scene, tracer, &mut Uncounted);
+    let seen = follow(ray, cone, rng, Beyond::NOTHING, params, features, scene, tracer, &mut Uncounted).point;
     let mut row = Auxiliary::default();
-    if seen.geometry.exists() {
+    let CollectionPoint { geometry, shading, length } = &seen;
+    if geometry.exists() {
         row = Auxiliary {
-            position: seen.geometry.position,
-            depth: seen.length,
-            normal: seen.shading.shading_normal,
-            material: seen.shading.material,
-            albedo: material_of(&seen.shading, scene.materials, features).base_color,
+            position: geometry.position,
+            depth: *length,
+            normal: shading.shading_normal,
+            material: shading.material,
+            albedo: material_of(shading, scene.materials, features).base_color,
             motion: motion(pixel, &seen, instances, params),
             ..row
         };
@@ -55,7 +57,7 @@ pub fn auxiliary(
 /// Where the picture shows a point less where the picture before did (px). Behind mirrors and glass the eye alone moves:
 /// the image is taken to stand where it is; so is what bends.
 #[inline(always)]
-fn motion(pixel: u32, seen: &Collected, instances: &[Instance], params: &FrameParams) -> Vec2 {
+fn motion(pixel: u32, seen: &CollectionPoint, instances: &[Instance], params: &FrameParams) -> Vec2 {
     let (point, shading) = (&seen.geometry, &seen.shading);
     let mut position = point.position;
     // What bends is taken to stand still.

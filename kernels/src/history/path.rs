@@ -113,11 +113,12 @@ pub fn path_retrace(
         let point = path_points[pixel as usize];
         if point.samples > 0.0 {
             let path = camera_path(pixel, params, features, scene, tracer, &mut Uncounted);
+            let (light, shading) = (&path.light, &path.point.shading);
             // What is another surface, the history will not find.
-            if path.geometry.exists() && path.shading.material == point.material {
-                let light = path.radiance - path.seen;
-                let found = arriving(light, &path.direct, &path.shading, scene.materials, params, features);
-                let now = brightness(&found, path.direct.chance);
+            if path.point.geometry.exists() && shading.material == point.material {
+                let radiance = light.radiance - light.seen;
+                let found = arriving(radiance, &light.direct, shading, scene.materials, params, features);
+                let now = brightness(&found, light.direct.chance);
                 retraced = Retraced { before: path_brightness[pixel as usize], now };
             }
         }

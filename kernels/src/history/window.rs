@@ -31,9 +31,8 @@ pub fn seen_from(
         return position - before.position;
     }
     let camera = &params.camera;
-    let column = (pixel % params.width) as f32 + 0.5;
-    let row = (pixel / params.width) as f32 + 0.5;
-    let along = camera.direction_of(column, row, params);
+    let (column, row) = params.on_film(pixel);
+    let along = camera.direction_of(column as f32 + 0.5, row as f32 + 0.5, params);
     if shading.astigmatism == 0 && shading.distance > 0.0 {
         return camera.position + along * shading.distance - before.position;
     }
@@ -103,6 +102,7 @@ pub fn for_each_around<L, V: Look<L>>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::interface::frame::Window;
 
     const EYE: Vec3 = Vec3::new(0.3, 1.2, 2.0);
 
@@ -110,7 +110,7 @@ mod tests {
         let forward = forward.normalize();
         let right = forward.cross(Vec3::Y).normalize();
         let camera = Camera { position: EYE, right: right * 0.8, up: right.cross(forward) * 0.45, forward };
-        FrameParams { camera, width: 160, height: 90, ..FrameParams::default() }
+        FrameParams { camera, width: 160, height: 90, window: Window::all(160, 90), ..FrameParams::default() }
     }
 
     /// Centre of a pixel (px), and the unit direction of its ray.

@@ -72,6 +72,8 @@ macro_rules! lights_and_others {
             SHEETS "sheets";
             /// Points lend to those of the next frame: where mirrors and lenses image them is known.
             HISTORY "history";
+            /// Path-traced light is bounded, smoothed or lent: what it is made of is kept.
+            PARTS "parts";
             /// Some surface blends: it is there for a share of rays.
             BLENDS "blends";
             /// Some medium bends colours differently.

@@ -21,6 +21,27 @@ pub struct Camera {
     pub forward: Vec3,
 }
 
+/// The part of a film that a picture shows; all of it, where pictures are not rendered tile by tile.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Window {
+    /// Column of the film that is the picture's first.
+    pub first_column: u32,
+    /// Row of the film that is the picture's first.
+    pub first_row: u32,
+    /// Width of the film (px).
+    pub film_width: u32,
+    /// Height of the film (px).
+    pub film_height: u32,
+}
+
+impl Window {
+    /// All of a film.
+    pub fn all(film_width: u32, film_height: u32) -> Window {
+        Window { film_width, film_height, ..Window::default() }
+    }
+}
+
 /// Settings of a frame: a uniform buffer that is written once a frame.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -33,6 +54,8 @@ pub struct FrameParams {
     pub width: u32,
     /// Image height (px).
     pub height: u32,
+    /// What it shows of the film: cameras see the film, and random numbers are those of its pixels.
+    pub window: Window,
     /// Seed of every random number of the run.
     pub seed: u32,
     /// Index of the frame; another frame draws other random numbers.
@@ -94,7 +117,7 @@ pub struct Dispatch {
 }
 
 const _: () = assert!(size_of::<Camera>() == 48);
-const _: () = assert!(size_of::<FrameParams>() == 736);
+const _: () = assert!(size_of::<FrameParams>() == 752);
 
 impl Dispatch {
     /// Invocations there are.
@@ -108,6 +131,20 @@ impl FrameParams {
     /// Pixels of the image.
     pub fn pixel_count(&self) -> u32 {
         self.width * self.height
+    }
+
+    /// Column and row of a pixel on the film.
+    #[inline(always)]
+    pub fn on_film(&self, pixel: u32) -> (u32, u32) {
+        let Window { first_column, first_row, .. } = self.window;
+        (first_column + pixel % self.width, first_row + pixel / self.width)
+    }
+
+    /// The pixel of the film that a pixel is.
+    #[inline(always)]
+    pub fn film_pixel(&self, pixel: u32) -> u32 {
+        let (column, row) = self.on_film(pixel);
+        row * self.window.film_width + column
     }
 
     /// Deposits there are: those stored, as far as they fit.

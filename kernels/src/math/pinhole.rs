@@ -1,18 +1,19 @@
-//! The pinhole camera: from places in the picture (px; rows go down) to directions, and back.
+//! The pinhole camera: from places on the film (px; rows go down) to directions, and back.
 
-use crate::interface::frame::{Camera, FrameParams};
+use crate::interface::frame::{Camera, FrameParams, Window};
 use spirv_std::glam::{Vec2, Vec3};
 
 impl Camera {
-    /// Unit direction of what the picture of a frame shows at a place.
+    /// Unit direction of what the film of a frame shows at a place.
     #[inline(always)]
     pub fn direction_of(&self, column: f32, row: f32, params: &FrameParams) -> Vec3 {
-        let along_x = self.right * (2.0 * column / params.width as f32 - 1.0);
-        let along_y = self.up * (1.0 - 2.0 * row / params.height as f32);
+        let Window { film_width, film_height, .. } = params.window;
+        let along_x = self.right * (2.0 * column / film_width as f32 - 1.0);
+        let along_y = self.up * (1.0 - 2.0 * row / film_height as f32);
         (self.forward + along_x + along_y).normalize()
     }
 
-    /// Where what lies along `from_eye` is on the plane of the picture: x to the right and y up, 1 at the borders. Not where
+    /// Where what lies along `from_eye` is on the plane of the film: x to the right and y up, 1 at the borders. Not where
     /// that is not before the eye.
     #[inline(always)]
     pub fn on_plane(&self, from_eye: Vec3) -> (bool, Vec2) {
@@ -25,22 +26,32 @@ impl Camera {
         (true, Vec2::new(x, y))
     }
 
-    /// How the place in the picture of a frame changes with what lies along `from_eye`, before the eye, where that is
+    /// How the place on the film of a frame changes with what lies along `from_eye`, before the eye, where that is
     /// `on_plane`: gradients of column and row (px/m).
     #[inline(always)]
     pub fn gradients(&self, from_eye: Vec3, on_plane: Vec2, params: &FrameParams) -> (Vec3, Vec3) {
         let per_metre = 0.5 / from_eye.dot(self.forward);
         let of_x = self.right / self.right.length_squared() - self.forward * on_plane.x;
         let of_y = self.up / self.up.length_squared() - self.forward * on_plane.y;
-        (of_x * (params.width as f32 * per_metre), of_y * (-(params.height as f32) * per_metre))
+        let Window { film_width, film_height, .. } = params.window;
+        (of_x * (film_width as f32 * per_metre), of_y * (-(film_height as f32) * per_metre))
     }
 }
 
 impl FrameParams {
-    /// Place in the picture (px) of a place on its plane.
+    /// Place in the picture (px) of a place on the film's plane.
     #[inline(always)]
     pub fn place_of(&self, on_plane: Vec2) -> Vec2 {
-        let size = Vec2::new(self.width as f32, self.height as f32);
-        Vec2::new(0.5 + 0.5 * on_plane.x, 0.5 - 0.5 * on_plane.y) * size
+        let Window { first_column, first_row, film_width, film_height } = self.window;
+        let size = Vec2::new(film_width as f32, film_height as f32);
+        let first = Vec2::new(first_column as f32, first_row as f32);
+        Vec2::new(0.5 + 0.5 * on_plane.x, 0.5 - 0.5 * on_plane.y) * size - first
+    }
+
+    /// Whether a place (px) is in the picture.
+    #[inline(always)]
+    pub fn shows(&self, place: Vec2) -> bool {
+        let (width, height) = (self.width as f32, self.height as f32);
+        place.x >= 0.0 && place.y >= 0.0 && place.x < width && place.y < height
     }
 }

@@ -17,7 +17,7 @@ use crate::gather::variant::Over;
 #[cfg(not(target_arch = "spirv"))]
 use crate::interface::choice::TextureFilter;
 use crate::interface::features::Features;
-use crate::interface::frame::{Camera, Dispatch, FrameParams};
+use crate::interface::frame::{Camera, Dispatch, FrameParams, Window};
 use crate::interface::material::Material;
 use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
 use crate::math::PI;
@@ -189,7 +189,8 @@ fn sees_plane(point: &PointGeometry, beside: u32, points: &[PointGeometry], eye:
 #[inline(always)]
 fn place_of(to: Vec3, params: &FrameParams) -> (bool, Vec2) {
     let (is_before, at) = params.camera.on_plane(to);
-    (is_before && at.x.abs().max(at.y.abs()) < 1.0, params.place_of(at))
+    let place = params.place_of(at);
+    (is_before && params.shows(place), place)
 }
 
 /// Pixel of a place in the picture.
@@ -203,7 +204,8 @@ fn pixel_of(place: Vec2, params: &FrameParams) -> u32 {
 fn area(deposit: &DepositGeometry, to: Vec3, distance: f32, kind: u32, params: &FrameParams) -> f32 {
     let Camera { right, up, forward, .. } = params.camera;
     // That of a pixel a metre before the eye.
-    let pixel = 4.0 * right.length() * up.length() / (params.width * params.height) as f32;
+    let Window { film_width, film_height, .. } = params.window;
+    let pixel = 4.0 * right.length() * up.length() / (film_width * film_height) as f32;
     if kind == AREA_FACING {
         return pixel * distance * distance;
     }
@@ -223,7 +225,7 @@ mod tests {
             up: Vec3::Y * 0.6,
             forward: Vec3::NEG_Z,
         };
-        FrameParams { camera, width: 40, height: 30, ..FrameParams::default() }
+        FrameParams { camera, width: 40, height: 30, window: Window::all(40, 30), ..FrameParams::default() }
     }
 
     #[test]
@@ -250,7 +252,8 @@ mod tests {
             up: Vec3::new(0.2, 1.0, 0.0).normalize() * 0.1,
             forward: Vec3::new(1.0, -0.2, 0.0).normalize(),
         };
-        let params = FrameParams { camera, width: 3, height: 3, ..FrameParams::default() };
+        let params =
+            FrameParams { camera, width: 3, height: 3, window: Window::all(3, 3), ..FrameParams::default() };
         let point = PointGeometry { normal: Vec3::Y, depth: 1, ..PointGeometry::default() };
         let points = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|pixel| {
             let x = [7.0, 5.0, 4.0][pixel / 3];

@@ -96,6 +96,11 @@ impl Parts {
     pub fn weighs(&self) -> bool {
         self.balances || self.emission.weighs
     }
+
+    /// Whether somebody takes path-traced light apart (`Features::PARTS`).
+    pub fn takes_apart(&self) -> bool {
+        self.bounds || self.keeps_path || *self.denoiser != denoiser::NONE
+    }
 }
 
 impl From<&'static Variant> for Parts {

@@ -13,7 +13,8 @@ use crate::math::cone::RayCone;
 use crate::math::rng::{Rng, Stream};
 #[cfg(not(target_arch = "spirv"))]
 use crate::method::Method;
-use crate::pass::collect::{Beyond, camera_ray, follow};
+use crate::pass::collect::watch::Unwatched;
+use crate::pass::collect::{Beyond, camera_ray, watched};
 #[cfg(not(target_arch = "spirv"))]
 use crate::pass::display::DISPLAY;
 use crate::seam::{Atomics, Slots};
@@ -66,8 +67,8 @@ pub fn sample<T: Tracer, C: Atomics>(
     tracer: &mut T,
     counters: &mut C,
 ) -> Vec3 {
-    let mut rng = Rng::new(Stream::Reference, params.seed, pixel, params.frame);
+    let mut rng = Rng::new(Stream::Reference, params.seed, params.film_pixel(pixel), params.frame);
     let ray = camera_ray(params, pixel, &mut rng);
     let cone = RayCone::at_eye(params.pixel_spread);
-    follow(ray, cone, rng, Beyond::ALL, params, features, scene, tracer, counters).radiance
+    watched(ray, cone, rng, Beyond::ALL, params, features, scene, tracer, &mut Unwatched, counters).radiance
 }

@@ -36,7 +36,7 @@ use crate::trace::Tracer;
 use crate::trace::enclosing::enclosing;
 use crate::trace::reach::{reach, unblocked};
 use spirv_std::glam::Vec3;
-use watch::{Unwatched, Watch};
+use watch::{CollectionPoint, Watch};
 
 /// Where there is none of these, all that bends a path is plane mirrors.
 const BENDS: Features = Features(Features::GLASS.0 | Features::SMOOTH_NORMALS.0);
@@ -89,24 +89,52 @@ impl Beyond {
     }
 }
 
-/// What a camera path brings home.
+/// The light that a camera path brings home.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Collected {
+pub struct PathLight {
     /// Radiance that is no caustic (W m^-2 sr^-1).
     pub radiance: Vec3,
-    /// The part of it that is no light which the non-specular class of the collection point reflects: what came before the point,
-    /// its emission, and direct light on its specular class (W m^-2 sr^-1).
+    /// With [`Features::PARTS`], as what follows is: the part of it that is no light which the non-specular class of the collection
+    /// point reflects: what came before the point, its emission, and direct light on its specular class (W m^-2 sr^-1).
     pub seen: Vec3,
     /// The direct light among what that class reflects.
     pub direct: PointDirect,
     /// The part of it that was found before the first draw from a lobe that has a width (W m^-2 sr^-1).
     pub steady: Vec3,
-    /// Where the collection point is.
-    pub geometry: PointGeometry,
-    /// What its light is multiplied with.
-    pub shading: PointShading,
-    /// Length of the camera path up to it (m); 0 without a point.
-    pub length: f32,
+}
+
+/// What a camera path brings home, and where its collection point is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Collected {
+    /// All its light.
+    pub light: PathLight,
+    /// Its point.
+    pub point: CollectionPoint,
+}
+
+/// Where `collect` leaves the point of a pixel. It is written as soon as it is found: the path behind it has no use for it.
+struct PointSlots<'a> {
+    pixel: u32,
+    geometry: Slots<'a, PointGeometry>,
+    shading: Slots<'a, PointShading>,
+}
+
+impl Watch for PointSlots<'_> {
+    #[inline(always)]
+    fn arrive(&mut self, _ray: &Ray, _hit: &Hit, _here: &Vertex, _throughput: Vec3) {}
+    #[inline(always)]
+    fn scatter(&mut self, _departure: &BsdfSample) {}
+    #[inline(always)]
+    fn escape(&mut self, _ray: &Ray, _throughput: Vec3) {}
+    #[inline(always)]
+    fn collect(&mut self, point: &CollectionPoint) {
+        self.geometry.write(self.pixel, point.geometry);
+        self.shading.write(self.pixel, point.shading);
+    }
+    #[inline(always)]
+    fn end(&mut self, last: Vec3) {
+        self.collect(&CollectionPoint::none(last));
+    }
 }
 
 /// The camera ray through a pixel; draws from `rng` in any case, so that filters share all other numbers.
@@ -117,10 +145,9 @@ pub fn camera_ray(params: &FrameParams, pixel: u32, rng: &mut Rng) -> Ray {
     if params.has_filter(PIXEL_FILTER_BOX) {
         (x, y) = (u.x, u.y);
     }
-    let column = (pixel % params.width) as f32 + x;
-    let row = (pixel / params.width) as f32 + y;
+    let (column, row) = params.on_film(pixel);
     let camera = &params.camera;
-    Ray::endless(camera.position, camera.direction_of(column, row, params))
+    Ray::endless(camera.position, camera.direction_of(column as f32 + x, row as f32 + y, params))
 }
 
 /// Camera paths, a pixel an invocation.
@@ -137,17 +164,18 @@ pub fn collect(
     mut seen_radiance: Slots<'_, Vec3>,
     mut steady_radiance: Slots<'_, Vec3>,
     mut point_direct: Slots<'_, PointDirect>,
-    mut point_geometry: Slots<'_, PointGeometry>,
-    mut point_shading: Slots<'_, PointShading>,
+    point_geometry: Slots<'_, PointGeometry>,
+    point_shading: Slots<'_, PointShading>,
 ) {
     let pixel = pixel_order[place as usize];
-    let collected = camera_path(pixel, params, features, scene, tracer, counters);
-    path_radiance.write(pixel, collected.radiance);
-    seen_radiance.write(pixel, collected.seen);
-    steady_radiance.write(pixel, collected.steady);
-    point_direct.write(pixel, collected.direct);
-    point_geometry.write(pixel, collected.geometry);
-    point_shading.write(pixel, collected.shading);
+    let mut point = PointSlots { pixel, geometry: point_geometry, shading: point_shading };
+    let light = watched_path(pixel, params, features, scene, tracer, &mut point, counters);
+    path_radiance.write(pixel, light.radiance);
+    if features.has(Features::PARTS) {
+        seen_radiance.write(pixel, light.seen);
+        steady_radiance.write(pixel, light.steady);
+        point_direct.write(pixel, light.direct);
+    }
 }
 
 /// Traces the path of one pixel.
@@ -160,10 +188,26 @@ pub fn camera_path<T: Tracer, C: Atomics>(
     tracer: &mut T,
     counters: &mut C,
 ) -> Collected {
-    let mut rng = Rng::new(Stream::Camera, params.seed, pixel, params.frame);
+    let mut point = CollectionPoint::default();
+    let light = watched_path(pixel, params, features, scene, tracer, &mut point, counters);
+    Collected { light, point }
+}
+
+/// Traces the path of one pixel, while somebody watches.
+#[inline(always)]
+fn watched_path<T: Tracer, W: Watch, C: Atomics>(
+    pixel: u32,
+    params: &FrameParams,
+    features: Features,
+    scene: SceneTables<'_>,
+    tracer: &mut T,
+    watch: &mut W,
+    counters: &mut C,
+) -> PathLight {
+    let mut rng = Rng::new(Stream::Camera, params.seed, params.film_pixel(pixel), params.frame);
     let ray = camera_ray(params, pixel, &mut rng);
     let cone = RayCone::at_eye(params.pixel_spread);
-    follow(ray, cone, rng, Beyond::of(params), params, features, scene, tracer, counters)
+    watched(ray, cone, rng, Beyond::of(params), params, features, scene, tracer, watch, counters)
 }
 
 /// Follows a camera path from its first ray.
@@ -179,7 +223,9 @@ pub fn follow<T: Tracer, C: Atomics>(
     tracer: &mut T,
     counters: &mut C,
 ) -> Collected {
-    watched(ray, cone, rng, beyond, params, features, scene, tracer, &mut Unwatched, counters)
+    let mut point = CollectionPoint::default();
+    let light = watched(ray, cone, rng, beyond, params, features, scene, tracer, &mut point, counters);
+    Collected { light, point }
 }
 
 /// Follows a camera path from its first ray, while somebody watches.
@@ -195,11 +241,11 @@ pub fn watched<T: Tracer, W: Watch, C: Atomics>(
     tracer: &mut T,
     watch: &mut W,
     counters: &mut C,
-) -> Collected {
+) -> PathLight {
     let direct = cone;
     let mut pencil = Pencil::at_eye(ray.direction, params.camera.right);
-    let mut collected = Collected::default();
-    collected.geometry.position = ray.origin;
+    let mut light = PathLight::default();
+    let parts = features.has(Features::PARTS);
     let mut throughput = Vec3::ONE;
     let mut media = MediaStack::VACUUM;
     if features.has(Features::ENCLOSED) {
@@ -225,14 +271,14 @@ pub fn watched<T: Tracer, W: Watch, C: Atomics>(
         if hit.is_miss() {
             watch.escape(&ray, throughput);
             if prefix {
-                collected.radiance += throughput * params.background;
+                light.radiance += throughput * params.background;
             }
             if features.has(Features::ENVIRONMENT) && finds_emission {
                 let mut seen = environment(&ray, pdf_scattered, candidates, params, scene);
                 if features.has(Features::ABSORPTION) {
                     seen *= reached.left;
                 }
-                collected.radiance += throughput * seen;
+                light.radiance += throughput * seen;
             }
             break;
         }
@@ -249,9 +295,6 @@ pub fn watched<T: Tracer, W: Watch, C: Atomics>(
         }
         let here = vertex(scene, features, &ray, &hit, width);
         let material = material_at(scene, &here, features);
-        if prefix {
-            collected.geometry.position = here.position;
-        }
         if features.has(Features::ABSORPTION) {
             throughput *= reached.left;
         }
@@ -260,17 +303,18 @@ pub fn watched<T: Tracer, W: Watch, C: Atomics>(
         // Emission, shared with the direct connections of the vertex before.
         let is_lamp = features.has(Features::AREA_LIGHTS) && here.light != NONE && emits(&here, &material);
         if is_lamp && finds_emission {
-            let light = scene.lights[here.light as usize];
+            let lamp = scene.lights[here.light as usize];
             let mut weight = 1.0;
             if pdf_scattered > 0.0 {
                 let cos = here.to_previous.dot(here.face_normal);
                 let square = hit.distance * hit.distance;
                 let pdf_connected =
-                    pdf_solid_angle(&light, scene, features, previous, square, cos) * candidates.gain(&light);
+                    pdf_solid_angle(&lamp, scene, features, previous, square, cos) * candidates.gain(&lamp);
                 weight = pdf_scattered / (pdf_scattered + pdf_connected);
             }
-            collected.radiance += throughput * material.emission * weight;
+            light.radiance += throughput * material.emission * weight;
         }
+        previous = here.position;
         if depth > params.max_bounces {
             break;
         }
@@ -302,8 +346,8 @@ pub fn watched<T: Tracer, W: Watch, C: Atomics>(
         if candidates.each > 1 {
             choice = next4(&mut rng, &params.sequence).x;
         }
-        if prefix {
-            (collected.seen, collected.direct.radiance) = (collected.radiance, Vec3::ZERO);
+        if parts && prefix {
+            (light.seen, light.direct.radiance) = (light.radiance, Vec3::ZERO);
         }
         if beyond.is_lit() && scattering.bsdf.scatters() {
             let mut number = 0;
@@ -327,18 +371,18 @@ pub fn watched<T: Tracer, W: Watch, C: Atomics>(
                     let media = scattering.media_towards(reservoir.connection.to_light);
                     let left = unblocked(&shadow, media, features, scene, tracer);
                     if left.max_element() > 0.0 {
-                        collected.radiance += throughput * both * left;
-                        if prefix {
-                            collected.seen += throughput * direct.specular * left;
-                            collected.direct.radiance += throughput * direct.non_specular * left;
+                        light.radiance += throughput * both * left;
+                        if parts && prefix {
+                            light.seen += throughput * direct.specular * left;
+                            light.direct.radiance += throughput * direct.non_specular * left;
                         }
                     }
                 }
             }
         }
 
-        if steady {
-            collected.steady = collected.radiance;
+        if parts && steady {
+            light.steady = light.radiance;
         }
 
         // Scatter; the first non-specular choice makes the collection point.
@@ -354,15 +398,14 @@ pub fn watched<T: Tracer, W: Watch, C: Atomics>(
             if depth < params.max_bounces && chance > 0.0 {
                 let cos = here.to_previous.dot(here.face_normal);
                 let image = pencil.image(distance);
-                collected.geometry = PointGeometry {
+                light.direct.chance = chance;
+                let geometry = PointGeometry {
                     position: here.position,
                     radius: cone.radius(cos, params.radius_px, here.position, direct.advance(distance).width),
                     normal: here.face_normal,
                     depth,
                 };
-                collected.length = distance;
-                collected.direct.chance = chance;
-                collected.shading = PointShading {
+                let mut shading = PointShading {
                     to_viewer: here.to_previous,
                     material: here.material,
                     shading_normal: here.shading_normal,
@@ -376,9 +419,12 @@ pub fn watched<T: Tracer, W: Watch, C: Atomics>(
                 };
                 if features.has(Features::TEXTURES) && material.flags & FLAGS_SCATTER_TEXTURE != 0 {
                     let (first, second) = packed(&material);
-                    collected.shading.red_green = first;
-                    collected.shading.blue_roughness_metallic = second;
+                    shading.red_green = first;
+                    shading.blue_roughness_metallic = second;
                 }
+                watch.collect(&CollectionPoint { geometry, shading, length: distance });
+            } else {
+                watch.end(here.position);
             }
             if !beyond.is_lit() {
                 break;
@@ -404,18 +450,19 @@ pub fn watched<T: Tracer, W: Watch, C: Atomics>(
         pdf_scattered = scattered.sampled.pdf_solid_angle;
         steady = steady && pdf_scattered == 0.0;
         finds_emission = prefix || beyond.finds.has(scattered.sampled.class);
-        previous = here.position;
         ray = scattered.ray;
         depth += 1;
     }
 
     // Whatever ended the path.
-    if steady {
-        collected.steady = collected.radiance;
+    if prefix {
+        watch.end(previous);
     }
-    if !is_finite(collected.radiance.element_sum()) {
-        (collected.radiance, collected.seen, collected.steady) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
-        collected.direct = PointDirect::default();
+    if parts && steady {
+        light.steady = light.radiance;
+    }
+    if !is_finite(light.radiance.element_sum()) {
+        light = PathLight::default();
         counters.add(Counter::NonFinite as u32, 1);
     }
     counters.add(Counter::CameraRays as u32, rays);
@@ -426,7 +473,7 @@ pub fn watched<T: Tracer, W: Watch, C: Atomics>(
     if unexpected != 0 {
         counters.add(Counter::UnexpectedFaces as u32, unexpected);
     }
-    collected
+    light
 }
 
 /// What a ray that meets nothing sees of the environment, shared with the direct connections of the vertex that it left.

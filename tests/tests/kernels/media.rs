@@ -61,7 +61,8 @@ fn overlapping_plates_bend_once() {
             let scene = b.build();
             let settings = Settings { max_bounces: 5, ..settings(8, 8) };
             let seen = World::new(&scene, &settings).collect();
-            let on_floor = seen.iter().map(|path| path.geometry.position).filter(|place| place.y < -2.9);
+            let on_floor =
+                seen.iter().map(|path| path.point.geometry.position).filter(|place| place.y < -2.9);
             let mut on_floor: Vec<_> = on_floor.map(|place| f64::from(place.x)).collect();
             assert!(on_floor.len() > 40, "{}", on_floor.len());
             // Most of 64 paths are refracted and end at one place; few are reflected on their way.
@@ -244,8 +245,9 @@ fn a_path_and_its_reverse_have_the_same_throughput() {
                 &mut tracer,
                 &mut Tally::default(),
             );
-            let arrived = (path.geometry.position - origin).length() < 2e-2;
-            (arrived && path.geometry.depth == at.scatterings + 1).then_some(path.shading.throughput)
+            let arrived = (path.point.geometry.position - origin).length() < 2e-2;
+            (arrived && path.point.geometry.depth == at.scatterings + 1)
+                .then_some(path.point.shading.throughput)
         });
         if let Some(back) = same {
             let off = ((forth - back) / back).abs().max_element();
@@ -296,7 +298,11 @@ fn direct_light_passes_a_covered_face() {
         b.camera(DVec3::new(0.0, 4.0, 0.0), DVec3::ZERO, 0.1);
         let scene = b.build();
         let settings = Settings { max_bounces: 3, ..settings(16, 16) };
-        World::new(&scene, &settings).collect().iter().map(|path| path.radiance.as_dvec3()).sum::<DVec3>()
+        World::new(&scene, &settings)
+            .collect()
+            .iter()
+            .map(|path| path.light.radiance.as_dvec3())
+            .sum::<DVec3>()
     };
     let (covered, open) = (seen(true), seen(false));
     // Clearances of 16 ulp at two faces, and their absorption.

@@ -161,8 +161,8 @@ fn odd_sizes_render_every_pixel() {
                 &mut tracer,
                 &mut tally,
             );
-            assert_eq!(own.radiance, picture.path[pixel], "{width} x {height}, pixel {pixel}");
-            assert_eq!(own.geometry.radius, picture.radius[pixel]);
+            assert_eq!(own.light.radiance, picture.path[pixel], "{width} x {height}, pixel {pixel}");
+            assert_eq!(own.point.geometry.radius, picture.radius[pixel]);
         }
     }
 }
@@ -206,10 +206,10 @@ fn grazing_footprints_are_finite_and_bounded() {
     assert!(mean_of(&picture.caustics) > 0.0, "the test has lost its caustics");
     let world = World::new(&scene, &settings);
     let mut grazing = 0;
-    for collected in world.collect().iter().filter(|c| c.geometry.depth == 1) {
-        let geometry = collected.geometry;
+    for collected in world.collect().iter().filter(|c| c.point.geometry.depth == 1) {
+        let geometry = collected.point.geometry;
         let distance = (geometry.position - world.params.camera.position).length();
-        let cos = collected.shading.to_viewer.dot(geometry.normal);
+        let cos = collected.point.shading.to_viewer.dot(geometry.normal);
         let bound = radius_px * distance * world.params.pixel_spread * (1.0 / (0.05 * PI)).sqrt() * 1.0001;
         let ulps = geometry.position.abs().max_element() * (4.0 / 8_388_608.0);
         assert!(geometry.radius <= bound.max(ulps), "{geometry:?}: {bound}");

@@ -13,5 +13,6 @@ mod kim2019;
 mod path_history;
 mod reuse;
 mod stability;
+mod tiles;
 mod widen;
 mod yang2021;

@@ -2,6 +2,7 @@
 //!
 //! A sealed file: what the run is, the frame, names and sizes of buffers, then the buffers.
 
+use std::io::Write;
 use std::path::Path;
 
 use anyhow::Context;
@@ -39,12 +40,12 @@ impl State {
     pub fn save(&self, path: &Path) -> anyhow::Result<()> {
         let buffers = self.buffers.iter().map(|(name, bytes)| (name.clone(), bytes.len())).collect();
         let head = Head { identity: self.identity.clone(), frame: self.frame, buffers };
-        let file = sealed::seal(KIND, &head, |file| {
-            for (_, bytes) in &self.buffers {
-                file.extend_from_slice(bytes);
-            }
-        })?;
-        Ok(Target::claim(path, true)?.finish(&file)?)
+        let target = Target::claim(path, true)?;
+        Ok(target.finish_with(|file| {
+            sealed::write(KIND, &head, file, |file| {
+                self.buffers.iter().try_for_each(|(_, bytes)| file.write_all(bytes))
+            })
+        })?)
     }
 
     /// Reads it; none where there is none.

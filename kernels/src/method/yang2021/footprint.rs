@@ -180,7 +180,7 @@ impl Footprint {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::interface::frame::Camera;
+    use crate::interface::frame::{Camera, Window};
 
     fn params() -> FrameParams {
         let camera = Camera {
@@ -189,7 +189,13 @@ mod tests {
             up: Vec3::new(0.0, 1.0, -1.0).normalize() * 0.5,
             forward: Vec3::new(0.0, -1.0, -1.0).normalize(),
         };
-        FrameParams { camera, width: 320, height: 200, ..FrameParams::default() }
+        FrameParams {
+            camera,
+            width: 320,
+            height: 200,
+            window: Window::all(320, 200),
+            ..FrameParams::default()
+        }
     }
 
     /// The kernel sums to one over the plane, whatever the ellipse, and lies in the pixels that are visited.

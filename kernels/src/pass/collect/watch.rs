@@ -1,5 +1,6 @@
 //! The seam of `collect`: who watches a camera path. It costs nothing where nobody does.
 
+use crate::interface::point::{PointGeometry, PointShading};
 use crate::interface::ray::{Hit, Ray};
 use crate::surface::scatter::BsdfSample;
 use crate::surface::vertex::Vertex;
@@ -13,6 +14,30 @@ pub trait Watch {
     fn scatter(&mut self, departure: &BsdfSample);
     /// It leaves the scene with this throughput.
     fn escape(&mut self, ray: &Ray, throughput: Vec3);
+    /// Its collection point is here.
+    fn collect(&mut self, point: &CollectionPoint);
+    /// It has ended without one; its last vertex is here.
+    fn end(&mut self, last: Vec3);
+}
+
+/// A collection point, and how far the path went.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CollectionPoint {
+    /// Where it is.
+    pub geometry: PointGeometry,
+    /// What its light is multiplied with.
+    pub shading: PointShading,
+    /// Length of the camera path up to it (m).
+    pub length: f32,
+}
+
+impl CollectionPoint {
+    /// That of a path which has none, from its last vertex.
+    #[inline(always)]
+    pub fn none(last: Vec3) -> CollectionPoint {
+        let geometry = PointGeometry { position: last, ..PointGeometry::default() };
+        CollectionPoint { geometry, ..CollectionPoint::default() }
+    }
 }
 
 /// Nobody.
@@ -25,4 +50,26 @@ impl Watch for Unwatched {
     fn scatter(&mut self, _departure: &BsdfSample) {}
     #[inline(always)]
     fn escape(&mut self, _ray: &Ray, _throughput: Vec3) {}
+    #[inline(always)]
+    fn collect(&mut self, _point: &CollectionPoint) {}
+    #[inline(always)]
+    fn end(&mut self, _last: Vec3) {}
+}
+
+/// Who waits for the point alone.
+impl Watch for CollectionPoint {
+    #[inline(always)]
+    fn arrive(&mut self, _ray: &Ray, _hit: &Hit, _here: &Vertex, _throughput: Vec3) {}
+    #[inline(always)]
+    fn scatter(&mut self, _departure: &BsdfSample) {}
+    #[inline(always)]
+    fn escape(&mut self, _ray: &Ray, _throughput: Vec3) {}
+    #[inline(always)]
+    fn collect(&mut self, point: &CollectionPoint) {
+        *self = *point;
+    }
+    #[inline(always)]
+    fn end(&mut self, last: Vec3) {
+        *self = CollectionPoint::none(last);
+    }
 }

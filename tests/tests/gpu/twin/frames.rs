@@ -199,3 +199,23 @@ fn detects_one_perturbed_input() {
     let difference = words("triangle", 1, &ids(&cpu), &ids(&gpu), Tolerance::EXACT);
     assert!(!difference.passes() && difference.indices.contains(&617));
 }
+
+/// A device renders the same bits tile by tile, in buffers of a tile.
+#[test]
+fn tiles_are_the_picture_on_a_device() {
+    let Some(gpu) = gpu() else { return };
+    let scene = load("mirror-room");
+    let [whole, tiled] = [1, 3].map(|tiles| {
+        let settings = Settings { width: 64, height: 40, tiles: Some(tiles), auxiliary: true, ..settings() };
+        let features = scene.features(settings.specular_roughness);
+        let choice = gpu.choice(false);
+        let camera = &scene.cameras[0];
+        let mut session =
+            Session::new(&choice, &scene, camera, &settings, &BASIC, &variant::PHOTONS_GRID, features)
+                .unwrap();
+        session.frame(1).unwrap();
+        (session.picture().unwrap(), session.tiles())
+    });
+    assert_eq!((whole.1, tiled.1), (1, 3));
+    assert!(whole.0 == tiled.0);
+}

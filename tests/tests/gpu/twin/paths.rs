@@ -75,9 +75,11 @@ fn path_field(name: &str) -> Tolerance {
 
 /// Whether two camera paths are as far apart as the comparison forbids.
 fn diverges(a: &Collected, b: &Collected) -> bool {
-    let radiance = floats("", 3, &a.radiance.to_array(), &b.radiance.to_array(), NEAR);
-    let geometry = rows(&[a.geometry], &[b.geometry], Tolerance::EXACT, |field| path_field(field.name));
-    let shading = rows(&[a.shading], &[b.shading], Tolerance::EXACT, |field| path_field(field.name));
+    let radiance = floats("", 3, &a.light.radiance.to_array(), &b.light.radiance.to_array(), NEAR);
+    let geometry =
+        rows(&[a.point.geometry], &[b.point.geometry], Tolerance::EXACT, |field| path_field(field.name));
+    let shading =
+        rows(&[a.point.shading], &[b.point.shading], Tolerance::EXACT, |field| path_field(field.name));
     geometry.iter().chain(&shading).chain([&radiance]).any(|difference| difference.exceeding > 0)
 }
 

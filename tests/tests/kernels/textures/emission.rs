@@ -162,10 +162,10 @@ fn a_textured_lamp_shows_its_texels() {
     camera.fov_y = 2.0 * 0.5_f32.atan();
     let scene = Scene { cameras: vec![camera], ..scene };
     let collected = World::new(&scene, &settings).collect();
-    let mean = collected.iter().map(|c| f64::from(c.radiance.x)).sum::<f64>() / 4096.0;
-    let (least, most) = collected
-        .iter()
-        .fold((f32::MAX, 0.0_f32), |(least, most), c| (least.min(c.radiance.x), most.max(c.radiance.x)));
+    let mean = collected.iter().map(|c| f64::from(c.light.radiance.x)).sum::<f64>() / 4096.0;
+    let (least, most) = collected.iter().fold((f32::MAX, 0.0_f32), |(least, most), c| {
+        (least.min(c.light.radiance.x), most.max(c.light.radiance.x))
+    });
     let expected = f64::from(scene.flux.x) / PI;
     println!("mean {mean:.4} of {expected:.4}, {least:.4} to {most:.4}");
     // The view cuts off the outermost 1 %; texels differ by a factor of 20.

@@ -35,7 +35,7 @@ fn disc_has_the_area_of_the_pixels_footprint() {
         let diagonals =
             (on_floor(x + 1.0, y + 1.0) - on_floor(x, y)).cross(on_floor(x, y + 1.0) - on_floor(x + 1.0, y));
         let footprint = 0.5 * diagonals.length();
-        let disc = PI * f64::from(collected.geometry.radius).powi(2);
+        let disc = PI * f64::from(collected.point.geometry.radius).powi(2);
         assert!((disc / footprint - 1.0).abs() < 0.03, "pixel {pixel}: {disc:e} {footprint:e}");
     }
 }
@@ -145,10 +145,10 @@ fn compare(what: &str, things: &Builder, events: &[Event], eye: DVec3, screen: f
         let near = |p: DVec3| (p - centre).length() < 5e-3;
         let depth = events.len() as u32 + 1;
         let collected = paths
-            .find(|c| c.geometry.depth == depth && near(c.geometry.position.as_dvec3()))
+            .find(|c| c.point.geometry.depth == depth && near(c.point.geometry.position.as_dvec3()))
             .unwrap_or_else(|| panic!("{what}: no path follows the oracle's at {degrees} degrees"));
-        let receiving = f64::from(collected.shading.to_viewer.dot(collected.geometry.normal));
-        let width = f64::from(collected.geometry.radius) * (PI * receiving).sqrt();
+        let receiving = f64::from(collected.point.shading.to_viewer.dot(collected.point.geometry.normal));
+        let width = f64::from(collected.point.geometry.radius) * (PI * receiving).sqrt();
 
         let place = |count| bent(chief, &events[..count]).origin;
         let length = screen + (1..=events.len()).map(|k| place(k).distance(place(k - 1))).sum::<f64>();

@@ -108,7 +108,7 @@ fn direct_light_inside_a_medium_is_absorbed() {
         let scene = b.build();
         let settings = Settings { max_bounces: 2, ..settings(16, 16, 1) };
         let radiance: f64 =
-            World::new(&scene, &settings).collect().iter().map(|c| f64::from(c.radiance.x)).sum();
+            World::new(&scene, &settings).collect().iter().map(|c| f64::from(c.light.radiance.x)).sum();
         radiance / 256.0
     };
     let (clear, absorbing) = (seen(0.0), seen(2.0));

@@ -68,10 +68,10 @@ fn spot_lights_a_floor_by_its_falloff() {
     let world = World::new(&scene, &settings(48, 48, 1));
     let mut seen = [0; 3];
     for collected in world.collect() {
-        let along = collected.geometry.position.as_dvec3() - AT;
+        let along = collected.point.geometry.position.as_dvec3() - AT;
         let angle = (along.normalize().dot(AXIS)).acos();
         let irradiance = INTENSITY * falloff(ANGLES, angle) * AT.y / along.length().powi(3);
-        let radiance = f64::from(collected.radiance.x);
+        let radiance = f64::from(collected.light.radiance.x);
         let expected = irradiance * 0.5 / PI;
         assert!((radiance - expected).abs() < 1e-5 * INTENSITY * 0.5 / PI, "{angle}: {radiance} {expected}");
         seen[usize::from(angle > ANGLES.0) + usize::from(angle > ANGLES.1)] += 1;
@@ -109,7 +109,7 @@ fn spots_of_any_width_light_their_axis() {
         let mut world = World::new(&scene, &settings(1, 1, 1));
         world.params.camera.position = glam::Vec3::Y;
         world.params.camera.forward = glam::Vec3::NEG_Y;
-        let radiance = f64::from(world.collect()[0].radiance.x);
+        let radiance = f64::from(world.collect()[0].light.radiance.x);
         assert!((radiance / (3.0 / 4.0 * 0.5 / PI) - 1.0).abs() < 1e-5, "{outer}: {radiance}");
         let rays = leaving(&world, 20_000);
         let most =
@@ -126,13 +126,13 @@ fn directional_light_falls_by_the_cosine() {
         let scene = lit_floor(|b| b.directional(DVec3::new(0.6 * sin, -cos, 0.8 * sin), 2.0));
         assert_eq!(scene.features(0.25), Features::DIRECTIONAL_LIGHTS | Features::RECEIVERS);
         for collected in World::new(&scene, &settings(24, 24, 1)).collect() {
-            let radiance = f64::from(collected.radiance.x);
+            let radiance = f64::from(collected.light.radiance.x);
             // cos 85 degrees has 1e-6 of relative error in f32.
             assert!((radiance / (2.0 * cos * 0.5 / PI) - 1.0).abs() < 3e-6, "{degrees}: {radiance}");
         }
     }
     let behind = lit_floor(|b| b.directional(DVec3::new(0.1, 1.0, 0.0), 2.0));
-    assert!(World::new(&behind, &settings(8, 8, 1)).collect().iter().all(|c| c.radiance.x == 0.0));
+    assert!(World::new(&behind, &settings(8, 8, 1)).collect().iter().all(|c| c.light.radiance.x == 0.0));
 }
 
 /// What stands in the way shades: a plate of a quarter of the floor's width, far above it.
@@ -148,11 +148,11 @@ fn directional_light_casts_sharp_shadows_from_afar() {
     for height in [4.0, 1e3, 1e5] {
         let scene = build(height);
         for collected in World::new(&scene, &settings(24, 24, 1)).collect() {
-            let p = collected.geometry.position;
+            let p = collected.point.geometry.position;
             let edge = p.x.abs().max(p.z.abs()) - 0.5;
             // A plate far away has a clearance of its own: leave the border out.
             if edge.abs() > 1e-3 {
-                assert_eq!(collected.radiance.x > 0.0, edge > 0.0, "{height}: {p}");
+                assert_eq!(collected.light.radiance.x > 0.0, edge > 0.0, "{height}: {p}");
             }
         }
     }
@@ -224,7 +224,7 @@ fn plane_mirror_makes_a_virtual_spot() {
     let scene = b.build();
     let settings = settings(48, 32, 300_000);
     let (image, mirrored_axis) = (DVec3::new(2.0, 1.0, 0.0), DVec3::new(-axis.x, axis.y, axis.z));
-    let points: Vec<_> = World::new(&scene, &settings).collect().iter().map(|c| c.geometry).collect();
+    let points: Vec<_> = World::new(&scene, &settings).collect().iter().map(|c| c.point.geometry).collect();
     let irradiance = |p: DVec3| {
         let along = p - image;
         5.0 * falloff(angles, along.normalize().dot(mirrored_axis).acos()) * image.y / along.length().powi(3)
@@ -322,7 +322,7 @@ fn lights_of_every_kind_share_paths_and_connections() {
     let spot = 0.7 * 0.8_f64.sqrt() / 1.25;
     let irradiance = 2.0 * 4e-4 / 9.0 + 0.1 / 4.0 + spot + 0.05 * 0.8;
     let world = World::new(&scene, &settings(200, 200, 1));
-    let radiance: Vec<f64> = world.collect().iter().map(|c| f64::from(c.radiance.x)).collect();
+    let radiance: Vec<f64> = world.collect().iter().map(|c| f64::from(c.light.radiance.x)).collect();
     near("direct light of all", mean_and_error(&radiance), irradiance * 0.5 / PI, 1e-5);
 
     let cone = 1.0 - 0.5_f64.cos();

@@ -156,13 +156,13 @@ fn compare_views<'a>(seen: &'a [Collected], mirrored: &'a [Option<Collected>]) -
     let mut views = Views { pairs: Vec::new(), in_mirror: 0, parted: 0, worst: [0.0; 4] };
     for (a, b) in seen.iter().zip(mirrored).filter_map(|(a, b)| Some((a, b.as_ref()?))) {
         views.in_mirror += 1;
-        let (g, h) = (&a.geometry, &b.geometry);
+        let (g, h) = (&a.point.geometry, &b.point.geometry);
         let same_depth = if g.depth == 0 { h.depth == 0 } else { g.depth == h.depth + 1 && h.depth > 0 };
         let here = [
             relative(h.position, g.position),
             if g.depth == 0 { 0.0 } else { (h.radius / g.radius - 1.0).abs() },
             (h.normal - g.normal).length(),
-            if g.depth == 0 { 0.0 } else { relative(b.shading.throughput, a.shading.throughput) },
+            if g.depth == 0 { 0.0 } else { relative(b.point.shading.throughput, a.point.shading.throughput) },
         ];
         if !same_depth || here.iter().any(|&difference| difference > 1e-4) {
             views.parted += 1;
@@ -199,8 +199,8 @@ fn view_through_a_perfect_mirror_is_the_mirrored_cameras() {
     // Keep the pixels that show the mirror, and of those the paths that take the same turns: an ulp decides
     // between reflection and refraction, or at an object's outline, in one path of hundreds.
     let Views { pairs, in_mirror, parted, worst } = compare_views(&seen, &mirrored);
-    let points = pairs.iter().filter(|(a, _)| a.geometry.depth > 0).count();
-    let deep = pairs.iter().filter(|(a, _)| a.geometry.depth > 2).count();
+    let points = pairs.iter().filter(|(a, _)| a.point.geometry.depth > 0).count();
+    let deep = pairs.iter().filter(|(a, _)| a.point.geometry.depth > 2).count();
     println!(
         "{in_mirror} pixels in the mirror, {points} points ({deep} of them behind glass or metal), {parted} parted; \
          largest differences: position {:e}, radius {:e}, normal {:e}, throughput {:e}",
@@ -211,7 +211,7 @@ fn view_through_a_perfect_mirror_is_the_mirrored_cameras() {
 
     // Non-caustic light: the same but for shadow rays that graze an edge.
     let differs = |(a, b): &&(&Collected, &Collected)| {
-        (a.radiance - b.radiance).length() > 1e-3 * (a.radiance.length() + 1e-3)
+        (a.light.radiance - b.light.radiance).length() > 1e-3 * (a.light.radiance.length() + 1e-3)
     };
     let radiances = pairs.iter().filter(differs).count();
     println!("{radiances} pixels' path radiance differs by more than 1e-3");
@@ -220,7 +220,7 @@ fn view_through_a_perfect_mirror_is_the_mirrored_cameras() {
     // The same light paths, gathered over both sets of points.
     let deposits = world.shoot(&world.by_power());
     let split = |pick: &dyn Fn(&(&Collected, &Collected)) -> Collected| -> (Vec<_>, Vec<_>) {
-        pairs.iter().map(|pair| (pick(pair).geometry, pick(pair).shading)).unzip()
+        pairs.iter().map(|pair| (pick(pair).point.geometry, pick(pair).point.shading)).unzip()
     };
     let (near, near_shading) = split(&|pair| *pair.0);
     let (far, far_shading) = split(&|pair| *pair.1);

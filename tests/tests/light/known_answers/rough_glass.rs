@@ -15,7 +15,7 @@ use super::{near, settings};
 /// Mean of the path layer over the pixels, with its standard error.
 fn seen(scene: &Scene, side: u32, max_bounces: u32) -> (f64, f64) {
     let world = World::new(scene, &Settings { max_bounces, ..settings(side, side, 1) });
-    let values: Vec<f64> = world.collect().iter().map(|c| f64::from(c.radiance.x)).collect();
+    let values: Vec<f64> = world.collect().iter().map(|c| f64::from(c.light.radiance.x)).collect();
     mean_and_error(&values)
 }
 

@@ -1,0 +1,151 @@
+//! Tiles: a picture that is rendered tile by tile is the picture, to the bit where neither frames nor pixels depend on each other, and
+//! as an estimate elsewhere.
+
+use caustics::picture::Picture;
+use caustics::scene::Scene;
+use caustics::session::{RunnerChoice, Session, SessionError};
+use caustics::settings::Settings;
+use caustics_kernels::emission::{AIMED, GUIDED, POWER};
+use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::interface::choice::{Fireflies, PathHistory, Sampler};
+use caustics_kernels::interface::counters::Counter;
+use caustics_kernels::interface::features::Features;
+use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
+use caustics_kernels::method::Method;
+use caustics_kernels::method::basic::BASIC;
+use caustics_kernels::method::kim2019::KIM2019;
+use caustics_kernels::method::path::PATH;
+use caustics_kernels::method::progressive::PROGRESSIVE;
+use caustics_kernels::method::yang2021::YANG2021;
+use caustics_tests::statistics::Mean;
+use caustics_tests::twin::load;
+use glam::Vec3;
+
+/// Pictures of 45 rows: five tiles of nine, or four, of twelve and of nine at the end.
+fn settings(tiles: u32) -> Settings {
+    let light_paths = 20_000;
+    Settings { width: 80, height: 45, light_paths, radius_px: 3.0, tiles: Some(tiles), ..Settings::default() }
+}
+
+fn open(scene: &Scene, settings: &Settings, method: &'static Method) -> Session {
+    let features = scene.features(settings.specular_roughness) | Features::LEDGER;
+    let choice = RunnerChoice::Cpu { threads: 0 };
+    Session::new(&choice, scene, &scene.cameras[0], settings, method, &PHOTONS_GRID, features)
+        .expect("a session opens")
+}
+
+fn frame(session: &mut Session, index: u32) -> Picture {
+    session.frame(index).expect("a frame runs");
+    session.picture().expect("a picture")
+}
+
+#[test]
+fn a_picture_of_tiles_is_the_picture_to_the_bit() {
+    let scene = load("mirror-room");
+    for (method, sampler) in
+        [(&BASIC, Sampler::Blue), (&PROGRESSIVE, Sampler::Sobol), (&PATH, Sampler::Independent)]
+    {
+        let emission = if method.gathers { &AIMED } else { &POWER };
+        let of = |tiles| Settings {
+            emission,
+            sampler,
+            pixel_filter: PIXEL_FILTER_BOX,
+            auxiliary: true,
+            ..settings(tiles)
+        };
+        let mut whole = open(&scene, &of(1), method);
+        let pictures = [0, 1].map(|index| frame(&mut whole, index));
+        assert!(method.name == "path" || pictures[0].caustics.iter().any(|light| *light != Vec3::ZERO));
+        for tiles in [4, 5] {
+            let mut tiled = open(&scene, &of(tiles), method);
+            assert_eq!(tiled.tiles(), tiles);
+            assert_eq!([0, 1].map(|index| frame(&mut tiled, index)), pictures, "{} {tiles}", method.name);
+            assert_eq!(tiled.display(&pictures[1]).unwrap(), whole.display(&pictures[1]).unwrap());
+
+            // Each pixel is of one tile, each light path of all; their flux counts once.
+            let [a, b] = [&mut whole, &mut tiled].map(|session| session.counters().unwrap());
+            assert_eq!(a.get(Counter::CameraRays), b.get(Counter::CameraRays));
+            assert_eq!(u64::from(tiles) * a.get(Counter::LightPaths), b.get(Counter::LightPaths));
+            let [a, b] = [&mut whole, &mut tiled].map(|session| session.energy().unwrap().emitted);
+            assert!((a - b).abs() <= 1e-9 * a, "{a} {b}");
+        }
+    }
+}
+
+/// Settings by which frames learn from those before them, and lend to those after.
+fn learning(tiles: u32) -> Settings {
+    Settings {
+        balances: true,
+        widens: true,
+        emission: &GUIDED,
+        path_history: PathHistory::Validated,
+        fireflies: Fireflies::Bounded,
+        ..settings(tiles)
+    }
+}
+
+#[test]
+fn tiles_learn_each_for_itself_and_go_on_from_where_they_were() {
+    let scene = load("mirror-room");
+    let mut session = open(&scene, &learning(4), &BASIC);
+    let first = [0, 1].map(|index| frame(&mut session, index));
+    let state = session.state().unwrap().into_iter().map(|(name, bytes)| (name.to_string(), bytes));
+    let state: Vec<_> = state.collect();
+    let later = [2, 3].map(|index| frame(&mut session, index));
+
+    let mut resumed = open(&scene, &learning(4), &BASIC);
+    resumed.restore(1, &state).unwrap();
+    assert_eq!([2, 3].map(|index| frame(&mut resumed, index)), later);
+    // Without what was learnt these frames are others.
+    let mut fresh = open(&scene, &learning(4), &BASIC);
+    assert_ne!(frame(&mut fresh, 2), later[0]);
+    session.restart().unwrap();
+    assert_eq!([0, 1].map(|index| frame(&mut session, index)), first);
+
+    // The state of another number of tiles is none of this session.
+    let of_others = open(&scene, &learning(3), &BASIC).restore(1, &state);
+    assert!(matches!(of_others, Err(SessionError::State { .. })));
+}
+
+/// Light of a picture by its parts, each with its share of all pixels.
+fn light(picture: &Picture) -> [f64; 2] {
+    let mean = |light: &[Vec3]| {
+        light.iter().map(|light| f64::from(light.element_sum())).sum::<f64>() / light.len() as f64
+    };
+    [mean(&picture.path), mean(&picture.caustics)]
+}
+
+#[test]
+fn tiles_that_learn_find_the_same_light() {
+    let scene = load("cornell-box");
+    for method in [&BASIC, &YANG2021] {
+        let [whole, tiled] = [1, 4].map(|tiles| {
+            let emission = if method.name == "basic" { &GUIDED } else { &POWER };
+            let settings = Settings { seed: tiles, emission, light_paths: 30_000, ..settings(tiles) };
+            let mut session = open(&scene, &settings, method);
+            let frames: Vec<[f64; 2]> = (0..12).map(|index| light(&frame(&mut session, index))).collect();
+            [0, 1].map(|part| Mean::of(&frames.iter().map(|light| light[part]).collect::<Vec<_>>()))
+        });
+        for (whole, tiled) in whole.iter().zip(&tiled) {
+            assert!(whole.agrees(tiled, 4.0), "{}: {whole:?} {tiled:?}", method.name);
+            assert!(tiled.error < 0.06 * tiled.value, "{}: the test sees nothing: {tiled:?}", method.name);
+        }
+    }
+}
+
+/// At the edge of a tile a pixel has fewer neighbours to ask.
+#[test]
+fn splats_are_the_same_but_for_the_edges_of_tiles() {
+    let scene = load("cornell-box");
+    let [whole, tiled] = [1, 4].map(|tiles| light(&frame(&mut open(&scene, &settings(tiles), &KIM2019), 0)));
+    assert!(whole[1] > 0.0 && whole[0] == tiled[0], "{whole:?} {tiled:?}");
+    assert!((whole[1] - tiled[1]).abs() < 0.01 * whole[1], "{whole:?} {tiled:?}");
+}
+
+#[test]
+fn nobody_looks_into_a_frame_of_tiles() {
+    let scene = load("mirror-room");
+    let mut session = open(&scene, &settings(2), &BASIC);
+    session.frame(0).unwrap();
+    assert!(matches!(session.inspect(&scene, 3, 3, 1), Err(SessionError::Tiles)));
+}

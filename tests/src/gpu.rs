@@ -1,5 +1,6 @@
 //! The Vulkan device that the tests run on, or the reason why there is none.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use caustics::kernels::Source;
@@ -7,7 +8,10 @@ use caustics::session::RunnerChoice;
 use caustics::vulkan::context::Context;
 use caustics::vulkan::{DeviceInfo, VulkanError};
 
-/// A device to test on. While it lives no other test of this process has one.
+/// Tests of a process that have a device at once: a software driver compiles kernels on one core.
+const AT_ONCE: usize = 2;
+
+/// A device to test on. While it lives at most [`AT_ONCE`] tests of this process have one.
 pub struct Gpu {
     /// What it is.
     pub info: DeviceInfo,
@@ -42,9 +46,11 @@ pub fn gpu() -> Option<Gpu> {
 }
 
 fn device(watched: bool) -> Option<Gpu> {
-    static TURN: Mutex<()> = Mutex::new(());
+    static TURNS: [Mutex<()>; AT_ONCE] = [const { Mutex::new(()) }; AT_ONCE];
+    static NEXT: AtomicUsize = AtomicUsize::new(0);
+    let next = NEXT.fetch_add(1, Ordering::Relaxed) % AT_ONCE;
     // A test that failed leaves nothing behind that the next one could stumble over.
-    let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let turn = TURNS[next].lock().unwrap_or_else(PoisonError::into_inner);
     match find(watched) {
         Ok((info, validation)) => {
             eprintln!("on {} ({}), validation {validation}", info.name, info.driver);

@@ -44,7 +44,7 @@ pub struct Twin {
 impl Twin {
     /// Opens both for a view of a scene, with the buffers of every variant and of the single steps.
     pub fn open(gpu: &Gpu, hardware: bool, scene: &Scene, settings: &Settings) -> Twin {
-        let features = scene.features(settings.specular_roughness);
+        let features = scene.features(settings.specular_roughness) | Features::PARTS;
         let params = settings.params(scene, &scene.cameras[0], 0);
         // Some emissions aim at them.
         let params = FrameParams { casters: scene.casters(settings.specular_roughness), ..params };

@@ -370,7 +370,7 @@ impl Session {
             let whole =
                 |(name, bytes): &&(String, Vec<u8>)| name == spec.name && bytes.len() == count * spec.bytes;
             let (_, bytes) = state.iter().find(whole).ok_or(SessionError::State { buffer: spec.name })?;
-            for (state, bytes) in states.iter_mut().zip(bytes.chunks_exact(spec.bytes)) {
+            for (state, bytes) in states.iter_mut().zip(bytes.chunks_exact(spec.bytes.max(1))) {
                 state.push((spec.name, bytes.to_vec()));
             }
         }

@@ -11,7 +11,7 @@ use caustics::vulkan::{DeviceInfo, VulkanError};
 /// Tests of a process that have a device at once: a software driver compiles kernels on one core.
 const AT_ONCE: usize = 2;
 
-/// A device to test on. While it lives at most [`AT_ONCE`] tests of this process have one.
+/// A device to test on. While it lives at most two tests of this process have one.
 pub struct Gpu {
     /// What it is.
     pub info: DeviceInfo,

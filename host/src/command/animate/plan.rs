@@ -189,7 +189,7 @@ impl Plan {
         let own = [
             ("width", width.to_string()),
             ("height", height.to_string()),
-            ("tiles", tiles.map_or("as needed".into(), |tiles| tiles.to_string())),
+            ("tile_count", tiles.map_or("as needed".into(), |tiles| tiles.to_string())),
             ("light_paths", light_paths.to_string()),
             ("balances", balances.to_string()),
             ("max_bounces", max_bounces.to_string()),

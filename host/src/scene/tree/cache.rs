@@ -124,7 +124,7 @@ impl TreeCache {
         let head = Head { key, nodes: shape.nodes.len(), leaves: shape.counts.len() };
         let payload = |bytes: &mut Vec<u8>| {
             let parts: [&[u8]; 3] = [cast_slice(&shape.order), &shape.counts, cast_slice(&shape.nodes)];
-            bytes.extend(parts.concat());
+            parts.iter().for_each(|part| bytes.extend_from_slice(part));
         };
         let bytes = sealed::seal(KIND, &head, payload)?;
         if bytes.len() as u64 > self.most_bytes {

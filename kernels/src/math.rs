@@ -34,6 +34,18 @@ pub fn max_abs(v: Vec3) -> f32 {
     v.x.abs().max(v.y.abs()).max(v.z.abs())
 }
 
+/// `x` within limits, of which `min` is the smaller. The standard library's asserts that, and what may panic cannot be `shared`.
+#[inline]
+pub fn clamp<T: PartialOrd>(x: T, min: T, max: T) -> T {
+    if x < min {
+        min
+    } else if x > max {
+        max
+    } else {
+        x
+    }
+}
+
 /// Whether the value is neither infinite nor NaN, from its exponent bits (a GPU may fold `is_nan` away).
 #[inline]
 pub fn is_finite(value: f32) -> bool {

@@ -57,6 +57,7 @@ use crate::interface::features::Features;
 use crate::interface::material::Material;
 use crate::math::mean;
 use crate::surface::class::Classes;
+use caustics_kernel_macros::shared;
 use lobes::{Chances, ROUGH_FACETS, SMOOTH_FACETS};
 #[cfg(not(target_arch = "spirv"))]
 pub use lobes::{features_of, names_of};
@@ -109,7 +110,7 @@ pub struct Sampled {
 
 impl Bsdf {
     /// The mixture of `classes`' lobes. `eta` = index on the path's side over index behind the surface.
-    #[inline(always)]
+    #[shared]
     pub fn new(
         material: Material,
         to_previous: Vec3,
@@ -165,8 +166,8 @@ impl Bsdf {
 
     /// The non-delta lobes of `class` towards a local direction; f is that of flux, also where it passes (z < 0). Zero where
     /// the path came from below.
-    #[inline(always)]
-    pub fn eval(&self, direction: Vec3, class: Classes) -> Evaluated {
+    #[shared]
+    pub fn eval(self, direction: Vec3, class: Classes) -> Evaluated {
         let mut f = Vec3::ZERO;
         let mut pdf = 0.0;
         if self.to_previous.z <= 0.0 {
@@ -203,9 +204,9 @@ impl Bsdf {
     }
 
     /// Estimate of the share of flux that all lobes of `classes` scatter, apart from `sample`; `u` is uniform.
-    #[inline(always)]
-    pub fn albedo(&self, classes: Classes, u: Vec4) -> Vec3 {
-        albedo::albedo(self, classes, u.x, u.y)
+    #[shared]
+    pub fn albedo(self, classes: Classes, u: Vec4) -> Vec3 {
+        albedo::albedo(&self, classes, u.x, u.y)
     }
 
     /// Share of what is neither metal nor glass.
@@ -221,8 +222,8 @@ impl Bsdf {
     }
 
     /// Samples one lobe; `u` = (choice of lobe, two for its direction, one for glass).
-    #[inline(always)]
-    pub fn sample(&self, glass: GlassInterface, u: Vec4) -> Sampled {
+    #[shared]
+    pub fn sample(self, glass: GlassInterface, u: Vec4) -> Sampled {
         let reflections = self.chances.reflections();
         let into_glass = u.x >= reflections + self.chances.diffuse() && self.chances.glass > 0.0;
         if self.features.has(Features::GLASS) && into_glass && !self.rough_glass {

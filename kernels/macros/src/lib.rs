@@ -52,3 +52,18 @@ pub fn pass(arguments: TokenStream, item: TokenStream) -> TokenStream {
         .map(|declaration| expand::expand(&declaration));
     expanded.unwrap_or_else(|error| error.to_compile_error()).into()
 }
+
+/// Makes a function one of its own in a module, which all entry points call; on a CPU it is inlined as ever.
+///
+/// It takes and gives values, neither references nor slices, and cannot panic. rust-gpu inlines all else, and building fails of
+/// its warning.
+#[proc_macro_attribute]
+pub fn shared(_: TokenStream, item: TokenStream) -> TokenStream {
+    let function = proc_macro2::TokenStream::from(item);
+    quote::quote! {
+        #[cfg_attr(target_arch = "spirv", inline(never))]
+        #[cfg_attr(not(target_arch = "spirv"), inline(always))]
+        #function
+    }
+    .into()
+}

@@ -1,6 +1,7 @@
 //! Cells of hash grids, and the radii that decide their size.
 
 use crate::gather::tables::Build;
+use crate::math::clamp;
 use crate::seam::{Atomics, Words};
 use spirv_std::glam::{IVec3, Vec3};
 
@@ -15,7 +16,7 @@ pub fn cell(position: Vec3, cell_size: f32) -> IVec3 {
     // The size is a power of two, so its inverse is exact. Truncation rounds up below zero: step back.
     let inverse = 1.0 / cell_size;
     let index = |x: f32| {
-        let scaled = (x * inverse).clamp(-1.0e9, 1.0e9);
+        let scaled = clamp(x * inverse, -1.0e9, 1.0e9);
         let truncated = scaled as i32;
         if truncated as f32 > scaled { truncated - 1 } else { truncated }
     };
@@ -138,7 +139,7 @@ pub fn radius_bin(radius: f32) -> u32 {
 /// one more. A normal number.
 #[inline(always)]
 pub fn cell_size_of(bin: u32) -> f32 {
-    f32::from_bits((bin + 2).clamp(1, 252) << 23)
+    f32::from_bits(clamp(bin + 2, 1, 252) << 23)
 }
 
 /// Bits of the edge of a cell (m): the power of two above twice the radius that nine points in ten stay below, by the

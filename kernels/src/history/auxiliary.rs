@@ -10,10 +10,9 @@ use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::instance::Instance;
 use crate::interface::scene::SceneTables;
-use crate::math::cone::RayCone;
-use crate::math::rng::{Rng, Stream};
+use crate::math::rng::Stream;
 use crate::pass::collect::watch::CollectionPoint;
-use crate::pass::collect::{Beyond, camera_ray, follow};
+use crate::pass::collect::{Beyond, Start, follow};
 use crate::seam::{Slots, Uncounted};
 use crate::surface::textured::material_of;
 use crate::trace::Tracer;
@@ -34,10 +33,9 @@ pub fn auxiliary(
     let pixel = pixel_order[place as usize];
     // Where mirrors and lenses image a point says how it moved.
     let features = features | Features::HISTORY;
-    let mut rng = Rng::new(Stream::Camera, params.seed, params.film_pixel(pixel), params.frame);
-    let ray = camera_ray(params, pixel, &mut rng);
-    let cone = RayCone::at_eye(params.pixel_spread);
-    let seen = follow(ray, cone, rng, Beyond::NOTHING, params, features, scene, tracer, &mut Uncounted).point;
+    let mut seen = CollectionPoint::default();
+    let start = Start::of(Stream::Camera, pixel, params);
+    follow(start, Beyond::NOTHING, params, features, scene, tracer, &mut seen, &mut Uncounted);
     let mut row = Auxiliary::default();
     let CollectionPoint { geometry, shading, length } = &seen;
     if geometry.exists() {

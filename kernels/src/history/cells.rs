@@ -7,7 +7,7 @@
 use crate::gather::hash::{self, cell};
 use crate::interface::frame::FrameParams;
 use crate::interface::history::VALIDATION_CELLS;
-use crate::math::PI;
+use crate::math::{PI, clamp};
 use crate::seam::Atomics;
 use spirv_std::glam::Vec3;
 
@@ -73,7 +73,7 @@ pub fn direct_radius(position: Vec3, params: &FrameParams) -> f32 {
 #[inline(always)]
 fn finest(position: Vec3, params: &FrameParams) -> u32 {
     let exponent = (RADII_PER_EDGE * direct_radius(position, params)).to_bits() >> 23;
-    exponent.clamp(1, 253 - SIZES)
+    clamp(exponent, 1, 253 - SIZES)
 }
 
 /// First word of the cell whose edge has this exponent.

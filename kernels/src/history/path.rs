@@ -28,7 +28,7 @@ use crate::interface::instance::Instance;
 use crate::interface::material::Material;
 use crate::interface::point::{PointDirect, PointGeometry, PointShading};
 use crate::interface::scene::SceneTables;
-use crate::math::{is_finite, octahedral};
+use crate::math::{clamp, is_finite, octahedral};
 use crate::pass::collect::camera_path;
 use crate::seam::{Slots, Uncounted};
 use crate::surface::dispersion::is_mixed;
@@ -227,7 +227,7 @@ fn most_frames(changed: f32, late: f32) -> f32 {
     if changed <= 0.0 {
         return MOST_FRAMES;
     }
-    (late * (1.0 / changed - 1.0 / MAX_CHANGED)).clamp(0.0, MOST_FRAMES)
+    clamp(late * (1.0 / changed - 1.0 / MAX_CHANGED), 0.0, MOST_FRAMES)
 }
 
 /// What the frame before lends to each pixel.
@@ -346,8 +346,8 @@ fn lender(
 /// Frames that light may count at a place in the frame before (px).
 #[inline(always)]
 fn most_at(at: Vec2, path_most: &[Vec2], params: &FrameParams) -> Vec2 {
-    let column = at.x.clamp(0.0, params.width as f32 - 1.0) as u32;
-    let row = at.y.clamp(0.0, params.height as f32 - 1.0) as u32;
+    let column = clamp(at.x, 0.0, params.width as f32 - 1.0) as u32;
+    let row = clamp(at.y, 0.0, params.height as f32 - 1.0) as u32;
     path_most[(row / BLOCK * blocks_per_row(params) + column / BLOCK) as usize]
 }
 

@@ -1,6 +1,7 @@
 //! Instances: where meshes stand that move or are stored once for many nodes, and where they stood in the frame before.
 
 use bytemuck::{Pod, Zeroable};
+use caustics_kernel_macros::shared;
 use spirv_std::glam::Vec3;
 
 /// An affine map.
@@ -54,20 +55,20 @@ impl Transform {
     }
 
     /// A direction, its length changed too.
-    #[inline(always)]
-    pub fn vector(&self, v: Vec3) -> Vec3 {
+    #[shared]
+    pub fn vector(self, v: Vec3) -> Vec3 {
         self.x * v.x + self.y * v.y + self.z * v.z
     }
 
     /// A normal, its length changed too, of what the inverse of this map places.
-    #[inline(always)]
-    pub fn normal(&self, n: Vec3) -> Vec3 {
+    #[shared]
+    pub fn normal(self, n: Vec3) -> Vec3 {
         Vec3::new(self.x.dot(n), self.y.dot(n), self.z.dot(n))
     }
 
     /// A position (m).
-    #[inline(always)]
-    pub fn point(&self, p: Vec3) -> Vec3 {
+    #[shared]
+    pub fn point(self, p: Vec3) -> Vec3 {
         self.vector(p) + self.offset
     }
 }

@@ -1,10 +1,11 @@
 //! Numbers in few bits, by integer arithmetic alone: every runner rounds alike. Materials of textured surfaces are
 //! rounded to what a collection point can store, so that camera paths and light paths see one material.
 
+use caustics_kernel_macros::shared;
 use spirv_std::glam::Vec2;
 
 /// A value in [0, 1] as a half float, to the nearest, without its sign.
-#[inline]
+#[shared]
 pub fn to_half(value: f32) -> u32 {
     if value < 1.0 / 16_384.0 {
         // Below 2^-14 halves are multiples of 2^-24.
@@ -16,7 +17,7 @@ pub fn to_half(value: f32) -> u32 {
 }
 
 /// The value of a half float without a sign.
-#[inline]
+#[shared]
 pub fn from_half(half: u32) -> f32 {
     if half < 1 << 10 {
         return half as f32 * (1.0 / 16_777_216.0);

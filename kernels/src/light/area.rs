@@ -15,6 +15,7 @@ use crate::math::frame::ShadingFrame;
 use crate::math::spherical_triangle::SphericalTriangle;
 use crate::math::{PI, offset, warp};
 use crate::texture::emission::emission_at;
+use caustics_kernel_macros::shared;
 use spirv_std::glam::{Vec2, Vec3, Vec4};
 
 /// A triangle is near where its middle is less than its longer edge at the first corner away, times the root of this.
@@ -35,14 +36,14 @@ struct Place {
 }
 
 impl Place {
-    #[inline(always)]
-    fn uniform(face: &Face, u: f32, v: f32) -> Place {
+    #[shared]
+    fn uniform(face: Face, u: f32, v: f32) -> Place {
         Place::of(face, warp::uniform_triangle(u, v))
     }
 
     /// What is seen from a position in a direction that meets the triangle, less rounding.
-    #[inline(always)]
-    fn seen(face: &Face, position: Vec3, direction: Vec3) -> Place {
+    #[shared]
+    fn seen(face: Face, position: Vec3, direction: Vec3) -> Place {
         let (edge_b, edge_c) = (face.b - face.a, face.c - face.a);
         let normal = edge_b.cross(edge_c);
         let mut weights = Vec2::ZERO;
@@ -59,7 +60,7 @@ impl Place {
     }
 
     #[inline(always)]
-    fn of(face: &Face, weights: Vec2) -> Place {
+    fn of(face: Face, weights: Vec2) -> Place {
         Place {
             weights,
             position: face.a + (face.b - face.a) * weights.x + (face.c - face.a) * weights.y,
@@ -84,7 +85,7 @@ pub fn leave(
     place: Vec4,
     direction: Vec4,
 ) -> EmissionSample {
-    let mut place = Place::uniform(&face(light, scene, features), place.z, place.w);
+    let mut place = Place::uniform(face(light, scene, features), place.z, place.w);
     if light.sides == 2 && direction.z < 0.5 {
         place.normal = -place.normal;
     }
@@ -113,7 +114,7 @@ fn start(
 /// Where a path starts.
 #[inline(always)]
 pub fn place_on(light: &Light, scene: SceneTables<'_>, features: Features, place: Vec4) -> Vec3 {
-    Place::uniform(&face(light, scene, features), place.z, place.w).position
+    Place::uniform(face(light, scene, features), place.z, place.w).position
 }
 
 /// A path in a direction, from the side that it leaves.
@@ -125,7 +126,7 @@ pub fn towards(
     place: Vec4,
     direction: Vec3,
 ) -> Towards {
-    let mut place = Place::uniform(&face(light, scene, features), place.z, place.w);
+    let mut place = Place::uniform(face(light, scene, features), place.z, place.w);
     let mut cos = direction.dot(place.normal);
     if light.sides == 2 && cos < 0.0 {
         (place.normal, cos) = (-place.normal, -cos);
@@ -145,11 +146,11 @@ pub fn connect(
     v: f32,
 ) -> Connection {
     let face = face(light, scene, features);
-    let near = near(&face, position);
+    let near = near(face, position);
     let place = if near.solid_angle > 0.0 {
-        Place::seen(&face, position, near.sample(u, v))
+        Place::seen(face, position, near.sample(u, v))
     } else {
-        Place::uniform(&face, u, v)
+        Place::uniform(face, u, v)
     };
     let along = place.position - position;
     let square = along.length_squared();
@@ -171,8 +172,8 @@ pub fn connect(
 
 /// The triangle as it is seen from a position that it is near to; else its solid angle is 0. A function of both alone, so that a
 /// path which finds a lamp by scattering knows how its vertex would have connected to it.
-#[inline(always)]
-fn near(face: &Face, position: Vec3) -> SphericalTriangle {
+#[shared]
+fn near(face: Face, position: Vec3) -> SphericalTriangle {
     let (a, b, c) = (face.a - position, face.b - position, face.c - position);
     let edge = (b - a).length_squared().max((c - a).length_squared());
     let mut seen = SphericalTriangle::default();
@@ -196,7 +197,7 @@ pub fn pdf_solid_angle(
     square: f32,
     cos: f32,
 ) -> f32 {
-    density(light, near(&face(light, scene, features), position).solid_angle, square, cos)
+    density(light, near(face(light, scene, features), position).solid_angle, square, cos)
 }
 
 /// The same by the solid angle of a near one.

@@ -5,6 +5,7 @@
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
+use caustics_kernel_macros::shared;
 use spirv_std::glam::Vec2;
 
 /// The layout of maps of 2^`SIDE_LOG2` texels a side: sums over nodes of all levels, one map behind the other. The texels' own
@@ -119,14 +120,14 @@ pub struct Place {
 }
 
 /// Which of two shares a uniform number falls into, and how far into it.
-#[inline(always)]
+#[shared]
 fn split(u: f32, first: f32, second: f32) -> (u32, f32) {
     let along = u * (first + second);
     if along < first { (0, along / first) } else { (1, (along - first) / second) }
 }
 
 /// The place of the unit square of polar numbers: `to_polar` back.
-#[inline]
+#[shared]
 pub fn from_polar(polar: Vec2) -> Vec2 {
     let radius = polar.x.sqrt();
     // In eighths of a turn from the middle of the side.
@@ -149,7 +150,7 @@ pub fn from_polar(polar: Vec2) -> Vec2 {
 /// The polar numbers (share of the disc's area, share of a turn) of a place of the unit square, by the map of squares
 /// around the middle onto rings [Shirley and Chiu 1997]. It keeps areas: what is uniform stays so, and neighbours stay
 /// neighbours, across the disc's middle too.
-#[inline]
+#[shared]
 pub fn to_polar(at: Vec2) -> Vec2 {
     let (a, b) = (2.0 * at.x - 1.0, 2.0 * at.y - 1.0);
     let (radius, mut turn);

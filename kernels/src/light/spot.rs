@@ -10,14 +10,14 @@ use crate::light::connect::Connection;
 use crate::light::emit::{EmissionSample, Towards};
 use crate::light::point;
 use crate::math::frame::ShadingFrame;
-use crate::math::{PI, warp};
+use crate::math::{PI, clamp, warp};
 use spirv_std::glam::{Vec3, Vec4};
 
 /// Share of a spot's intensity at `from_axis` = 1 - cos of the angle to its axis: 1 in the inner cone, 0 out of the
 /// outer, between them the square of a line in the cosine.
 #[inline(always)]
 pub fn falloff(light: &Light, from_axis: f32) -> f32 {
-    let line = ((light.cone - from_axis) * light.falloff).clamp(0.0, 1.0);
+    let line = clamp((light.cone - from_axis) * light.falloff, 0.0, 1.0);
     line * line
 }
 

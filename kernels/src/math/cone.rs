@@ -5,6 +5,7 @@
 use spirv_std::num_traits::Float;
 
 use crate::math::{INV_PI, max_abs};
+use caustics_kernel_macros::shared;
 use spirv_std::glam::Vec3;
 
 /// A cone around a ray.
@@ -47,7 +48,7 @@ impl RayCone {
     }
 
     /// The cone after reflection at signed curvature [1/m] (positive where the side met is convex).
-    #[inline]
+    #[shared]
     pub fn reflect(self, curvature: f32, cos: f32) -> Self {
         let cos = cos.max(MIN_COS);
         RayCone {
@@ -58,7 +59,7 @@ impl RayCone {
     }
 
     /// The cone after refraction; `eta` = index before / index behind, cosines before and behind.
-    #[inline]
+    #[shared]
     pub fn refract(self, curvature: f32, cos: f32, cos_behind: f32, eta: f32) -> Self {
         let (cos, cos_behind) = (cos.max(MIN_COS), cos_behind.max(MIN_COS));
         let bend = curvature * self.width / cos;
@@ -102,7 +103,7 @@ impl RayCone {
     /// number though the pixel's footprint is a line there at most; a deposit on a disc of no size would be infinitely
     /// bright: behind a curved surface a quarter is the least. Both are of the width before `radius_px` scales it, so that
     /// they shrink with it. What roughness adds is not bounded.
-    #[inline]
+    #[shared]
     pub fn radius(self, cos: f32, radius_px: f32, position: Vec3, direct_width: f32) -> f32 {
         let least = if self.is_bent { direct_width * MIN_FOOTPRINT_WIDENING } else { 0.0 };
         let width = self.width.abs().max(least).min(direct_width * MAX_FOOTPRINT_WIDENING);

@@ -6,6 +6,7 @@
 use spirv_std::num_traits::Float;
 
 use crate::math::frame::ShadingFrame;
+use caustics_kernel_macros::shared;
 use spirv_std::glam::Vec3;
 
 /// Derivatives of a ray's origin and unit direction by u and v, and what rough scattering adds to them.
@@ -38,7 +39,7 @@ pub struct Normals {
 
 impl Differential {
     /// A path that has `solid_angle` (sr) around its direction, and `area` (m^2) across it, to itself.
-    #[inline]
+    #[shared]
     pub fn leaving(direction: Vec3, solid_angle: f32, area: f32) -> Self {
         let frame = ShadingFrame::new(direction);
         let (angle, side) = (solid_angle.sqrt(), area.sqrt());
@@ -53,7 +54,7 @@ impl Differential {
     }
 
     /// After `distance` (m) along the unit `direction`, on the plane of `face_normal` [Igehy 1999, eq. 10 to 12].
-    #[inline]
+    #[shared]
     pub fn transfer(self, direction: Vec3, distance: f32, face_normal: Vec3) -> Self {
         let cos = direction.dot(face_normal);
         let on_plane = |position: Vec3, turn: Vec3| {
@@ -69,7 +70,7 @@ impl Differential {
     }
 
     /// After a mirror that the unit `direction` arrives at [Igehy 1999, eq. 14 to 16].
-    #[inline]
+    #[shared]
     pub fn reflect(self, direction: Vec3, at: Normals) -> Self {
         let cos = direction.dot(at.normal);
         let mirrored = |turn: Vec3, change: Vec3| {
@@ -85,7 +86,7 @@ impl Differential {
 
     /// After refraction from the unit `direction` to `behind`; `eta` = index before over index behind [Igehy 1999, eq. 17
     /// to 20].
-    #[inline]
+    #[shared]
     pub fn refract(self, direction: Vec3, behind: Vec3, at: Normals, eta: f32) -> Self {
         let (cos, cos_behind) = (direction.dot(at.normal), behind.dot(at.normal));
         let bend = eta * cos - cos_behind;
@@ -115,8 +116,8 @@ impl Differential {
     }
 
     /// Area of a path (m^2): of the parallelogram of the position vectors.
-    #[inline]
-    pub fn area(&self) -> f32 {
+    #[shared]
+    pub fn area(self) -> f32 {
         self.position_u.cross(self.position_v).length()
     }
 }

@@ -6,6 +6,7 @@ use spirv_std::num_traits::Float;
 use crate::interface::features::Features;
 use crate::interface::scene::SceneTables;
 use crate::math::{max_abs, offset};
+use caustics_kernel_macros::shared;
 use spirv_std::glam::Vec3;
 
 /// A triangle in the world.
@@ -95,7 +96,7 @@ impl Normals {
 }
 
 /// Of unit length; zero stays zero.
-#[inline(always)]
+#[shared]
 pub fn unit(v: Vec3) -> Vec3 {
     let square = v.length_squared();
     let mut inverse = 0.0;

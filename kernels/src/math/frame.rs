@@ -3,6 +3,7 @@
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
+use caustics_kernel_macros::shared;
 use spirv_std::glam::Vec3;
 
 /// An orthonormal frame; z is the normal.
@@ -18,7 +19,7 @@ pub struct ShadingFrame {
 
 impl ShadingFrame {
     /// A frame around a unit normal, without branches [Duff et al. 2017].
-    #[inline]
+    #[shared]
     pub fn new(normal: Vec3) -> Self {
         let sign = if normal.z < 0.0 { -1.0 } else { 1.0 };
         let a = -1.0 / (sign + normal.z);

@@ -1,6 +1,7 @@
 //! Where a ray that leaves a surface starts.
 
 use crate::math::max_abs;
+use caustics_kernel_macros::shared;
 use spirv_std::glam::Vec3;
 
 /// Distance from a surface (m) below which a point cannot be told from it: `magnitude` is the largest coordinate
@@ -18,7 +19,7 @@ pub fn leave(position: Vec3, face_normal: Vec3, direction: Vec3, clearance: f32)
 }
 
 /// Largest coordinate of three corners (m).
-#[inline]
+#[shared]
 pub fn magnitude(a: Vec3, b: Vec3, c: Vec3) -> f32 {
     max_abs(a).max(max_abs(b)).max(max_abs(c))
 }

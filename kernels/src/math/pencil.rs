@@ -9,7 +9,8 @@
 //! The steps are Igehy's [Tracing ray differentials, 1999] in axes that go along with the ray.
 
 use crate::interface::packed;
-use crate::math::is_finite;
+use crate::math::{clamp, is_finite};
+use caustics_kernel_macros::shared;
 use spirv_std::glam::{Vec2, Vec3};
 
 /// A ray beside another, in that one's axes.
@@ -46,7 +47,7 @@ const MIN_COS: f32 = 1.0e-3;
 const MAX_VERGENCE_DISTANCE: f32 = 1.0e6;
 
 /// Unit axes across a direction, the first along the picture's rows.
-#[inline]
+#[shared]
 pub fn axes(direction: Vec3, right: Vec3) -> (Vec3, Vec3) {
     let x = (right - direction * right.dot(direction)).normalize();
     (x, x.cross(direction))
@@ -95,7 +96,7 @@ impl Pencil {
 
     /// After a mirror, or a facet that refracts, between the unit directions `from` and `to`. `eta` = index before over
     /// index behind, 1 for mirrors; the unit normal changes by these over the `steps`.
-    #[inline]
+    #[shared]
     pub fn bend(
         self,
         from: Vec3,
@@ -140,15 +141,15 @@ impl Pencil {
     }
 
     /// With its axes turned as the ray is, by the smallest angle; everything else goes along.
-    #[inline]
+    #[shared]
     pub fn turn(self, from: Vec3, to: Vec3) -> Self {
         let between = (from + to) / (1.0 + from.dot(to)).max(1.0e-6);
         Pencil { x: self.x - between * self.x.dot(to), y: self.y - between * self.y.dot(to), ..self }
     }
 
     /// Where the eye sees the point that the ray has reached after `length` (m).
-    #[inline]
-    pub fn image(&self, length: f32) -> Image {
+    #[shared]
+    pub fn image(self, length: f32) -> Image {
         if !self.is_bent {
             return Image { distance: length, astigmatism: Vec2::ZERO };
         }
@@ -166,8 +167,8 @@ impl Pencil {
             return Image { distance: length * MAX_VERGENCE_DISTANCE, astigmatism: Vec2::ZERO };
         }
         let largest = largest.max(1.0e-30);
-        let distance = (determinant.abs() / largest)
-            .clamp(length / MAX_VERGENCE_DISTANCE, length * MAX_VERGENCE_DISTANCE);
+        let (nearest, farthest) = (length / MAX_VERGENCE_DISTANCE, length * MAX_VERGENCE_DISTANCE);
+        let distance = clamp(determinant.abs() / largest, nearest, farthest);
         Image { distance: if mean < 0.0 { -distance } else { distance }, astigmatism: astigmatism / largest }
     }
 

@@ -1,7 +1,8 @@
 //! 64-bit fixed point in two words, so that sums commute and no order of threads shows.
 
-use crate::math::is_finite;
+use crate::math::{clamp, is_finite};
 use crate::seam::Atomics;
+use caustics_kernel_macros::shared;
 
 /// Largest addend in quanta: 2^48.
 pub const MAX_QUANTA: f32 = 281_474_976_710_656.0;
@@ -19,12 +20,12 @@ pub struct Quanta {
 
 impl Quanta {
     /// `value / quantum`, to the nearest integer; zero for what is not finite or negative, clamped above.
-    #[inline]
+    #[shared]
     pub fn from_f32(value: f32, inverse_quantum: f32) -> Self {
         if !is_finite(value) {
             return Quanta::default();
         }
-        let quanta = (value * inverse_quantum + 0.5).clamp(0.0, MAX_QUANTA);
+        let quanta = clamp(value * inverse_quantum + 0.5, 0.0, MAX_QUANTA);
         let high = (quanta * (1.0 / WORD)) as u32;
         // Exact: both are multiples of an ulp of `quanta`.
         let low = (quanta - high as f32 * WORD) as u32;

@@ -1,6 +1,7 @@
 //! Counter-based random numbers: a hash of (stream and seed, path, frame, dimension), so that any number can be
 //! drawn in any order on any runner. Hash: PCG4D [Jarzynski and Olano 2020, Hash functions for GPU rendering].
 
+use caustics_kernel_macros::shared;
 use spirv_std::glam::{UVec4, Vec4};
 
 /// Separates the numbers of paths that must not follow each other.
@@ -79,14 +80,14 @@ impl Rng {
 }
 
 /// Uniform in [0, 1) from 32 random bits each.
-#[inline]
+#[shared]
 pub fn units(bits: UVec4) -> Vec4 {
     let unit = |bits: u32| (bits >> 8) as f32 * (1.0 / 16_777_216.0);
     Vec4::new(unit(bits.x), unit(bits.y), unit(bits.z), unit(bits.w))
 }
 
 /// PCG4D: four words in, four well-mixed words out.
-#[inline]
+#[shared]
 pub fn pcg4d(input: UVec4) -> UVec4 {
     let step = |w: u32| w.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
     let (mut x, mut y, mut z, mut w) = (step(input.x), step(input.y), step(input.z), step(input.w));

@@ -18,6 +18,7 @@
 
 use crate::interface::sequence::Sequence;
 use crate::math::rng::{Rng, units};
+use caustics_kernel_macros::shared;
 use spirv_std::glam::{UVec4, Vec4};
 
 /// The next four numbers of a camera path, uniform in [0, 1), multiples of 2^-24: points of the sequence as far as it has groups.
@@ -40,7 +41,7 @@ pub fn next4(rng: &mut Rng, sequence: &Sequence) -> Vec4 {
 }
 
 /// The place of a pixel on the curve: bits of its column and row in turns, the first digits in the highest bits.
-#[inline(always)]
+#[shared]
 fn place(column: u32, row: u32) -> u32 {
     let spread = |bits: u32| {
         let bits = (bits | bits << 8) & 0x00ff_00ff;
@@ -52,7 +53,7 @@ fn place(column: u32, row: u32) -> u32 {
 }
 
 /// The first two coordinates of two Sobol points of a place on the curve, of either in another order within each square.
-#[inline(always)]
+#[shared]
 fn point_of_place(place: u32, seeds: UVec4) -> UVec4 {
     let shuffled = |seed: u32| laine_karras(place.reverse_bits(), seed).reverse_bits();
     let (first, second) = (shuffled(seeds.z), shuffled(seeds.x));
@@ -72,7 +73,7 @@ fn second_coordinate(index: u32) -> u32 {
 
 /// Scrambles the digits of four numbers, each by those before it, and puts the first digits into the highest bits. The lowest bits
 /// of a seed, which touch the first digits, are taken from the middle: those of PCG4D depend on too little.
-#[inline(always)]
+#[shared]
 fn scrambled(point: UVec4, seeds: UVec4) -> UVec4 {
     let scrambled = |digits: u32, seed: u32| laine_karras(digits, seed.rotate_left(16)).reverse_bits();
     UVec4::new(

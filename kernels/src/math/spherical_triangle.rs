@@ -6,6 +6,7 @@
 use spirv_std::num_traits::Float;
 
 use crate::math::trig::{sin_cos_turns, turns};
+use caustics_kernel_macros::shared;
 use core::f32::consts::TAU;
 use spirv_std::glam::Vec3;
 
@@ -24,7 +25,7 @@ pub struct SphericalTriangle {
 
 impl SphericalTriangle {
     /// That of a triangle whose corners are here from the point that sees it (m), which is none of them.
-    #[inline(always)]
+    #[shared]
     pub fn new(a: Vec3, b: Vec3, c: Vec3) -> Self {
         // By edges, so that a small one keeps its digits.
         let volume = a.dot((b - a).cross(c - a)).abs();
@@ -36,9 +37,9 @@ impl SphericalTriangle {
     }
 
     /// A unit direction into it; pdf_solid_angle = 1 / `solid_angle`.
-    #[inline(always)]
-    pub fn sample(&self, u: f32, v: f32) -> Vec3 {
-        let SphericalTriangle { a, b, c, volume, solid_angle } = *self;
+    #[shared]
+    pub fn sample(self, u: f32, v: f32) -> Vec3 {
+        let SphericalTriangle { a, b, c, volume, solid_angle } = self;
         // The point p between a and c for which a, b and p have the share u of the area: a and p lie at equal angles around
         // `middle`, by the formula of the solid angle.
         let (sin, cos) = sin_cos_turns(u * solid_angle / (2.0 * TAU));

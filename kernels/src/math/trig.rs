@@ -1,7 +1,9 @@
 //! Sine and cosine from + - * only: Vulkan's own may be off by 2^-11, and decisions must agree on every device.
 
+use caustics_kernel_macros::shared;
+
 /// (sin, cos) of 2 pi `turns`, for turns in [0, 1]; absolute error below 3e-7.
-#[inline]
+#[shared]
 pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
     // Reduce to an eighth of a turn around the nearest quarter.
     let quarter = (turns * 4.0 + 0.5) as u32;
@@ -34,7 +36,7 @@ pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
 
 /// Share of a turn, in [0, 1), from the first axis to (x, y); 0 at the origin. Absolute error below 1e-7 [Abramowitz and Stegun
 /// 1964, 4.4.49].
-#[inline]
+#[shared]
 pub fn turns(y: f32, x: f32) -> f32 {
     let (low, high) = (x.abs().min(y.abs()), x.abs().max(y.abs()));
     if high == 0.0 {

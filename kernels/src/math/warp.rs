@@ -3,8 +3,9 @@
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
-use crate::math::INV_PI;
 use crate::math::trig::sin_cos_turns;
+use crate::math::{INV_PI, clamp};
+use caustics_kernel_macros::shared;
 use spirv_std::glam::{Vec2, Vec3};
 
 /// Uniform direction; pdf_solid_angle = 1 / (4 pi).
@@ -18,7 +19,7 @@ pub fn uniform_sphere(u: f32, v: f32) -> Vec3 {
 
 /// Uniform direction around z, with 1 - cos of the angle up to `versine`; pdf_solid_angle = 1 / (2 pi versine). Angles are
 /// carried as 1 - cos, since cosines near 1 would leave a narrow cone few bits.
-#[inline(always)]
+#[shared]
 pub fn uniform_cone(versine: f32, u: f32, v: f32) -> Vec3 {
     let from_axis = u * versine;
     let sin = (from_axis * (2.0 - from_axis)).max(0.0).sqrt();
@@ -41,7 +42,7 @@ pub fn cosine_hemisphere_pdf(cos: f32) -> f32 {
 }
 
 /// Barycentric weights (of corners b and c) of a uniform point on a triangle; pdf_area = 1 / area.
-#[inline]
+#[shared]
 pub fn uniform_triangle(u: f32, v: f32) -> Vec2 {
     let root = u.sqrt();
     Vec2::new(root * (1.0 - v), root * v)
@@ -53,7 +54,7 @@ pub fn uniform_triangle(u: f32, v: f32) -> Vec2 {
 pub fn visible_ggx_normal(to_viewer: Vec3, alpha: f32, u: f32, v: f32) -> Vec3 {
     let stretched = Vec3::new(alpha * to_viewer.x, alpha * to_viewer.y, to_viewer.z).normalize();
     let z = (1.0 - u) * (1.0 + stretched.z) - stretched.z;
-    let r = (1.0 - z * z).clamp(0.0, 1.0).sqrt();
+    let r = clamp(1.0 - z * z, 0.0, 1.0).sqrt();
     let (sin, cos) = sin_cos_turns(v);
     let cap = Vec3::new(r * cos, r * sin, z) + stretched;
     Vec3::new(alpha * cap.x, alpha * cap.y, cap.z.max(0.0)).normalize()

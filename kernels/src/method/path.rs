@@ -9,12 +9,11 @@ use crate::interface::choice::TextureFilter;
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::scene::SceneTables;
-use crate::math::cone::RayCone;
-use crate::math::rng::{Rng, Stream};
+use crate::math::rng::Stream;
 #[cfg(not(target_arch = "spirv"))]
 use crate::method::Method;
 use crate::pass::collect::watch::Unwatched;
-use crate::pass::collect::{Beyond, camera_ray, watched};
+use crate::pass::collect::{Beyond, Start, follow};
 #[cfg(not(target_arch = "spirv"))]
 use crate::pass::display::DISPLAY;
 use crate::seam::{Atomics, Slots};
@@ -67,8 +66,6 @@ pub fn sample<T: Tracer, C: Atomics>(
     tracer: &mut T,
     counters: &mut C,
 ) -> Vec3 {
-    let mut rng = Rng::new(Stream::Reference, params.seed, params.film_pixel(pixel), params.frame);
-    let ray = camera_ray(params, pixel, &mut rng);
-    let cone = RayCone::at_eye(params.pixel_spread);
-    watched(ray, cone, rng, Beyond::ALL, params, features, scene, tracer, &mut Unwatched, counters).radiance
+    let start = Start::of(Stream::Reference, pixel, params);
+    follow(start, Beyond::ALL, params, features, scene, tracer, &mut Unwatched, counters).radiance
 }

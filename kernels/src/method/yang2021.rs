@@ -38,7 +38,7 @@ use crate::seam::{AtomicWords, Atomics};
 use crate::surface::class::Classes;
 use crate::surface::scatter::BsdfSample;
 use crate::surface::textured::material_of;
-use crate::surface::turn::normal_change;
+use crate::surface::turn::normal_changes;
 use crate::surface::vertex::Vertex;
 use crate::trace::Tracer;
 use footprint::Footprint;
@@ -159,12 +159,9 @@ impl<A: Atomics, F: Atomics> Spread<'_, A, F> {
     /// The unit `normal` with its changes where the path arrived.
     #[inline(always)]
     fn normals(&self, way: &Spreading, normal: Vec3) -> Normals {
-        let (u, v) = (way.differential.position_u, way.differential.position_v);
-        Normals {
-            normal,
-            by_u: normal_change(self.scene, self.features, &way.hit, way.front, u),
-            by_v: normal_change(self.scene, self.features, &way.hit, way.front, v),
-        }
+        let steps = (way.differential.position_u, way.differential.position_v);
+        let (by_u, by_v) = normal_changes(self.scene, self.features, &way.hit, way.front, steps);
+        Normals { normal, by_u, by_v }
     }
 
     /// Gives to one pixel; whether it took.

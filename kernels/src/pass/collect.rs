@@ -30,7 +30,7 @@ use crate::surface::dispersion::{Channel, is_mixed, part};
 use crate::surface::media::MediaStack;
 use crate::surface::scatter::{BsdfSample, ScatteringVertex, disperses};
 use crate::surface::textured::{material_at, packed};
-use crate::surface::turn::normal_change;
+use crate::surface::turn::normal_changes;
 use crate::surface::vertex::{Vertex, vertex};
 use crate::trace::Tracer;
 use crate::trace::enclosing::enclosing;
@@ -121,12 +121,6 @@ struct PointSlots<'a> {
 
 impl Watch for PointSlots<'_> {
     #[inline(always)]
-    fn arrive(&mut self, _ray: &Ray, _hit: &Hit, _here: &Vertex, _throughput: Vec3) {}
-    #[inline(always)]
-    fn scatter(&mut self, _departure: &BsdfSample) {}
-    #[inline(always)]
-    fn escape(&mut self, _ray: &Ray, _throughput: Vec3) {}
-    #[inline(always)]
     fn collect(&mut self, point: &CollectionPoint) {
         self.geometry.write(self.pixel, point.geometry);
         self.shading.write(self.pixel, point.shading);
@@ -134,6 +128,27 @@ impl Watch for PointSlots<'_> {
     #[inline(always)]
     fn end(&mut self, last: Vec3) {
         self.collect(&CollectionPoint::none(last));
+    }
+}
+
+/// A camera path before its first ray is traced.
+#[derive(Clone, Copy, Debug)]
+pub struct Start {
+    /// Its first ray.
+    pub ray: Ray,
+    /// The cone around that.
+    pub cone: RayCone,
+    /// The numbers that it draws from here on.
+    pub rng: Rng,
+}
+
+impl Start {
+    /// At the eye, through a pixel, by the numbers of a stream.
+    #[inline(always)]
+    pub fn of(stream: Stream, pixel: u32, params: &FrameParams) -> Start {
+        let mut rng = Rng::new(stream, params.seed, params.film_pixel(pixel), params.frame);
+        let ray = camera_ray(params, pixel, &mut rng);
+        Start { ray, cone: RayCone::at_eye(params.pixel_spread), rng }
     }
 }
 
@@ -169,7 +184,8 @@ pub fn collect(
 ) {
     let pixel = pixel_order[place as usize];
     let mut point = PointSlots { pixel, geometry: point_geometry, shading: point_shading };
-    let light = watched_path(pixel, params, features, scene, tracer, &mut point, counters);
+    let start = Start::of(Stream::Camera, pixel, params);
+    let light = follow(start, Beyond::of(params), params, features, scene, tracer, &mut point, counters);
     path_radiance.write(pixel, light.radiance);
     if features.has(Features::PARTS) {
         seen_radiance.write(pixel, light.seen);
@@ -188,34 +204,14 @@ pub fn camera_path<T: Tracer, C: Atomics>(
     tracer: &mut T,
     counters: &mut C,
 ) -> Collected {
-    let mut point = CollectionPoint::default();
-    let light = watched_path(pixel, params, features, scene, tracer, &mut point, counters);
-    Collected { light, point }
+    let start = Start::of(Stream::Camera, pixel, params);
+    collected(start, Beyond::of(params), params, features, scene, tracer, counters)
 }
 
-/// Traces the path of one pixel, while somebody watches.
+/// What a camera path brings home.
 #[inline(always)]
-fn watched_path<T: Tracer, W: Watch, C: Atomics>(
-    pixel: u32,
-    params: &FrameParams,
-    features: Features,
-    scene: SceneTables<'_>,
-    tracer: &mut T,
-    watch: &mut W,
-    counters: &mut C,
-) -> PathLight {
-    let mut rng = Rng::new(Stream::Camera, params.seed, params.film_pixel(pixel), params.frame);
-    let ray = camera_ray(params, pixel, &mut rng);
-    let cone = RayCone::at_eye(params.pixel_spread);
-    watched(ray, cone, rng, Beyond::of(params), params, features, scene, tracer, watch, counters)
-}
-
-/// Follows a camera path from its first ray.
-#[inline(always)]
-pub fn follow<T: Tracer, C: Atomics>(
-    ray: Ray,
-    cone: RayCone,
-    rng: Rng,
+pub fn collected<T: Tracer, C: Atomics>(
+    start: Start,
     beyond: Beyond,
     params: &FrameParams,
     features: Features,
@@ -224,16 +220,14 @@ pub fn follow<T: Tracer, C: Atomics>(
     counters: &mut C,
 ) -> Collected {
     let mut point = CollectionPoint::default();
-    let light = watched(ray, cone, rng, beyond, params, features, scene, tracer, &mut point, counters);
+    let light = follow(start, beyond, params, features, scene, tracer, &mut point, counters);
     Collected { light, point }
 }
 
 /// Follows a camera path from its first ray, while somebody watches.
 #[inline(always)]
-pub fn watched<T: Tracer, W: Watch, C: Atomics>(
-    mut ray: Ray,
-    mut cone: RayCone,
-    mut rng: Rng,
+pub fn follow<T: Tracer, W: Watch, C: Atomics>(
+    start: Start,
     beyond: Beyond,
     params: &FrameParams,
     features: Features,
@@ -242,6 +236,7 @@ pub fn watched<T: Tracer, W: Watch, C: Atomics>(
     watch: &mut W,
     counters: &mut C,
 ) -> PathLight {
+    let Start { mut ray, mut cone, mut rng } = start;
     let direct = cone;
     let mut pencil = Pencil::at_eye(ray.direction, params.camera.right);
     let mut light = PathLight::default();
@@ -609,9 +604,8 @@ fn scatter_pencil(
         return pencil.turn(from, to);
     }
     let eta = if sampled.transmitted { sampled.eta } else { 1.0 };
-    let (step_x, step_y) = pencil.steps(from, vertex.face_normal);
-    let change_x = normal_change(scene, features, hit, vertex.front, step_x);
-    let change_y = normal_change(scene, features, hit, vertex.front, step_y);
+    let steps = pencil.steps(from, vertex.face_normal);
+    let (change_x, change_y) = normal_changes(scene, features, hit, vertex.front, steps);
     pencil.bend(from, to, eta, !sampled.transmitted, change_x, change_y)
 }
 

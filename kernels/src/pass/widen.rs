@@ -14,6 +14,7 @@ use crate::declare::pass;
 use crate::gather::accumulator;
 use crate::interface::frame::FrameParams;
 use crate::interface::point::PointGeometry;
+use crate::math::clamp;
 use crate::seam::Slots;
 use spirv_std::glam::Vec2;
 
@@ -74,5 +75,5 @@ pub fn widen_learn(
         Vec2::new(count as f32 / (scale * scale), 1.0)
     });
     let scale = if taken.x > 0.0 { (ENOUGH * taken.y / taken.x).sqrt() } else { WIDEST };
-    radius_next.write(pixel, scale.clamp(1.0, WIDEST));
+    radius_next.write(pixel, clamp(scale, 1.0, WIDEST));
 }

@@ -1,5 +1,6 @@
 //! Fresnel reflectance.
 
+use crate::math::clamp;
 use spirv_std::glam::Vec3;
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -7,7 +8,7 @@ use spirv_std::num_traits::Float;
 /// Schlick's weight (1 - cos)^5.
 #[inline]
 pub fn schlick_weight(cos: f32) -> f32 {
-    let m = (1.0 - cos).clamp(0.0, 1.0);
+    let m = clamp(1.0 - cos, 0.0, 1.0);
     let square = m * m;
     square * square * m
 }

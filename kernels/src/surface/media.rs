@@ -10,7 +10,11 @@ use crate::interface::NONE;
 use crate::interface::features::Features;
 use crate::interface::material::{FLAG_HANGING, FLAG_SHEET, Material};
 use crate::surface::dispersion::Channel;
+use caustics_kernel_macros::shared;
 use spirv_std::glam::Vec3;
+
+/// Media that are kept.
+const DEPTH: u32 = 4;
 
 /// Materials around a place by falling priority, one twice where two of its solids overlap; `NONE` behind the last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,24 +55,40 @@ impl MediaStack {
     /// The media inside of `material` too; the last is forgotten if four are there already (second value true).
     #[inline(always)]
     pub fn entered(self, material: u32, materials: &[Material]) -> (Self, bool) {
+        let mut place = 0;
+        while place < DEPTH && !outranks(material, self.at(place), materials) {
+            place += 1;
+        }
+        (self.inserted(material, place), self.fourth != NONE)
+    }
+
+    /// The medium at a place, counted from that of the highest priority.
+    #[inline(always)]
+    fn at(self, place: u32) -> u32 {
         let MediaStack { first, second, third, fourth } = self;
-        let overflow = fourth != NONE;
-        let inside = if outranks(material, first, materials) {
+        let (upper, lower) = if place & 1 == 0 { (first, third) } else { (second, fourth) };
+        if place < 2 { upper } else { lower }
+    }
+
+    /// With `material` before what is at a place; the same where that is beyond the last.
+    #[shared]
+    fn inserted(self, material: u32, place: u32) -> Self {
+        let MediaStack { first, second, third, .. } = self;
+        if place == 0 {
             MediaStack { first: material, second: first, third: second, fourth: third }
-        } else if outranks(material, second, materials) {
+        } else if place == 1 {
             MediaStack { first, second: material, third: second, fourth: third }
-        } else if outranks(material, third, materials) {
+        } else if place == 2 {
             MediaStack { first, second, third: material, fourth: third }
-        } else if outranks(material, fourth, materials) {
+        } else if place == 3 {
             MediaStack { first, second, third, fourth: material }
         } else {
             self
-        };
-        (inside, overflow)
+        }
     }
 
     /// The media outside of `material`; the same if it is not around.
-    #[inline]
+    #[shared]
     pub fn left(self, material: u32) -> Self {
         let MediaStack { first, second, third, fourth } = self;
         if first == material {
@@ -95,11 +115,14 @@ impl MediaStack {
     pub fn settled(self, features: Features, materials: &[Material]) -> Self {
         let mut settled = self;
         if features.has(Features::SHEETS) {
-            let hangs = |id: u32| id != NONE && materials[id as usize].flags & FLAG_HANGING != 0;
-            settled = if hangs(self.first) { settled.left(self.first) } else { settled };
-            settled = if hangs(self.second) { settled.left(self.second) } else { settled };
-            settled = if hangs(self.third) { settled.left(self.third) } else { settled };
-            settled = if hangs(self.fourth) { settled.left(self.fourth) } else { settled };
+            let mut place = 0;
+            while place < DEPTH {
+                let id = self.at(place);
+                if id != NONE && materials[id as usize].flags & FLAG_HANGING != 0 {
+                    settled = settled.left(id);
+                }
+                place += 1;
+            }
         }
         settled
     }

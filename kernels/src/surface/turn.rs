@@ -7,18 +7,31 @@ use crate::interface::features::Features;
 use crate::interface::ray::Hit;
 use crate::interface::scene::SceneTables;
 use crate::math::face::{Face, Normals};
+use caustics_kernel_macros::shared;
 use spirv_std::glam::Vec3;
 
-/// Change of the unit interpolated normal at `hit`, on the side that the path met, for a small `step` along the face (m);
+/// Changes of the unit interpolated normal at `hit`, on the side that the path met, for two small steps along the face (m);
 /// zero on a flat triangle. What a normal map adds is left out.
 #[inline(always)]
-pub fn normal_change(scene: SceneTables<'_>, features: Features, hit: &Hit, front: bool, step: Vec3) -> Vec3 {
+pub fn normal_changes(
+    scene: SceneTables<'_>,
+    features: Features,
+    hit: &Hit,
+    front: bool,
+    steps: (Vec3, Vec3),
+) -> (Vec3, Vec3) {
     if !features.has(Features::SMOOTH_NORMALS) {
-        return Vec3::ZERO;
+        return (Vec3::ZERO, Vec3::ZERO);
     }
     let face = Face::of(scene, features, hit.instance, hit.triangle);
     let normals = Normals::of(scene, features, hit.instance, hit.triangle);
-    let smooth = normals.at(hit.u, hit.v);
+    let (smooth, side) = (normals.at(hit.u, hit.v), if front { 1.0 } else { -1.0 });
+    (change(face, normals, smooth, steps.0) * side, change(face, normals, smooth, steps.1) * side)
+}
+
+/// Change of the normal of the triangle's front, which points along `smooth`.
+#[shared]
+fn change(face: Face, normals: Normals, smooth: Vec3, step: Vec3) -> Vec3 {
     let (edge_b, edge_c) = (face.b - face.a, face.c - face.a);
     let outward = edge_b.cross(edge_c);
     let (length_squared, square) = (smooth.length_squared(), outward.length_squared());
@@ -31,6 +44,5 @@ pub fn normal_change(scene: SceneTables<'_>, features: Features, hit: &Hit, fron
     let change = (normals.b - normals.a) * along_b + (normals.c - normals.a) * along_c;
     let length = length_squared.sqrt();
     let unit = smooth / length;
-    let change = (change - unit * unit.dot(change)) / length;
-    if front { change } else { -change }
+    (change - unit * unit.dot(change)) / length
 }

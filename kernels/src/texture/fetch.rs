@@ -4,12 +4,14 @@ use crate::interface::scene::TextureTables;
 use crate::interface::texture::{
     CHUNK_TEXELS, ENCODING_NORMAL, ENCODING_SRGB, Texture, WRAP_MIRRORED, WRAP_REPEAT,
 };
+use crate::math::clamp;
 use crate::texture::srgb;
-use spirv_std::glam::Vec4;
+use caustics_kernel_macros::shared;
+use spirv_std::glam::{Vec2, Vec4};
 
 /// The word at `index`, counted through all chunks.
 #[inline(always)]
-fn word(tables: TextureTables<'_>, index: u32) -> u32 {
+pub fn word(tables: TextureTables<'_>, index: u32) -> u32 {
     let (chunk, within) = (index / CHUNK_TEXELS, (index % CHUNK_TEXELS) as usize);
     if chunk == 0 {
         tables.texels_0[within]
@@ -22,10 +24,9 @@ fn word(tables: TextureTables<'_>, index: u32) -> u32 {
     }
 }
 
-/// The texel at `index`, decoded: linear light, a share, or a vector's component.
-#[inline(always)]
-pub fn texel(tables: TextureTables<'_>, encoding: u32, index: u32) -> Vec4 {
-    let word = word(tables, index);
+/// The texel of a word: linear light, a share, or a vector's component.
+#[shared]
+pub fn decoded(encoding: u32, word: u32) -> Vec4 {
     let bytes = Vec4::new(
         (word & 255) as f32,
         ((word >> 8) & 255) as f32,
@@ -54,15 +55,20 @@ pub fn floor(x: f32) -> i32 {
     if toward_zero as f32 > x { toward_zero - 1 } else { toward_zero }
 }
 
-/// A coordinate brought to where the texels next to it are at most one off the range that `wrapped` folds.
+/// Coordinates brought to where the texels next to them are at most one off the range that `wrapped` folds.
+#[shared]
+pub fn reduced(texture: Texture, uv: Vec2) -> Vec2 {
+    Vec2::new(reduced_along(uv.x, texture.wrap_u), reduced_along(uv.y, texture.wrap_v))
+}
+
 #[inline]
-pub fn reduced(coordinate: f32, wrap: u32) -> f32 {
+fn reduced_along(coordinate: f32, wrap: u32) -> f32 {
     if wrap == WRAP_REPEAT {
         coordinate - floor(coordinate) as f32
     } else if wrap == WRAP_MIRRORED {
         coordinate - 2.0 * floor(0.5 * coordinate) as f32
     } else {
-        coordinate.clamp(-1.0, 2.0)
+        clamp(coordinate, -1.0, 2.0)
     }
 }
 
@@ -81,19 +87,31 @@ pub fn wrapped(texel: i32, size: i32, wrap: u32) -> u32 {
         inside = 2 * size - 1 - texel;
     }
     // Also the border of a clamped texture, and whatever rounding does elsewhere.
-    inside.clamp(0, size - 1) as u32
+    clamp(inside, 0, size - 1) as u32
 }
 
-/// Width, height and first texel of a level.
+/// A level of a texture.
+#[derive(Clone, Copy)]
+pub struct Level {
+    /// Texels of a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Its first texel, among all.
+    pub offset: u32,
+}
+
+/// A level by its number; 0 is the finest.
 #[inline(always)]
-pub fn level(texture: &Texture, level: u32) -> (u32, u32, u32) {
-    let (mut width, mut height, mut offset) = (texture.width, texture.height, texture.offset);
+pub fn level(texture: Texture, number: u32) -> Level {
+    let Texture { width, height, offset, .. } = texture;
+    let mut level = Level { width, height, offset };
     let mut finer = 0;
-    while finer < level {
-        offset += width * height;
-        width = (width / 2).max(1);
-        height = (height / 2).max(1);
+    while finer < number {
+        level.offset += level.width * level.height;
+        level.width = (level.width / 2).max(1);
+        level.height = (level.height / 2).max(1);
         finer += 1;
     }
-    (width, height, offset)
+    level
 }

@@ -7,6 +7,7 @@ use crate::interface::ray::{Hit, Ray};
 use crate::interface::tree::{INSTANCE, LEAF, TREE_STACK, TreeNode, TriangleBlock};
 use crate::texture::cut_out::CutOuts;
 use crate::trace::Tracer;
+use caustics_kernel_macros::shared;
 use spirv_std::glam::{Vec3, Vec4};
 
 /// Traverses the tree that the host built.
@@ -125,7 +126,7 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
             continue;
         } else {
             let node = &nodes[current as usize];
-            let near = entry_distances(node, ray.origin, inverse, best.distance).to_array();
+            let near = entry_distances(*node, ray.origin, inverse, best.distance).to_array();
 
             // Descend into the nearest child and push the others.
             let mut nearest = f32::MAX;
@@ -175,8 +176,8 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
 }
 
 /// Distances at which the ray enters the four boxes; f32::MAX for boxes it misses within `length`.
-#[inline(always)]
-fn entry_distances(node: &TreeNode, origin: Vec3, inverse: Vec3, length: f32) -> Vec4 {
+#[shared]
+fn entry_distances(node: TreeNode, origin: Vec3, inverse: Vec3, length: f32) -> Vec4 {
     let x = (slabs(node.min_x, origin.x, inverse.x), slabs(node.max_x, origin.x, inverse.x));
     let y = (slabs(node.min_y, origin.y, inverse.y), slabs(node.max_y, origin.y, inverse.y));
     let z = (slabs(node.min_z, origin.z, inverse.z), slabs(node.max_z, origin.z, inverse.z));
@@ -201,11 +202,47 @@ pub(super) fn intersect_block(
     ray: &Ray,
     best: &mut Hit,
 ) {
-    let o = ray.origin;
+    let met = met(*block, ray.origin, ray.direction, best.distance);
+    if met.any {
+        let distances = met.distances.to_array();
+        let (v, w, sum) = (met.v.to_array(), met.w.to_array(), met.sum.to_array());
+        let mut lane = 0;
+        while lane < 4 {
+            if distances[lane] <= best.distance {
+                let inverse = 1.0 / sum[lane];
+                let found = Hit {
+                    distance: distances[lane],
+                    triangle: block.first + lane as u32,
+                    u: v[lane] * inverse,
+                    v: w[lane] * inverse,
+                    instance,
+                };
+                if is_before(&found, best) && cut_outs.is_there(&found, ray.key) {
+                    *best = found;
+                }
+            }
+            lane += 1;
+        }
+    }
+}
+
+/// What a ray meets of a block's triangles.
+#[derive(Clone, Copy)]
+struct Met {
+    any: bool,
+    /// f32::MAX for those that it misses.
+    distances: Vec4,
+    /// Twice the barycentric volumes of corners b and c, and of all three.
+    v: Vec4,
+    w: Vec4,
+    sum: Vec4,
+}
+
+#[shared]
+fn met(block: TriangleBlock, o: Vec3, d: Vec3, most_distant: f32) -> Met {
     let a = [block.a_x - Vec4::splat(o.x), block.a_y - Vec4::splat(o.y), block.a_z - Vec4::splat(o.z)];
     let b = [block.b_x - Vec4::splat(o.x), block.b_y - Vec4::splat(o.y), block.b_z - Vec4::splat(o.z)];
     let c = [block.c_x - Vec4::splat(o.x), block.c_y - Vec4::splat(o.y), block.c_z - Vec4::splat(o.z)];
-    let d = ray.direction;
 
     // Twice the barycentric volumes of corners a, b, c.
     let u = edge_volume(b, c, d);
@@ -227,28 +264,9 @@ pub(super) fn intersect_block(
     let hit = inside
         & sum.cmpne(Vec4::ZERO)
         & distance.cmpgt(Vec4::ZERO)
-        & distance.cmple(Vec4::splat(best.distance));
-    if hit.any() {
-        let distances = Vec4::select(hit, distance, Vec4::splat(f32::MAX)).to_array();
-        let (v, w, sum) = (v.to_array(), w.to_array(), sum.to_array());
-        let mut lane = 0;
-        while lane < 4 {
-            if distances[lane] <= best.distance {
-                let inverse = 1.0 / sum[lane];
-                let found = Hit {
-                    distance: distances[lane],
-                    triangle: block.first + lane as u32,
-                    u: v[lane] * inverse,
-                    v: w[lane] * inverse,
-                    instance,
-                };
-                if is_before(&found, best) && cut_outs.is_there(&found, ray.key) {
-                    *best = found;
-                }
-            }
-            lane += 1;
-        }
-    }
+        & distance.cmple(Vec4::splat(most_distant));
+    let distances = Vec4::select(hit, distance, Vec4::splat(f32::MAX));
+    Met { any: hit.any(), distances, v, w, sum }
 }
 
 /// Whether a hit is closer than the best so far, or as close and of a smaller id: then the order in which a tree is traversed

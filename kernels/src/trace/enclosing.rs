@@ -15,6 +15,7 @@ use crate::math::offset;
 use crate::surface::media::MediaStack;
 use crate::surface::vertex::vertex;
 use crate::trace::Tracer;
+use caustics_kernel_macros::shared;
 use spirv_std::glam::Vec3;
 
 /// Unit vectors along the edges of a cube that stands along no axis; the rays go to its corners.
@@ -85,10 +86,13 @@ pub fn enclosing<T: Tracer>(
         }
         index += 1;
     }
-    let media = around.first.inside(MediaStack::VACUUM, escaped, scene.materials);
-    let media = around.second.inside(media, escaped, scene.materials);
-    let media = around.third.inside(media, escaped, scene.materials);
-    around.fourth.inside(media, escaped, scene.materials)
+    let mut media = MediaStack::VACUUM;
+    let mut place = 0;
+    while place < 4 {
+        media = around.at(place).inside(media, escaped, scene.materials);
+        place += 1;
+    }
+    media
 }
 
 /// Unit direction to a corner of the cube, 0 to 7; corner 7 - c is opposite to c. Corner 8 is corner 0.
@@ -122,8 +126,15 @@ impl Winding {
 }
 
 impl Windings {
-    /// After a ray out crossed a face: a back (1) ends what it came out of, a front (-1) begins what it passes.
     #[inline(always)]
+    fn at(self, place: u32) -> Winding {
+        let Windings { first, second, third, fourth } = self;
+        let (upper, lower) = if place & 1 == 0 { (first, third) } else { (second, fourth) };
+        if place < 2 { upper } else { lower }
+    }
+
+    /// After a ray out crossed a face: a back (1) ends what it came out of, a front (-1) begins what it passes.
+    #[shared]
     fn crossed(mut self, material: u32, by: i32) -> Self {
         let fresh = Winding { material, sum: by };
         if self.first.material == material {

@@ -9,7 +9,7 @@ use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::ray::{Hit, Ray};
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::pass::step::STEP_HIT;
-use caustics_kernels::surface::turn::normal_change;
+use caustics_kernels::surface::turn::normal_changes;
 use caustics_kernels::surface::vertex::vertex;
 use caustics_kernels::trace::Tracer;
 use caustics_tests::blocks::Blocks;
@@ -114,10 +114,10 @@ fn hits_and_vertices_are_those_of_copies() {
         let bend = (v.shading_normal - w.shading_normal).length();
         assert!(bend < 2e-2, "{bend}: {v:?} {w:?}");
         let step = 0.01 * v.face_normal.any_orthonormal_vector();
-        let (turn, other) = (
-            normal_change(copied.tables(), Features::ALL, &a, v.front, step),
-            normal_change(stored.tables(), Features::ALL, &b, w.front, step),
-        );
+        let steps = (step, Vec3::ZERO);
+        let (turn, still) = normal_changes(copied.tables(), Features::ALL, &a, v.front, steps);
+        let (other, _) = normal_changes(stored.tables(), Features::ALL, &b, w.front, steps);
+        assert_eq!(still, Vec3::ZERO);
         assert!((turn - other).length() < 1e-3 * (1.0 + turn.length()), "{turn} {other}");
     }
     println!("{met} met an instance, {mirrored} a mirrored one, {others} differ");

@@ -15,7 +15,7 @@ use caustics_kernels::method::Method;
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::progressive::PROGRESSIVE;
 use caustics_kernels::method::yang2021::YANG2021;
-use caustics_kernels::surface::turn::normal_change;
+use caustics_kernels::surface::turn::normal_changes;
 use caustics_kernels::surface::vertex::vertex;
 use caustics_kernels::trace::Tracer;
 use caustics_tests::direct::World;
@@ -346,7 +346,9 @@ fn normals_turn_as_they_are_interpolated() {
         let (ahead, behind) = (at(u, v), at(-u, -v));
         let step = 0.5 * (ahead.position - behind.position);
         let want = 0.5 * (ahead.shading_normal - behind.shading_normal);
-        let got = normal_change(world.tables(), world.features, &hit, here.front, step);
+        let steps = (step, -step);
+        let (got, back) = normal_changes(world.tables(), world.features, &hit, here.front, steps);
+        assert_eq!(back, -got);
         // Unit normals carry an ulp of 1: 6e-8 each, against changes of 1e-4.
         assert!((got - want).length() < 3e-7, "{got} {want}");
         assert!(want.length() > 1e-4, "the test has lost its subject");

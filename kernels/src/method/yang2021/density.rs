@@ -9,6 +9,7 @@ use crate::interface::density::DensityTexel;
 use crate::interface::frame::Dispatch;
 use crate::light::by_density::{FEEDBACK_WORDS, MAPS, Map, map_count};
 use crate::light::density_map::Node;
+use crate::math::clamp;
 use crate::math::quanta::Quanta;
 use crate::method::yang2021::FEEDBACK_INVERSE_QUANTUM;
 use crate::seam::Slots;
@@ -85,7 +86,7 @@ pub fn update(texel: u32, before: &DensityTexel, tree: &[f32], feedback: &[u32])
         // Nobody saw any of them.
         new = MIN_DENSITY;
     }
-    let density = (smooth + (new - smooth) * BLEND).clamp(MIN_DENSITY, MAX_DENSITY);
+    let density = clamp(smooth + (new - smooth) * BLEND, MIN_DENSITY, MAX_DENSITY);
     DensityTexel { density, change: density - old }
 }
 

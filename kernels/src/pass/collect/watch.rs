@@ -9,11 +9,14 @@ use spirv_std::glam::Vec3;
 /// Sees what a camera path meets and does.
 pub trait Watch {
     /// The path meets a surface, and brings this throughput.
-    fn arrive(&mut self, ray: &Ray, hit: &Hit, here: &Vertex, throughput: Vec3);
+    #[inline(always)]
+    fn arrive(&mut self, _ray: &Ray, _hit: &Hit, _here: &Vertex, _throughput: Vec3) {}
     /// What it does there; it may end all the same.
-    fn scatter(&mut self, departure: &BsdfSample);
+    #[inline(always)]
+    fn scatter(&mut self, _departure: &BsdfSample) {}
     /// It leaves the scene with this throughput.
-    fn escape(&mut self, ray: &Ray, throughput: Vec3);
+    #[inline(always)]
+    fn escape(&mut self, _ray: &Ray, _throughput: Vec3) {}
     /// Its collection point is here.
     fn collect(&mut self, point: &CollectionPoint);
     /// It has ended without one; its last vertex is here.
@@ -45,12 +48,6 @@ pub struct Unwatched;
 
 impl Watch for Unwatched {
     #[inline(always)]
-    fn arrive(&mut self, _ray: &Ray, _hit: &Hit, _here: &Vertex, _throughput: Vec3) {}
-    #[inline(always)]
-    fn scatter(&mut self, _departure: &BsdfSample) {}
-    #[inline(always)]
-    fn escape(&mut self, _ray: &Ray, _throughput: Vec3) {}
-    #[inline(always)]
     fn collect(&mut self, _point: &CollectionPoint) {}
     #[inline(always)]
     fn end(&mut self, _last: Vec3) {}
@@ -58,12 +55,6 @@ impl Watch for Unwatched {
 
 /// Who waits for the point alone.
 impl Watch for CollectionPoint {
-    #[inline(always)]
-    fn arrive(&mut self, _ray: &Ray, _hit: &Hit, _here: &Vertex, _throughput: Vec3) {}
-    #[inline(always)]
-    fn scatter(&mut self, _departure: &BsdfSample) {}
-    #[inline(always)]
-    fn escape(&mut self, _ray: &Ray, _throughput: Vec3) {}
     #[inline(always)]
     fn collect(&mut self, point: &CollectionPoint) {
         *self = *point;

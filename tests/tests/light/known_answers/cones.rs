@@ -4,7 +4,7 @@ use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::math::cone::RayCone;
 use caustics_kernels::math::rng::{Rng, Stream};
-use caustics_kernels::pass::collect::{Beyond, follow};
+use caustics_kernels::pass::collect::{Beyond, Start, collected};
 use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
 use glam::DVec3;
@@ -129,10 +129,8 @@ fn compare(what: &str, things: &Builder, events: &[Event], eye: DVec3, screen: f
             let ray = Ray::endless(eye.as_vec3(), direction.as_vec3());
             let rng = Rng::new(Stream::Camera, 0, path, 0);
             let cone = RayCone::at_eye(spread as f32);
-            follow(
-                ray,
-                cone,
-                rng,
+            collected(
+                Start { ray, cone, rng },
                 Beyond::of(&world.params),
                 &world.params,
                 world.features,

@@ -8,7 +8,7 @@ use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::math::cone::RayCone;
 use caustics_kernels::math::offset;
 use caustics_kernels::math::rng::{Rng, Stream};
-use caustics_kernels::pass::collect::{Beyond, Collected, camera_ray, follow};
+use caustics_kernels::pass::collect::{Beyond, Collected, Start, camera_ray, collected};
 use caustics_kernels::trace::Tracer;
 use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
@@ -124,10 +124,8 @@ fn mirrored_view(world: &World<'_>, mirror: u32, plane: f64) -> Vec<Option<Colle
                 ..RayCone::at_eye(params.pixel_spread)
             };
             let ray = Ray::endless(origin, mirrored.as_vec3());
-            Some(follow(
-                ray,
-                cone,
-                rng,
+            Some(collected(
+                Start { ray, cone, rng },
                 Beyond::of(&shorter),
                 &shorter,
                 world.features,

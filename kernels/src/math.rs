@@ -31,7 +31,13 @@ pub fn mean(color: Vec3) -> f32 {
 /// Largest of the three magnitudes.
 #[inline]
 pub fn max_abs(v: Vec3) -> f32 {
-    v.x.abs().max(v.y.abs()).max(v.z.abs())
+    larger(larger(v.x.abs(), v.y.abs()), v.z.abs())
+}
+
+/// The larger of two numbers that are ones: what is none costs `f32::max` two instructions more.
+#[inline]
+pub fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
 }
 
 /// `x` within limits, of which `min` is the smaller. The standard library's asserts that, and what may panic cannot be `shared`.

@@ -264,7 +264,7 @@ pub fn gather(
             Step::Clear { buffer } => memory.clear(buffer).expect("words of an index"),
             Step::Dispatch { pass, dispatch, .. } => {
                 let run = pass.cpu.expect("a gather in software");
-                run(&Call {
+                run.run(&Call {
                     buffers: &memory,
                     params: &params,
                     dispatch,

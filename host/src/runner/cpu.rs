@@ -81,7 +81,7 @@ impl Runner for CpuRunner {
                     let run = pass.cpu.ok_or_else(no_run)?;
                     let (buffers, features, stop) = (&self.buffers, self.features, &*self.stop);
                     let call = Call { buffers, params, dispatch, features, stop };
-                    let done = self.pool.install(|| run(&call));
+                    let done = self.pool.install(|| run.run(&call));
                     done.map_err(|source| RunError::Pass { pass: step.label(), source })?;
                 }
                 Step::Clear { buffer } => self.buffers.clear(buffer)?,

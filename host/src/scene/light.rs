@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::material::FLAG_EMIT_BOTH_SIDES;
+use caustics_kernels::math::face::Face;
 use glam::{DVec3, Vec3};
 
 use super::{PunctualLight, Scene, SceneError, geometry};
@@ -59,16 +60,20 @@ pub fn table(
     punctual_lights: &[PunctualLight],
     environment: Option<(Light, DVec3)>,
 ) -> (Vec<Light>, Vec3) {
+    let tables = scene.tables();
     let of_triangles = scene.emitters.iter().map(|&Emitter { triangle, instance, mean }| {
         let material = &scene.materials[scene.surfaces[triangle as usize].material as usize];
         let sides = 1 + u32::from(material.flags & FLAG_EMIT_BOTH_SIDES != 0);
         let area = geometry::area(&scene.world_triangle(instance, triangle));
+        let face = Face::of(tables, Features::INSTANCES, instance, triangle);
         let light = Light {
             triangle,
             instance,
             emission: material.emission,
             area: area as f32,
             sides,
+            direction: face.outward().normalize(),
+            clearance: face.clearance,
             kind: Features::AREA_LIGHTS.0,
             ..Light::default()
         };

@@ -318,7 +318,7 @@ fn described(declaration: &Declaration) -> TokenStream {
         quote!(None)
     } else {
         let on_cpu = on_cpu(declaration, &bound);
-        quote!({ #on_cpu; Some(call) })
+        quote!({ #on_cpu; Some(on_cpu) })
     };
     let lens = bound.iter().filter_map(|bound| bound.len.as_ref());
     quote! {
@@ -373,24 +373,37 @@ fn on_cpu(declaration: &Declaration, bound: &[Bound]) -> TokenStream {
     let wide = traces(declaration).then(|| quote!(let wide = call.buffers.wide(nodes, instances);));
     let (composed, limit, function) =
         (composed(declaration, Tracer::Software), limit(declaration), call(declaration, &quote!(self)));
+    let body = quote! {
+        let (dispatch, params, features) = (call.dispatch, call.params, call.features);
+        #(#borrowed)*
+        #composed
+        #wide
+        call.for_chunks(#limit, |indices| {
+            #tracer_of_chunk
+            #(#of_chunk)*
+            for index in indices {
+                #function;
+            }
+        });
+        Ok(())
+    };
+    let arguments = quote!(call: &::caustics_kernels::declare::Call<'_>);
+    let result = quote!(::core::result::Result<(), ::caustics_kernels::declare::BufferError>);
+    // A closure has the instructions of the function that it stands in: so the whole of it stands there twice.
     quote! {
         #[allow(unused_variables)]
-        fn call(
-            call: &::caustics_kernels::declare::Call<'_>,
-        ) -> ::core::result::Result<(), ::caustics_kernels::declare::BufferError> {
-            let (dispatch, params, features) = (call.dispatch, call.params, call.features);
-            #(#borrowed)*
-            #composed
-            #wide
-            call.for_chunks(#limit, |indices| {
-                #tracer_of_chunk
-                #(#of_chunk)*
-                for index in indices {
-                    #function;
-                }
-            });
-            Ok(())
-        }
+        fn any(#arguments) -> #result { #body }
+
+        #[cfg(target_arch = "x86_64")]
+        #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+        #[allow(unused_variables)]
+        fn avx2(#arguments) -> #result { #body }
+
+        let on_cpu = ::caustics_kernels::declare::OnCpu {
+            any,
+            #[cfg(target_arch = "x86_64")]
+            avx2,
+        };
     }
 }
 

@@ -21,8 +21,15 @@ pub struct Pass {
     pub cpu: Option<OnCpu>,
 }
 
-/// A pass as the CPU calls it.
-pub type OnCpu = fn(&Call<'_>) -> Result<(), BufferError>;
+/// A pass as the CPU calls it, compiled twice from one source; its results are the same bits.
+#[derive(Clone, Copy)]
+pub struct OnCpu {
+    /// For any CPU.
+    pub any: fn(&Call<'_>) -> Result<(), BufferError>,
+    /// For one that has what [`has_avx2`](super::has_avx2) asks for.
+    #[cfg(target_arch = "x86_64")]
+    pub avx2: unsafe fn(&Call<'_>) -> Result<(), BufferError>,
+}
 
 /// A buffer that a pass binds.
 #[derive(Clone, Copy, Debug)]

@@ -10,6 +10,7 @@ use atomic_refcell::{AtomicRef, AtomicRefCell, AtomicRefMut};
 use bytemuck::{Pod, cast_slice, cast_slice_mut};
 use rayon::prelude::*;
 
+use super::OnCpu;
 use crate::interface::counters::COUNTER_COUNT;
 use crate::interface::features::Features;
 use crate::interface::frame::{Dispatch, FrameParams};
@@ -45,6 +46,37 @@ impl Call<'_> {
         chunks.filter(|_| !self.stop.load(Ordering::Relaxed)).for_each(|i| {
             work(i * CHUNK..(i * CHUNK).saturating_add(CHUNK).min(count));
         });
+    }
+}
+
+/// Whether this CPU has AVX2 and what came with it, and `CAUSTICS_AVX2` is not 0.
+pub fn has_avx2() -> bool {
+    static HAS: OnceLock<bool> = OnceLock::new();
+    #[cfg(target_arch = "x86_64")]
+    let detect = || {
+        let wanted = std::env::var_os("CAUSTICS_AVX2").is_none_or(|value| value != "0");
+        let has = is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+            && is_x86_feature_detected!("lzcnt")
+            && is_x86_feature_detected!("popcnt");
+        wanted && has
+    };
+    #[cfg(not(target_arch = "x86_64"))]
+    let detect = || false;
+    *HAS.get_or_init(detect)
+}
+
+impl OnCpu {
+    /// Runs the pass by what this CPU has.
+    pub fn run(&self, call: &Call<'_>) -> Result<(), BufferError> {
+        #[cfg(target_arch = "x86_64")]
+        if has_avx2() {
+            // SAFETY: it has.
+            #[allow(unsafe_code)]
+            return unsafe { (self.avx2)(call) };
+        }
+        (self.any)(call)
     }
 }
 

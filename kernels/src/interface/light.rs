@@ -27,7 +27,8 @@ pub struct Light {
     pub alias: u32,
     /// Sides that emit: 1 (front) or 2; 0 for a punctual light.
     pub sides: u32,
-    /// Unit direction that a spot points in, or that directional light travels in; zero for others.
+    /// Unit direction that a spot points in, or that directional light travels in; unit normal of a triangle's front; zero for
+    /// others.
     pub direction: Vec3,
     /// Its type: the bit of `Features` that says that there is one.
     pub kind: u32,
@@ -41,6 +42,8 @@ pub struct Light {
     pub power_below: f32,
     /// Index of the triangle's instance; 0 for a punctual light.
     pub instance: u32,
+    /// Distance to keep when leaving the triangle (m); 0 for others.
+    pub clearance: f32,
 }
 
 /// Calls a macro with the types of lights: their files in `light/`, their bits of `Features` with their names. A row whose
@@ -84,4 +87,4 @@ impl Light {
     }
 }
 
-const _: () = assert!(size_of::<Light>() == 84);
+const _: () = assert!(size_of::<Light>() == 88);

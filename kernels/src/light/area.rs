@@ -29,10 +29,6 @@ struct Place {
     weights: Vec2,
     /// Position (m).
     position: Vec3,
-    /// Unit normal of the front.
-    normal: Vec3,
-    /// Distance to keep when leaving (m).
-    clearance: f32,
 }
 
 impl Place {
@@ -64,8 +60,6 @@ impl Place {
         Place {
             weights,
             position: face.a + (face.b - face.a) * weights.x + (face.c - face.a) * weights.y,
-            normal: face.outward().normalize(),
-            clearance: face.clearance,
         }
     }
 }
@@ -85,27 +79,29 @@ pub fn leave(
     place: Vec4,
     direction: Vec4,
 ) -> EmissionSample {
-    let mut place = Place::uniform(face(light, scene, features), place.z, place.w);
+    let place = Place::uniform(face(light, scene, features), place.z, place.w);
+    let mut normal = light.direction;
     if light.sides == 2 && direction.z < 0.5 {
-        place.normal = -place.normal;
+        normal = -normal;
     }
     let local = warp::cosine_hemisphere(direction.x, direction.y);
-    start(light, scene, features, &place, ShadingFrame::new(place.normal).to_world(local), local.z)
+    start(light, scene, features, &place, normal, ShadingFrame::new(normal).to_world(local), local.z)
 }
 
-/// A path from the side of a place that its normal is on, in a direction whose cosine with that is `cos`.
+/// A path from the side of a place that `normal` is on, in a direction whose cosine with that is `cos`.
 #[inline(always)]
 fn start(
     light: &Light,
     scene: SceneTables<'_>,
     features: Features,
     place: &Place,
+    normal: Vec3,
     direction: Vec3,
     cos: f32,
 ) -> EmissionSample {
-    let Place { weights, position, normal, clearance } = *place;
+    let Place { weights, position } = *place;
     let share = emission_at(scene, features, light.triangle, weights.x, weights.y);
-    let ray = Ray::endless(offset::leave(position, normal, normal, clearance), direction);
+    let ray = Ray::endless(offset::leave(position, normal, normal, light.clearance), direction);
     let flux = light.emission * share * (PI * light.area * light.sides as f32 / light.pdf_light_choice);
     // Triangles are pieces of lamps: all of them light the places around, so that no choice counts.
     EmissionSample::new(ray, flux, PI / cos.max(1.0e-3))
@@ -126,12 +122,13 @@ pub fn towards(
     place: Vec4,
     direction: Vec3,
 ) -> Towards {
-    let mut place = Place::uniform(face(light, scene, features), place.z, place.w);
-    let mut cos = direction.dot(place.normal);
+    let place = Place::uniform(face(light, scene, features), place.z, place.w);
+    let mut normal = light.direction;
+    let mut cos = direction.dot(normal);
     if light.sides == 2 && cos < 0.0 {
-        (place.normal, cos) = (-place.normal, -cos);
+        (normal, cos) = (-normal, -cos);
     }
-    let sample = start(light, scene, features, &place, direction, cos);
+    let sample = start(light, scene, features, &place, normal, direction, cos);
     Towards { sample, pdf: warp::cosine_hemisphere_pdf(cos) / light.sides as f32 }
 }
 
@@ -155,14 +152,14 @@ pub fn connect(
     let along = place.position - position;
     let square = along.length_squared();
     let to_light = along / square.sqrt();
-    let cos = -to_light.dot(place.normal);
+    let cos = -to_light.dot(light.direction);
     if square == 0.0 || cos == 0.0 || (cos < 0.0 && light.sides != 2) {
         return Connection::none(position);
     }
     let pdf_solid_angle = density(light, near.solid_angle, square, cos);
     let share = emission_at(scene, features, light.triangle, place.weights.x, place.weights.y);
     Connection {
-        target: offset::leave(place.position, place.normal, -to_light, place.clearance),
+        target: offset::leave(place.position, light.direction, -to_light, light.clearance),
         to_light,
         radiance_over_pdf: light.emission * share / pdf_solid_angle,
         pdf_solid_angle,

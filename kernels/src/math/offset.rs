@@ -1,6 +1,6 @@
 //! Where a ray that leaves a surface starts.
 
-use crate::math::max_abs;
+use crate::math::{larger, max_abs};
 use caustics_kernel_macros::shared;
 use spirv_std::glam::Vec3;
 
@@ -21,5 +21,5 @@ pub fn leave(position: Vec3, face_normal: Vec3, direction: Vec3, clearance: f32)
 /// Largest coordinate of three corners (m).
 #[shared]
 pub fn magnitude(a: Vec3, b: Vec3, c: Vec3) -> f32 {
-    max_abs(a).max(max_abs(b)).max(max_abs(c))
+    larger(larger(max_abs(a), max_abs(b)), max_abs(c))
 }

@@ -21,17 +21,12 @@ pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
                     * (1.0 / 24.0
                         + square * (-1.0 / 720.0 + square * (1.0 / 40_320.0 - square / 3_628_800.0))));
 
-    // Turn by the quarters taken off.
-    let quadrant = quarter & 3;
-    if quadrant == 0 {
-        (s, c)
-    } else if quadrant == 1 {
-        (c, -s)
-    } else if quadrant == 2 {
-        (-s, -c)
-    } else {
-        (-c, s)
-    }
+    // Turn by the quarters taken off: (s, c), (c, -s), (-s, -c), (-c, s). By bits, since no branch could be foretold.
+    let (s, c) = (s.to_bits(), c.to_bits());
+    let exchanged = (s ^ c) & (quarter & 1).wrapping_neg();
+    let sin_sign = (quarter >> 1 & 1) << 31;
+    let cos_sign = ((quarter + 1) >> 1 & 1) << 31;
+    (f32::from_bits(s ^ exchanged ^ sin_sign), f32::from_bits(c ^ exchanged ^ cos_sign))
 }
 
 /// Share of a turn, in [0, 1), from the first axis to (x, y); 0 at the origin. Absolute error below 1e-7 [Abramowitz and Stegun

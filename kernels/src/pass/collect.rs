@@ -248,6 +248,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
     }
     let (mut prefix, mut steady, mut distance) = (true, true, 0.0);
     let (mut pdf_scattered, mut finds_emission, mut candidates) = (0.0, true, Candidates::ONE);
+    let all = Candidates::of(params);
     let mut previous = ray.origin;
     let (mut rays, mut shadow_rays, mut overflows, mut unexpected) = (0, 0, 0, 0);
 
@@ -315,7 +316,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
         }
         // Direct light on every non-delta lobe, each class for itself.
         let (mut follows, mut finds) = (Classes::ALL, Classes::ALL);
-        candidates = Candidates::of(params);
+        candidates = all;
         if !prefix {
             (follows, finds) = (beyond.follows, beyond.finds);
             candidates = Candidates::ONE;

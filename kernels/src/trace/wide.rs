@@ -9,6 +9,7 @@ use std::arch::x86_64::{
 use bytemuck::{cast, cast_mut};
 use spirv_std::glam::Vec3;
 
+use crate::declare::has_avx2;
 use crate::interface::NONE;
 use crate::interface::instance::Instance;
 use crate::interface::ray::{Hit, Ray};
@@ -50,7 +51,7 @@ impl WideTree {
     /// Opens the largest children of each node until eight are there. None where this CPU lacks AVX2, or if rays would need more
     /// room than their stack has.
     pub fn new(nodes: &[TreeNode], instances: &[Instance]) -> Option<WideTree> {
-        if nodes.is_empty() || !std::arch::is_x86_feature_detected!("avx2") {
+        if nodes.is_empty() || !has_avx2() {
             return None;
         }
         let mut making = Making { nodes, wide: Vec::new(), rooms: Vec::new(), made: vec![NONE; nodes.len()] };

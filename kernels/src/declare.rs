@@ -10,7 +10,7 @@ pub(crate) use kinds::named;
 #[cfg(not(target_arch = "spirv"))]
 pub use kinds::{Denoiser, Emission, History, Starts};
 #[cfg(not(target_arch = "spirv"))]
-pub use on_cpu::{BufferError, Buffers, Call, LocalCounters, has_avx2};
+pub use on_cpu::{BufferError, Buffers, Call, LocalCounters};
 #[cfg(not(target_arch = "spirv"))]
 pub use step::{BufferSpec, INDEX, Step, buffers};
 

@@ -19,6 +19,31 @@ pub trait Words: Atomics {
     fn fetch_max(&mut self, index: u32, value: u32);
 }
 
+/// Declares an array of words that an invocation has to itself. AMD's compiler keeps one of up to 64 in registers.
+#[cfg(not(target_arch = "spirv"))]
+macro_rules! scratch {
+    ($words:ident: $room:expr) => {
+        let $words = &mut [0u32; $room];
+    };
+}
+
+/// The same on a GPU, with nothing in it: filling it with zeros would take as long as a few nodes of a tree.
+#[cfg(target_arch = "spirv")]
+macro_rules! scratch {
+    ($words:ident: $room:expr) => {
+        let $words: *mut [u32; $room];
+        // SAFETY: the variable is of this type, and what is read of it was written.
+        let $words = unsafe {
+            core::arch::asm! {
+                "{words} = OpVariable typeof{words} Function",
+                words = out(reg) $words,
+            }
+            &mut *$words
+        };
+    };
+}
+pub(crate) use scratch;
+
 /// Counts nothing.
 pub struct Uncounted;
 

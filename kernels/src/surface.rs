@@ -151,6 +151,15 @@ impl Bsdf {
         self.chances.reflections() + self.chances.diffuse() + self.chances.glass > 0.0
     }
 
+    /// Whether any lobe has a width, so that a connection to a light may give something.
+    #[inline]
+    pub fn is_wide(&self) -> bool {
+        let rough = self.material.roughness >= ggx::DELTA_ROUGHNESS;
+        self.chances.diffuse() > 0.0
+            || (rough && self.chances.reflections() > 0.0)
+            || (self.rough_glass && self.chances.glass > 0.0)
+    }
+
     /// Chance that `sample` takes a lobe of this class.
     #[inline]
     pub fn class_chance(&self, class: Classes) -> f32 {

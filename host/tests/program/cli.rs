@@ -273,6 +273,30 @@ fn code_that_a_scene_does_not_need_changes_no_bit() {
     }
 }
 
+/// Passes are compiled twice for the CPU; which of them makes a picture, and by which tree its rays are traced, is not to be seen.
+#[test]
+fn every_cpu_makes_the_same_bits() {
+    let folder = tempfile::tempdir().unwrap();
+    let runs = [
+        ("mirror-room", &["--frames", "3"][..]),
+        ("glossy-room", &["--method", "yang2021", "--connections", "power"]),
+        ("animated-light", &["--method", "path", "--sampler", "independent", "--features", "all"]),
+    ];
+    for (scene, options) in runs {
+        let [any, best] = ["0", "1"].map(|avx2| {
+            let out = format!("{avx2}.exr");
+            let mut command = caustics(folder.path());
+            command
+                .env("CAUSTICS_AVX2", avx2)
+                .args(["render", scene, "-o", &out, "--runner", "cpu", "--force"]);
+            let output = command.args(TINY).args(options).output().unwrap();
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            Picture::read(&folder.path().join(out))
+        });
+        assert!(any.sum("G") > 0.0 && any.channels == best.channels, "{scene} {options:?}");
+    }
+}
+
 #[test]
 fn a_scene_without_casters_shoots_nothing() {
     let folder = tempfile::tempdir().unwrap();

@@ -55,8 +55,7 @@ pub fn pass(arguments: TokenStream, item: TokenStream) -> TokenStream {
 
 /// Makes a function one of its own in a module, which all entry points call; on a CPU it is inlined as ever.
 ///
-/// It takes and gives values, neither references nor slices, and cannot panic. rust-gpu inlines all else, and building fails of
-/// its warning.
+/// It takes and gives values, neither references nor slices, and cannot panic: rust-gpu inlines all else, with a warning.
 #[proc_macro_attribute]
 pub fn shared(_: TokenStream, item: TokenStream) -> TokenStream {
     let function = proc_macro2::TokenStream::from(item);

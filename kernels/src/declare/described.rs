@@ -26,7 +26,7 @@ pub struct Pass {
 pub struct OnCpu {
     /// For any CPU.
     pub any: fn(&Call<'_>) -> Result<(), BufferError>,
-    /// For one that has what [`has_avx2`](super::has_avx2) asks for.
+    /// For one that has what [`has_avx2`](crate::trace::on_cpu::has_avx2) asks for.
     #[cfg(target_arch = "x86_64")]
     pub avx2: unsafe fn(&Call<'_>) -> Result<(), BufferError>,
 }

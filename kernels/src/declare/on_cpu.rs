@@ -19,7 +19,7 @@ use crate::interface::ledger::LEDGER_FIRST;
 use crate::interface::tree::TreeNode;
 use crate::math::quanta::Quanta;
 use crate::seam::{AtomicWords, Atomics};
-use crate::trace::on_cpu::WideTree;
+use crate::trace::on_cpu::{WideTree, has_avx2};
 
 /// Invocations that a worker takes at a time.
 const CHUNK: u32 = 512;
@@ -47,24 +47,6 @@ impl Call<'_> {
             work(i * CHUNK..(i * CHUNK).saturating_add(CHUNK).min(count));
         });
     }
-}
-
-/// Whether this CPU has AVX2 and what came with it, and `CAUSTICS_AVX2` is not 0.
-pub fn has_avx2() -> bool {
-    static HAS: OnceLock<bool> = OnceLock::new();
-    #[cfg(target_arch = "x86_64")]
-    let detect = || {
-        let wanted = std::env::var_os("CAUSTICS_AVX2").is_none_or(|value| value != "0");
-        let has = is_x86_feature_detected!("avx2")
-            && is_x86_feature_detected!("bmi1")
-            && is_x86_feature_detected!("bmi2")
-            && is_x86_feature_detected!("lzcnt")
-            && is_x86_feature_detected!("popcnt");
-        wanted && has
-    };
-    #[cfg(not(target_arch = "x86_64"))]
-    let detect = || false;
-    *HAS.get_or_init(detect)
 }
 
 impl OnCpu {

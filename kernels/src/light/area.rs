@@ -57,10 +57,7 @@ impl Place {
 
     #[inline(always)]
     fn of(face: Face, weights: Vec2) -> Place {
-        Place {
-            weights,
-            position: face.a + (face.b - face.a) * weights.x + (face.c - face.a) * weights.y,
-        }
+        Place { weights, position: face.a + (face.b - face.a) * weights.x + (face.c - face.a) * weights.y }
     }
 }
 

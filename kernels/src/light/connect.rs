@@ -46,7 +46,7 @@ impl Connection {
 }
 
 /// Lights up to which a vertex connects to each.
-const FEW_LIGHTS: u32 = 4;
+pub const FEW_LIGHTS: u32 = 4;
 /// Candidates of a connection where there are more.
 const CANDIDATES: u32 = 8;
 /// Candidates of a vertex share their random numbers, shifted by multiples of this [Roberts 2018, The unreasonable effectiveness

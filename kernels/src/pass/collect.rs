@@ -1,6 +1,7 @@
 //! `collect`: traces a camera path through each pixel. Its prefix of specular events ends at the collection point;
 //! beside it the path gathers all light that is no caustic.
 
+mod waiting;
 pub mod watch;
 
 use crate::declare::pass;
@@ -24,7 +25,7 @@ use crate::math::offset;
 use crate::math::pencil::Pencil;
 use crate::math::rng::{Rng, Stream};
 use crate::math::sampler::next4;
-use crate::seam::{Atomics, Slots};
+use crate::seam::{Atomics, Slots, scratch};
 use crate::surface::class::Classes;
 use crate::surface::dispersion::{Channel, is_mixed, part};
 use crate::surface::media::MediaStack;
@@ -36,6 +37,7 @@ use crate::trace::Tracer;
 use crate::trace::enclosing::enclosing;
 use crate::trace::reach::{reach, unblocked};
 use spirv_std::glam::Vec3;
+use waiting::Shadow;
 use watch::{CollectionPoint, Watch};
 
 /// Where there is none of these, all that bends a path is plane mirrors.
@@ -250,6 +252,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
     let (mut pdf_scattered, mut finds_emission, mut candidates) = (0.0, true, Candidates::ONE);
     let all = Candidates::of(params);
     let mut previous = ray.origin;
+    scratch!(shadows: waiting::ROOM);
     let (mut rays, mut shadow_rays, mut overflows, mut unexpected) = (0, 0, 0, 0);
 
     // Vertex `depth` is scattered at; the last one may only emit.
@@ -345,7 +348,8 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
         if parts && prefix {
             (light.seen, light.direct.radiance) = (light.radiance, Vec3::ZERO);
         }
-        if beyond.is_lit() && scattering.bsdf.scatters() {
+        let mut waits = 0;
+        if beyond.is_lit() && scattering.bsdf.is_wide() {
             let mut number = 0;
             while number < candidates.connections * candidates.each {
                 let mut reservoir = Reservoir::new(here.position, choice);
@@ -359,27 +363,23 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                 let direct = reservoir.light();
                 let both = direct.sum();
                 if both.max_element() > 0.0 {
-                    shadow_rays += 1;
-                    let mut shadow = shadow_ray(&here, &reservoir.connection);
+                    let mut ray = shadow_ray(&here, &reservoir.connection);
                     if features.has(Features::BLENDS) {
-                        shadow.key = rng.ray_key(number);
+                        ray.key = rng.ray_key(number);
                     }
-                    let media = scattering.media_towards(reservoir.connection.to_light);
-                    let left = unblocked(&shadow, media, features, scene, tracer);
-                    if left.max_element() > 0.0 {
-                        light.radiance += throughput * both * left;
-                        if parts && prefix {
-                            light.seen += throughput * direct.specular * left;
-                            light.direct.radiance += throughput * direct.non_specular * left;
-                        }
-                    }
+                    let shadow = Shadow {
+                        ray,
+                        media: scattering.media_towards(reservoir.connection.to_light),
+                        radiance: throughput * both,
+                        specular: throughput * direct.specular,
+                        non_specular: throughput * direct.non_specular,
+                    };
+                    waiting::put(shadows, waits, &shadow, features);
+                    waits += 1;
                 }
             }
         }
-
-        if parts && steady {
-            light.steady = light.radiance;
-        }
+        let (of_prefix, was_steady) = (prefix, steady);
 
         // Scatter; the first non-specular choice makes the collection point.
         let u = next4(&mut rng, &params.sequence);
@@ -428,26 +428,48 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
         }
         throughput *= scattered.sampled.weight;
         let carried = throughput.element_sum();
-        if !is_finite(carried) || carried <= 0.0 {
+        let goes_on = is_finite(carried) && carried > 0.0;
+        if goes_on {
+            if prefix {
+                if images(features) {
+                    pencil = scatter_pencil(pencil, scene, features, &hit, &here, &scattered);
+                }
+                cone = scatter_cone(cone, &here, &scattered);
+            }
+            if scattered.sampled.transmitted {
+                // Radiance is compressed into the denser side's smaller solid angle.
+                throughput *= scattered.sampled.eta * scattered.sampled.eta;
+                overflows += u32::from(scattered.media_overflow);
+            }
+            media = scattered.media;
+            pdf_scattered = scattered.sampled.pdf_solid_angle;
+            steady = steady && pdf_scattered == 0.0;
+            finds_emission = prefix || beyond.finds.has(scattered.sampled.class);
+            ray = scattered.ray;
+            depth += 1;
+        }
+
+        // Of the vertex nothing is needed any more.
+        let mut place = 0;
+        while place < waits {
+            let shadow = waiting::take(shadows, place, features);
+            let left = unblocked(&shadow.ray, shadow.media, features, scene, tracer);
+            if left.max_element() > 0.0 {
+                light.radiance += shadow.radiance * left;
+                if parts && of_prefix {
+                    light.seen += shadow.specular * left;
+                    light.direct.radiance += shadow.non_specular * left;
+                }
+            }
+            place += 1;
+        }
+        shadow_rays += waits;
+        if parts && was_steady {
+            light.steady = light.radiance;
+        }
+        if !goes_on {
             break;
         }
-        if prefix {
-            if images(features) {
-                pencil = scatter_pencil(pencil, scene, features, &hit, &here, &scattered);
-            }
-            cone = scatter_cone(cone, &here, &scattered);
-        }
-        if scattered.sampled.transmitted {
-            // Radiance is compressed into the denser side's smaller solid angle.
-            throughput *= scattered.sampled.eta * scattered.sampled.eta;
-            overflows += u32::from(scattered.media_overflow);
-        }
-        media = scattered.media;
-        pdf_scattered = scattered.sampled.pdf_solid_angle;
-        steady = steady && pdf_scattered == 0.0;
-        finds_emission = prefix || beyond.finds.has(scattered.sampled.class);
-        ray = scattered.ray;
-        depth += 1;
     }
 
     // Whatever ended the path.

@@ -11,7 +11,7 @@ use crate::interface::features::Features;
 use crate::interface::material::{FLAG_HANGING, FLAG_SHEET, Material};
 use crate::surface::dispersion::Channel;
 use caustics_kernel_macros::shared;
-use spirv_std::glam::Vec3;
+use spirv_std::glam::{UVec4, Vec3};
 
 /// Media that are kept.
 const DEPTH: u32 = 4;
@@ -51,6 +51,18 @@ impl Sides {
 impl MediaStack {
     /// Vacuum.
     pub const VACUUM: MediaStack = MediaStack { first: NONE, second: NONE, third: NONE, fourth: NONE };
+
+    /// As words.
+    #[inline(always)]
+    pub fn words(self) -> UVec4 {
+        UVec4::new(self.first, self.second, self.third, self.fourth)
+    }
+
+    /// Of such words.
+    #[inline(always)]
+    pub fn of_words(words: UVec4) -> Self {
+        MediaStack { first: words.x, second: words.y, third: words.z, fourth: words.w }
+    }
 
     /// The media inside of `material` too; the last is forgotten if four are there already (second value true).
     #[inline(always)]

@@ -5,9 +5,9 @@ use crate::interface::NONE;
 use crate::interface::features::Features;
 use crate::interface::ray::{Hit, Ray};
 use crate::interface::tree::{INSTANCE, LEAF, TREE_STACK, TreeNode, TriangleBlock};
+use crate::seam::scratch;
 use crate::texture::cut_out::CutOuts;
 use crate::trace::Tracer;
-use caustics_kernel_macros::shared;
 use spirv_std::glam::{Vec3, Vec4};
 
 /// Traverses the tree that the host built.
@@ -62,32 +62,7 @@ fn safe_inverse(x: f32) -> f32 {
     1.0 / if x.abs() < limit { if x < 0.0 { -limit } else { limit } } else { x }
 }
 
-/// Declares an array for a traversal's stack.
-#[cfg(not(target_arch = "spirv"))]
-macro_rules! stack {
-    ($stack:ident) => {
-        let $stack = &mut [0u32; STACK_ROOM];
-    };
-}
-
-/// The same on a GPU, with nothing in it: filling it with zeros would take as long as a few nodes.
-#[cfg(target_arch = "spirv")]
-macro_rules! stack {
-    ($stack:ident) => {
-        let $stack: *mut [u32; STACK_ROOM];
-        // SAFETY: the variable is of this type, and what is read of it was written.
-        let $stack = unsafe {
-            core::arch::asm! {
-                "{stack} = OpVariable typeof{stack} Function",
-                stack = out(reg) $stack,
-            }
-            &mut *$stack
-        };
-    };
-}
-
-/// Words of such an array: more than are used, since AMD's compiler keeps arrays of up to 256 bytes in registers, and two of them
-/// filled all that there are.
+/// Words of a stack: more than are used, so that two of them are not kept in registers.
 const STACK_ROOM: usize = TREE_STACK + 1;
 
 /// Closest hit, or any hit if `ANY`. With `INSTANCES`, these take the ray into their own space; its direction keeps the
@@ -105,8 +80,8 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
     // The instance at hand, and the height of the stack at which it ends, plus one; 0 outside of instances.
     let (mut inside, mut floor) = (0u32, 0usize);
     let mut best = Hit { distance: world.length, ..Hit::MISS };
-    stack!(stack_child);
-    stack!(stack_distance);
+    scratch!(stack_child: STACK_ROOM);
+    scratch!(stack_distance: STACK_ROOM);
     let mut height = 0usize;
     let mut current = 0u32;
     loop {
@@ -126,7 +101,7 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
             continue;
         } else {
             let node = &nodes[current as usize];
-            let near = entry_distances(*node, ray.origin, inverse, best.distance).to_array();
+            let near = entry_distances(node, ray.origin, inverse, best.distance).to_array();
 
             // Descend into the nearest child and push the others.
             let mut nearest = f32::MAX;
@@ -176,8 +151,8 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
 }
 
 /// Distances at which the ray enters the four boxes; f32::MAX for boxes it misses within `length`.
-#[shared]
-fn entry_distances(node: TreeNode, origin: Vec3, inverse: Vec3, length: f32) -> Vec4 {
+#[inline(always)]
+fn entry_distances(node: &TreeNode, origin: Vec3, inverse: Vec3, length: f32) -> Vec4 {
     let x = (slabs(node.min_x, origin.x, inverse.x), slabs(node.max_x, origin.x, inverse.x));
     let y = (slabs(node.min_y, origin.y, inverse.y), slabs(node.max_y, origin.y, inverse.y));
     let z = (slabs(node.min_z, origin.z, inverse.z), slabs(node.max_z, origin.z, inverse.z));
@@ -202,47 +177,11 @@ pub(super) fn intersect_block(
     ray: &Ray,
     best: &mut Hit,
 ) {
-    let met = met(*block, ray.origin, ray.direction, best.distance);
-    if met.any {
-        let distances = met.distances.to_array();
-        let (v, w, sum) = (met.v.to_array(), met.w.to_array(), met.sum.to_array());
-        let mut lane = 0;
-        while lane < 4 {
-            if distances[lane] <= best.distance {
-                let inverse = 1.0 / sum[lane];
-                let found = Hit {
-                    distance: distances[lane],
-                    triangle: block.first + lane as u32,
-                    u: v[lane] * inverse,
-                    v: w[lane] * inverse,
-                    instance,
-                };
-                if is_before(&found, best) && cut_outs.is_there(&found, ray.key) {
-                    *best = found;
-                }
-            }
-            lane += 1;
-        }
-    }
-}
-
-/// What a ray meets of a block's triangles.
-#[derive(Clone, Copy)]
-struct Met {
-    any: bool,
-    /// f32::MAX for those that it misses.
-    distances: Vec4,
-    /// Twice the barycentric volumes of corners b and c, and of all three.
-    v: Vec4,
-    w: Vec4,
-    sum: Vec4,
-}
-
-#[shared]
-fn met(block: TriangleBlock, o: Vec3, d: Vec3, most_distant: f32) -> Met {
+    let o = ray.origin;
     let a = [block.a_x - Vec4::splat(o.x), block.a_y - Vec4::splat(o.y), block.a_z - Vec4::splat(o.z)];
     let b = [block.b_x - Vec4::splat(o.x), block.b_y - Vec4::splat(o.y), block.b_z - Vec4::splat(o.z)];
     let c = [block.c_x - Vec4::splat(o.x), block.c_y - Vec4::splat(o.y), block.c_z - Vec4::splat(o.z)];
+    let d = ray.direction;
 
     // Twice the barycentric volumes of corners a, b, c.
     let u = edge_volume(b, c, d);
@@ -264,9 +203,28 @@ fn met(block: TriangleBlock, o: Vec3, d: Vec3, most_distant: f32) -> Met {
     let hit = inside
         & sum.cmpne(Vec4::ZERO)
         & distance.cmpgt(Vec4::ZERO)
-        & distance.cmple(Vec4::splat(most_distant));
-    let distances = Vec4::select(hit, distance, Vec4::splat(f32::MAX));
-    Met { any: hit.any(), distances, v, w, sum }
+        & distance.cmple(Vec4::splat(best.distance));
+    if hit.any() {
+        let distances = Vec4::select(hit, distance, Vec4::splat(f32::MAX)).to_array();
+        let (v, w, sum) = (v.to_array(), w.to_array(), sum.to_array());
+        let mut lane = 0;
+        while lane < 4 {
+            if distances[lane] <= best.distance {
+                let inverse = 1.0 / sum[lane];
+                let found = Hit {
+                    distance: distances[lane],
+                    triangle: block.first + lane as u32,
+                    u: v[lane] * inverse,
+                    v: w[lane] * inverse,
+                    instance,
+                };
+                if is_before(&found, best) && cut_outs.is_there(&found, ray.key) {
+                    *best = found;
+                }
+            }
+            lane += 1;
+        }
+    }
 }
 
 /// Whether a hit is closer than the best so far, or as close and of a smaller id: then the order in which a tree is traversed

@@ -3,6 +3,8 @@
 #[cfg(target_arch = "x86_64")]
 pub use super::wide::WideTree;
 
+use std::sync::OnceLock;
+
 use super::Tracer;
 use super::bvh::BvhTracer;
 #[cfg(target_arch = "x86_64")]
@@ -10,6 +12,24 @@ use super::wide;
 #[cfg(target_arch = "x86_64")]
 use crate::interface::features::Features;
 use crate::interface::ray::{Hit, Ray};
+
+/// Whether this CPU has AVX2 and what came with it, and `CAUSTICS_AVX2` is not 0.
+pub fn has_avx2() -> bool {
+    static HAS: OnceLock<bool> = OnceLock::new();
+    #[cfg(target_arch = "x86_64")]
+    let detect = || {
+        let wanted = std::env::var_os("CAUSTICS_AVX2").is_none_or(|value| value != "0");
+        let has = is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+            && is_x86_feature_detected!("lzcnt")
+            && is_x86_feature_detected!("popcnt");
+        wanted && has
+    };
+    #[cfg(not(target_arch = "x86_64"))]
+    let detect = || false;
+    *HAS.get_or_init(detect)
+}
 
 /// No other CPU has a tree of its own.
 #[cfg(not(target_arch = "x86_64"))]

@@ -9,13 +9,13 @@ use std::arch::x86_64::{
 use bytemuck::{cast, cast_mut};
 use spirv_std::glam::Vec3;
 
-use crate::declare::has_avx2;
 use crate::interface::NONE;
 use crate::interface::instance::Instance;
 use crate::interface::ray::{Hit, Ray};
 use crate::interface::tree::{INSTANCE, LEAF, TreeNode, TriangleBlock};
 use crate::texture::cut_out::CutOuts;
 use crate::trace::bvh::{SLACK, intersect_block, safe_inverses};
+use crate::trace::on_cpu::has_avx2;
 
 /// Children of a node.
 const WIDTH: usize = 8;

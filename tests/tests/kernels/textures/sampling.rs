@@ -191,7 +191,7 @@ fn level_grows_by_one_when_the_distance_doubles() {
             let hit = scene.tracer(features).closest(&ray);
             let cone = RayCone::at_eye(0.01).advance(hit.distance);
             let here = vertex(scene.tables(), features, &ray, &hit, cone.total_width());
-            level_of(&scene.textures.textures[0], here.uv_footprint)
+            level_of(scene.textures.textures[0], here.uv_footprint)
         };
         // 4 x 2 m carry 256 x 128 texels: at 5 m the cone is 5 cm wide, or 3.2 texels, over the cosine.
         let expected = (3.2 / direction.z.abs()).log2();

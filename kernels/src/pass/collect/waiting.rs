@@ -1,0 +1,97 @@
+//! Shadow rays that wait until their path has left the vertex that they start at: whatever is alive while a ray is traced takes a
+//! GPU's registers, and of a vertex with its lobes that is more than of all else together.
+
+use crate::interface::features::Features;
+use crate::interface::ray::Ray;
+use crate::light::connect::FEW_LIGHTS;
+use crate::surface::media::MediaStack;
+use spirv_std::glam::{UVec4, Vec3};
+
+/// A shadow ray, and what it brings where nothing is in its way.
+#[derive(Clone, Copy, Debug)]
+pub struct Shadow {
+    /// The ray.
+    pub ray: Ray,
+    /// Media around its start.
+    pub media: MediaStack,
+    /// Radiance (W m^-2 sr^-1).
+    pub radiance: Vec3,
+    /// With [`Features::PARTS`]: what the specular class of its vertex makes of it.
+    pub specular: Vec3,
+    /// What the other makes of it.
+    pub non_specular: Vec3,
+}
+
+/// Words of one.
+const WORDS: usize = 21;
+
+/// Words of as many as a vertex has.
+pub const ROOM: usize = WORDS * FEW_LIGHTS as usize;
+
+/// What sees no media.
+const MEDIA: Features = Features(Features::ABSORPTION.0 | Features::NESTED.0);
+
+/// Leaves one at a place.
+#[inline(always)]
+pub fn put(words: &mut [u32; ROOM], place: u32, shadow: &Shadow, features: Features) {
+    let first = first_of(place);
+    put3(words, first, shadow.ray.origin);
+    put3(words, first + 3, shadow.ray.direction);
+    words[first + 6] = shadow.ray.length.to_bits();
+    words[first + 7] = shadow.ray.key;
+    put3(words, first + 8, shadow.radiance);
+    if features.has(MEDIA) {
+        let media = shadow.media.words();
+        (words[first + 11], words[first + 12]) = (media.x, media.y);
+        (words[first + 13], words[first + 14]) = (media.z, media.w);
+    }
+    if features.has(Features::PARTS) {
+        put3(words, first + 15, shadow.specular);
+        put3(words, first + 18, shadow.non_specular);
+    }
+}
+
+/// The one at a place.
+#[inline(always)]
+pub fn take(words: &[u32; ROOM], place: u32, features: Features) -> Shadow {
+    let first = first_of(place);
+    let mut shadow = Shadow {
+        ray: Ray {
+            origin: take3(words, first),
+            direction: take3(words, first + 3),
+            length: f32::from_bits(words[first + 6]),
+            key: words[first + 7],
+        },
+        media: MediaStack::VACUUM,
+        radiance: take3(words, first + 8),
+        specular: Vec3::ZERO,
+        non_specular: Vec3::ZERO,
+    };
+    if features.has(MEDIA) {
+        let (upper, lower) = ((words[first + 11], words[first + 12]), (words[first + 13], words[first + 14]));
+        shadow.media = MediaStack::of_words(UVec4::new(upper.0, upper.1, lower.0, lower.1));
+    }
+    if features.has(Features::PARTS) {
+        (shadow.specular, shadow.non_specular) = (take3(words, first + 15), take3(words, first + 18));
+    }
+    shadow
+}
+
+/// The first word of a place. That it has an end lets a CPU's compiler leave out all other checks.
+#[inline(always)]
+fn first_of(place: u32) -> usize {
+    WORDS * place.min(FEW_LIGHTS - 1) as usize
+}
+
+#[inline(always)]
+fn put3(words: &mut [u32; ROOM], first: usize, value: Vec3) {
+    words[first] = value.x.to_bits();
+    words[first + 1] = value.y.to_bits();
+    words[first + 2] = value.z.to_bits();
+}
+
+#[inline(always)]
+fn take3(words: &[u32; ROOM], first: usize) -> Vec3 {
+    let bits = (words[first], words[first + 1], words[first + 2]);
+    Vec3::new(f32::from_bits(bits.0), f32::from_bits(bits.1), f32::from_bits(bits.2))
+}

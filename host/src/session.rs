@@ -124,6 +124,24 @@ pub enum SessionError {
     },
 }
 
+/// Opens a runner for as many tiles as somebody asked for, else for as few as the device binds buffers of; and how many.
+fn open_in_tiles(
+    settings: &Settings,
+    open: impl Fn(u32) -> Result<Box<dyn Runner>, SessionError>,
+    buffers_of: impl Fn(u32) -> Vec<BufferSpec>,
+) -> Result<(Box<dyn Runner>, u32), SessionError> {
+    let count = settings.tiles.unwrap_or(1);
+    match open(count) {
+        Err(SessionError::Run(RunError::Vulkan(VulkanError::BufferTooLarge { limit, .. })))
+            if settings.tiles.is_none() =>
+        {
+            let count = tiles::within(limit, settings.height, buffers_of).unwrap_or(count);
+            Ok((open(count)?, count))
+        }
+        opened => Ok((opened?, count)),
+    }
+}
+
 /// Opens a runner that holds a scene's tables and the given buffers, for passes to be run one by one.
 ///
 /// # Errors
@@ -233,23 +251,9 @@ impl Session {
         let of_history = if has_history { Features::HISTORY } else { Features(0) };
         let of_parts = if parts.takes_apart() { Features::PARTS } else { Features(0) };
         let features = features | of_history | of_parts;
-        let mut count = settings.tiles.unwrap_or(1);
-        check(count)?;
-        let opened = open(choice, scene, features, &buffers_of(count));
-        let limit = match &opened {
-            Err(SessionError::Run(RunError::Vulkan(VulkanError::BufferTooLarge { limit, .. }))) => {
-                Some(*limit)
-            }
-            _ => None,
-        };
-        let more = limit.filter(|_| settings.tiles.is_none());
-        let runner = match more.and_then(|limit| tiles::within(limit, settings.height, buffers_of)) {
-            Some(more) => {
-                count = more;
-                open(choice, scene, features, &buffers_of(count))?
-            }
-            None => opened?,
-        };
+        check(settings.tiles.unwrap_or(1))?;
+        let open = |count: u32| open(choice, scene, features, &buffers_of(count));
+        let (runner, count) = open_in_tiles(&settings, open, buffers_of)?;
         let (tiles, buffers) = (tiled(count), buffers_of(count));
         let is_kept = |name| method.kept(parts).any(|kept| kept == name);
         let kept = buffers.iter().filter(|spec| is_kept(spec.name)).copied().collect();

@@ -122,17 +122,15 @@ impl TreeCache {
     pub(super) fn keep(&self, key: Key, shape: &Shape) -> std::io::Result<()> {
         let name = key.file_name();
         let head = Head { key, nodes: shape.nodes.len(), leaves: shape.counts.len() };
-        let payload = |bytes: &mut Vec<u8>| {
-            let parts: [&[u8]; 3] = [cast_slice(&shape.order), &shape.counts, cast_slice(&shape.nodes)];
-            parts.iter().for_each(|part| bytes.extend_from_slice(part));
-        };
-        let bytes = sealed::seal(KIND, &head, payload)?;
-        if bytes.len() as u64 > self.most_bytes {
+        let parts: [&[u8]; 3] = [cast_slice(&shape.order), &shape.counts, cast_slice(&shape.nodes)];
+        if parts.iter().map(|part| part.len() as u64).sum::<u64>() > self.most_bytes {
             return Ok(());
         }
         std::fs::create_dir_all(&self.folder)?;
-        let mut file = tempfile::Builder::new().prefix(PREFIX).tempfile_in(&self.folder)?;
-        file.write_all(&bytes)?;
+        let file = tempfile::Builder::new().prefix(PREFIX).tempfile_in(&self.folder)?;
+        sealed::write(KIND, &head, file.as_file(), |to| {
+            parts.iter().try_for_each(|part| to.write_all(part))
+        })?;
         file.persist(self.folder.join(name))?;
         self.tidy(&self.folder)
     }

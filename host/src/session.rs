@@ -131,15 +131,14 @@ fn open_in_tiles(
     buffers_of: impl Fn(u32) -> Vec<BufferSpec>,
 ) -> Result<(Box<dyn Runner>, u32), SessionError> {
     let count = settings.tiles.unwrap_or(1);
-    match open(count) {
-        Err(SessionError::Run(RunError::Vulkan(VulkanError::BufferTooLarge { limit, .. })))
-            if settings.tiles.is_none() =>
-        {
-            let count = tiles::within(limit, settings.height, buffers_of).unwrap_or(count);
-            Ok((open(count)?, count))
-        }
-        opened => Ok((opened?, count)),
+    let opened = open(count);
+    if let Err(SessionError::Run(RunError::Vulkan(VulkanError::BufferTooLarge { limit, .. }))) = &opened
+        && settings.tiles.is_none()
+        && let Some(more) = tiles::within(*limit, settings.height, buffers_of)
+    {
+        return Ok((open(more)?, more));
     }
+    Ok((opened?, count))
 }
 
 /// Opens a runner that holds a scene's tables and the given buffers, for passes to be run one by one.

@@ -1,4 +1,4 @@
-//! What a GPU and a CPU do differently when many invocations write one buffer. Imports nothing of the crate.
+//! What a GPU and a CPU do differently where many invocations write one buffer, or one has an array to itself. Imports nothing of the crate.
 //!
 //! On the GPU the implementations hold slices of storage buffers, so they are always inlined. On the CPU they are
 //! `Copy` handles that every worker owns.

@@ -263,15 +263,16 @@ pub fn gather(
         match step {
             Step::Clear { buffer } => memory.clear(buffer).expect("words of an index"),
             Step::Dispatch { pass, dispatch, .. } => {
-                let run = pass.cpu.expect("a gather in software");
-                run.run(&Call {
-                    buffers: &memory,
-                    params: &params,
-                    dispatch,
-                    features,
-                    stop: &AtomicBool::new(false),
-                })
-                .expect("its buffers are there");
+                let on_cpu = pass.cpu.expect("a gather in software");
+                on_cpu
+                    .run(&Call {
+                        buffers: &memory,
+                        params: &params,
+                        dispatch,
+                        features,
+                        stop: &AtomicBool::new(false),
+                    })
+                    .expect("its buffers are there");
             }
             other => panic!("{} is no step of the CPU", other.label()),
         }

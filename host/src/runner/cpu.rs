@@ -78,10 +78,10 @@ impl Runner for CpuRunner {
             match *step {
                 Step::Dispatch { pass, dispatch, .. } => {
                     let no_run = || RunError::RayQueries { step: pass.name.into() };
-                    let run = pass.cpu.ok_or_else(no_run)?;
+                    let on_cpu = pass.cpu.ok_or_else(no_run)?;
                     let (buffers, features, stop) = (&self.buffers, self.features, &*self.stop);
                     let call = Call { buffers, params, dispatch, features, stop };
-                    let done = self.pool.install(|| run.run(&call));
+                    let done = self.pool.install(|| on_cpu.run(&call));
                     done.map_err(|source| RunError::Pass { pass: step.label(), source })?;
                 }
                 Step::Clear { buffer } => self.buffers.clear(buffer)?,

@@ -389,7 +389,8 @@ fn on_cpu(declaration: &Declaration, bound: &[Bound]) -> TokenStream {
     };
     let arguments = quote!(call: &::caustics_kernels::declare::Call<'_>);
     let result = quote!(::core::result::Result<(), ::caustics_kernels::declare::BufferError>);
-    // A closure has the instructions of the function that it stands in: so the whole of it stands there twice.
+    // A closure has the instructions of the function that it stands in: so the whole of it stands there twice. Those of the second
+    // are what `trace::on_cpu::has_avx2` asks for.
     quote! {
         #[allow(unused_variables)]
         fn any(#arguments) -> #result { #body }

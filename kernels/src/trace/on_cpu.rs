@@ -13,7 +13,7 @@ use super::wide;
 use crate::interface::features::Features;
 use crate::interface::ray::{Hit, Ray};
 
-/// Whether this CPU has AVX2 and what came with it, and `CAUSTICS_AVX2` is not 0.
+/// Whether this CPU has AVX2 and what came with it, all that `#[pass]` compiles for, and `CAUSTICS_AVX2` is not 0.
 pub fn has_avx2() -> bool {
     static HAS: OnceLock<bool> = OnceLock::new();
     #[cfg(target_arch = "x86_64")]

@@ -1,5 +1,5 @@
-//! Shadow rays that wait until their path has left the vertex that they start at: whatever is alive while a ray is traced takes a
-//! GPU's registers, and of a vertex with its lobes that is more than of all else together.
+//! Shadow rays that wait until their path has left the vertex that they start at: what is alive while a ray is traced takes a
+//! GPU's registers, and a vertex with its lobes is more than half of it.
 
 use crate::interface::features::Features;
 use crate::interface::ray::Ray;
@@ -28,7 +28,7 @@ const WORDS: usize = 21;
 /// Words of as many as a vertex has.
 pub const ROOM: usize = WORDS * FEW_LIGHTS as usize;
 
-/// What sees no media.
+/// Where rays ask for the media around them.
 const MEDIA: Features = Features(Features::ABSORPTION.0 | Features::NESTED.0);
 
 /// Leaves one at a place.

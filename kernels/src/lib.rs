@@ -55,7 +55,7 @@
 //! | [`texture`], [`surface`], [`light`] | what is at a hit: texels, lobes, lamps |
 //! | [`trace`] | the seam of tracers: our own tree, ray queries |
 //! | [`mod@gather`], [`pass`], [`history`], [`denoiser`], [`method`] | what frames are made of, each variant a file and a line |
-//! | [`declare`], [`seam`] | how one function runs on a GPU and on a CPU |
+//! | [`declare`], [`seam`], [`memory`] | how one function runs on a GPU and on a CPU |
 #![cfg_attr(target_arch = "spirv", no_std)]
 #![cfg_attr(target_arch = "spirv", feature(asm_experimental_arch))]
 
@@ -70,6 +70,8 @@ pub mod history;
 pub mod interface;
 pub mod light;
 pub mod math;
+#[cfg(not(target_arch = "spirv"))]
+pub mod memory;
 pub mod method;
 pub mod pass;
 pub mod seam;

@@ -64,7 +64,7 @@ pub use lobes::{features_of, names_of};
 use spirv_std::glam::{Vec3, Vec4};
 
 /// The mixture of lobes at one vertex, seen from one direction.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Bsdf {
     material: Material,
     /// Unit local direction to where the path came from, z > 0.

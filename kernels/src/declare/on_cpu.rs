@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use atomic_refcell::{AtomicRef, AtomicRefCell, AtomicRefMut};
-use bytemuck::{Pod, cast_slice, cast_slice_mut};
+use bytemuck::Pod;
 use rayon::prelude::*;
 
 use super::OnCpu;
@@ -18,11 +18,15 @@ use crate::interface::instance::Instance;
 use crate::interface::ledger::LEDGER_FIRST;
 use crate::interface::tree::TreeNode;
 use crate::math::quanta::Quanta;
+use crate::memory::Memory;
 use crate::seam::{AtomicWords, Atomics};
 use crate::trace::on_cpu::{WideTree, has_avx2};
 
 /// Invocations that a worker takes at a time.
 const CHUNK: u32 = 512;
+
+/// What is written at once is a table, which passes read at random, and from this size on (bytes) takes huge pages.
+const LARGE_TABLE: usize = 1 << 21;
 
 /// A dispatch on the CPU.
 #[derive(Clone, Copy)]
@@ -93,21 +97,10 @@ impl fmt::Display for BufferError {
 
 impl std::error::Error for BufferError {}
 
-/// Sixteen aligned bytes: the alignment of every type of the interface. Memory of zeros of a number is taken from the system as it is,
-/// so that a page which nothing is written to takes none.
-type Row = u128;
-
-const _: () = assert!(align_of::<Row>() == 16);
-
-struct Buffer {
-    rows: Vec<Row>,
-    bytes: usize,
-}
-
 /// Buffers by name, each borrowed on its own while a pass runs.
 #[derive(Default)]
 pub struct Buffers {
-    buffers: HashMap<String, AtomicRefCell<Buffer>>,
+    buffers: HashMap<String, AtomicRefCell<Memory>>,
     /// Made of the buffers of the tree, when a pass first asks for it.
     wide: OnceLock<Option<WideTree>>,
 }
@@ -115,27 +108,21 @@ pub struct Buffers {
 impl Buffers {
     /// Adds a buffer of zeros.
     pub fn add(&mut self, name: &str, bytes: usize) {
-        let rows = vec![0 as Row; bytes.div_ceil(16)];
-        self.buffers.insert(name.to_string(), AtomicRefCell::new(Buffer { rows, bytes }));
+        self.buffers.insert(name.to_string(), AtomicRefCell::new(Memory::zeros(bytes)));
     }
 
-    fn find(&self, name: &str) -> Result<&AtomicRefCell<Buffer>, BufferError> {
+    fn find(&self, name: &str) -> Result<&AtomicRefCell<Memory>, BufferError> {
         self.buffers.get(name).ok_or_else(|| BufferError::Unknown(name.to_string()))
     }
 
     /// Elements of a buffer.
     pub fn read<T: Pod>(&self, name: &str) -> Result<AtomicRef<'_, [T]>, BufferError> {
-        let buffer = self.find(name)?.borrow();
-        Ok(AtomicRef::map(buffer, |b| cast_slice(&cast_slice::<Row, u8>(&b.rows)[..b.bytes])))
+        Ok(AtomicRef::map(self.find(name)?.borrow(), Memory::read))
     }
 
     /// Elements of a buffer, to write.
     pub fn edit<T: Pod>(&self, name: &str) -> Result<AtomicRefMut<'_, [T]>, BufferError> {
-        let buffer = self.find(name)?.borrow_mut();
-        Ok(AtomicRefMut::map(buffer, |b| {
-            let bytes = b.bytes;
-            cast_slice_mut(&mut cast_slice_mut::<Row, u8>(&mut b.rows)[..bytes])
-        }))
+        Ok(AtomicRefMut::map(self.find(name)?.borrow_mut(), Memory::edit))
     }
 
     /// The tree of the software tracer as this CPU likes it best, if not as it is.
@@ -145,6 +132,9 @@ impl Buffers {
 
     /// Overwrites a buffer from an offset (bytes) on.
     pub fn write(&mut self, name: &str, offset: usize, bytes: &[u8]) -> Result<(), BufferError> {
+        if bytes.len() >= LARGE_TABLE {
+            self.find(name)?.borrow().in_huge_pages();
+        }
         let mut buffer = self.edit::<u8>(name)?;
         let (end, size) = (offset.saturating_add(bytes.len()), buffer.len());
         if end > size {

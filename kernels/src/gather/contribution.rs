@@ -39,6 +39,39 @@ pub fn is_same_surface(along: Vec3, normal: Vec3, other_normal: Vec3, radius: f3
     normal.dot(other_normal) > MIN_NORMAL_COS && height * height <= limit * limit * normals.length_squared()
 }
 
+/// A collection point as the light of deposits meets it: what is the same for all of them.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Receiver {
+    frame: ShadingFrame,
+    surface: Bsdf,
+}
+
+impl Receiver {
+    /// Of a point and its material.
+    #[inline(always)]
+    pub fn new(
+        shading: &PointShading,
+        material: Material,
+        specular_roughness: f32,
+        features: Features,
+    ) -> Receiver {
+        let frame = ShadingFrame::new(shading.shading_normal);
+        // What is seen is above the face.
+        let to_viewer = folded(frame.to_local(shading.to_viewer), true);
+        let classes = Classes::NON_SPECULAR;
+        let (surface, _) = Bsdf::new(material, to_viewer, shading.eta, specular_roughness, classes, features);
+        Receiver { frame, surface }
+    }
+
+    /// What a deposit gives to it: f(viewer, light) times its flux (W/sr).
+    #[inline(always)]
+    pub fn contribution(&self, deposit: &DepositLight) -> Vec3 {
+        // What arrives is above the face.
+        let to_light = folded(self.frame.to_local(deposit.to_light), true);
+        self.surface.eval(to_light, Classes::NON_SPECULAR).f * deposit.flux * to_light.z
+    }
+}
+
 /// What a deposit gives to a point: f(viewer, light) times its flux (W/sr).
 #[inline(always)]
 pub fn contribution(
@@ -48,13 +81,7 @@ pub fn contribution(
     specular_roughness: f32,
     features: Features,
 ) -> Vec3 {
-    let frame = ShadingFrame::new(shading.shading_normal);
-    // Both are above the face.
-    let to_viewer = folded(frame.to_local(shading.to_viewer), true);
-    let to_light = folded(frame.to_local(deposit.to_light), true);
-    let (surface, _) =
-        Bsdf::new(material, to_viewer, shading.eta, specular_roughness, Classes::NON_SPECULAR, features);
-    surface.eval(to_light, Classes::NON_SPECULAR).f * deposit.flux * to_light.z
+    Receiver::new(shading, material, specular_roughness, features).contribution(deposit)
 }
 
 /// Half extent (m) of a box that holds every deposit a disc may take. The slab of `takes` is tilted by up to half the

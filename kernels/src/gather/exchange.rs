@@ -2,7 +2,7 @@
 //! deposit, which gives to the points that take it; an index over photons by each point, which takes from them.
 
 use crate::gather::accumulator::Sum;
-use crate::gather::contribution::{contribution, disc_half_extent, takes};
+use crate::gather::contribution::{Receiver, contribution, disc_half_extent, takes};
 use crate::gather::tables::Tables;
 use crate::gather::{Near, Visit, score};
 use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry};
@@ -234,6 +234,8 @@ impl Visit for DepositGather {
 pub struct PointGather {
     pixel: u32,
     point: PointGeometry,
+    /// Made for the first deposit that it takes; what it was before tells nothing.
+    receiver: Receiver,
     sum: Sum,
 }
 
@@ -242,7 +244,8 @@ impl PointGather {
     #[inline(always)]
     pub fn new(index: u32, tables: &Tables<'_>) -> PointGather {
         let pixel = tables.pixel_order[index as usize];
-        PointGather { pixel, point: tables.point_geometry[pixel as usize], sum: Sum::default() }
+        let point = tables.point_geometry[pixel as usize];
+        PointGather { pixel, point, receiver: Receiver::default(), sum: Sum::default() }
     }
 
     /// Whether there is a point.
@@ -271,13 +274,18 @@ impl Visit for PointGather {
     #[inline(always)]
     fn visit(&mut self, tables: &mut Tables<'_>, id: u32) {
         if takes(&self.point, &tables.deposit_geometry[id as usize], tables.params.max_bounces) {
-            let shading = tables.point_shading[self.pixel as usize];
-            let material = material_of(&shading, tables.materials, tables.features);
+            // A GPU makes it anew each time: to keep it would take half of the waves.
+            if cfg!(target_arch = "spirv") || self.sum.count == 0 {
+                let shading = tables.point_shading[self.pixel as usize];
+                let material = material_of(&shading, tables.materials, tables.features);
+                let roughness = tables.params.specular_roughness;
+                self.receiver = Receiver::new(&shading, material, roughness, tables.features);
+            }
             let light = tables.deposit_light[id as usize];
-            let roughness = tables.params.specular_roughness;
-            let value = contribution(&shading, material, &light, roughness, tables.features);
+            let value = self.receiver.contribution(&light);
             self.sum = self.sum.plus(Sum::of(value, tables.params.inverse_quantum()));
             if light.score > 0.0 {
+                let shading = tables.point_shading[self.pixel as usize];
                 let weight = tables.pixel_weights[self.pixel as usize];
                 let score = score::score(&light, &self.point, &shading, value, weight);
                 score::add(score, &light, &mut tables.start_scores);

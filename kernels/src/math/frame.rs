@@ -7,7 +7,7 @@ use caustics_kernel_macros::shared;
 use spirv_std::glam::Vec3;
 
 /// An orthonormal frame; z is the normal.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct ShadingFrame {
     /// First tangent.
     pub x: Vec3,

@@ -3,7 +3,7 @@
 use crate::surface::ggx::DELTA_ROUGHNESS;
 
 /// A set of classes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Classes(pub u32);
 
 impl Classes {

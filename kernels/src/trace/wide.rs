@@ -6,13 +6,14 @@ use std::arch::x86_64::{
     _mm256_movemask_ps, _mm256_mul_ps, _mm256_set1_ps, _mm256_setzero_ps, _mm256_sub_ps,
 };
 
-use bytemuck::{cast, cast_mut};
+use bytemuck::{Pod, Zeroable, cast, cast_mut};
 use spirv_std::glam::Vec3;
 
 use crate::interface::NONE;
 use crate::interface::instance::Instance;
 use crate::interface::ray::{Hit, Ray};
 use crate::interface::tree::{INSTANCE, LEAF, TreeNode, TriangleBlock};
+use crate::memory::Memory;
 use crate::texture::cut_out::CutOuts;
 use crate::trace::bvh::{SLACK, intersect_block, safe_inverses};
 use crate::trace::on_cpu::has_avx2;
@@ -31,18 +32,20 @@ pub type Stack = [u64; STACK];
 pub const EMPTY: Stack = [0; STACK];
 
 /// Eight children's boxes (m), one lane a child. An empty lane has no numbers for planes, so that every ray misses it.
-#[repr(C, align(64))]
-#[derive(Clone, Copy)]
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
 struct WideNode {
     /// Minima and maxima on each axis.
     planes: [[__m256; 2]; 3],
     /// Like those of a [`TreeNode`].
     children: [u32; WIDTH],
+    /// Keeps nodes at four cache lines.
+    padding: [u32; 8],
 }
 
 /// A tree of eight children a node, with the leaves of the one it is made of.
 pub struct WideTree {
-    nodes: Vec<WideNode>,
+    nodes: Memory,
     /// The root of each instance's mesh.
     roots: Vec<u32>,
 }
@@ -54,7 +57,10 @@ impl WideTree {
         if nodes.is_empty() || !has_avx2() {
             return None;
         }
-        let mut making = Making { nodes, wide: Vec::new(), rooms: Vec::new(), made: vec![NONE; nodes.len()] };
+        // Some of its nodes at most become one, each of them one.
+        let wide = Memory::zeros(nodes.len() * size_of::<WideNode>());
+        wide.in_huge_pages();
+        let mut making = Making { nodes, wide, rooms: Vec::new(), made: vec![NONE; nodes.len()] };
         making.root(0);
         let roots: Vec<u32> = instances.iter().map(|instance| making.root(instance.root)).collect();
         // The world is the root of all, and no instance in it.
@@ -62,26 +68,26 @@ impl WideTree {
         let room = making.rooms[0] + of_meshes.max().unwrap_or(0);
         (room as usize <= STACK).then_some(WideTree { nodes: making.wide, roots })
     }
+}
 
-    /// Asks memory for what a child will be read of.
-    #[inline(always)]
-    fn fetch(&self, child: u32, blocks: &[TriangleBlock]) {
-        let node: *const i8 = self.nodes.as_ptr().wrapping_add(child as usize).cast();
-        let block: *const i8 = blocks.as_ptr().wrapping_add((child & !LEAF) as usize).cast();
-        let place = if child & LEAF != 0 { block } else { node };
-        for line in 0..3 {
-            // SAFETY: whatever the address, nothing is read.
-            #[allow(unsafe_code)]
-            unsafe {
-                _mm_prefetch::<_MM_HINT_T0>(place.wrapping_add(64 * line));
-            }
+/// Asks memory for what a child will be read of.
+#[inline(always)]
+fn fetch(child: u32, nodes: &[WideNode], blocks: &[TriangleBlock]) {
+    let node: *const i8 = nodes.as_ptr().wrapping_add(child as usize).cast();
+    let block: *const i8 = blocks.as_ptr().wrapping_add((child & !LEAF) as usize).cast();
+    let place = if child & LEAF != 0 { block } else { node };
+    for line in 0..4 {
+        // SAFETY: whatever the address, nothing is read.
+        #[allow(unsafe_code)]
+        unsafe {
+            _mm_prefetch::<_MM_HINT_T0>(place.wrapping_add(64 * line));
         }
     }
 }
 
 struct Making<'a> {
     nodes: &'a [TreeNode],
-    wide: Vec<WideNode>,
+    wide: Memory,
     /// Entries of the stack that a ray takes at most from each node on.
     rooms: Vec<u32>,
     /// What became of each node that is a root.
@@ -114,9 +120,9 @@ impl Making<'_> {
             }
             lanes.count += opened.count - 1;
         }
-        let index = self.wide.len();
-        self.wide.push(EMPTY_NODE);
+        let index = self.rooms.len();
         self.rooms.push(0);
+        self.wide()[index] = EMPTY_NODE;
         let mut room = 0;
         for (place, lane) in lanes.all[..lanes.count].iter().enumerate() {
             let mut child = lane.child;
@@ -124,7 +130,7 @@ impl Making<'_> {
                 child = self.node(child);
                 room = room.max(self.rooms[child as usize]);
             }
-            let made = &mut self.wide[index];
+            let made = &mut self.wide()[index];
             made.children[place] = child;
             for (sides, planes) in made.planes.iter_mut().zip(lane.planes) {
                 for (side, plane) in sides.iter_mut().zip(planes) {
@@ -134,6 +140,10 @@ impl Making<'_> {
         }
         self.rooms[index] = room + lanes.count.saturating_sub(1) as u32;
         index as u32
+    }
+
+    fn wide(&mut self) -> &mut [WideNode] {
+        self.wide.edit()
     }
 
     /// What a lane would be opened to; nothing if it is no node.
@@ -192,7 +202,7 @@ const EMPTY_NODE: WideNode = {
     // SAFETY: any bits are eight floats.
     #[allow(unsafe_code)]
     let none = unsafe { std::mem::transmute::<[f32; WIDTH], __m256>([f32::NAN; WIDTH]) };
-    WideNode { planes: [[none; 2]; 3], children: [LEAF; WIDTH] }
+    WideNode { planes: [[none; 2]; 3], children: [LEAF; WIDTH], padding: [0; 8] }
 };
 
 /// A ray as boxes are tested against it.
@@ -261,6 +271,7 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
     world: &Ray,
     stack: &mut Stack,
 ) -> Hit {
+    let nodes: &[WideNode] = tree.nodes.read();
     let mut ray = *world;
     let mut slabs = Slabs::new(ray.origin, ray.direction);
     // The instance at hand, and the height of the stack at which it ends, plus one; 0 outside of instances.
@@ -284,7 +295,7 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
             current = tree.roots[inside as usize];
             continue;
         } else {
-            let node = &tree.nodes[current as usize];
+            let node = &nodes[current as usize];
             let (near, mut met) = slabs.enter(node, best.distance);
             if met != 0 {
                 // On into the nearest; the others as they come, since sorting them gains nothing.
@@ -292,7 +303,7 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
                 while met != 0 {
                     let other = entry(&near, node, &mut met);
                     let later = nearest.max(other);
-                    tree.fetch(later as u32, blocks);
+                    fetch(later as u32, nodes, blocks);
                     stack[height] = later;
                     nearest = nearest.min(other);
                     height += 1;

@@ -68,8 +68,8 @@ pub fn take(words: &[u32; ROOM], place: u32, features: Features) -> Shadow {
         non_specular: Vec3::ZERO,
     };
     if features.has(MEDIA) {
-        let (upper, lower) = ((words[first + 11], words[first + 12]), (words[first + 13], words[first + 14]));
-        shadow.media = MediaStack::of_words(UVec4::new(upper.0, upper.1, lower.0, lower.1));
+        let media = UVec4::new(words[first + 11], words[first + 12], words[first + 13], words[first + 14]);
+        shadow.media = MediaStack::of_words(media);
     }
     if features.has(Features::PARTS) {
         (shadow.specular, shadow.non_specular) = (take3(words, first + 15), take3(words, first + 18));

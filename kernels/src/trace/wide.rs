@@ -57,7 +57,7 @@ impl WideTree {
         if nodes.is_empty() || !has_avx2() {
             return None;
         }
-        // Some of its nodes at most become one, each of them one.
+        // None of its nodes becomes two, and not all become one: what is left is never touched.
         let wide = Memory::zeros(nodes.len() * size_of::<WideNode>());
         wide.in_huge_pages();
         let mut making = Making { nodes, wide, rooms: Vec::new(), made: vec![NONE; nodes.len()] };

@@ -1,16 +1,41 @@
 //! Memory as a CPU reads it at random: a table may stand in huge pages, so that where a page is need not be looked up for every node
 //! of a large tree. Imports memmap2.
 
-use bytemuck::{AnyBitPattern, NoUninit, cast_slice, cast_slice_mut};
+use bytemuck::{AnyBitPattern, NoUninit, Pod, Zeroable, cast_slice, cast_slice_mut};
 use memmap2::MmapMut;
 
-/// Bytes that start as zeros, at the start of a page. A page that nothing is written to takes no memory.
-pub struct Memory(MmapMut);
+/// Size of a huge page (bytes).
+pub const HUGE_PAGE: usize = 1 << 21;
+
+/// A line of a cache.
+#[repr(C, align(64))]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Line([u64; 8]);
+
+/// Bytes that start as zeros, at the start of a cache line.
+pub struct Memory {
+    place: Place,
+    bytes: usize,
+}
+
+/// Where they are.
+enum Place {
+    /// Among others: pages of their own would let the first lines of all share few sets of a cache.
+    Heap(Vec<Line>),
+    /// In pages of their own, of which those that nothing is written to take no memory.
+    Pages(MmapMut),
+}
 
 impl Memory {
     /// So many bytes; the system has them, or the program ends as where any memory is not to be had.
     pub fn zeros(bytes: usize) -> Memory {
-        Memory(MmapMut::map_anon(bytes).unwrap_or_else(|error| panic!("{bytes} bytes of memory: {error}")))
+        let place = if bytes < HUGE_PAGE {
+            Place::Heap(vec![Line::zeroed(); bytes.div_ceil(size_of::<Line>())])
+        } else {
+            let pages = MmapMut::map_anon(bytes);
+            Place::Pages(pages.unwrap_or_else(|error| panic!("{bytes} bytes of memory: {error}")))
+        };
+        Memory { place, bytes }
     }
 
     /// Asks for huge pages, where there are, for what is written from now on: good for what will be read at random, and a waste where
@@ -18,17 +43,27 @@ impl Memory {
     pub fn in_huge_pages(&self) {
         // A wish: a system that cannot fulfil it gives small pages.
         #[cfg(target_os = "linux")]
-        let _ = self.0.advise(memmap2::Advice::HugePage);
+        if let Place::Pages(pages) = &self.place {
+            let _ = pages.advise(memmap2::Advice::HugePage);
+        }
     }
 
     /// All of it as elements.
     pub fn read<T: AnyBitPattern>(&self) -> &[T] {
-        cast_slice(&self.0)
+        let bytes = match &self.place {
+            Place::Heap(lines) => cast_slice(lines),
+            Place::Pages(pages) => pages,
+        };
+        cast_slice(&bytes[..self.bytes])
     }
 
     /// All of it as elements, to write.
     pub fn edit<T: AnyBitPattern + NoUninit>(&mut self) -> &mut [T] {
-        cast_slice_mut(&mut self.0)
+        let bytes = match &mut self.place {
+            Place::Heap(lines) => cast_slice_mut(lines),
+            Place::Pages(pages) => pages,
+        };
+        cast_slice_mut(&mut bytes[..self.bytes])
     }
 }
 

@@ -18,15 +18,12 @@ use crate::interface::instance::Instance;
 use crate::interface::ledger::LEDGER_FIRST;
 use crate::interface::tree::TreeNode;
 use crate::math::quanta::Quanta;
-use crate::memory::Memory;
+use crate::memory::{HUGE_PAGE, Memory};
 use crate::seam::{AtomicWords, Atomics};
 use crate::trace::on_cpu::{WideTree, has_avx2};
 
 /// Invocations that a worker takes at a time.
 const CHUNK: u32 = 512;
-
-/// What is written at once is a table, which passes read at random, and from this size on (bytes) takes huge pages.
-const LARGE_TABLE: usize = 1 << 21;
 
 /// A dispatch on the CPU.
 #[derive(Clone, Copy)]
@@ -132,7 +129,8 @@ impl Buffers {
 
     /// Overwrites a buffer from an offset (bytes) on.
     pub fn write(&mut self, name: &str, offset: usize, bytes: &[u8]) -> Result<(), BufferError> {
-        if bytes.len() >= LARGE_TABLE {
+        // What is written at once is a table, which passes read at random.
+        if bytes.len() >= HUGE_PAGE {
             self.find(name)?.borrow().in_huge_pages();
         }
         let mut buffer = self.edit::<u8>(name)?;

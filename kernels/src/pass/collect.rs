@@ -133,6 +133,9 @@ impl Watch for PointSlots<'_> {
     }
 }
 
+/// Share of what leaves the collection point from which on a path goes on for sure.
+const SURE: f32 = 0.5;
+
 /// A camera path before its first ray is traced.
 #[derive(Clone, Copy, Debug)]
 pub struct Start {
@@ -249,6 +252,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
         media = enclosing(ray.origin, features, scene, tracer);
     }
     let (mut prefix, mut steady, mut distance) = (true, true, 0.0);
+    let mut from_point = 0.0;
     let (mut pdf_scattered, mut finds_emission, mut candidates) = (0.0, true, Candidates::ONE);
     let all = Candidates::of(params);
     let mut previous = ray.origin;
@@ -427,6 +431,15 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
             }
         }
         throughput *= scattered.sampled.weight;
+        if scattered.sampled.class == Classes::NON_SPECULAR {
+            // Russian roulette, by what is left of what went on from the first vertex that did so.
+            let carried = throughput.max_element();
+            if of_prefix {
+                from_point = carried;
+            }
+            let survival = (carried / (SURE * from_point)).min(1.0);
+            throughput = if u.w < survival { throughput / survival } else { Vec3::ZERO };
+        }
         let carried = throughput.element_sum();
         let goes_on = is_finite(carried) && carried > 0.0;
         if goes_on {

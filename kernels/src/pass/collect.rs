@@ -432,7 +432,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
         }
         throughput *= scattered.sampled.weight;
         if scattered.sampled.class == Classes::NON_SPECULAR {
-            // Russian roulette, by what is left of what went on from the first vertex that did so.
+            // Russian roulette, by what is left of what left the collection point.
             let carried = throughput.max_element();
             if of_prefix {
                 from_point = carried;

@@ -1,5 +1,6 @@
 //! Rooms whose light is known everywhere.
 
+use caustics::counters::Counters;
 use caustics::settings::Settings;
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::features::Features;
@@ -48,6 +49,37 @@ fn lossless_things_in_a_uniform_room_are_invisible() {
     println!("caustic part {:.4}", mean_and_error(&caustics).0);
     assert!(mean_and_error(&caustics).0 > 0.05, "the test has lost its subject");
     near("uniform room", mean_and_error(&sums), 2.0, 2e-3);
+}
+
+/// A closed room whose walls emit 1 and reflect a colour holds the sum of its powers everywhere, of as many as paths have
+/// bounces. Paths end by chance where little is left of what left their first wall, 0.6 in the brightest channel: at the third
+/// scattering with 1 - 0.6^3 / 0.3, and with 1 - 0.6 at each behind it, where 0.3 came.
+#[test]
+fn paths_in_a_coloured_room_end_by_chance_and_lose_nothing() {
+    const BOUNCES: u32 = 12;
+    let albedo = [0.6, 0.3, 0.1];
+    let mut b = Builder::default();
+    let base_color = DVec3::from(albedo).as_vec3();
+    let wall = b.material(Material { emission: Vec3::ONE, base_color, ..lambert(1.0) });
+    b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+    b.camera(DVec3::new(0.0, 0.1, 0.95), DVec3::new(0.0, -0.1, 0.0), 1.0);
+    let settings = Settings { max_bounces: BOUNCES, ..settings(64, 48, 0) };
+    let frames = render(&b.build(), &settings, "photons-grid", None, 0, 20);
+
+    for (channel, albedo) in albedo.into_iter().enumerate() {
+        let mean = |path: &[Vec3]| {
+            path.iter().map(|value| f64::from(value[channel])).sum::<f64>() / path.len() as f64
+        };
+        let means: Vec<f64> = frames.iter().map(|(picture, _)| mean(&picture.path)).collect();
+        let expected = (0..=BOUNCES as i32).map(|bounce| albedo.powi(bounce)).sum();
+        near("coloured room", mean_and_error(&means), expected, 5e-4);
+    }
+
+    // The first three rays of a path are always traced.
+    let rays = 3.0 + (0..BOUNCES as i32 - 2).map(|behind| 0.72 * 0.6f64.powi(behind)).sum::<f64>();
+    let per_path = |counters: &Counters| counters.get(Counter::CameraRays) as f64 / (64.0 * 48.0);
+    let counted: Vec<f64> = frames.iter().map(|(_, counters)| per_path(counters)).collect();
+    near("rays of a path", mean_and_error(&counted), rays, 5e-3);
 }
 
 /// Lossless things of few facets with smooth normals show the radiance of a glowing room in every pixel: no dark dashes where

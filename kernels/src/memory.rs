@@ -20,7 +20,7 @@ pub struct Memory {
 
 /// Where they are.
 enum Place {
-    /// Among others: pages of their own would let the first lines of all share few sets of a cache.
+    /// Among others: what is small is read and cleared faster there than in pages of its own.
     Heap(Vec<Line>),
     /// In pages of their own, of which those that nothing is written to take no memory.
     Pages(MmapMut),

@@ -633,7 +633,7 @@ impl Session {
 
     /// Tone-maps a picture (a mean of frames, say) with the exposure of the settings: display colours from 0 to 1, row by row.
     pub fn display(&mut self, picture: &Picture) -> Result<Vec<Vec3>, SessionError> {
-        let black = vec![Vec3::ZERO; picture.path.len()];
+        let black = vec![Vec3::ZERO; if picture.caustics.is_empty() { picture.path.len() } else { 0 }];
         let caustics = if picture.caustics.is_empty() { &black } else { &picture.caustics };
         let mut colors = Vec::with_capacity(picture.path.len());
         for tile in 0..self.tiles.count() {

@@ -181,6 +181,10 @@ impl Job {
         let mut picture = sums.mean();
         picture.auxiliary.keep(&options.aov);
         let seconds = (before + report.wall).as_secs_f64();
+        let (device, frames, relative_error) = (session.device(), sums.frames(), sums.relative_error());
+        let variance = sums.variance().map(|variance| (variance, frames));
+        // What follows takes memory of its own.
+        drop(sums);
         let stops = options.view.exposure.of(&picture);
         let colors = match &png_target {
             Some(_) => {
@@ -189,10 +193,7 @@ impl Job {
             }
             None => Vec::new(),
         };
-        let (device, frames, relative_error) = (session.device(), sums.frames(), sums.relative_error());
-        let variance = sums.variance().map(|variance| (variance, frames));
-        // What follows takes memory of its own.
-        drop((session, sums));
+        drop(session);
         let mut rates = report.rates(u64::from(settings.width) * u64::from(settings.height));
         if options.json {
             rates.insert("closest_hits_per_s", closest_hits_per_second(&choice, &scene, &camera, features)?);

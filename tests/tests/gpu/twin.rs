@@ -80,7 +80,7 @@ fn what_blends_agrees() {
         // As in textured-room: where alpha varies over a surface, hits that ray queries round otherwise are there or not; 0.3 to
         // 0.4 % of the camera paths then part (each is explained by trembling rays).
         if !hardware {
-            passes::all(&mut twin, &scene, hardware, &mut table);
+            passes::frame(&mut twin, &scene, &mut table);
         }
         table.finish();
     }
@@ -97,7 +97,7 @@ fn what_disperses_agrees() {
         let mut table =
             Table::new(&format!("dispersive glass, CPU against {} ({tracer} tracer)", gpu.info.name));
         steps::scatter(&mut twin, &scene, &mut table);
-        passes::all(&mut twin, &scene, hardware, &mut table);
+        passes::frame(&mut twin, &scene, &mut table);
         table.finish();
     }
 }

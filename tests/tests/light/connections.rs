@@ -41,10 +41,10 @@ fn every_way_finds_the_same_light() {
         sky.light(DVec3::new(f64::from(id) - 1.5, 1.0, 0.5), 0.2);
     }
     for (name, scene, frames) in [
-        ("few", room_of_lamps(2).build(), 800),
-        ("five", spot.build(), 800),
-        ("many", all.build(), 1200),
-        ("sky", sky.build(), 400),
+        ("few", room_of_lamps(2).build(), 200),
+        ("five", spot.build(), 200),
+        ("many", all.build(), 300),
+        ("sky", sky.build(), 100),
     ] {
         let power = blocks(&scene, Connections::Power, frames);
         for way in [Connections::Resampled, Connections::Uniform] {

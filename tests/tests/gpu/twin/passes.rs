@@ -48,6 +48,14 @@ pub fn all(twin: &mut Twin, scene: &Scene, hardware: bool, table: &mut Table) {
     }
 }
 
+/// A frame of `photons-grid` step by step and no more, for what decides where paths go: `all` in another scene runs the other
+/// passes, which a software driver compiles for minutes.
+pub fn frame(twin: &mut Twin, scene: &Scene, table: &mut Table) {
+    for step in basic::steps(&PHOTONS_GRID, &twin.params) {
+        one(twin, scene, &POWER, step, table);
+    }
+}
+
 /// The light paths of the other emissions over the same points; the deposits of the last are those that gathers find.
 fn emissions(twin: &mut Twin, scene: &Scene, table: &mut Table) {
     assert!(twin.params.casters.count > 0);

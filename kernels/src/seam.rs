@@ -3,6 +3,8 @@
 //! On the GPU the implementations hold slices of storage buffers, so they are always inlined. On the CPU they are
 //! `Copy` handles that every worker owns.
 
+use spirv_std::glam::Vec3;
+
 /// Words that many invocations add to at once.
 pub trait Atomics {
     /// Adds to a word and returns what it held before.
@@ -43,6 +45,21 @@ macro_rules! scratch {
     };
 }
 pub(crate) use scratch;
+
+/// Leaves a vector in three words of such an array.
+#[inline(always)]
+pub fn put3<const ROOM: usize>(words: &mut [u32; ROOM], first: usize, value: Vec3) {
+    words[first] = value.x.to_bits();
+    words[first + 1] = value.y.to_bits();
+    words[first + 2] = value.z.to_bits();
+}
+
+/// The vector in three words.
+#[inline(always)]
+pub fn take3<const ROOM: usize>(words: &[u32; ROOM], first: usize) -> Vec3 {
+    let bits = (words[first], words[first + 1], words[first + 2]);
+    Vec3::new(f32::from_bits(bits.0), f32::from_bits(bits.1), f32::from_bits(bits.2))
+}
 
 /// Counts nothing.
 pub struct Uncounted;

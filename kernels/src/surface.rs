@@ -58,6 +58,7 @@ use crate::interface::material::Material;
 use crate::math::mean;
 use crate::surface::class::Classes;
 use caustics_kernel_macros::shared;
+pub use lobes::may_be_wide;
 use lobes::{Chances, ROUGH_FACETS, SMOOTH_FACETS};
 #[cfg(not(target_arch = "spirv"))]
 pub use lobes::{features_of, names_of};

@@ -48,7 +48,7 @@ impl Connection {
 /// Lights up to which a vertex connects to each.
 pub const FEW_LIGHTS: u32 = 4;
 /// Candidates of a connection where there are more.
-const CANDIDATES: u32 = 8;
+pub const CANDIDATES: u32 = 8;
 /// Candidates of a vertex share their random numbers, shifted by multiples of this [Roberts 2018, The unreasonable effectiveness
 /// of quasirandom sequences]; that of a choice by the golden ratio.
 const SHIFT: Vec4 = Vec4::new(1.0 / CANDIDATES as f32, 0.618_034, 0.754_877_7, 0.569_840_3);
@@ -149,8 +149,8 @@ impl ByClass {
 /// One of the candidates of a connection, drawn by the light that each would give unshadowed [Chao 1982, A general purpose unequal
 /// probability sampling plan].
 pub struct Reservoir {
-    /// The one that was drawn.
-    pub connection: Connection,
+    /// The number of the one that was drawn.
+    pub number: u32,
     /// The light that it would give.
     light: ByClass,
     /// The mean of its channels, and that of all.
@@ -163,19 +163,13 @@ pub struct Reservoir {
 impl Reservoir {
     /// None yet; `choice` is uniform in [0, 1).
     #[inline(always)]
-    pub fn new(position: Vec3, choice: f32) -> Self {
-        Reservoir {
-            connection: Connection::none(position),
-            light: ByClass::default(),
-            weight: 0.0,
-            weights: 0.0,
-            choice,
-        }
+    pub fn new(choice: f32) -> Self {
+        Reservoir { number: 0, light: ByClass::default(), weight: 0.0, weights: 0.0, choice }
     }
 
     /// Takes a candidate, or passes it by.
     #[inline(always)]
-    pub fn add(&mut self, connection: Connection, light: ByClass) {
+    pub fn add(&mut self, number: u32, light: ByClass) {
         let weight = mean(light.sum());
         if weight > 0.0 {
             self.weights += weight;
@@ -183,7 +177,7 @@ impl Reservoir {
             // The first is always taken, and what has no bounds, so that it is counted.
             if self.choice < chance || weight == self.weights {
                 self.choice = (self.choice / chance).min(BELOW_ONE);
-                (self.connection, self.light, self.weight) = (connection, light, weight);
+                (self.number, self.light, self.weight) = (number, light, weight);
             } else {
                 self.choice = ((self.choice - chance) / (1.0 - chance)).min(BELOW_ONE);
             }

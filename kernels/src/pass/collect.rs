@@ -1,6 +1,7 @@
 //! `collect`: traces a camera path through each pixel. Its prefix of specular events ends at the collection point;
 //! beside it the path gathers all light that is no caustic.
 
+mod connected;
 mod waiting;
 pub mod watch;
 
@@ -28,6 +29,7 @@ use crate::math::sampler::next4;
 use crate::seam::{Atomics, Slots, scratch};
 use crate::surface::class::Classes;
 use crate::surface::dispersion::{Channel, is_mixed, part};
+use crate::surface::may_be_wide;
 use crate::surface::media::MediaStack;
 use crate::surface::scatter::{BsdfSample, ScatteringVertex, disperses};
 use crate::surface::textured::{material_at, packed};
@@ -256,6 +258,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
     let (mut pdf_scattered, mut finds_emission, mut candidates) = (0.0, true, Candidates::ONE);
     let all = Candidates::of(params);
     let mut previous = ray.origin;
+    scratch!(connected: connected::ROOM);
     scratch!(shadows: waiting::ROOM);
     let (mut rays, mut shadow_rays, mut overflows, mut unexpected) = (0, 0, 0, 0);
 
@@ -334,6 +337,22 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
             let u = if mixed { next4(&mut rng, &params.sequence).x } else { 0.0 };
             (channel, throughput) = part(throughput, u);
         }
+        let u = next4(&mut rng, &params.sequence);
+        let mut choice = 0.0;
+        if candidates.each > 1 {
+            choice = next4(&mut rng, &params.sequence).x;
+        }
+        let mut connections = 0;
+        if beyond.is_lit() && may_be_wide(&material, features) {
+            connections = candidates.connections * candidates.each;
+        }
+        let mut number = 0;
+        while number < connections {
+            let connection =
+                candidates.connect(number, scene, params.light_count, features, here.position, u);
+            connected::put(connected, number, &connection);
+            number += 1;
+        }
         let scattering = ScatteringVertex::new(
             here,
             material,
@@ -344,36 +363,31 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
             params.specular_roughness,
             features,
         );
-        let u = next4(&mut rng, &params.sequence);
-        let mut choice = 0.0;
-        if candidates.each > 1 {
-            choice = next4(&mut rng, &params.sequence).x;
-        }
         if parts && prefix {
             (light.seen, light.direct.radiance) = (light.radiance, Vec3::ZERO);
         }
         let mut waits = 0;
-        if beyond.is_lit() && scattering.bsdf.is_wide() {
-            let mut number = 0;
-            while number < candidates.connections * candidates.each {
-                let mut reservoir = Reservoir::new(here.position, choice);
+        if scattering.bsdf.is_wide() {
+            number = 0;
+            while number < connections {
+                let mut reservoir = Reservoir::new(choice);
                 let end = number + candidates.each;
                 while number < end {
-                    let candidate =
-                        candidates.connect(number, scene, params.light_count, features, here.position, u);
-                    reservoir.add(candidate, direct_light(&scattering, &candidate, finds, features));
+                    let candidate = connected::take(connected, number);
+                    reservoir.add(number, direct_light(&scattering, &candidate, finds, features));
                     number += 1;
                 }
                 let direct = reservoir.light();
                 let both = direct.sum();
                 if both.max_element() > 0.0 {
-                    let mut ray = shadow_ray(&here, &reservoir.connection);
+                    let connection = connected::take(connected, reservoir.number);
+                    let mut ray = shadow_ray(&here, &connection);
                     if features.has(Features::BLENDS) {
                         ray.key = rng.ray_key(number);
                     }
                     let shadow = Shadow {
                         ray,
-                        media: scattering.media_towards(reservoir.connection.to_light),
+                        media: scattering.media_towards(connection.to_light),
                         radiance: throughput * both,
                         specular: throughput * direct.specular,
                         non_specular: throughput * direct.non_specular,

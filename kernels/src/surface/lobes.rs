@@ -2,12 +2,11 @@
 //! `for_each_lobe`.
 
 use crate::interface::features::Features;
-#[cfg(not(target_arch = "spirv"))]
 use crate::interface::material::Material;
 use crate::surface::class::Classes;
-use crate::surface::{Bsdf, Evaluated};
+use crate::surface::{Bsdf, Evaluated, ggx};
 #[cfg(not(target_arch = "spirv"))]
-use crate::surface::{class, ggx, glass};
+use crate::surface::{class, glass};
 use spirv_std::glam::{Vec3, Vec4};
 
 /// What is a line a lobe: chances, sums and choices.
@@ -148,6 +147,15 @@ macro_rules! lobes {
                 let _ = before;
                 direction
             }
+        }
+
+        /// Whether any lobe of a material may have a width, before it is known which of them scatter.
+        #[inline(always)]
+        #[allow(unused_variables)]
+        pub fn may_be_wide(material: &Material, features: Features) -> bool {
+            material.roughness >= ggx::DELTA_ROUGHNESS
+                || $first::occurs(material)
+                $(|| (features.has(Features::$bit) && $diffuse::occurs(material)))*
         }
 
         /// Names of the lobes that a material has, glass aside: those that reflect at facets, and those that are diffuse.

@@ -4,6 +4,7 @@
 use crate::interface::features::Features;
 use crate::interface::ray::Ray;
 use crate::light::connect::FEW_LIGHTS;
+use crate::seam::{put3, take3};
 use crate::surface::media::MediaStack;
 use spirv_std::glam::{UVec4, Vec3};
 
@@ -81,17 +82,4 @@ pub fn take(words: &[u32; ROOM], place: u32, features: Features) -> Shadow {
 #[inline(always)]
 fn first_of(place: u32) -> usize {
     WORDS * place.min(FEW_LIGHTS - 1) as usize
-}
-
-#[inline(always)]
-fn put3(words: &mut [u32; ROOM], first: usize, value: Vec3) {
-    words[first] = value.x.to_bits();
-    words[first + 1] = value.y.to_bits();
-    words[first + 2] = value.z.to_bits();
-}
-
-#[inline(always)]
-fn take3(words: &[u32; ROOM], first: usize) -> Vec3 {
-    let bits = (words[first], words[first + 1], words[first + 2]);
-    Vec3::new(f32::from_bits(bits.0), f32::from_bits(bits.1), f32::from_bits(bits.2))
 }

@@ -1,4 +1,4 @@
-//! The mean of frames, in f64, and the variance of that mean: from the squares of independent frames, or from the sums of batches
+//! The mean of frames and the variance of that mean, in f64: from the squares of independent frames, or from the sums of batches
 //! that frames take turns in, which are independent of each other.
 
 use glam::{Vec2, Vec3};
@@ -19,11 +19,8 @@ pub struct Accumulation {
     /// Sums of layers: three channels of `path`, three of `caustics`, then `radius`, `depth`, `deposits`; the last four
     /// may be empty.
     sums: [Vec<f64>; 5],
-    /// Of all radiance of independent frames, three channels: the sums of squares.
-    squares: Vec<f64>,
-    /// Of all radiance, three channels: the sums of each batch. How far they are apart is all that is asked of them, and they are
-    /// apart by more than f32 rounds.
-    batches: Vec<Vec<f32>>,
+    /// Of all radiance, three channels: the sums of squares, or the sums of each batch.
+    spread: Vec<Vec<f64>>,
     /// Of what other tools ask, rows of `Shown`.
     shown: Vec<f64>,
 }
@@ -100,17 +97,11 @@ impl Accumulation {
             sum.par_iter_mut().zip(layer).for_each(|(sum, &value)| *sum += f64::from(value));
         }
         let [path, caustics, ..] = layers;
-        let value = |at: usize| if gathers { path[at] + caustics[at] } else { path[at] };
-        match batch {
-            Some(batch) => {
-                let sums = self.batches[batch as usize].par_iter_mut().enumerate();
-                sums.for_each(|(at, sum)| *sum += value(at));
-            }
-            None => {
-                let sums = self.squares.par_iter_mut().enumerate();
-                sums.for_each(|(at, sum)| *sum += f64::from(value(at)).powi(2));
-            }
-        }
+        let spread = self.spread[batch.unwrap_or(0) as usize].par_iter_mut().enumerate();
+        spread.for_each(|(at, sum)| {
+            let value = f64::from(if gathers { path[at] + caustics[at] } else { path[at] });
+            *sum += if batch.is_some() { value } else { value * value };
+        });
         self.shown
             .par_chunks_mut(SHOWN)
             .enumerate()
@@ -126,11 +117,8 @@ impl Accumulation {
         let shape = Shape { first: self.shape.end(), frames: next.shape.frames, ..self.shape };
         assert_eq!(next.shape, shape, "frames of one kind follow each other");
         self.shape.frames += next.shape.frames;
-        let own = self.sums.iter_mut().chain([&mut self.squares]);
-        for (own, next) in own.zip(next.sums.iter().chain([&next.squares])) {
-            own.par_iter_mut().zip(next).for_each(|(sum, value)| *sum += value);
-        }
-        for (own, next) in self.batches.iter_mut().zip(&next.batches) {
+        let own = self.sums.iter_mut().chain(&mut self.spread);
+        for (own, next) in own.zip(next.sums.iter().chain(&next.spread)) {
             own.par_iter_mut().zip(next).for_each(|(sum, value)| *sum += value);
         }
         for (own, next) in self.shown.chunks_mut(SHOWN).zip(next.shown.chunks(SHOWN)) {
@@ -214,11 +202,11 @@ impl Accumulation {
         self.beauty().enumerate().map(move |(i, mean)| {
             if shape.batches == 0 {
                 // Rounding may leave a constant pixel a little below zero.
-                return (mean, (self.squares[i] / n - mean * mean).max(0.0) / (n - 1.0));
+                return (mean, (self.spread[0][i] / n - mean * mean).max(0.0) / (n - 1.0));
             }
             // Batches as long as each other; one that is a frame longer has that much more weight.
-            let batches = self.batches.iter().enumerate();
-            let batches = batches.map(|(batch, sums)| (shape.frames_of(batch), f64::from(sums[i])));
+            let batches =
+                self.spread.iter().enumerate().map(|(batch, sums)| (shape.frames_of(batch), sums[i]));
             let square =
                 |(frames, sum): (u32, f64)| f64::from(frames) * (sum / f64::from(frames) - mean).powi(2);
             let squares: f64 = batches.filter(|(frames, _)| *frames > 0).map(square).sum();
@@ -234,14 +222,12 @@ impl Accumulation {
         path.iter().enumerate().map(move |(i, path)| (path + caustic(i)) * scale)
     }
 
-    /// All sums, in the order that [`Accumulation::of`] takes them: for a checkpoint.
-    pub fn numbers(&self) -> impl Iterator<Item = f64> {
-        let sums = self.sums.iter().chain([&self.squares]).flatten().copied();
-        let batches = self.batches.iter().flatten().copied().map(f64::from);
-        sums.chain(batches).chain(self.shown.iter().copied())
+    /// All sums as slices of numbers, in the order that [`Accumulation::of`] takes them: for a checkpoint.
+    pub fn parts(&self) -> impl Iterator<Item = &[f64]> {
+        self.sums.iter().chain(&self.spread).chain([&self.shown]).map(Vec::as_slice)
     }
 
-    /// Sums of this shape from numbers in the order of [`Accumulation::numbers`]; `None` if there are more or fewer than it has.
+    /// Sums of this shape from numbers in the order of [`Accumulation::parts`]; `None` if there are more or fewer than it has.
     pub fn of(shape: Shape, mut values: impl ExactSizeIterator<Item = f64>) -> Option<Accumulation> {
         let of_spread = 3usize.checked_mul(shape.batches.max(1) as usize)?;
         let of_layers = if shape.gathers { 9 } else { 3 } + if shape.auxiliary { SHOWN } else { 0 };
@@ -252,14 +238,8 @@ impl Accumulation {
             return None;
         }
         let mut sums = Accumulation::zero(shape);
-        for sum in sums.sums.iter_mut().chain([&mut sums.squares]).flatten() {
-            *sum = values.next()?;
-        }
-        for sum in sums.batches.iter_mut().flatten() {
-            *sum = values.next()? as f32;
-        }
-        for sum in &mut sums.shown {
-            *sum = values.next()?;
+        for part in sums.sums.iter_mut().chain(&mut sums.spread).chain([&mut sums.shown]) {
+            part.iter_mut().zip(&mut values).for_each(|(sum, value)| *sum = value);
         }
         Some(sums)
     }
@@ -270,10 +250,9 @@ impl Accumulation {
         let split = if shape.gathers { pixels } else { 0 };
         let sums = [3 * pixels, 3 * split, split, split, split].map(|count| vec![0.0; count]);
         // Each by itself: a clone would be memory that is touched before any frame is.
-        let batches = (0..shape.batches).map(|_| vec![0.0; 3 * pixels]).collect();
-        let squares = vec![0.0; if shape.batches == 0 { 3 * pixels } else { 0 }];
+        let spread = (0..shape.batches.max(1)).map(|_| vec![0.0; 3 * pixels]).collect();
         let shown = vec![0.0; if shape.auxiliary { SHOWN * pixels } else { 0 }];
-        Accumulation { shape, sums, squares, batches, shown }
+        Accumulation { shape, sums, spread, shown }
     }
 }
 
@@ -344,7 +323,7 @@ mod tests {
             independent.add(&picture(path, 0.0));
         }
         assert!((few.variance().unwrap()[0].x - independent.variance().unwrap()[0].x).abs() < 1e-6);
-        let values: Vec<f64> = sums.numbers().collect();
+        let values: Vec<f64> = sums.parts().flatten().copied().collect();
         assert_eq!(Accumulation::of(sums.shape, values.into_iter()), Some(sums));
         // Frames 1 to 3 of two batches: 3, and 4 and 6, whose mean is 13 / 3.
         let mut part = Accumulation::from_frame(1, 2);
@@ -376,7 +355,7 @@ mod tests {
         assert_eq!((&mean.depth[..], &mean.material[..]), (&[3.0, 0.0][..], &[7.0, NO_MATERIAL][..]));
         assert_eq!((mean.normal[0], mean.albedo[0]), (Vec3::Y, Vec3::splat(0.5)));
         assert_eq!((mean.position[0], mean.motion[0]), (Vec3::X * 3.0, Vec2::new(3.0, 1.0)));
-        let values: Vec<f64> = sums.numbers().collect();
+        let values: Vec<f64> = sums.parts().flatten().copied().collect();
         assert_eq!(Accumulation::of(sums.shape, values.into_iter()), Some(sums));
     }
 

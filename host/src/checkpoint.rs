@@ -126,10 +126,9 @@ pub fn save(path: &Path, identity: &Identity, checkpoint: &Checkpoint) -> Result
     let target = Target::claim(path, true)?;
     Ok(target.finish_with(|file| {
         sealed::write(KIND, &head, file, |file| {
-            let mut bits = sums.numbers().map(|number| number.to_bits().to_le()).peekable();
-            while bits.peek().is_some() {
-                let some: Vec<u64> = bits.by_ref().take(WRITTEN).collect();
-                file.write_all(bytemuck::cast_slice(&some))?;
+            for values in sums.parts().flat_map(|part| part.chunks(WRITTEN)) {
+                let bits: Vec<u64> = values.iter().map(|value| value.to_bits().to_le()).collect();
+                file.write_all(bytemuck::cast_slice(&bits))?;
             }
             state.iter().try_for_each(|(_, buffer)| file.write_all(buffer))
         })

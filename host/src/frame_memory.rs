@@ -10,8 +10,8 @@ use caustics_kernels::method::Method;
 use caustics_kernels::method::Parts;
 use caustics_kernels::method::frame::frame_buffers;
 
-/// Memory of a pixel beside the buffers (bytes): sums in f64 (72) and those of four batches (48), a picture (44) as it is read,
-/// as a mean, with its variance (12) and as an EXR (60), and what copies them.
+/// Memory of a pixel beside the buffers (bytes): sums in f64 (72) and those of four batches (96), a picture (44) as it is read,
+/// as a mean, with its variance (12) and as an EXR (60): what is there at once, with room to spare.
 const PICTURE_BYTES: u64 = 300;
 /// The same of what other tools ask: sums in f64 (112), and layers (52) as they are read, as means, and as an EXR.
 const AUXILIARY_BYTES: u64 = 300;

@@ -3,6 +3,7 @@
 //! On the GPU the implementations hold slices of storage buffers, so they are always inlined. On the CPU they are
 //! `Copy` handles that every worker owns.
 
+use spirv_std::arch::IndexUnchecked;
 use spirv_std::glam::Vec3;
 
 /// Words that many invocations add to at once.
@@ -46,19 +47,48 @@ macro_rules! scratch {
 }
 pub(crate) use scratch;
 
-/// Leaves a vector in three words of such an array.
-#[inline(always)]
-pub fn put3<const ROOM: usize>(words: &mut [u32; ROOM], first: usize, value: Vec3) {
-    words[first] = value.x.to_bits();
-    words[first + 1] = value.y.to_bits();
-    words[first + 2] = value.z.to_bits();
+/// A record of some words in such an array, which is one of words: of nested ones AMD's compiler makes small arrays.
+#[derive(Clone, Copy)]
+pub struct Record<const WORDS: usize, const ROOM: usize> {
+    first: usize,
 }
 
-/// The vector in three words.
-#[inline(always)]
-pub fn take3<const ROOM: usize>(words: &[u32; ROOM], first: usize) -> Vec3 {
-    let bits = (words[first], words[first + 1], words[first + 2]);
-    Vec3::new(f32::from_bits(bits.0), f32::from_bits(bits.1), f32::from_bits(bits.2))
+impl<const WORDS: usize, const ROOM: usize> Record<WORDS, ROOM> {
+    /// The record at a place; there is room for all up to the last.
+    #[inline(always)]
+    pub const fn at(place: u32) -> Self {
+        let last = ROOM / WORDS - 1;
+        Record { first: WORDS * if (place as usize) < last { place as usize } else { last } }
+    }
+
+    /// Leaves a value in one of its words.
+    #[inline(always)]
+    pub fn put(self, words: &mut [u32; ROOM], word: usize, value: u32) {
+        // SAFETY: the record is in the array, and the word in the record. A check of each would be most of the code.
+        unsafe { *words.index_unchecked_mut(self.first + word.min(WORDS - 1)) = value };
+    }
+
+    /// The value in one of its words.
+    #[inline(always)]
+    pub fn take(self, words: &[u32; ROOM], word: usize) -> u32 {
+        // SAFETY: as above.
+        unsafe { *words.index_unchecked(self.first + word.min(WORDS - 1)) }
+    }
+
+    /// Leaves a vector in three words.
+    #[inline(always)]
+    pub fn put3(self, words: &mut [u32; ROOM], word: usize, value: Vec3) {
+        self.put(words, word, value.x.to_bits());
+        self.put(words, word + 1, value.y.to_bits());
+        self.put(words, word + 2, value.z.to_bits());
+    }
+
+    /// The vector in three words.
+    #[inline(always)]
+    pub fn take3(self, words: &[u32; ROOM], word: usize) -> Vec3 {
+        let bits = (self.take(words, word), self.take(words, word + 1), self.take(words, word + 2));
+        Vec3::new(f32::from_bits(bits.0), f32::from_bits(bits.1), f32::from_bits(bits.2))
+    }
 }
 
 /// Counts nothing.

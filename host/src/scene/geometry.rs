@@ -2,6 +2,7 @@
 
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
+use caustics_kernels::surface::media::MAX_MATERIALS;
 use glam::{BVec3, DVec3, Vec3};
 
 use super::SceneError;
@@ -36,8 +37,13 @@ pub fn check(
         };
         return Err(SceneError::Tables { file: file.into(), what });
     }
-    for (material, name) in materials.iter().zip(names) {
+    for (id, (material, name)) in materials.iter().zip(names).enumerate() {
         check_material(file, name, material)?;
+        if id >= MAX_MATERIALS && material.is_medium() {
+            let what =
+                format!("{name} is a medium, and material {id}: put media among the first {MAX_MATERIALS}");
+            return Err(SceneError::Tables { file: file.into(), what });
+        }
     }
     Ok(())
 }
@@ -144,5 +150,16 @@ mod tests {
         let surface = TriangleSurface { normal_a, normal_b, normal_c, ..TriangleSurface::default() };
         let triangle = Triangle { a: 0.5 * normal_a, b: 0.5 * normal_b, c: 0.5 * normal_c };
         assert!((curvature(&triangle, &surface) - 2.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn media_are_among_the_materials_that_half_a_word_counts() {
+        let of_last = |transmission| {
+            let mut materials = vec![Material::default(); MAX_MATERIALS + 1];
+            materials[MAX_MATERIALS].transmission = transmission;
+            check("many", &[], &[], &materials, &vec![String::new(); MAX_MATERIALS + 1])
+        };
+        assert!(of_last(0.0).is_ok());
+        assert!(of_last(1.0).is_err_and(|error| error.to_string().contains("material 65535")));
     }
 }

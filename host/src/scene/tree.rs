@@ -266,9 +266,11 @@ fn fill(block: &mut TriangleBlock, triangle: impl Fn(usize) -> Option<Triangle>)
     for lane in 0..WIDTH {
         let unused = Triangle { a: unused, b: unused, c: unused };
         let Triangle { a, b, c } = triangle(lane).unwrap_or(unused);
-        (block.a_x[lane], block.a_y[lane], block.a_z[lane]) = a.into();
-        (block.b_x[lane], block.b_y[lane], block.b_z[lane]) = b.into();
-        (block.c_x[lane], block.c_y[lane], block.c_z[lane]) = c.into();
+        for axis in 0..3 {
+            block.a[axis][lane] = a[axis];
+            block.b[axis][lane] = b[axis];
+            block.c[axis][lane] = c[axis];
+        }
     }
 }
 

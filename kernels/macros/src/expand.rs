@@ -166,19 +166,22 @@ fn composed(declaration: &Declaration, tracer: Tracer) -> TokenStream {
         });
     }
     if traces(declaration) {
-        let tracer = match tracer {
-            Tracer::Software => quote! {
-                ::caustics_kernels::trace::bvh::BvhTracer { nodes, blocks, cut_outs }
-            },
-            Tracer::RayQuery => quote! {
-                ::caustics_kernels::trace::ray_query::RayQueryTracer { scene: scene_structure, cut_outs }
-            },
-        };
         composed.extend(quote! {
             let cut_outs = ::caustics_kernels::texture::cut_out::CutOuts {
                 instances, surfaces, materials, textures: texture_tables, features
             };
-            let tracer = #tracer;
+        });
+        composed.extend(match tracer {
+            Tracer::Software => quote! {
+                let tracer = ::caustics_kernels::trace::bvh::BvhTracer { nodes, blocks, cut_outs };
+            },
+            Tracer::RayQuery => quote! {
+                use ::spirv_std::ray_tracing::RayQuery;
+                ::spirv_std::ray_query!(let mut query);
+                let tracer = ::caustics_kernels::trace::ray_query::RayQueryTracer {
+                    scene: scene_structure, cut_outs, query
+                };
+            },
         });
     }
     composed

@@ -9,14 +9,15 @@ use crate::interface::auxiliary::Auxiliary;
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::instance::Instance;
+use crate::interface::material::Material;
 use crate::interface::scene::SceneTables;
 use crate::math::rng::Stream;
-use crate::pass::collect::watch::CollectionPoint;
+use crate::pass::collect::watch::{CollectionPoint, Watch};
 use crate::pass::collect::{Beyond, Start, follow};
 use crate::seam::{Slots, Uncounted};
 use crate::surface::textured::material_of;
 use crate::trace::Tracer;
-use spirv_std::glam::Vec2;
+use spirv_std::glam::{Vec2, Vec3};
 
 /// Prefixes of camera paths, a pixel an invocation.
 #[pass(name = "auxiliary", over = params.pixel_count(), work = Auxiliary)]
@@ -28,28 +29,45 @@ pub fn auxiliary(
     tracer: &mut impl Tracer,
     instances: &[Instance],
     #[len = params.pixel_count()] pixel_order: &[u32],
-    mut auxiliary: Slots<'_, Auxiliary>,
+    auxiliary: Slots<'_, Auxiliary>,
 ) {
     let pixel = pixel_order[place as usize];
     // Where mirrors and lenses image a point says how it moved.
     let features = features | Features::HISTORY;
-    let mut seen = CollectionPoint::default();
     let start = Start::of(Stream::Camera, pixel, params);
-    follow(start, Beyond::NOTHING, params, features, scene, tracer, &mut seen, &mut Uncounted);
-    let mut row = Auxiliary::default();
-    let CollectionPoint { geometry, shading, length } = &seen;
-    if geometry.exists() {
-        row = Auxiliary {
+    let mut row = Row { pixel, params, features, materials: scene.materials, instances, auxiliary };
+    follow(start, Beyond::NOTHING, params, features, scene, tracer, &mut row, &mut Uncounted);
+}
+
+/// Where the row of a pixel is left. It is written as soon as its point is found: the path behind it has no use for it.
+struct Row<'a> {
+    pixel: u32,
+    params: &'a FrameParams,
+    features: Features,
+    materials: &'a [Material],
+    instances: &'a [Instance],
+    auxiliary: Slots<'a, Auxiliary>,
+}
+
+impl Watch for Row<'_> {
+    #[inline(always)]
+    fn collect(&mut self, point: &CollectionPoint) {
+        let CollectionPoint { geometry, shading, length } = point;
+        let row = Auxiliary {
             position: geometry.position,
             depth: *length,
             normal: shading.shading_normal,
             material: shading.material,
-            albedo: material_of(shading, scene.materials, features).base_color,
-            motion: motion(pixel, &seen, instances, params),
-            ..row
+            albedo: material_of(shading, self.materials, self.features).base_color,
+            motion: motion(self.pixel, point, self.instances, self.params),
+            ..Auxiliary::default()
         };
+        self.auxiliary.write(self.pixel, row);
     }
-    auxiliary.write(pixel, row);
+    #[inline(always)]
+    fn end(&mut self, _last: Vec3) {
+        self.auxiliary.write(self.pixel, Auxiliary::default());
+    }
 }
 
 /// Where the picture shows a point less where the picture before did (px). Behind mirrors and glass the eye alone moves:

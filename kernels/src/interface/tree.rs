@@ -39,24 +39,12 @@ pub const TREE_STACK: usize = 64;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct TriangleBlock {
-    /// First corners on x (m).
-    pub a_x: Vec4,
-    /// First corners on y.
-    pub a_y: Vec4,
-    /// First corners on z.
-    pub a_z: Vec4,
-    /// Second corners on x (m).
-    pub b_x: Vec4,
-    /// Second corners on y.
-    pub b_y: Vec4,
-    /// Second corners on z.
-    pub b_z: Vec4,
-    /// Third corners on x (m).
-    pub c_x: Vec4,
-    /// Third corners on y.
-    pub c_y: Vec4,
-    /// Third corners on z.
-    pub c_z: Vec4,
+    /// First corners (m): x, y and z, each of four lanes.
+    pub a: [[f32; 4]; 3],
+    /// Second corners.
+    pub b: [[f32; 4]; 3],
+    /// Third corners.
+    pub c: [[f32; 4]; 3],
     /// Id of the triangle in lane 0; the others follow.
     pub first: u32,
     /// Lanes in use.

@@ -16,7 +16,7 @@ use crate::math::mean;
 use spirv_std::glam::{Vec3, Vec4};
 
 /// A point on a light as a vertex sees it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Connection {
     /// Where a shadow ray ends, just before the light (m).
     pub target: Vec3,
@@ -115,9 +115,9 @@ impl Candidates {
                 choose(scene.lights, light_count, u.x, u.y)
             };
         }
-        let light = scene.lights[row as usize];
-        let gain = self.gain(&light);
-        let connection = connect_to(&light, scene, features, position, u.z, u.w);
+        let light = &scene.lights[row as usize];
+        let gain = self.gain(light);
+        let connection = connect_to(light, scene, features, position, u.z, u.w);
         Connection {
             radiance_over_pdf: connection.radiance_over_pdf / gain,
             pdf_solid_angle: connection.pdf_solid_angle * gain,
@@ -144,53 +144,59 @@ impl ByClass {
     pub fn sum(&self) -> Vec3 {
         self.non_specular + self.specular
     }
+
+    /// As much of both.
+    #[inline(always)]
+    pub fn times(&self, factor: f32) -> ByClass {
+        ByClass { non_specular: self.non_specular * factor, specular: self.specular * factor }
+    }
 }
 
 /// One of the candidates of a connection, drawn by the light that each would give unshadowed [Chao 1982, A general purpose unequal
 /// probability sampling plan].
-pub struct Reservoir {
-    /// The number of the one that was drawn.
-    pub number: u32,
-    /// The light that it would give.
-    light: ByClass,
-    /// The mean of its channels, and that of all.
+pub struct Reservoir<T> {
+    /// What was kept of the one that was drawn.
+    pub kept: T,
+    /// The mean of the channels of the light that it would give, and that of all.
     weight: f32,
     weights: f32,
     /// Uniform in [0, 1), whatever was chosen.
     choice: f32,
 }
 
-impl Reservoir {
+impl<T: Default> Reservoir<T> {
     /// None yet; `choice` is uniform in [0, 1).
     #[inline(always)]
     pub fn new(choice: f32) -> Self {
-        Reservoir { number: 0, light: ByClass::default(), weight: 0.0, weights: 0.0, choice }
+        Reservoir { kept: T::default(), weight: 0.0, weights: 0.0, choice }
     }
 
-    /// Takes a candidate, or passes it by.
+    /// Takes a candidate that would give this light, or passes it by.
     #[inline(always)]
-    pub fn add(&mut self, number: u32, light: ByClass) {
-        let weight = mean(light.sum());
+    pub fn add(&mut self, kept: T, light: Vec3) {
+        let weight = mean(light);
         if weight > 0.0 {
             self.weights += weight;
             let chance = weight / self.weights;
             // The first is always taken, and what has no bounds, so that it is counted.
             if self.choice < chance || weight == self.weights {
                 self.choice = (self.choice / chance).min(BELOW_ONE);
-                (self.number, self.light, self.weight) = (number, light, weight);
+                (self.kept, self.weight) = (kept, weight);
             } else {
                 self.choice = ((self.choice - chance) / (1.0 - chance)).min(BELOW_ONE);
             }
         }
     }
 
-    /// Its light over the chance that it was chosen.
+    /// Whether any gives light, so that one was drawn.
     #[inline(always)]
-    pub fn light(&self) -> ByClass {
-        if self.weight == self.weights {
-            return self.light;
-        }
-        let scale = self.weights / self.weight;
-        ByClass { non_specular: self.light.non_specular * scale, specular: self.light.specular * scale }
+    pub fn is_drawn(&self) -> bool {
+        self.weights > 0.0
+    }
+
+    /// One over the chance that it was chosen.
+    #[inline(always)]
+    pub fn inverse_chance(&self) -> f32 {
+        if self.weight == self.weights { 1.0 } else { self.weights / self.weight }
     }
 }

@@ -33,7 +33,7 @@ const MIN_FOOTPRINT_WIDENING: f32 = 0.25;
 impl RayCone {
     /// The cone of a pixel at the eye.
     #[inline]
-    pub fn at_eye(pixel_spread: f32) -> Self {
+    pub const fn at_eye(pixel_spread: f32) -> Self {
         RayCone { width: 0.0, spread: pixel_spread, rough_width: 0.0, rough_spread: 0.0, is_bent: false }
     }
 

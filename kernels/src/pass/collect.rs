@@ -1,8 +1,8 @@
 //! `collect`: traces a camera path through each pixel. Its prefix of specular events ends at the collection point;
 //! beside it the path gathers all light that is no caustic.
 
+mod aside;
 mod connected;
-mod waiting;
 pub mod watch;
 
 use crate::declare::pass;
@@ -38,8 +38,9 @@ use crate::surface::vertex::{Vertex, vertex};
 use crate::trace::Tracer;
 use crate::trace::enclosing::enclosing;
 use crate::trace::reach::{reach, unblocked};
+use aside::{Aside, Shadow, Sum};
+use connected::Connected;
 use spirv_std::glam::Vec3;
-use waiting::Shadow;
 use watch::{CollectionPoint, Watch};
 
 /// Where there is none of these, all that bends a path is plane mirrors.
@@ -231,6 +232,34 @@ pub fn collected<T: Tracer, C: Atomics>(
     Collected { light, point }
 }
 
+/// What a camera path takes along from one vertex to the next.
+#[derive(Clone, Copy)]
+struct Segment {
+    ray: Ray,
+    /// The vertex that it left, or the eye (m).
+    from: Vec3,
+    /// Whether the prefix leads to that.
+    of_prefix: bool,
+    media: MediaStack,
+    throughput: Vec3,
+    /// Density of its direction (1/sr), 0 from a lobe without a width.
+    pdf_scattered: f32,
+    /// Whether a light that it meets counts.
+    finds_emission: bool,
+}
+
+impl Segment {
+    const NONE: Segment = Segment {
+        ray: Ray { origin: Vec3::ZERO, length: 0.0, direction: Vec3::ZERO, key: 0 },
+        from: Vec3::ZERO,
+        of_prefix: false,
+        media: MediaStack::VACUUM,
+        throughput: Vec3::ZERO,
+        pdf_scattered: 0.0,
+        finds_emission: false,
+    };
+}
+
 /// Follows a camera path from its first ray, while somebody watches.
 #[inline(always)]
 pub fn follow<T: Tracer, W: Watch, C: Atomics>(
@@ -243,266 +272,280 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
     watch: &mut W,
     counters: &mut C,
 ) -> PathLight {
-    let Start { mut ray, mut cone, mut rng } = start;
-    let direct = cone;
+    let Start { ray, cone: direct, mut rng } = start;
     let mut pencil = Pencil::at_eye(ray.direction, params.camera.right);
-    let mut light = PathLight::default();
     let parts = features.has(Features::PARTS);
-    let mut throughput = Vec3::ONE;
-    let mut media = MediaStack::VACUUM;
+    let mut next =
+        Segment { ray, from: ray.origin, throughput: Vec3::ONE, finds_emission: true, ..Segment::NONE };
     if features.has(Features::ENCLOSED) {
-        media = enclosing(ray.origin, features, scene, tracer);
+        next.media = enclosing(ray.origin, features, scene, tracer);
     }
-    let (mut prefix, mut steady, mut distance) = (true, true, 0.0);
+    let (mut prefix, mut steady) = (true, true);
     let mut from_point = 0.0;
-    let (mut pdf_scattered, mut finds_emission, mut candidates) = (0.0, true, Candidates::ONE);
     let all = Candidates::of(params);
-    let mut previous = ray.origin;
-    scratch!(connected: connected::ROOM);
-    scratch!(shadows: waiting::ROOM);
-    let (mut rays, mut shadow_rays, mut overflows, mut unexpected) = (0, 0, 0, 0);
+    let candidates_of = |prefix: bool| if prefix { all } else { Candidates::ONE };
+    scratch!(connections: connected::ROOM);
+    scratch!(words: aside::ROOM);
+    let mut aside = Aside { words, features };
+    aside.clear();
+    aside.set_cone(direct, 0.0);
+    let mut shadow_rays = 0;
 
-    // Vertex `depth` is scattered at; the last one may only emit.
+    // The segment of this number, and the vertex that it finds; the last one may only emit. That the loop ends in one place
+    // alone, with nothing left of a segment, spares a GPU what it would keep of paths that have ended while others go on.
     let mut depth = 1;
-    while depth <= params.max_bounces + 1 {
-        rays += 1;
+    loop {
+        let Segment { mut ray, from, of_prefix, mut media, mut throughput, pdf_scattered, finds_emission } =
+            next;
+        next = Segment::NONE;
         if features.has(Features::BLENDS) {
             ray.key = rng.ray_key(0);
         }
         let reached = reach(&ray, media, features, scene, tracer);
         let hit = reached.hit;
         media = reached.media;
-        overflows += reached.overflows;
-        unexpected += reached.unexpected;
+        count_rare(reached.overflows, Counter::MediaOverflow, counters);
+        count_rare(reached.unexpected, Counter::UnexpectedFaces, counters);
+        let mut goes_on = false;
         if hit.is_miss() {
             watch.escape(&ray, throughput);
             if prefix {
-                light.radiance += throughput * params.background;
+                aside.add(Sum::Radiance, throughput * params.background);
             }
             if features.has(Features::ENVIRONMENT) && finds_emission {
-                let mut seen = environment(&ray, pdf_scattered, candidates, params, scene);
+                let mut seen = environment(&ray, pdf_scattered, candidates_of(of_prefix), params, scene);
                 if features.has(Features::ABSORPTION) {
                     seen *= reached.left;
                 }
-                light.radiance += throughput * seen;
+                aside.add(Sum::Radiance, throughput * seen);
             }
-            break;
-        }
-        let mut width = 0.0;
-        if prefix {
-            cone = cone.advance(hit.distance);
-            if images(features) {
-                pencil = pencil.advance(hit.distance);
+            if prefix {
+                watch.end(from);
             }
-            distance += hit.distance;
-            if !params.has_filter(TEXTURE_FILTER_FINEST) {
-                width = cone.total_width();
-            }
-        }
-        let here = vertex(scene, features, &ray, &hit, width);
-        let material = material_at(scene, &here, features);
-        if features.has(Features::ABSORPTION) {
-            throughput *= reached.left;
-        }
-        watch.arrive(&ray, &hit, &here, throughput);
-
-        // Emission, shared with the direct connections of the vertex before.
-        let is_lamp = features.has(Features::AREA_LIGHTS) && here.light != NONE && emits(&here, &material);
-        if is_lamp && finds_emission {
-            let lamp = scene.lights[here.light as usize];
-            let mut weight = 1.0;
-            if pdf_scattered > 0.0 {
-                let cos = here.to_previous.dot(here.face_normal);
-                let square = hit.distance * hit.distance;
-                let pdf_connected =
-                    pdf_solid_angle(&lamp, scene, features, previous, square, cos) * candidates.gain(&lamp);
-                weight = pdf_scattered / (pdf_scattered + pdf_connected);
-            }
-            light.radiance += throughput * material.emission * weight;
-        }
-        previous = here.position;
-        if depth > params.max_bounces {
-            break;
-        }
-        // Direct light on every non-delta lobe, each class for itself.
-        let (mut follows, mut finds) = (Classes::ALL, Classes::ALL);
-        candidates = all;
-        if !prefix {
-            (follows, finds) = (beyond.follows, beyond.finds);
-            candidates = Candidates::ONE;
-        }
-        let mut channel = Channel::GREEN;
-        if disperses(&here, scene.materials, media, features) {
-            let mixed = is_mixed(throughput);
-            let u = if mixed { next4(&mut rng, &params.sequence).x } else { 0.0 };
-            (channel, throughput) = part(throughput, u);
-        }
-        let u = next4(&mut rng, &params.sequence);
-        let mut choice = 0.0;
-        if candidates.each > 1 {
-            choice = next4(&mut rng, &params.sequence).x;
-        }
-        let mut connections = 0;
-        if beyond.is_lit() && may_be_wide(&material, features) {
-            connections = candidates.connections * candidates.each;
-        }
-        let mut number = 0;
-        while number < connections {
-            let connection =
-                candidates.connect(number, scene, params.light_count, features, here.position, u);
-            connected::put(connected, number, &connection);
-            number += 1;
-        }
-        let scattering = ScatteringVertex::new(
-            here,
-            material,
-            scene.materials,
-            media,
-            channel,
-            follows,
-            params.specular_roughness,
-            features,
-        );
-        if parts && prefix {
-            (light.seen, light.direct.radiance) = (light.radiance, Vec3::ZERO);
-        }
-        let mut waits = 0;
-        if scattering.bsdf.is_wide() {
-            number = 0;
-            while number < connections {
-                let mut reservoir = Reservoir::new(choice);
-                let end = number + candidates.each;
-                while number < end {
-                    let candidate = connected::take(connected, number);
-                    reservoir.add(number, direct_light(&scattering, &candidate, finds, features));
-                    number += 1;
+        } else {
+            let mut width = 0.0;
+            if prefix {
+                let (cone, distance) = aside.cone();
+                let cone = cone.advance(hit.distance);
+                aside.set_cone(cone, distance + hit.distance);
+                if images(features) {
+                    pencil = pencil.advance(hit.distance);
                 }
-                let direct = reservoir.light();
-                let both = direct.sum();
-                if both.max_element() > 0.0 {
-                    let connection = connected::take(connected, reservoir.number);
-                    let mut ray = shadow_ray(&here, &connection);
-                    if features.has(Features::BLENDS) {
-                        ray.key = rng.ray_key(number);
+                if !params.has_filter(TEXTURE_FILTER_FINEST) {
+                    width = cone.total_width();
+                }
+            }
+            let here = vertex(scene, features, &ray, &hit, width);
+            let material = material_at(scene, &here, features);
+            if features.has(Features::ABSORPTION) {
+                throughput *= reached.left;
+            }
+            watch.arrive(&ray, &hit, &here, throughput);
+
+            // Emission, shared with the direct connections of the vertex before.
+            let is_lamp =
+                features.has(Features::AREA_LIGHTS) && here.light != NONE && emits(&here, &material);
+            if is_lamp && finds_emission {
+                let lamp = scene.lights[here.light as usize];
+                let mut weight = 1.0;
+                if pdf_scattered > 0.0 {
+                    let cos = here.to_previous.dot(here.face_normal);
+                    let square = hit.distance * hit.distance;
+                    let pdf_connected = pdf_solid_angle(&lamp, scene, features, from, square, cos)
+                        * candidates_of(of_prefix).gain(&lamp);
+                    weight = pdf_scattered / (pdf_scattered + pdf_connected);
+                }
+                aside.add(Sum::Radiance, throughput * material.emission * weight);
+            }
+            if depth <= params.max_bounces {
+                // Direct light on every non-delta lobe, each class for itself.
+                let (mut follows, mut finds) = (Classes::ALL, Classes::ALL);
+                let candidates = candidates_of(prefix);
+                if !prefix {
+                    (follows, finds) = (beyond.follows, beyond.finds);
+                }
+                let mut channel = Channel::GREEN;
+                if disperses(&here, scene.materials, media, features) {
+                    let mixed = is_mixed(throughput);
+                    let u = if mixed { next4(&mut rng, &params.sequence).x } else { 0.0 };
+                    (channel, throughput) = part(throughput, u);
+                }
+                let u = next4(&mut rng, &params.sequence);
+                let mut choice = 0.0;
+                if candidates.each > 1 {
+                    choice = next4(&mut rng, &params.sequence).x;
+                }
+                let mut count = 0;
+                if beyond.is_lit() && may_be_wide(&material, features) {
+                    count = candidates.connections * candidates.each;
+                }
+                let connect = |number| {
+                    candidates.connect(number, scene, params.light_count, features, here.position, u)
+                };
+                let mut connected = Connected::new(count, connect, connections);
+                let scattering = ScatteringVertex::new(
+                    here,
+                    material,
+                    scene.materials,
+                    media,
+                    channel,
+                    follows,
+                    params.specular_roughness,
+                    features,
+                );
+                if parts && prefix {
+                    aside.set(Sum::Seen, aside.sum(Sum::Radiance));
+                    aside.set(Sum::Direct, Vec3::ZERO);
+                }
+                let mut waits = 0;
+                if scattering.bsdf.is_wide() {
+                    let mut number = 0;
+                    while number < count {
+                        let mut reservoir = Reservoir::new(choice);
+                        let end = number + candidates.each;
+                        while number < end {
+                            let candidate = connected.get(number);
+                            let direct = direct_light(&scattering, &candidate, finds, features);
+                            reservoir.add(connected.keep(number, candidate, direct), direct.sum());
+                            number += 1;
+                        }
+                        if reservoir.is_drawn() {
+                            let (connection, direct) = connected.of(reservoir.kept);
+                            let direct = direct.times(reservoir.inverse_chance());
+                            let mut ray = shadow_ray(&here, &connection);
+                            if features.has(Features::BLENDS) {
+                                ray.key = rng.ray_key(number);
+                            }
+                            let shadow = Shadow {
+                                ray,
+                                media: scattering.media_towards(connection.to_light),
+                                radiance: throughput * direct.sum(),
+                                specular: throughput * direct.specular,
+                                non_specular: throughput * direct.non_specular,
+                            };
+                            aside.set_shadow(waits, &shadow);
+                            waits += 1;
+                        }
                     }
-                    let shadow = Shadow {
-                        ray,
-                        media: scattering.media_towards(connection.to_light),
-                        radiance: throughput * both,
-                        specular: throughput * direct.specular,
-                        non_specular: throughput * direct.non_specular,
-                    };
-                    waiting::put(shadows, waits, &shadow, features);
-                    waits += 1;
+                }
+                let (was_prefix, was_steady) = (prefix, steady);
+
+                // Scatter; the first non-specular choice makes the collection point.
+                let u = next4(&mut rng, &params.sequence);
+                let mut ends = false;
+                let scattered = scattering.sample(u);
+                if scattering.bsdf.scatters() {
+                    watch.scatter(&scattered);
+                }
+                if prefix && scattered.sampled.class == Classes::NON_SPECULAR {
+                    prefix = false;
+                    let chance = scattering.bsdf.class_chance(Classes::NON_SPECULAR);
+                    if depth < params.max_bounces && chance > 0.0 {
+                        let cos = here.to_previous.dot(here.face_normal);
+                        let (cone, distance) = aside.cone();
+                        let image = pencil.image(distance);
+                        if parts {
+                            aside.set_chance(chance);
+                        }
+                        let geometry = PointGeometry {
+                            position: here.position,
+                            radius: cone.radius(
+                                cos,
+                                params.radius_px,
+                                here.position,
+                                direct.advance(distance).width,
+                            ),
+                            normal: here.face_normal,
+                            depth,
+                        };
+                        let mut shading = PointShading {
+                            to_viewer: here.to_previous,
+                            material: here.material,
+                            shading_normal: here.shading_normal,
+                            red_green: 0,
+                            throughput: throughput / chance,
+                            blue_roughness_metallic: 0,
+                            eta: scattering.bsdf.eta,
+                            instance: here.instance,
+                            distance: image.distance,
+                            astigmatism: to_signed_shares(image.astigmatism),
+                        };
+                        if features.has(Features::TEXTURES) && material.flags & FLAGS_SCATTER_TEXTURE != 0 {
+                            let (first, second) = packed(&material);
+                            shading.red_green = first;
+                            shading.blue_roughness_metallic = second;
+                        }
+                        watch.collect(&CollectionPoint { geometry, shading, length: distance });
+                    } else {
+                        watch.end(here.position);
+                    }
+                    ends = !beyond.is_lit();
+                }
+                throughput *= scattered.sampled.weight;
+                if scattered.sampled.class == Classes::NON_SPECULAR {
+                    // Russian roulette, by what is left of what left the collection point.
+                    let carried = throughput.max_element();
+                    if was_prefix {
+                        from_point = carried;
+                    }
+                    let survival = (carried / (SURE * from_point)).min(1.0);
+                    throughput = if u.w < survival { throughput / survival } else { Vec3::ZERO };
+                }
+                let carried = throughput.element_sum();
+                goes_on = !ends && is_finite(carried) && carried > 0.0;
+                if prefix {
+                    if images(features) {
+                        pencil = scatter_pencil(pencil, scene, features, &hit, &here, &scattered);
+                    }
+                    let (cone, distance) = aside.cone();
+                    aside.set_cone(scatter_cone(cone, &here, &scattered), distance);
+                }
+                if goes_on && scattered.sampled.transmitted {
+                    // Radiance is compressed into the denser side's smaller solid angle.
+                    throughput *= scattered.sampled.eta * scattered.sampled.eta;
+                    count_rare(scattered.media_overflow.into(), Counter::MediaOverflow, counters);
+                }
+                steady = steady && scattered.sampled.pdf_solid_angle == 0.0;
+                next = Segment {
+                    ray: scattered.ray,
+                    from: here.position,
+                    of_prefix: was_prefix,
+                    media: scattered.media,
+                    throughput,
+                    pdf_scattered: scattered.sampled.pdf_solid_angle,
+                    finds_emission: prefix || beyond.finds.has(scattered.sampled.class),
+                };
+
+                // Of the vertex nothing is needed any more.
+                let mut place = 0;
+                while place < waits {
+                    let shadow = aside.shadow(place);
+                    let left = unblocked(&shadow.ray, shadow.media, features, scene, tracer);
+                    if left.max_element() > 0.0 {
+                        aside.add(Sum::Radiance, shadow.radiance * left);
+                        if parts && was_prefix {
+                            aside.add(Sum::Seen, shadow.specular * left);
+                            aside.add(Sum::Direct, shadow.non_specular * left);
+                        }
+                    }
+                    place += 1;
+                }
+                shadow_rays += waits;
+                if parts && was_steady {
+                    aside.set(Sum::Steady, aside.sum(Sum::Radiance));
                 }
             }
-        }
-        let (of_prefix, was_steady) = (prefix, steady);
-
-        // Scatter; the first non-specular choice makes the collection point.
-        let u = next4(&mut rng, &params.sequence);
-        if !scattering.bsdf.scatters() {
-            break;
-        }
-        let scattered = scattering.sample(u);
-        watch.scatter(&scattered);
-        if prefix && scattered.sampled.class == Classes::NON_SPECULAR {
-            prefix = false;
-            let chance = scattering.bsdf.class_chance(Classes::NON_SPECULAR);
-            if depth < params.max_bounces && chance > 0.0 {
-                let cos = here.to_previous.dot(here.face_normal);
-                let image = pencil.image(distance);
-                light.direct.chance = chance;
-                let geometry = PointGeometry {
-                    position: here.position,
-                    radius: cone.radius(cos, params.radius_px, here.position, direct.advance(distance).width),
-                    normal: here.face_normal,
-                    depth,
-                };
-                let mut shading = PointShading {
-                    to_viewer: here.to_previous,
-                    material: here.material,
-                    shading_normal: here.shading_normal,
-                    red_green: 0,
-                    throughput: throughput / chance,
-                    blue_roughness_metallic: 0,
-                    eta: scattering.bsdf.eta,
-                    instance: here.instance,
-                    distance: image.distance,
-                    astigmatism: to_signed_shares(image.astigmatism),
-                };
-                if features.has(Features::TEXTURES) && material.flags & FLAGS_SCATTER_TEXTURE != 0 {
-                    let (first, second) = packed(&material);
-                    shading.red_green = first;
-                    shading.blue_roughness_metallic = second;
-                }
-                watch.collect(&CollectionPoint { geometry, shading, length: distance });
-            } else {
+            if prefix && !goes_on {
                 watch.end(here.position);
             }
-            if !beyond.is_lit() {
-                break;
-            }
-        }
-        throughput *= scattered.sampled.weight;
-        if scattered.sampled.class == Classes::NON_SPECULAR {
-            // Russian roulette, by what is left of what left the collection point.
-            let carried = throughput.max_element();
-            if of_prefix {
-                from_point = carried;
-            }
-            let survival = (carried / (SURE * from_point)).min(1.0);
-            throughput = if u.w < survival { throughput / survival } else { Vec3::ZERO };
-        }
-        let carried = throughput.element_sum();
-        let goes_on = is_finite(carried) && carried > 0.0;
-        if goes_on {
-            if prefix {
-                if images(features) {
-                    pencil = scatter_pencil(pencil, scene, features, &hit, &here, &scattered);
-                }
-                cone = scatter_cone(cone, &here, &scattered);
-            }
-            if scattered.sampled.transmitted {
-                // Radiance is compressed into the denser side's smaller solid angle.
-                throughput *= scattered.sampled.eta * scattered.sampled.eta;
-                overflows += u32::from(scattered.media_overflow);
-            }
-            media = scattered.media;
-            pdf_scattered = scattered.sampled.pdf_solid_angle;
-            steady = steady && pdf_scattered == 0.0;
-            finds_emission = prefix || beyond.finds.has(scattered.sampled.class);
-            ray = scattered.ray;
-            depth += 1;
-        }
-
-        // Of the vertex nothing is needed any more.
-        let mut place = 0;
-        while place < waits {
-            let shadow = waiting::take(shadows, place, features);
-            let left = unblocked(&shadow.ray, shadow.media, features, scene, tracer);
-            if left.max_element() > 0.0 {
-                light.radiance += shadow.radiance * left;
-                if parts && of_prefix {
-                    light.seen += shadow.specular * left;
-                    light.direct.radiance += shadow.non_specular * left;
-                }
-            }
-            place += 1;
-        }
-        shadow_rays += waits;
-        if parts && was_steady {
-            light.steady = light.radiance;
         }
         if !goes_on {
             break;
         }
+        depth += 1;
     }
 
-    // Whatever ended the path.
-    if prefix {
-        watch.end(previous);
-    }
+    let mut light = aside.light();
     if parts && steady {
         light.steady = light.radiance;
     }
@@ -510,15 +553,17 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
         light = PathLight::default();
         counters.add(Counter::NonFinite as u32, 1);
     }
-    counters.add(Counter::CameraRays as u32, rays);
+    counters.add(Counter::CameraRays as u32, depth);
     counters.add(Counter::ShadowRays as u32, shadow_rays);
-    if overflows != 0 {
-        counters.add(Counter::MediaOverflow as u32, overflows);
-    }
-    if unexpected != 0 {
-        counters.add(Counter::UnexpectedFaces as u32, unexpected);
-    }
     light
+}
+
+/// Counts what hardly ever occurs, at once: a sum would be one value more that a path keeps.
+#[inline(always)]
+fn count_rare<C: Atomics>(times: u32, counter: Counter, counters: &mut C) {
+    if times != 0 {
+        counters.add(counter as u32, times);
+    }
 }
 
 /// What a ray that meets nothing sees of the environment, shared with the direct connections of the vertex that it left.

@@ -11,18 +11,25 @@ use crate::interface::features::Features;
 use crate::interface::material::{FLAG_HANGING, FLAG_SHEET, Material};
 use crate::surface::dispersion::Channel;
 use caustics_kernel_macros::shared;
-use spirv_std::glam::{UVec4, Vec3};
+use spirv_std::glam::{UVec2, Vec3};
 
 /// Media that are kept.
 const DEPTH: u32 = 4;
 
-/// Materials around a place by falling priority, one twice where two of its solids overlap; `NONE` behind the last.
+/// Materials that a scene may have, so that a medium's takes half a word.
+pub const MAX_MATERIALS: usize = NO_MEDIUM as usize;
+
+/// Behind the last of them.
+const NO_MEDIUM: u32 = 0xffff;
+
+/// Materials around a place by falling priority, one twice where two of its solids overlap. A path keeps three of these, and
+/// a GPU its registers: they are two in a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MediaStack {
-    first: u32,
-    second: u32,
-    third: u32,
-    fourth: u32,
+    /// The first in the lower half, and the second.
+    upper: u32,
+    /// The third, and the fourth.
+    lower: u32,
 }
 
 /// The media on both sides of a face.
@@ -44,24 +51,35 @@ impl Sides {
     /// Whether a medium of higher priority lies on both sides: the face does nothing.
     #[inline(always)]
     pub fn is_covered(self) -> bool {
-        self.before.first == self.behind.first
+        self.before.first() == self.behind.first()
     }
 }
 
 impl MediaStack {
     /// Vacuum.
-    pub const VACUUM: MediaStack = MediaStack { first: NONE, second: NONE, third: NONE, fourth: NONE };
+    pub const VACUUM: MediaStack = MediaStack { upper: NONE, lower: NONE };
 
     /// As words.
     #[inline(always)]
-    pub fn words(self) -> UVec4 {
-        UVec4::new(self.first, self.second, self.third, self.fourth)
+    pub fn words(self) -> UVec2 {
+        UVec2::new(self.upper, self.lower)
     }
 
     /// Of such words.
     #[inline(always)]
-    pub fn of_words(words: UVec4) -> Self {
-        MediaStack { first: words.x, second: words.y, third: words.z, fourth: words.w }
+    pub fn of_words(words: UVec2) -> Self {
+        MediaStack { upper: words.x, lower: words.y }
+    }
+
+    #[inline(always)]
+    fn of(first: u32, second: u32, third: u32, fourth: u32) -> Self {
+        MediaStack { upper: first | second << 16, lower: third | fourth << 16 }
+    }
+
+    /// The medium that light travels in here, or `NO_MEDIUM`.
+    #[inline(always)]
+    fn first(self) -> u32 {
+        self.upper & 0xffff
     }
 
     /// The media inside of `material` too; the last is forgotten if four are there already (second value true).
@@ -71,29 +89,28 @@ impl MediaStack {
         while place < DEPTH && !outranks(material, self.at(place), materials) {
             place += 1;
         }
-        (self.inserted(material, place), self.fourth != NONE)
+        (self.inserted(material, place), self.at(3) != NO_MEDIUM)
     }
 
     /// The medium at a place, counted from that of the highest priority.
     #[inline(always)]
     fn at(self, place: u32) -> u32 {
-        let MediaStack { first, second, third, fourth } = self;
-        let (upper, lower) = if place & 1 == 0 { (first, third) } else { (second, fourth) };
-        if place < 2 { upper } else { lower }
+        let two = if place < 2 { self.upper } else { self.lower };
+        two >> (16 * (place & 1)) & 0xffff
     }
 
     /// With `material` before what is at a place; the same where that is beyond the last.
     #[shared]
     fn inserted(self, material: u32, place: u32) -> Self {
-        let MediaStack { first, second, third, .. } = self;
+        let (first, second, third) = (self.at(0), self.at(1), self.at(2));
         if place == 0 {
-            MediaStack { first: material, second: first, third: second, fourth: third }
+            MediaStack::of(material, first, second, third)
         } else if place == 1 {
-            MediaStack { first, second: material, third: second, fourth: third }
+            MediaStack::of(first, material, second, third)
         } else if place == 2 {
-            MediaStack { first, second, third: material, fourth: third }
+            MediaStack::of(first, second, material, third)
         } else if place == 3 {
-            MediaStack { first, second, third, fourth: material }
+            MediaStack::of(first, second, third, material)
         } else {
             self
         }
@@ -102,15 +119,15 @@ impl MediaStack {
     /// The media outside of `material`; the same if it is not around.
     #[shared]
     pub fn left(self, material: u32) -> Self {
-        let MediaStack { first, second, third, fourth } = self;
+        let (first, second, third, fourth) = (self.at(0), self.at(1), self.at(2), self.at(3));
         if first == material {
-            MediaStack { first: second, second: third, third: fourth, fourth: NONE }
+            MediaStack::of(second, third, fourth, NO_MEDIUM)
         } else if second == material {
-            MediaStack { first, second: third, third: fourth, fourth: NONE }
+            MediaStack::of(first, third, fourth, NO_MEDIUM)
         } else if third == material {
-            MediaStack { first, second, third: fourth, fourth: NONE }
+            MediaStack::of(first, second, fourth, NO_MEDIUM)
         } else if fourth == material {
-            MediaStack { first, second, third, fourth: NONE }
+            MediaStack::of(first, second, third, NO_MEDIUM)
         } else {
             self
         }
@@ -119,7 +136,8 @@ impl MediaStack {
     /// Whether `material` is around.
     #[inline]
     pub fn holds(self, material: u32) -> bool {
-        self.first == material || self.second == material || self.third == material || self.fourth == material
+        let (first, second, third, fourth) = (self.at(0), self.at(1), self.at(2), self.at(3));
+        first == material || second == material || third == material || fourth == material
     }
 
     /// The media at a face, for a path that comes through these: that of a hanging sheet has ended there.
@@ -130,7 +148,7 @@ impl MediaStack {
             let mut place = 0;
             while place < DEPTH {
                 let id = self.at(place);
-                if id != NONE && materials[id as usize].flags & FLAG_HANGING != 0 {
+                if id != NO_MEDIUM && materials[id as usize].flags & FLAG_HANGING != 0 {
                     settled = settled.left(id);
                 }
                 place += 1;
@@ -164,26 +182,29 @@ impl MediaStack {
     /// Index of refraction here, of a channel where some medium disperses.
     #[inline(always)]
     pub fn ior(self, channel: Channel, features: Features, materials: &[Material]) -> f32 {
-        if self.first == NONE {
+        let first = self.first();
+        if first == NO_MEDIUM {
             return 1.0;
         }
-        let material = &materials[self.first as usize];
+        let material = &materials[first as usize];
         if features.has(Features::DISPERSION) { channel.ior(material) } else { material.ior }
     }
 
     /// Whether the medium here bends channels differently.
     #[inline(always)]
     pub fn disperses(self, materials: &[Material]) -> bool {
-        self.first != NONE && materials[self.first as usize].dispersion > 0.0
+        let first = self.first();
+        first != NO_MEDIUM && materials[first as usize].dispersion > 0.0
     }
 
     /// Share of light left after `distance` (m) here.
     #[inline(always)]
     pub fn transmittance(self, materials: &[Material], distance: f32) -> Vec3 {
-        if self.first == NONE {
+        let first = self.first();
+        if first == NO_MEDIUM {
             return Vec3::ONE;
         }
-        let absorption = materials[self.first as usize].absorption;
+        let absorption = materials[first as usize].absorption;
         Vec3::new(
             (-absorption.x * distance).exp(),
             (-absorption.y * distance).exp(),
@@ -195,7 +216,7 @@ impl MediaStack {
 /// Whether a medium stands before another; the same one may.
 #[inline(always)]
 fn outranks(material: u32, other: u32, materials: &[Material]) -> bool {
-    other == NONE || materials[material as usize].priority >= materials[other as usize].priority
+    other == NO_MEDIUM || materials[material as usize].priority >= materials[other as usize].priority
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
-//! Software tracer: a bounding volume hierarchy of four children a node, tested four boxes or triangles at a time.
+//! Software tracer: a bounding volume hierarchy of four children a node, whose boxes are tested at once.
 //! On a CPU glam's Vec4 is a vector register; on a GPU the same code is scalar.
+
+use core::ops::{Add, Div, Mul, Sub};
 
 use crate::interface::NONE;
 use crate::interface::features::Features;
@@ -167,8 +169,8 @@ fn slabs(planes: Vec4, origin: f32, inverse: f32) -> Vec4 {
     (planes - Vec4::splat(origin)) * inverse
 }
 
-/// Tests the ray against the block's triangles by signed edge volumes around the ray's origin: a shared edge gives
-/// its two triangles the same numbers with opposite signs, so that no ray slips between them.
+/// Tests the ray against the block's triangles, one after another: four at once would take a GPU's registers.
+#[cfg(target_arch = "spirv")]
 #[inline(always)]
 pub(super) fn intersect_block(
     block: &TriangleBlock,
@@ -177,53 +179,141 @@ pub(super) fn intersect_block(
     ray: &Ray,
     best: &mut Hit,
 ) {
-    let o = ray.origin;
-    let a = [block.a_x - Vec4::splat(o.x), block.a_y - Vec4::splat(o.y), block.a_z - Vec4::splat(o.z)];
-    let b = [block.b_x - Vec4::splat(o.x), block.b_y - Vec4::splat(o.y), block.b_z - Vec4::splat(o.z)];
-    let c = [block.c_x - Vec4::splat(o.x), block.c_y - Vec4::splat(o.y), block.c_z - Vec4::splat(o.z)];
-    let d = ray.direction;
+    let mut lane = 0;
+    while lane < block.count {
+        let at = lane as usize & 3;
+        let corner = |lanes: &[[f32; 4]; 3]| [lanes[0][at], lanes[1][at], lanes[2][at]];
+        let found = Crossing::of(corner(&block.a), corner(&block.b), corner(&block.c), ray);
+        let inside = found.u.min(found.v).min(found.w) >= 0.0 || found.u.max(found.v).max(found.w) <= 0.0;
+        if inside && found.sum != 0.0 && found.distance > 0.0 && found.distance <= best.distance {
+            consider(&found, block.first + lane, instance, cut_outs, ray.key, best);
+        }
+        lane += 1;
+    }
+}
 
-    // Twice the barycentric volumes of corners a, b, c.
-    let u = edge_volume(b, c, d);
-    let v = edge_volume(c, a, d);
-    let w = edge_volume(a, b, d);
-    let least = u.min(v).min(w);
-    let most = u.max(v).max(w);
-    let sum = u + v + w;
-
-    // Distance to the plane.
-    let e1 = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
-    let e2 = [c[0] - a[0], c[1] - a[1], c[2] - a[2]];
-    let n = [e1[1] * e2[2] - e1[2] * e2[1], e1[2] * e2[0] - e1[0] * e2[2], e1[0] * e2[1] - e1[1] * e2[0]];
-    let along = n[0] * d.x + n[1] * d.y + n[2] * d.z;
-    let height = n[0] * a[0] + n[1] * a[1] + n[2] * a[2];
-    let distance = height / along;
-
-    let inside = least.cmpge(Vec4::ZERO) | most.cmple(Vec4::ZERO);
+/// Tests the ray against the block's triangles, four at once.
+#[cfg(not(target_arch = "spirv"))]
+#[inline(always)]
+pub(super) fn intersect_block(
+    block: &TriangleBlock,
+    instance: u32,
+    cut_outs: &CutOuts<'_>,
+    ray: &Ray,
+    best: &mut Hit,
+) {
+    let all = |lanes: &[[f32; 4]; 3]| lanes.map(Vec4::from_array);
+    let Crossing { u, v, w, sum, distance } = Crossing::of(all(&block.a), all(&block.b), all(&block.c), ray);
+    let inside = u.min(v).min(w).cmpge(Vec4::ZERO) | u.max(v).max(w).cmple(Vec4::ZERO);
     let hit = inside
         & sum.cmpne(Vec4::ZERO)
         & distance.cmpgt(Vec4::ZERO)
         & distance.cmple(Vec4::splat(best.distance));
     if hit.any() {
         let distances = Vec4::select(hit, distance, Vec4::splat(f32::MAX)).to_array();
-        let (v, w, sum) = (v.to_array(), w.to_array(), sum.to_array());
-        let mut lane = 0;
-        while lane < 4 {
+        let (u, v, w, sum) = (u.to_array(), v.to_array(), w.to_array(), sum.to_array());
+        for lane in 0..4 {
             if distances[lane] <= best.distance {
-                let inverse = 1.0 / sum[lane];
-                let found = Hit {
+                let found = Crossing {
+                    u: u[lane],
+                    v: v[lane],
+                    w: w[lane],
+                    sum: sum[lane],
                     distance: distances[lane],
-                    triangle: block.first + lane as u32,
-                    u: v[lane] * inverse,
-                    v: w[lane] * inverse,
-                    instance,
                 };
-                if is_before(&found, best) && cut_outs.is_there(&found, ray.key) {
-                    *best = found;
-                }
+                consider(&found, block.first + lane as u32, instance, cut_outs, ray.key, best);
             }
-            lane += 1;
         }
+    }
+}
+
+/// Where a ray crosses the plane of a triangle, or those of four at once. By signed edge volumes around the ray's origin: a
+/// shared edge gives its two triangles the same numbers with opposite signs, so that no ray slips between them.
+struct Crossing<T> {
+    /// Twice the barycentric volumes of the corners: none of another sign than the others where the ray is inside.
+    u: T,
+    v: T,
+    w: T,
+    /// Of the three.
+    sum: T,
+    /// To the plane, in lengths of the ray's direction.
+    distance: T,
+}
+
+/// A number of one triangle, or those of four.
+trait Number:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Mul<f32, Output = Self>
+    + Div<Output = Self>
+{
+    /// The same for all.
+    fn splat(value: f32) -> Self;
+}
+
+impl Number for f32 {
+    #[inline(always)]
+    fn splat(value: f32) -> f32 {
+        value
+    }
+}
+
+impl Number for Vec4 {
+    #[inline(always)]
+    fn splat(value: f32) -> Vec4 {
+        Vec4::splat(value)
+    }
+}
+
+impl<T: Number> Crossing<T> {
+    /// From corners a, b and c.
+    #[inline(always)]
+    fn of(a: [T; 3], b: [T; 3], c: [T; 3], ray: &Ray) -> Crossing<T> {
+        let o = [T::splat(ray.origin.x), T::splat(ray.origin.y), T::splat(ray.origin.z)];
+        let (a, b, c) = (minus(a, o), minus(b, o), minus(c, o));
+        let d = ray.direction;
+        let u = edge_volume(b, c, d);
+        let v = edge_volume(c, a, d);
+        let w = edge_volume(a, b, d);
+
+        let (e1, e2) = (minus(b, a), minus(c, a));
+        let n = [e1[1] * e2[2] - e1[2] * e2[1], e1[2] * e2[0] - e1[0] * e2[2], e1[0] * e2[1] - e1[1] * e2[0]];
+        let along = n[0] * d.x + n[1] * d.y + n[2] * d.z;
+        let height = n[0] * a[0] + n[1] * a[1] + n[2] * a[2];
+        Crossing { u, v, w, sum: u + v + w, distance: height / along }
+    }
+}
+
+#[inline(always)]
+fn minus<T: Number>(p: [T; 3], q: [T; 3]) -> [T; 3] {
+    [p[0] - q[0], p[1] - q[1], p[2] - q[2]]
+}
+
+/// Signed volume of the ray against the edge from p to q (both relative to the ray's origin).
+#[inline(always)]
+fn edge_volume<T: Number>(p: [T; 3], q: [T; 3], d: Vec3) -> T {
+    let e = minus(p, q);
+    let s = [p[0] + q[0], p[1] + q[1], p[2] + q[2]];
+    (e[1] * s[2] - e[2] * s[1]) * d.x + (e[2] * s[0] - e[0] * s[2]) * d.y + (e[0] * s[1] - e[1] * s[0]) * d.z
+}
+
+/// Takes a crossing inside of a triangle for the best hit, if it is.
+#[inline(always)]
+fn consider(
+    found: &Crossing<f32>,
+    triangle: u32,
+    instance: u32,
+    cut_outs: &CutOuts<'_>,
+    key: u32,
+    best: &mut Hit,
+) {
+    let inverse = 1.0 / found.sum;
+    let (u, v) = (found.v * inverse, found.w * inverse);
+    let hit = Hit { distance: found.distance, triangle, u, v, instance };
+    if is_before(&hit, best) && cut_outs.is_there(&hit, key) {
+        *best = hit;
     }
 }
 
@@ -235,12 +325,4 @@ fn is_before(found: &Hit, best: &Hit) -> bool {
     let smaller =
         found.triangle < best.triangle || (found.triangle == best.triangle && found.instance < best.instance);
     found.distance < best.distance || (tie && smaller)
-}
-
-/// Signed volume of the ray against the edge from p to q (both relative to the ray's origin), for four edges.
-#[inline(always)]
-fn edge_volume(p: [Vec4; 3], q: [Vec4; 3], d: Vec3) -> Vec4 {
-    let e = [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
-    let s = [p[0] + q[0], p[1] + q[1], p[2] + q[2]];
-    (e[1] * s[2] - e[2] * s[1]) * d.x + (e[2] * s[0] - e[0] * s[2]) * d.y + (e[0] * s[1] - e[1] * s[0]) * d.z
 }

@@ -6,26 +6,26 @@ use crate::interface::features::Features;
 use crate::interface::ray::{Hit, Ray};
 use crate::texture::cut_out::{CutOuts, SOME_ARE_NOT_THERE};
 use crate::trace::Tracer;
-use spirv_std::ray_query;
 use spirv_std::ray_tracing::{AccelerationStructure, CommittedIntersection, RayFlags, RayQuery};
 
 /// Traces the scene's acceleration structure; an instance's custom index is its row of `instances`.
-#[derive(Clone, Copy)]
 pub struct RayQueryTracer<'a> {
     /// All triangles of the scene, in the world and in its instances.
     pub scene: &'a AccelerationStructure,
     /// Where the rows of an instance begin, and what is not there of them.
     pub cut_outs: CutOuts<'a>,
+    /// All rays of an invocation, one after another: AMD's driver keeps a stack for each query, where all lanes share memory.
+    pub query: &'a mut RayQuery,
 }
 
 impl Tracer for RayQueryTracer<'_> {
     #[inline(always)]
     fn closest(&mut self, ray: &Ray) -> Hit {
-        closest(self.scene, self.cut_outs, ray)
+        closest(self.query, self.scene, self.cut_outs, ray)
     }
     #[inline(always)]
     fn occluded(&mut self, ray: &Ray) -> bool {
-        occluded(self.scene, self.cut_outs, ray)
+        occluded(self.query, self.scene, self.cut_outs, ray)
     }
 }
 
@@ -49,8 +49,7 @@ unsafe fn consider(query: &RayQuery, cut_outs: CutOuts<'_>, key: u32) {
 }
 
 #[inline(always)]
-fn closest(scene: &AccelerationStructure, cut_outs: CutOuts<'_>, ray: &Ray) -> Hit {
-    ray_query!(let mut query);
+fn closest(query: &mut RayQuery, scene: &AccelerationStructure, cut_outs: CutOuts<'_>, ray: &Ray) -> Hit {
     // SAFETY: the query is initialised before it proceeds, and read only after it has.
     unsafe {
         if cut_outs.features.has(SOME_ARE_NOT_THERE) {
@@ -84,8 +83,7 @@ fn closest(scene: &AccelerationStructure, cut_outs: CutOuts<'_>, ray: &Ray) -> H
 }
 
 #[inline(always)]
-fn occluded(scene: &AccelerationStructure, cut_outs: CutOuts<'_>, ray: &Ray) -> bool {
-    ray_query!(let mut query);
+fn occluded(query: &mut RayQuery, scene: &AccelerationStructure, cut_outs: CutOuts<'_>, ray: &Ray) -> bool {
     // SAFETY: as above.
     unsafe {
         if cut_outs.features.has(SOME_ARE_NOT_THERE) {

@@ -51,9 +51,8 @@ fn check(triangles: &[Triangle], tree: &Tree) -> u32 {
             let block = &tree.blocks[(child & !LEAF) as usize];
             blocks_seen[(child & !LEAF) as usize] += 1;
             for lane in 0..WIDTH {
-                let a = Vec3::new(block.a_x[lane], block.a_y[lane], block.a_z[lane]);
-                let b = Vec3::new(block.b_x[lane], block.b_y[lane], block.b_z[lane]);
-                let c = Vec3::new(block.c_x[lane], block.c_y[lane], block.c_z[lane]);
+                let [a, b, c] =
+                    [block.a, block.b, block.c].map(|corner| Vec3::from(corner.map(|axis| axis[lane])));
                 if lane as u32 >= block.count {
                     assert!(a == b && b == c, "unused lanes are never hit");
                     continue;

@@ -1,43 +1,125 @@
-//! Connections of a vertex, made before its lobes are: with both at once a GPU runs short of registers.
+//! Connections of a vertex, by their numbers. A GPU makes all of them before the vertex's lobes, and leaves them in an array:
+//! with both at once it runs short of registers. A CPU makes each when it is asked for, and leaves none in memory.
 
-use crate::light::connect::{CANDIDATES, Connection, FEW_LIGHTS};
-use crate::seam::{put3, take3};
+use crate::light::connect::{ByClass, Connection};
 
-/// Words of one.
-const WORDS: usize = 11;
+#[cfg(target_arch = "spirv")]
+pub use gpu::{Connected, ROOM};
 
-/// Most that a vertex has: all lights where they are few, else the candidates of one connection.
-const MOST: u32 = if FEW_LIGHTS > CANDIDATES { FEW_LIGHTS } else { CANDIDATES };
+#[cfg(not(target_arch = "spirv"))]
+pub use cpu::{Connected, ROOM};
 
-/// Words of as many.
-pub const ROOM: usize = WORDS * MOST as usize;
+#[cfg(target_arch = "spirv")]
+mod gpu {
+    use super::{ByClass, Connection};
+    use crate::light::connect::{CANDIDATES, FEW_LIGHTS};
+    use crate::seam::Record;
 
-/// Leaves one at a place.
-#[inline(always)]
-pub fn put(words: &mut [u32; ROOM], place: u32, connection: &Connection) {
-    let first = first_of(place);
-    put3(words, first, connection.target);
-    put3(words, first + 3, connection.to_light);
-    put3(words, first + 6, connection.radiance_over_pdf);
-    words[first + 9] = connection.pdf_solid_angle.to_bits();
-    words[first + 10] = u32::from(connection.endless);
-}
+    /// Words of one, and of its light.
+    const WORDS: usize = 17;
 
-/// The one at a place.
-#[inline(always)]
-pub fn take(words: &[u32; ROOM], place: u32) -> Connection {
-    let first = first_of(place);
-    Connection {
-        target: take3(words, first),
-        to_light: take3(words, first + 3),
-        radiance_over_pdf: take3(words, first + 6),
-        pdf_solid_angle: f32::from_bits(words[first + 9]),
-        endless: words[first + 10] != 0,
+    /// Most that a vertex has: all lights where they are few, else the candidates of one connection.
+    const MOST: u32 = if FEW_LIGHTS > CANDIDATES { FEW_LIGHTS } else { CANDIDATES };
+
+    /// Words of as many.
+    pub const ROOM: usize = WORDS * MOST as usize;
+
+    /// All of them, in an array.
+    pub struct Connected<'a>(&'a mut [u32; ROOM]);
+
+    impl<'a> Connected<'a> {
+        /// Makes as many.
+        #[inline(always)]
+        pub fn new(count: u32, make: impl Fn(u32) -> Connection, words: &'a mut [u32; ROOM]) -> Self {
+            let mut number = 0;
+            while number < count {
+                put(words, number, &make(number));
+                number += 1;
+            }
+            Connected(words)
+        }
+
+        /// The connection of a number.
+        #[inline(always)]
+        pub fn get(&self, number: u32) -> Connection {
+            let record = Record::<WORDS, ROOM>::at(number);
+            Connection {
+                target: record.take3(self.0, 0),
+                to_light: record.take3(self.0, 3),
+                radiance_over_pdf: record.take3(self.0, 6),
+                pdf_solid_angle: f32::from_bits(record.take(self.0, 9)),
+                endless: record.take(self.0, 10) != 0,
+            }
+        }
+
+        /// What to keep of it and its light while others are looked at: its number.
+        #[inline(always)]
+        pub fn keep(&mut self, number: u32, _connection: Connection, light: ByClass) -> u32 {
+            let record = Record::<WORDS, ROOM>::at(number);
+            record.put3(self.0, 11, light.non_specular);
+            record.put3(self.0, 14, light.specular);
+            number
+        }
+
+        /// The one that was kept, and its light.
+        #[inline(always)]
+        pub fn of(&self, kept: u32) -> (Connection, ByClass) {
+            let record = Record::<WORDS, ROOM>::at(kept);
+            let light =
+                ByClass { non_specular: record.take3(self.0, 11), specular: record.take3(self.0, 14) };
+            (self.get(kept), light)
+        }
+    }
+
+    #[inline(always)]
+    fn put(words: &mut [u32; ROOM], number: u32, connection: &Connection) {
+        let record = Record::<WORDS, ROOM>::at(number);
+        record.put3(words, 0, connection.target);
+        record.put3(words, 3, connection.to_light);
+        record.put3(words, 6, connection.radiance_over_pdf);
+        record.put(words, 9, connection.pdf_solid_angle.to_bits());
+        record.put(words, 10, u32::from(connection.endless));
     }
 }
 
-/// The first word of a place. That it has an end lets a CPU's compiler leave out all other checks.
-#[inline(always)]
-fn first_of(place: u32) -> usize {
-    WORDS * place.min(MOST - 1) as usize
+#[cfg(not(target_arch = "spirv"))]
+mod cpu {
+    use super::{ByClass, Connection};
+
+    /// Nothing is left in memory.
+    pub const ROOM: usize = 0;
+
+    /// What makes them.
+    pub struct Connected<F>(F);
+
+    impl<F: Fn(u32) -> Connection> Connected<F> {
+        /// Makes none yet.
+        #[inline(always)]
+        pub fn new(_count: u32, make: F, _words: &mut [u32; ROOM]) -> Self {
+            Connected(make)
+        }
+
+        /// Makes the connection of a number.
+        #[inline(always)]
+        pub fn get(&self, number: u32) -> Connection {
+            (self.0)(number)
+        }
+
+        /// What to keep of it and its light while others are looked at: all.
+        #[inline(always)]
+        pub fn keep(
+            &mut self,
+            _number: u32,
+            connection: Connection,
+            light: ByClass,
+        ) -> (Connection, ByClass) {
+            (connection, light)
+        }
+
+        /// The one that was kept, and its light.
+        #[inline(always)]
+        pub fn of(&self, kept: (Connection, ByClass)) -> (Connection, ByClass) {
+            kept
+        }
+    }
 }

@@ -155,7 +155,7 @@ mod tests {
     #[test]
     fn media_are_among_the_materials_that_half_a_word_counts() {
         let of_last = |transmission| {
-            let mut materials = vec![Material::default(); MAX_MATERIALS + 1];
+            let mut materials = vec![Material { ior: 1.5, ..Material::default() }; MAX_MATERIALS + 1];
             materials[MAX_MATERIALS].transmission = transmission;
             check("many", &[], &[], &materials, &vec![String::new(); MAX_MATERIALS + 1])
         };

@@ -56,6 +56,7 @@
 //! | [`trace`] | the seam of tracers: our own tree, ray queries |
 //! | [`mod@gather`], [`pass`], [`history`], [`denoiser`], [`method`] | what frames are made of, each variant a file and a line |
 //! | [`declare`], [`seam`], [`memory`] | how one function runs on a GPU and on a CPU |
+//! | `joint` | entry points that passes share on a GPU |
 #![cfg_attr(target_arch = "spirv", no_std)]
 #![cfg_attr(target_arch = "spirv", feature(asm_experimental_arch))]
 
@@ -68,6 +69,8 @@ pub mod emission;
 pub mod gather;
 pub mod history;
 pub mod interface;
+#[cfg(target_arch = "spirv")]
+pub mod joint;
 pub mod light;
 pub mod math;
 #[cfg(not(target_arch = "spirv"))]

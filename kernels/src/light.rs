@@ -7,6 +7,7 @@ pub mod connect;
 pub mod density_map;
 pub mod emit;
 pub mod guided;
+pub mod mixture;
 pub mod power;
 pub mod target;
 

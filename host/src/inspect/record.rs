@@ -99,6 +99,8 @@ impl<'a> Record<'a> {
 }
 
 impl Watch for Record<'_> {
+    type Kept = ();
+
     fn arrive(&mut self, ray: &Ray, hit: &Hit, here: &Here, carries: Vec3) {
         self.pass(ray, hit, carries);
         let View { scene, features, .. } = self.view;
@@ -119,9 +121,9 @@ impl Watch for Record<'_> {
         self.left = Some(*ray);
     }
 
-    fn collect(&mut self, _point: &CollectionPoint) {
+    fn collect(&mut self, _kept: &mut (), _point: &CollectionPoint) {
         self.has_point = true;
     }
 
-    fn end(&mut self, _last: Vec3) {}
+    fn end(&mut self, _kept: &mut (), _last: Vec3) {}
 }

@@ -1,4 +1,5 @@
-//! Whether modules have what the program's passes need: an entry point for each, which binds nothing but the pass's buffers.
+//! Whether modules have what the program's passes need: an entry point for each, which binds nothing but the pass's buffers and those
+//! of the passes that share it.
 
 use caustics_kernels::declare::{Pass, Step};
 use caustics_kernels::gather::variant;
@@ -35,18 +36,28 @@ fn module(
     words: &[u32],
     passes: impl Iterator<Item = &'static Pass>,
 ) -> Result<(), KernelsError> {
-    let reflection = Reflection::new(name, words)?;
-    for pass in passes {
-        let entry = reflection.entry_points.get(pass.name);
-        entry_point(name, entry.ok_or(KernelsError::NoEntry { module: name, entry: pass.name })?, pass)?;
+    let Reflection { entry_points, .. } = Reflection::new(name, words)?;
+    let find = |pass: &Pass| {
+        entry_points.get(pass.name).ok_or(KernelsError::NoEntry { module: name, entry: pass.name })
+    };
+    let found = passes.map(|pass| Ok((find(pass)?, pass))).collect::<Result<Vec<_>, KernelsError>>()?;
+    for &(entry, pass) in &found {
+        let sharing = found.iter().filter(|(other, _)| other.symbol == entry.symbol);
+        entry_point(name, entry, pass, &sharing.map(|&(_, pass)| pass).collect::<Vec<_>>())?;
     }
     Ok(())
 }
 
-fn entry_point(module: &'static str, found: &EntryPoint, pass: &'static Pass) -> Result<(), KernelsError> {
+/// Checks the entry point of a pass, which binds the buffers of those that share it.
+fn entry_point(
+    module: &'static str,
+    found: &EntryPoint,
+    pass: &'static Pass,
+    sharing: &[&'static Pass],
+) -> Result<(), KernelsError> {
     let entry = pass.name;
     for Binding { name, kind, stride, .. } in &found.bindings {
-        let bound = pass.buffers.iter().find(|bound| bound.name == name);
+        let bound = sharing.iter().flat_map(|pass| pass.buffers).find(|bound| bound.name == name);
         let is_known = match kind {
             BindingKind::Buffer => bound.is_some(),
             BindingKind::Uniform => name == "params",
@@ -116,6 +127,8 @@ fn parts() -> impl Iterator<Item = Parts> {
 mod tests {
     use std::collections::BTreeSet;
 
+    use caustics_kernels::declare::Access;
+
     use super::*;
 
     fn assert_has(name: &str, bytes: &[u8], is_in: fn(&Pass) -> bool) {
@@ -126,6 +139,28 @@ mod tests {
         found.remove("index.brute");
         let known = passes().into_iter().filter(|pass| is_in(pass)).map(|pass| pass.name.to_string());
         assert_eq!(found, known.collect(), "{name}");
+    }
+
+    /// A joint entry point that lacked a buffer of one of its passes would do without it in silence.
+    #[test]
+    fn joint_entry_points_bind_what_each_of_their_passes_writes() {
+        for (name, bytes, is_in) in [
+            (BASE, &include_bytes!("../../../kernels/base.spv")[..], is_in_base as fn(&Pass) -> bool),
+            (RAYQUERY, include_bytes!("../../../kernels/rayquery.spv"), is_in_rayquery),
+        ] {
+            let words: Vec<u32> = bytemuck::pod_collect_to_vec(bytes);
+            let Reflection { entry_points, .. } = Reflection::new(name, &words).unwrap();
+            let mut joint = 0;
+            for pass in passes().into_iter().filter(|pass| is_in(pass)) {
+                let entry = &entry_points[pass.name];
+                joint += u32::from(entry.is_joint());
+                for bound in pass.buffers.iter().filter(|bound| bound.access != Access::Table) {
+                    let is_bound = entry.bindings.iter().any(|binding| binding.name == bound.name);
+                    assert!(is_bound, "{name}: {} has no {}", pass.name, bound.name);
+                }
+            }
+            assert_eq!(joint, 8, "{name}");
+        }
     }
 
     /// Otherwise a pass would not be checked.

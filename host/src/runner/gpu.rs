@@ -57,8 +57,11 @@ impl GpuRunner {
         let memory = Memory::new(Arc::clone(&context))?;
         let frame = Frame::new(&context)?;
         let passes = Passes::new(kernels, features);
-        let resources =
-            Resources { buffers: allocate(&memory, buffers, tables)?, structures: HashMap::new() };
+        let resources = Resources {
+            nothing: Buffer::new(&memory, "nothing", 0, Purpose::Data)?,
+            buffers: allocate(&memory, buffers, tables)?,
+            structures: HashMap::new(),
+        };
         let mut runner = GpuRunner { frame, passes, resources, memory, context, placements: Vec::new() };
         runner.clear_all()?;
         for (name, bytes) in tables {
@@ -87,7 +90,7 @@ impl GpuRunner {
     }
 
     fn build_structures(&mut self, kind: Primitives, instanced: &Instanced) -> Result<(), VulkanError> {
-        let Resources { buffers, structures } = &mut self.resources;
+        let Resources { buffers, structures, .. } = &mut self.resources;
         let memory = &self.memory;
         let buffer = buffers.get("triangles").ok_or_else(|| unknown("triangles"))?;
         let world = Part { buffer, first: 0, capacity: instanced.still as u64 };

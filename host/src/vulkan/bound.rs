@@ -13,6 +13,8 @@ use super::structure::Hierarchy;
 
 /// What entry points can bind, by name.
 pub struct Resources {
+    /// What is bound where a pass that shares its entry point with others has no buffer of theirs.
+    pub nothing: Buffer,
     /// Buffers.
     pub buffers: HashMap<&'static str, Buffer>,
     /// Acceleration structures.
@@ -69,7 +71,9 @@ impl BoundPipeline {
             let name = binding.name.as_str();
             match binding.kind {
                 BindingKind::Buffer | BindingKind::Uniform => {
-                    self.bind_buffer(binding, resources.buffers.get(name).ok_or_else(unbound)?);
+                    let others = entry.is_joint().then_some(&resources.nothing);
+                    let buffer = resources.buffers.get(name).or(others).ok_or_else(unbound)?;
+                    self.bind_buffer(binding, buffer);
                 }
                 BindingKind::Structure => {
                     self.bind_structure(binding, resources.structures.get(name).ok_or_else(unbound)?);

@@ -41,9 +41,9 @@ impl Module {
         self.reflection.entry_points.keys().map(String::as_str)
     }
 
-    /// Words of a module of a pass alone.
+    /// Words of a module of an entry point alone.
     pub(super) fn words(&self, entry: &EntryPoint) -> Vec<u32> {
-        extract(&self.source, &entry.name).unwrap_or_default()
+        extract(&self.source, &entry.symbol).unwrap_or_default()
     }
 }
 

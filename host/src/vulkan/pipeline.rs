@@ -87,11 +87,15 @@ impl Pipeline {
         flags: vk::PipelineCreateFlags,
     ) -> Result<(), VulkanError> {
         let (device, entry) = (&self.context.raw, &self.entry);
-        // Constant 0 is the scene's needs; an entry point without it ignores it.
-        let constants = features.0.to_ne_bytes();
-        let entries = [vk::SpecializationMapEntry::default().constant_id(0).offset(0).size(constants.len())];
-        let specialization = vk::SpecializationInfo::default().map_entries(&entries).data(&constants);
-        let name = CString::new(entry.name.as_str()).map_err(|_| VulkanError::Module {
+        // Constant 0 is the scene's needs, constant 1 which of the passes that share it runs; an entry point without one ignores it.
+        let constants = [features.0, entry.place];
+        let constant = |id: u32| {
+            vk::SpecializationMapEntry::default().constant_id(id).offset(4 * id).size(size_of::<u32>())
+        };
+        let entries = [constant(0), constant(1)];
+        let specialization =
+            vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::bytes_of(&constants));
+        let name = CString::new(entry.symbol.as_str()).map_err(|_| VulkanError::Module {
             name: entry.name.clone(),
             reason: "its name holds a zero byte".into(),
         })?;

@@ -34,17 +34,28 @@ pub struct Binding {
     pub stride: u32,
 }
 
-/// A compute entry point.
+/// A compute entry point, for one of the passes that share it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EntryPoint {
-    /// Name: that of the pass.
+    /// Name of the pass.
     pub name: String,
+    /// Name of the entry point: those of the passes that share it, joined by `+`.
+    pub symbol: String,
+    /// Place of the pass among these.
+    pub place: u32,
     /// Invocations of a workgroup, all on x.
     pub workgroup_size: u32,
     /// Size of the push constants (bytes); 0: none.
     pub push_constant_bytes: u32,
-    /// Parameters, by rising binding number.
+    /// Parameters, by rising binding number: of all passes that share it.
     pub bindings: Vec<Binding>,
+}
+
+impl EntryPoint {
+    /// Whether several passes share it.
+    pub fn is_joint(&self) -> bool {
+        self.symbol != self.name
+    }
 }
 
 /// What a module has.
@@ -52,7 +63,7 @@ pub struct EntryPoint {
 pub struct Reflection {
     /// Capabilities that the module declares.
     pub capabilities: Vec<Capability>,
-    /// Entry points, by name.
+    /// Entry points, by the name of the pass.
     pub entry_points: BTreeMap<String, EntryPoint>,
 }
 
@@ -85,7 +96,10 @@ impl Reflection {
                 let entry = reader
                     .entry_point(*function, name, interface)
                     .map_err(|reason| failed(format!("entry point `{name}`: {reason}")))?;
-                reflection.entry_points.insert(name.clone(), entry);
+                for (place, pass) in (0..).zip(name.split('+')) {
+                    let entry = EntryPoint { name: pass.into(), place, ..entry.clone() };
+                    reflection.entry_points.insert(pass.into(), entry);
+                }
             }
         }
         Ok(reflection)
@@ -123,7 +137,8 @@ impl Reader<'_> {
             }
         }
         let bindings = bindings.into_values().collect();
-        Ok(EntryPoint { name: name.into(), workgroup_size, push_constant_bytes, bindings })
+        let (name, symbol) = (name.into(), name.into());
+        Ok(EntryPoint { name, symbol, place: 0, workgroup_size, push_constant_bytes, bindings })
     }
 
     fn workgroup_size(&self, function: u32) -> Result<u32, String> {
@@ -262,6 +277,23 @@ mod tests {
         assert_eq!((fill.workgroup_size, fill.push_constant_bytes), (64, 4));
         assert_eq!(fill.bindings[0].stride, 4);
         assert_eq!(twice.push_constant_bytes, 0);
+    }
+
+    #[test]
+    fn passes_that_share_an_entry_point_have_one_each() {
+        let mut module = load("base", &test_module::base()).unwrap();
+        for operand in module.entry_points.iter_mut().flat_map(|entry| &mut entry.operands) {
+            if *operand == Operand::LiteralString("fill".into()) {
+                *operand = Operand::LiteralString("pour+fill".into());
+            }
+        }
+        let mut shared = Reflection::of("base", &module).unwrap().entry_points;
+        let twice = shared.remove("twice").unwrap();
+        assert!(!twice.is_joint() && twice.symbol == "twice", "{twice:?}");
+        let [fill, pour] = &shared.into_values().collect::<Vec<_>>()[..] else { panic!("two passes") };
+        assert_eq!((pour.name.as_str(), pour.place, fill.name.as_str(), fill.place), ("pour", 0, "fill", 1));
+        assert!(pour.is_joint() && fill.is_joint() && fill.symbol == "pour+fill", "{fill:?}");
+        assert_eq!((names(fill), names(pour)), (vec![(0, "values", BindingKind::Buffer)], names(fill)));
     }
 
     #[test]

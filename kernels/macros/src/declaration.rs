@@ -17,15 +17,20 @@ pub struct Arguments {
     pub work: Ident,
     pub limit: Option<Expr>,
     pub hardware: bool,
+    /// Whether its entry point is one that passes share.
+    pub joint: bool,
 }
 
 impl Parse for Arguments {
     fn parse(input: ParseStream) -> Result<Self> {
-        let (mut name, mut over, mut work, mut limit, mut hardware) = (None, None, None, None, false);
+        let (mut name, mut over, mut work, mut limit) = (None, None, None, None);
+        let (mut hardware, mut joint) = (false, false);
         while !input.is_empty() {
             let key: Ident = input.parse()?;
             if key == "hardware" {
                 hardware = true;
+            } else if key == "joint" {
+                joint = true;
             } else {
                 input.parse::<Token![=]>()?;
                 match key.to_string().as_str() {
@@ -33,7 +38,12 @@ impl Parse for Arguments {
                     "over" => over = Some(input.parse()?),
                     "work" => work = Some(input.parse()?),
                     "limit" => limit = Some(input.parse()?),
-                    _ => return Err(Error::new(key.span(), "a pass has name, over, work, limit, hardware")),
+                    _ => {
+                        return Err(Error::new(
+                            key.span(),
+                            "a pass has name, over, work, limit, hardware, joint",
+                        ));
+                    }
                 }
             }
             if !input.is_empty() {
@@ -47,7 +57,22 @@ impl Parse for Arguments {
             work: work.ok_or_else(|| missing("work"))?,
             limit,
             hardware,
+            joint,
         })
+    }
+}
+
+/// The passes that an entry point is of: the parameter that says whether it runs as one, and the name of that pass.
+pub struct Passes(pub Vec<(Ident, String)>);
+
+impl Parse for Passes {
+    fn parse(input: ParseStream) -> Result<Self> {
+        let pass = |input: ParseStream| {
+            let parameter: Ident = input.parse()?;
+            input.parse::<Token![=]>()?;
+            Ok((parameter, parse_name(input)?))
+        };
+        Ok(Passes(input.parse_terminated(pass, Token![,])?.into_iter().collect()))
     }
 }
 
@@ -82,6 +107,8 @@ pub enum Role {
     Params,
     Dispatch,
     Features,
+    /// Whether this pass of a joint entry point runs.
+    Runs,
     Scene,
     Tracer,
     Counters,
@@ -99,16 +126,15 @@ pub struct Parameter {
     pub len: Option<Expr>,
 }
 
-/// A pass.
+/// A function with what its parameters are.
 pub struct Declaration {
-    pub arguments: Arguments,
     pub parameters: Vec<Parameter>,
     /// The function without the attributes of its parameters.
     pub function: ItemFn,
 }
 
 impl Declaration {
-    pub fn new(arguments: Arguments, mut function: ItemFn) -> Result<Self> {
+    pub fn new(mut function: ItemFn) -> Result<Self> {
         let mut parameters = Vec::new();
         for (place, input) in function.sig.inputs.iter_mut().enumerate() {
             let FnArg::Typed(typed) = input else {
@@ -128,16 +154,17 @@ impl Declaration {
         if parameters.is_empty() {
             return Err(Error::new(function.sig.span(), "the first parameter of a pass is its index"));
         }
-        let structure = parameters.iter().find(|parameter| matches!(parameter.role, Role::Structure));
-        if let (Some(structure), false) = (structure, arguments.hardware) {
-            return Err(Error::new(structure.name.span(), "a structure is for `hardware` alone"));
-        }
-        Ok(Declaration { arguments, parameters, function })
+        Ok(Declaration { parameters, function })
+    }
+
+    /// The parameter of this kind, if there is one.
+    pub fn find(&self, is: impl Fn(&Role) -> bool) -> Option<&Parameter> {
+        self.parameters.iter().find(|parameter| is(&parameter.role))
     }
 
     /// Whether any parameter is of a kind.
     pub fn has(&self, is: impl Fn(&Role) -> bool) -> bool {
-        self.parameters.iter().any(|parameter| is(&parameter.role))
+        self.find(is).is_some()
     }
 }
 
@@ -182,6 +209,7 @@ fn role(ty: &Type) -> Result<Role> {
             match segment.ident.to_string().as_str() {
                 "Dispatch" => Ok(Role::Dispatch),
                 "Features" => Ok(Role::Features),
+                "bool" => Ok(Role::Runs),
                 "SceneTables" => Ok(Role::Scene),
                 "AtomicWords" => Ok(Role::Words),
                 "Slots" => Ok(Role::Slots(element(segment).ok_or_else(unknown)?)),

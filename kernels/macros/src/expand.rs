@@ -4,7 +4,7 @@ use proc_macro2::{Span, TokenStream};
 use quote::{format_ident, quote};
 use syn::{Ident, LitInt};
 
-use crate::declaration::{Declaration, Parameter, Role};
+use crate::declaration::{Arguments, Declaration, Parameter, Passes, Role};
 
 /// The tables that `SceneTables` holds beside those of textures.
 const SCENE: [(&str, &str); 8] = [
@@ -44,6 +44,7 @@ struct Bound {
     name: Ident,
     element: TokenStream,
     access: Access,
+    /// Elements, where it is said.
     len: Option<TokenStream>,
 }
 
@@ -55,17 +56,20 @@ enum Tracer {
 }
 
 /// All items of a pass.
-pub fn expand(declaration: &Declaration) -> TokenStream {
+pub fn expand(arguments: &Arguments, declaration: &Declaration) -> TokenStream {
     let function = &declaration.function;
-    let gate = declaration.arguments.hardware.then(|| quote!(#[cfg(feature = "ray-query")]));
+    let gate = arguments.hardware.then(|| quote!(#[cfg(feature = "ray-query")]));
     let mut entries = TokenStream::new();
-    if !declaration.arguments.hardware {
-        entries.extend(entry(declaration, Tracer::Software));
+    if !arguments.joint {
+        let (name, limit) = (&arguments.name, limit(arguments));
+        if !arguments.hardware {
+            entries.extend(entry(declaration, name, &[], &limit, Tracer::Software));
+        }
+        if arguments.hardware || traces(declaration) {
+            entries.extend(entry(declaration, name, &[], &limit, Tracer::RayQuery));
+        }
     }
-    if declaration.arguments.hardware || traces(declaration) {
-        entries.extend(entry(declaration, Tracer::RayQuery));
-    }
-    let (described, module) = (described(declaration), format_ident!("{}_entry", function.sig.ident));
+    let (described, entries) = (described(arguments, declaration), module(declaration, &entries));
     quote! {
         #gate
         #[inline(always)]
@@ -73,6 +77,36 @@ pub fn expand(declaration: &Declaration) -> TokenStream {
         #[allow(clippy::too_many_arguments)]
         #function
 
+        #entries
+
+        #described
+    }
+}
+
+/// The entry points that passes share: their name is those of the passes, joined.
+pub fn expand_joint(Passes(passes): &Passes, declaration: &Declaration) -> TokenStream {
+    let function = &declaration.function;
+    let (runs, names): (Vec<_>, Vec<_>) = passes.iter().cloned().unzip();
+    let (name, limit) = (names.join("+"), quote!(dispatch.count));
+    let entries = [Tracer::Software, Tracer::RayQuery]
+        .map(|tracer| entry(declaration, &name, &runs, &limit, tracer))
+        .into_iter()
+        .collect();
+    let entries = module(declaration, &entries);
+    quote! {
+        #[inline(always)]
+        // A parameter for each buffer, and each pass.
+        #[allow(clippy::too_many_arguments, clippy::fn_params_excessive_bools)]
+        #function
+
+        #entries
+    }
+}
+
+/// The module of the entry points of a function.
+fn module(declaration: &Declaration, entries: &TokenStream) -> TokenStream {
+    let module = format_ident!("{}_entry", declaration.function.sig.ident);
+    quote! {
         #[cfg(target_arch = "spirv")]
         #[doc(hidden)]
         pub mod #module {
@@ -80,8 +114,6 @@ pub fn expand(declaration: &Declaration) -> TokenStream {
             use super::*;
             #entries
         }
-
-        #described
     }
 }
 
@@ -106,14 +138,11 @@ fn bound(declaration: &Declaration, tracer: Tracer) -> Vec<Bound> {
                 Role::Counters => Access::Counters,
                 _ => return None,
             };
-            let over = &declaration.arguments.over;
-            let len = match (access, len) {
-                (Access::Read, None) => None,
-                (Access::Counters, _) => {
+            let len = match access {
+                Access::Counters => {
                     Some(quote!(::caustics_kernels::interface::counters::COUNTER_COUNT as u32))
                 }
-                (_, Some(len)) => Some(quote!(#len)),
-                (_, None) => Some(quote!(#over)),
+                _ => len.as_ref().map(|len| quote!(#len)),
             };
             Some(Bound { name: buffer(name), element: role.element()?, access, len })
         })
@@ -195,6 +224,7 @@ fn call(declaration: &Declaration, module: &TokenStream) -> TokenStream {
         Role::Params => quote!(params),
         Role::Dispatch => quote!(dispatch),
         Role::Features => quote!(features),
+        Role::Runs => quote!(#name),
         Role::Scene => quote!(scene_tables),
         Role::Tracer => quote!(&mut tracer),
         Role::Counters => quote!(&mut #name),
@@ -206,17 +236,22 @@ fn call(declaration: &Declaration, module: &TokenStream) -> TokenStream {
     quote!(#module::#function(#(#arguments),*))
 }
 
-fn limit(declaration: &Declaration) -> TokenStream {
-    declaration.arguments.limit.as_ref().map_or(quote!(dispatch.count), |limit| quote!(#limit))
+fn limit(arguments: &Arguments) -> TokenStream {
+    arguments.limit.as_ref().map_or(quote!(dispatch.count), |limit| quote!(#limit))
 }
 
-/// The entry point of a tracer.
-fn entry(declaration: &Declaration, tracer: Tracer) -> TokenStream {
+/// The entry point of a tracer; one that passes share runs as the pass whose place specialisation constant 1 is.
+fn entry(
+    declaration: &Declaration,
+    name: &str,
+    runs: &[Ident],
+    limit: &TokenStream,
+    tracer: Tracer,
+) -> TokenStream {
     let gate = match tracer {
         Tracer::Software => quote!(#[cfg(not(feature = "ray-query"))]),
         Tracer::RayQuery => quote!(#[cfg(feature = "ray-query")]),
     };
-    let name = &declaration.arguments.name;
     let entry = match tracer {
         Tracer::Software => ident("software"),
         Tracer::RayQuery => ident("ray_query"),
@@ -224,6 +259,9 @@ fn entry(declaration: &Declaration, tracer: Tracer) -> TokenStream {
     let bound = bound(declaration, tracer);
     let constant =
         features(declaration).then(|| quote!(#[spirv(spec_constant(id = 0, default = 0))] features: u32,));
+    let which = (!runs.is_empty()).then(|| quote!(#[spirv(spec_constant(id = 1, default = 0))] which: u32,));
+    let places = 0u32..;
+    let runs = runs.iter().zip(places).map(|(runs, place)| quote!(let #runs = which == #place;));
     let mut number = 0;
     let mut next = || {
         number += 1;
@@ -263,14 +301,14 @@ fn entry(declaration: &Declaration, tracer: Tracer) -> TokenStream {
     let features = features(declaration)
         .then(|| quote!(let features = ::caustics_kernels::interface::features::Features(features);));
     let tracer_of_this = traces(declaration).then(|| quote!(let mut tracer = tracer;));
-    let (composed, limit, call) =
-        (composed(declaration, tracer), limit(declaration), call(declaration, &quote!(super)));
+    let (composed, call) = (composed(declaration, tracer), call(declaration, &quote!(super)));
     quote! {
         #gate
         #[::spirv_std::spirv(compute(threads(64), entry_point_name = #name))]
         pub fn #entry(
             #[spirv(global_invocation_id)] id: ::spirv_std::glam::UVec3,
             #constant
+            #which
             #[spirv(push_constant)] dispatch: &::caustics_kernels::interface::frame::Dispatch,
             #[spirv(uniform, descriptor_set = 0, binding = #params)]
             params: &::caustics_kernels::interface::frame::FrameParams,
@@ -281,6 +319,7 @@ fn entry(declaration: &Declaration, tracer: Tracer) -> TokenStream {
             let index = id.x + id.y * ::caustics_kernels::interface::frame::INVOCATIONS_PER_ROW;
             if index < #limit {
                 #features
+                #(#runs)*
                 #composed
                 #tracer_of_this
                 #(#wrapped)*
@@ -291,13 +330,15 @@ fn entry(declaration: &Declaration, tracer: Tracer) -> TokenStream {
 }
 
 /// The description, with the call on the CPU in it.
-fn described(declaration: &Declaration) -> TokenStream {
+fn described(arguments: &Arguments, declaration: &Declaration) -> TokenStream {
     let function = &declaration.function.sig.ident;
     let constant = Ident::new(&function.to_string().to_uppercase(), function.span());
     let docs = declaration.function.attrs.iter().filter(|attribute| attribute.path().is_ident("doc"));
-    let arguments = &declaration.arguments;
     let (name, over, work, traces) = (&arguments.name, &arguments.over, &arguments.work, traces(declaration));
-    let bound = bound(declaration, Tracer::Software);
+    let mut bound = bound(declaration, Tracer::Software);
+    for written in bound.iter_mut().filter(|bound| bound.access != Access::Read) {
+        written.len.get_or_insert(quote!(#over));
+    }
     let buffers = bound.iter().map(|Bound { name, element, access, len }| {
         let name = name.to_string();
         let mut tables = SCENE.iter().chain(&TEXTURES).chain(&TREE);
@@ -320,7 +361,7 @@ fn described(declaration: &Declaration) -> TokenStream {
     let cpu = if arguments.hardware {
         quote!(None)
     } else {
-        let on_cpu = on_cpu(declaration, &bound);
+        let on_cpu = on_cpu(arguments, declaration, &bound);
         quote!({ #on_cpu; Some(on_cpu) })
     };
     let lens = bound.iter().filter_map(|bound| bound.len.as_ref());
@@ -349,7 +390,7 @@ fn described(declaration: &Declaration) -> TokenStream {
 }
 
 /// The call on the CPU: borrows the buffers and maps the function over chunks of indices.
-fn on_cpu(declaration: &Declaration, bound: &[Bound]) -> TokenStream {
+fn on_cpu(arguments: &Arguments, declaration: &Declaration, bound: &[Bound]) -> TokenStream {
     let borrowed = bound.iter().map(|Bound { name, element, access, .. }| {
         let key = name.to_string();
         let borrow = format_ident!("borrowed_{name}");
@@ -375,7 +416,7 @@ fn on_cpu(declaration: &Declaration, bound: &[Bound]) -> TokenStream {
         .then(|| quote!(let mut tracer = ::caustics_kernels::trace::on_cpu::CpuTracer::new(tracer, wide);));
     let wide = traces(declaration).then(|| quote!(let wide = call.buffers.wide(nodes, instances);));
     let (composed, limit, function) =
-        (composed(declaration, Tracer::Software), limit(declaration), call(declaration, &quote!(self)));
+        (composed(declaration, Tracer::Software), limit(arguments), call(declaration, &quote!(self)));
     let body = quote! {
         let (dispatch, params, features) = (call.dispatch, call.params, call.features);
         #(#borrowed)*
@@ -390,18 +431,18 @@ fn on_cpu(declaration: &Declaration, bound: &[Bound]) -> TokenStream {
         });
         Ok(())
     };
-    let arguments = quote!(call: &::caustics_kernels::declare::Call<'_>);
+    let parameters = quote!(call: &::caustics_kernels::declare::Call<'_>);
     let result = quote!(::core::result::Result<(), ::caustics_kernels::declare::BufferError>);
     // A closure has the instructions of the function that it stands in: so the whole of it stands there twice. Those of the second
     // are what `trace::on_cpu::has_avx2` asks for.
     quote! {
         #[allow(unused_variables)]
-        fn any(#arguments) -> #result { #body }
+        fn any(#parameters) -> #result { #body }
 
         #[cfg(target_arch = "x86_64")]
         #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
         #[allow(unused_variables)]
-        fn avx2(#arguments) -> #result { #body }
+        fn avx2(#parameters) -> #result { #body }
 
         let on_cpu = ::caustics_kernels::declare::OnCpu {
             any,

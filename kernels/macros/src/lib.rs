@@ -38,19 +38,43 @@
 //! - `limit = expression`: invocations there are where only the device knows, by `dispatch`, `params` and what is read;
 //!   without, `dispatch.count`.
 //! - `hardware`: there is an entry point with ray queries alone, and no call on the CPU.
+//! - `joint`: its entry points are those of a function that several passes share.
+//!
+//! Such a function is made by `#[joint(mine = "pass.mine", other = "pass.other")]`: its parameters are those of all of these passes,
+//! each buffer once, and a `bool` for each pass, `mine` and `other`, which says whether it runs: constants while kernels are compiled, so
+//! that the code of the others is dead. A pass does not bind the buffers of the others.
 
 mod declaration;
 mod expand;
 
+use declaration::{Arguments, Declaration, Role};
 use proc_macro::TokenStream;
 
 /// Makes a pass of a function; see the crate.
 #[proc_macro_attribute]
 pub fn pass(arguments: TokenStream, item: TokenStream) -> TokenStream {
-    let expanded = syn::parse(arguments)
-        .and_then(|arguments| declaration::Declaration::new(arguments, syn::parse(item)?))
-        .map(|declaration| expand::expand(&declaration));
-    expanded.unwrap_or_else(|error| error.to_compile_error()).into()
+    expanded(|| {
+        let (arguments, declaration): (Arguments, _) =
+            (syn::parse(arguments)?, Declaration::new(syn::parse(item)?)?);
+        let structure = declaration.find(|role| matches!(role, Role::Structure));
+        if let (Some(structure), false) = (structure, arguments.hardware) {
+            return Err(syn::Error::new(structure.name.span(), "a structure is for `hardware` alone"));
+        }
+        if let Some(runs) = declaration.find(|role| matches!(role, Role::Runs)) {
+            return Err(syn::Error::new(runs.name.span(), "a `bool` is for `joint` functions alone"));
+        }
+        Ok(expand::expand(&arguments, &declaration))
+    })
+}
+
+/// Makes an entry point that several passes share of a function, for a GPU alone; see the crate.
+#[proc_macro_attribute]
+pub fn joint(passes: TokenStream, item: TokenStream) -> TokenStream {
+    expanded(|| Ok(expand::expand_joint(&syn::parse(passes)?, &Declaration::new(syn::parse(item)?)?)))
+}
+
+fn expanded(expand: impl FnOnce() -> syn::Result<proc_macro2::TokenStream>) -> TokenStream {
+    expand().unwrap_or_else(|error| error.to_compile_error()).into()
 }
 
 /// Makes a function one of its own in a module, which all entry points call; on a CPU it is inlined as ever.

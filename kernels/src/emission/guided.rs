@@ -26,7 +26,7 @@ use crate::pass::weigh::kept;
 use crate::pass::weigh::weigh_with_pilot;
 use crate::seam::{AtomicWords, Slots, Words};
 
-crate::shoot_pass!("shoot.guided", |power, guide_maps: &[GuideMap], guide_tree: &[f32]| Guided {
+crate::shoot_pass!(joint "shoot.guided", |power, guide_maps: &[GuideMap], guide_tree: &[f32]| Guided {
     power,
     maps: guide_maps,
     tree: guide_tree

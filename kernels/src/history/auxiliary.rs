@@ -12,15 +12,16 @@ use crate::interface::instance::Instance;
 use crate::interface::material::Material;
 use crate::interface::scene::SceneTables;
 use crate::math::rng::Stream;
+use crate::pass::collect::errand::{Errand, Wanted, run};
 use crate::pass::collect::watch::{CollectionPoint, Watch};
-use crate::pass::collect::{Beyond, Start, follow};
+use crate::pass::collect::{Beyond, PathLight};
 use crate::seam::{Slots, Uncounted};
 use crate::surface::textured::material_of;
 use crate::trace::Tracer;
 use spirv_std::glam::{Vec2, Vec3};
 
 /// Prefixes of camera paths, a pixel an invocation.
-#[pass(name = "auxiliary", over = params.pixel_count(), work = Auxiliary)]
+#[pass(name = "auxiliary", over = params.pixel_count(), work = Auxiliary, joint)]
 pub fn auxiliary(
     place: u32,
     params: &FrameParams,
@@ -32,26 +33,31 @@ pub fn auxiliary(
     auxiliary: Slots<'_, Auxiliary>,
 ) {
     let pixel = pixel_order[place as usize];
-    // Where mirrors and lenses image a point says how it moved.
-    let features = features | Features::HISTORY;
-    let start = Start::of(Stream::Camera, pixel, params);
-    let mut row = Row { pixel, params, features, materials: scene.materials, instances, auxiliary };
-    follow(start, Beyond::NOTHING, params, features, scene, tracer, &mut row, &mut Uncounted);
+    let shown = Shown { pixel, params, features, materials: scene.materials, instances, rows: auxiliary };
+    run(shown, params, features, scene, tracer, &mut Uncounted);
 }
 
-/// Where the row of a pixel is left. It is written as soon as its point is found: the path behind it has no use for it.
-struct Row<'a> {
-    pixel: u32,
-    params: &'a FrameParams,
-    features: Features,
-    materials: &'a [Material],
-    instances: &'a [Instance],
-    auxiliary: Slots<'a, Auxiliary>,
+/// The errand of `auxiliary`. Its row is written as soon as the point is found: the path behind it has no use for it.
+pub struct Shown<'a> {
+    /// The pixel.
+    pub pixel: u32,
+    /// Settings.
+    pub params: &'a FrameParams,
+    /// What the scene needs.
+    pub features: Features,
+    /// Materials.
+    pub materials: &'a [Material],
+    /// Instances.
+    pub instances: &'a [Instance],
+    /// `auxiliary`, by pixel.
+    pub rows: Slots<'a, Auxiliary>,
 }
 
-impl Watch for Row<'_> {
+impl Watch for Shown<'_> {
+    type Kept = ();
+
     #[inline(always)]
-    fn collect(&mut self, point: &CollectionPoint) {
+    fn collect(&mut self, _kept: &mut (), point: &CollectionPoint) {
         let CollectionPoint { geometry, shading, length } = point;
         let row = Auxiliary {
             position: geometry.position,
@@ -62,12 +68,26 @@ impl Watch for Row<'_> {
             motion: motion(self.pixel, point, self.instances, self.params),
             ..Auxiliary::default()
         };
-        self.auxiliary.write(self.pixel, row);
+        self.rows.write(self.pixel, row);
     }
     #[inline(always)]
-    fn end(&mut self, _last: Vec3) {
-        self.auxiliary.write(self.pixel, Auxiliary::default());
+    fn end(&mut self, _kept: &mut (), _last: Vec3) {
+        self.rows.write(self.pixel, Auxiliary::default());
     }
+}
+
+impl Errand for Shown<'_> {
+    /// Where mirrors and lenses image a point says how it moved.
+    #[inline(always)]
+    fn features(&self, features: Features) -> Features {
+        features | Features::HISTORY
+    }
+    #[inline(always)]
+    fn wanted(&self) -> Wanted {
+        Wanted { pixel: self.pixel, stream: Stream::Camera, beyond: Beyond::NOTHING }
+    }
+    #[inline(always)]
+    fn leave(&mut self, _light: &PathLight, _kept: &()) {}
 }
 
 /// Where the picture shows a point less where the picture before did (px). Behind mirrors and glass the eye alone moves:

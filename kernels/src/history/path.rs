@@ -21,6 +21,7 @@ use crate::history::demodulate::{MIN_REFLECTANCE, demodulated, head_on};
 use crate::history::nearest::{Nearest, most_by_view};
 use crate::history::reprojected::ReprojectedPoint;
 use crate::history::window::{PreviousFrame, project, seen_from};
+use crate::interface::NONE;
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::history::{HistoryPoint, PathLent, PathLight, Retraced};
@@ -28,8 +29,11 @@ use crate::interface::instance::Instance;
 use crate::interface::material::Material;
 use crate::interface::point::{PointDirect, PointGeometry, PointShading};
 use crate::interface::scene::SceneTables;
+use crate::math::rng::Stream;
 use crate::math::{clamp, is_finite, octahedral};
-use crate::pass::collect::camera_path;
+use crate::pass::collect::errand::{Errand, Wanted, run};
+use crate::pass::collect::watch::{CollectionPoint, Watch};
+use crate::pass::collect::{self, Beyond};
 use crate::seam::{Slots, Uncounted};
 use crate::surface::dispersion::is_mixed;
 use crate::trace::Tracer;
@@ -93,7 +97,7 @@ pub fn block_count(params: &FrameParams) -> u32 {
 }
 
 /// Traces a path of each block again.
-#[pass(name = "path.retrace", over = block_count(params), work = Reuse)]
+#[pass(name = "path.retrace", over = block_count(params), work = Reuse, joint)]
 pub fn path_retrace(
     block: u32,
     params: &FrameParams,
@@ -102,28 +106,84 @@ pub fn path_retrace(
     tracer: &mut impl Tracer,
     #[len = params.pixel_count()] path_points: &[HistoryPoint],
     #[len = params.pixel_count()] path_brightness: &[Vec2],
-    mut path_retraced: Slots<'_, Retraced>,
+    path_retraced: Slots<'_, Retraced>,
 ) {
+    let retrace = Retrace {
+        block,
+        pixel: pixel_of(block, path_points, params),
+        params,
+        features,
+        materials: scene.materials,
+        points: path_points,
+        brightness: path_brightness,
+        retraced: path_retraced,
+    };
+    run(retrace, params, features, scene, tracer, &mut Uncounted);
+}
+
+/// The pixel of a block whose turn it is; `NONE` if it has kept nothing.
+#[inline(always)]
+pub fn pixel_of(block: u32, path_points: &[HistoryPoint], params: &FrameParams) -> u32 {
     let turn = params.frame % (BLOCK * BLOCK) * STRIDE % (BLOCK * BLOCK);
     let column = block % blocks_per_row(params) * BLOCK + turn % BLOCK;
     let row = block / blocks_per_row(params) * BLOCK + turn / BLOCK;
-    let mut retraced = Retraced::default();
-    if column < params.width && row < params.height {
-        let pixel = row * params.width + column;
-        let point = path_points[pixel as usize];
-        if point.samples > 0.0 {
-            let path = camera_path(pixel, params, features, scene, tracer, &mut Uncounted);
-            let (light, shading) = (&path.light, &path.point.shading);
-            // What is another surface, the history will not find.
-            if path.point.geometry.exists() && shading.material == point.material {
-                let radiance = light.radiance - light.seen;
-                let found = arriving(radiance, &light.direct, shading, scene.materials, params, features);
-                let now = brightness(&found, light.direct.chance);
-                retraced = Retraced { before: path_brightness[pixel as usize], now };
-            }
-        }
+    let pixel = row * params.width + column;
+    if column < params.width && row < params.height && path_points[pixel as usize].samples > 0.0 {
+        pixel
+    } else {
+        NONE
     }
-    path_retraced.write(block, retraced);
+}
+
+/// The errand of `path.retrace`: what light a pixel's path finds now.
+pub struct Retrace<'a> {
+    /// The block.
+    pub block: u32,
+    /// The pixel; `NONE`: there is nothing to compare with.
+    pub pixel: u32,
+    /// Settings.
+    pub params: &'a FrameParams,
+    /// What the scene needs.
+    pub features: Features,
+    /// Materials.
+    pub materials: &'a [Material],
+    /// `path_points`.
+    pub points: &'a [HistoryPoint],
+    /// `path_brightness`.
+    pub brightness: &'a [Vec2],
+    /// `path_retraced`, by block.
+    pub retraced: Slots<'a, Retraced>,
+}
+
+impl Watch for Retrace<'_> {
+    type Kept = CollectionPoint;
+
+    #[inline(always)]
+    fn collect(&mut self, kept: &mut CollectionPoint, point: &CollectionPoint) {
+        *kept = *point;
+    }
+    #[inline(always)]
+    fn end(&mut self, _kept: &mut CollectionPoint, _last: Vec3) {}
+}
+
+impl Errand for Retrace<'_> {
+    #[inline(always)]
+    fn wanted(&self) -> Wanted {
+        Wanted { pixel: self.pixel, stream: Stream::Camera, beyond: Beyond::of(self.params) }
+    }
+    #[inline(always)]
+    fn leave(&mut self, light: &collect::PathLight, point: &CollectionPoint) {
+        let mut retraced = Retraced::default();
+        // What is another surface, the history will not find.
+        if point.geometry.exists() && point.shading.material == self.points[self.pixel as usize].material {
+            let (radiance, direct) = (light.radiance - light.seen, &light.direct);
+            let found =
+                arriving(radiance, direct, &point.shading, self.materials, self.params, self.features);
+            let now = brightness(&found, direct.chance);
+            retraced = Retraced { before: self.brightness[self.pixel as usize], now };
+        }
+        self.retraced.write(self.block, retraced);
+    }
 }
 
 /// How many frames kept light may count in each block.

@@ -8,12 +8,13 @@
 //! heavier than 1 / `BY_POWER` of its weight by power. A caster that holds the place, or fills more than a quarter of the
 //! directions from there, has no cone; paths that choose it start by power.
 
-use crate::light::emit::{EmissionSample, Emit};
+use crate::light::choose;
+use crate::light::emit::{EmissionSample, Emit, Towards};
+use crate::light::mixture::{Aim, Aims, From, start};
 use crate::light::power::ByPower;
 use crate::light::target::Target;
-use crate::light::{choose, drawn, leave, place_on, towards};
 use crate::math::rng::Rng;
-use spirv_std::glam::{Vec2, Vec3};
+use spirv_std::glam::{Vec2, Vec3, Vec4};
 
 /// Share of paths that start by power whatever there is to aim at.
 pub const BY_POWER: f32 = 0.125;
@@ -26,8 +27,8 @@ pub struct Aimed<'a> {
 }
 
 /// A caster chosen among targets.
-#[derive(Clone, Copy)]
-struct Choice {
+#[derive(Clone, Copy, Default)]
+pub struct Choice {
     /// The caster; their number if the path starts by power.
     caster: u32,
     /// Sum of the weights.
@@ -74,28 +75,49 @@ fn mixture(count: u32, choice: Choice, aim: Vec3, target: impl Fn(u32) -> Target
     (by_power, aimed)
 }
 
+impl Aimed<'_> {
+    /// The caster of this index, seen from a place.
+    #[inline(always)]
+    fn target(&self, from: &From, index: u32) -> Target {
+        Target::at(&self.power.params.casters.spheres[index as usize], &from.light, from.position)
+    }
+}
+
+impl Aims for Aimed<'_> {
+    type Choice = Choice;
+
+    #[inline(always)]
+    fn light(&self, place: Vec4, _numbers: Vec4, _rng: &mut Rng) -> (u32, Choice) {
+        let ByPower { scene, params, .. } = self.power;
+        (choose(scene.lights, params.light_count, place.x, place.y), Choice::default())
+    }
+
+    #[inline(always)]
+    fn aim(&self, choice: &mut Choice, from: &From) -> Aim {
+        let count = self.power.params.casters.count;
+        *choice = choose_target(count, from.numbers.w, |index| self.target(from, index));
+        let mut chosen = Target::NONE;
+        if choice.caster < count {
+            chosen = self.target(from, choice.caster);
+        }
+        let mut aim = Aim::BY_POWER;
+        if chosen.is_open() {
+            aim = Aim::at(chosen.aim(&from.light, Vec2::new(from.numbers.x, from.numbers.y)));
+        }
+        aim
+    }
+
+    #[inline(always)]
+    fn weigh(&self, choice: &Choice, from: &From, aim: Vec3, leaving: &Towards) -> EmissionSample {
+        let count = self.power.params.casters.count;
+        let (by_power, aimed) = mixture(count, *choice, aim, |index| self.target(from, index));
+        leaving.sample.over(leaving.pdf, by_power, aimed)
+    }
+}
+
 impl Emit for Aimed<'_> {
     #[inline(always)]
     fn sample(&self, rng: &mut Rng) -> EmissionSample {
-        let ByPower { scene, params, features } = self.power;
-        let (place, numbers) = (rng.next4(), rng.next4());
-        let row = choose(scene.lights, params.light_count, place.x, place.y);
-        let (light, place) = drawn(scene, features, row, place, numbers);
-        let from = place_on(&light, scene, features, place);
-        let count = params.casters.count;
-        let target = |index: u32| Target::at(&params.casters.spheres[index as usize], &light, from);
-        let choice = choose_target(count, numbers.w, target);
-        let mut chosen = Target::NONE;
-        if choice.caster < count {
-            chosen = target(choice.caster);
-        }
-        let aim = if chosen.is_open() {
-            chosen.aim(&light, Vec2::new(numbers.x, numbers.y))
-        } else {
-            light.aim_of(&leave(&light, scene, features, place, numbers).ray)
-        };
-        let (by_power, aimed) = mixture(count, choice, aim, target);
-        let leaving = towards(&light, scene, features, place, aim);
-        leaving.sample.over(leaving.pdf, by_power, aimed)
+        start(self, &self.power, rng)
     }
 }

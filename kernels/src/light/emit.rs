@@ -22,6 +22,16 @@ pub struct EmissionSample {
 }
 
 impl EmissionSample {
+    /// Nothing starts.
+    pub const NONE: EmissionSample = EmissionSample {
+        ray: Ray { origin: Vec3::ZERO, length: 0.0, direction: Vec3::ZERO, key: 0 },
+        flux: Vec3::ZERO,
+        solid_angle: 0.0,
+        area: 0.0,
+        texel: 0,
+        score: 0.0,
+    };
+
     /// A start of light that goes apart, at no texel; 1 / density of its direction is `solid_angle`.
     #[inline(always)]
     pub fn new(ray: Ray, flux: Vec3, solid_angle: f32) -> EmissionSample {

@@ -15,13 +15,14 @@ use crate::interface::frame::FrameParams;
 use crate::interface::guide::GuideMap;
 use crate::interface::light::Light;
 use crate::light::aimed::BY_POWER;
+use crate::light::choose;
 use crate::light::density_map::{Pyramid, from_polar, to_polar};
-use crate::light::emit::{EmissionSample, Emit};
+use crate::light::emit::{EmissionSample, Emit, Towards};
+use crate::light::mixture::{Aim, Aims, From, start};
 use crate::light::power::ByPower;
 use crate::light::target::Target;
-use crate::light::{choose, drawn, leave, place_on, towards};
 use crate::math::rng::Rng;
-use spirv_std::glam::Vec2;
+use spirv_std::glam::{Vec2, Vec3, Vec4};
 
 /// The layout of the maps.
 pub type Map = Pyramid<6>;
@@ -173,49 +174,80 @@ impl Guided<'_> {
     }
 }
 
-impl Emit for Guided<'_> {
+/// What a start is drawn by.
+#[derive(Clone, Copy, Default)]
+pub struct Choice {
+    /// The caster; behind the last, everything; `NONE`: it starts by power.
+    chosen: u32,
+    /// Whether by what is known of it.
+    known: bool,
+    /// Two numbers for the place within a texel.
+    within: Vec2,
+    /// The place of the aim in the map.
+    own: Vec2,
+}
+
+impl Guided<'_> {
+    /// What is aimed at: a caster, seen from a place, or everything.
     #[inline(always)]
-    fn sample(&self, rng: &mut Rng) -> EmissionSample {
-        let ByPower { scene, params, features } = self.power;
-        let (place, numbers, more) = (rng.next4(), rng.next4(), rng.next4());
-        let casters = params.casters.count;
+    fn target(&self, from: &From, caster: u32) -> Target {
+        let casters = &self.power.params.casters;
+        if caster < casters.count {
+            Target::at(&casters.spheres[caster as usize], &from.light, from.position)
+        } else {
+            Target::everywhere(&from.light)
+        }
+    }
+
+    /// The first map of the group of a start.
+    #[inline(always)]
+    fn first(&self, from: &From) -> u32 {
+        Group::of(from.row, self.power.params) * maps_of_group(self.power.params)
+    }
+}
+
+impl Aims for Guided<'_> {
+    type Choice = Choice;
+
+    #[inline(always)]
+    fn light(&self, place: Vec4, numbers: Vec4, rng: &mut Rng) -> (u32, Choice) {
+        let ByPower { scene, params, .. } = self.power;
+        let more = rng.next4();
         let (by_power, known) = (numbers.w < BY_POWER, numbers.w >= BY_POWER + EVENLY);
-        let (row, mut chosen);
+        let (row, chosen);
         if known {
             let map = self.map_at((numbers.w - (BY_POWER + EVENLY)) / KNOWN);
             chosen = map % maps_of_group(params);
             row = Group::new(scene.lights, params, map / maps_of_group(params)).row_at(scene.lights, place.x);
         } else {
             let evenly = (numbers.w - BY_POWER) / EVENLY * maps_of_group(params) as f32;
-            chosen = if by_power { NONE } else { (evenly as u32).min(casters) };
+            chosen = if by_power { NONE } else { (evenly as u32).min(params.casters.count) };
             row = choose(scene.lights, params.light_count, place.x, place.y);
         }
-        let (light, place) = drawn(scene, features, row, place, numbers);
-        let index = Group::of(row, params);
-        let first = index * maps_of_group(params);
-        let from = place_on(&light, scene, features, place);
-        let everywhere = Target::everywhere(&light);
-        let target = |caster: u32| {
-            if caster < casters {
-                Target::at(&params.casters.spheres[caster as usize], &light, from)
-            } else {
-                everywhere
-            }
-        };
-        let mut own = Vec2::ZERO;
-        let aim = if by_power {
-            light.aim_of(&leave(&light, scene, features, place, numbers).ray)
-        } else {
-            if !target(chosen).is_open() {
-                chosen = casters;
-            }
-            own = Vec2::new(numbers.x, numbers.y);
-            if known {
-                own = self.draw(first + chosen, own, Vec2::new(more.x, more.y));
-            }
-            target(chosen).aim(&light, to_polar(own))
-        };
+        (row, Choice { chosen, known, within: Vec2::new(more.x, more.y), own: Vec2::ZERO })
+    }
 
+    #[inline(always)]
+    fn aim(&self, choice: &mut Choice, from: &From) -> Aim {
+        let mut aim = Aim::BY_POWER;
+        if choice.chosen != NONE {
+            if !self.target(from, choice.chosen).is_open() {
+                choice.chosen = self.power.params.casters.count;
+            }
+            choice.own = Vec2::new(from.numbers.x, from.numbers.y);
+            if choice.known {
+                choice.own = self.draw(self.first(from) + choice.chosen, choice.own, choice.within);
+            }
+            aim = Aim::at(self.target(from, choice.chosen).aim(&from.light, to_polar(choice.own)));
+        }
+        aim
+    }
+
+    #[inline(always)]
+    fn weigh(&self, choice: &Choice, from: &From, aim: Vec3, leaving: &Towards) -> EmissionSample {
+        let ByPower { scene, params, .. } = self.power;
+        let (casters, first) = (params.casters.count, self.first(from));
+        let Choice { chosen, own, .. } = *choice;
         // The density of the aim over all maps of the group, and the map that is told what becomes of it: the one that it was
         // drawn from, else that of a cone that holds it, so that the last map learns of what no cone serves.
         let even = EVENLY / maps_of_group(params) as f32;
@@ -223,14 +255,14 @@ impl Emit for Guided<'_> {
         let (mut told, mut told_texel, mut told_size) = (casters, 0, 0.0);
         let mut caster = 0;
         while caster <= casters {
-            let target = target(caster);
+            let target = self.target(from, caster);
             let map = first + caster;
             let share = KNOWN * self.maps[map as usize].share;
             if !target.is_open() {
                 closed_even += even;
                 closed_known += share;
             } else if caster == chosen || target.holds(aim) {
-                let at = if caster == chosen { own } else { from_polar(target.polar(&light, aim)) };
+                let at = if caster == chosen { own } else { from_polar(target.polar(&from.light, aim)) };
                 let texel = Map::texel_at(at);
                 let (mut uniform, mut drawn) = (even, share);
                 if caster == casters {
@@ -246,9 +278,8 @@ impl Emit for Guided<'_> {
             }
             caster += 1;
         }
-        let leaving = towards(&light, scene, features, place, aim);
-        let group = Group::new(scene.lights, params, index);
-        let ratio = group.chance(scene.lights, params, row) / light.pdf_light_choice;
+        let group = Group::new(scene.lights, params, Group::of(from.row, params));
+        let ratio = group.chance(scene.lights, params, from.row) / from.light.pdf_light_choice;
         let sample = leaving.sample.over(leaving.pdf, BY_POWER, evenly + guided * ratio);
         let mut score = 0.0;
         // A group so dim that its power is none is never drawn from maps, and learns nothing.
@@ -260,6 +291,13 @@ impl Emit for Guided<'_> {
             score = paths * paths / self.maps[(first + told) as usize].unit;
         }
         EmissionSample { texel: (first + told) * Map::TEXELS + told_texel, score, ..sample }
+    }
+}
+
+impl Emit for Guided<'_> {
+    #[inline(always)]
+    fn sample(&self, rng: &mut Rng) -> EmissionSample {
+        start(self, &self.power, rng)
     }
 }
 

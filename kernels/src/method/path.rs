@@ -12,8 +12,9 @@ use crate::interface::scene::SceneTables;
 use crate::math::rng::Stream;
 #[cfg(not(target_arch = "spirv"))]
 use crate::method::Method;
-use crate::pass::collect::watch::Unwatched;
-use crate::pass::collect::{Beyond, Start, follow};
+use crate::pass::collect::errand::{Errand, Wanted, run};
+use crate::pass::collect::watch::{CollectionPoint, Unwatched, Watch};
+use crate::pass::collect::{Beyond, PathLight, Start, follow};
 #[cfg(not(target_arch = "spirv"))]
 use crate::pass::display::DISPLAY;
 use crate::seam::{Atomics, Slots};
@@ -41,7 +42,7 @@ pub const PATH: Method = Method {
 };
 
 /// Paths of the reference, a pixel an invocation.
-#[pass(name = "reference", over = params.pixel_count(), work = Camera)]
+#[pass(name = "reference", over = params.pixel_count(), work = Camera, joint)]
 pub fn reference(
     place: u32,
     params: &FrameParams,
@@ -50,10 +51,42 @@ pub fn reference(
     tracer: &mut impl Tracer,
     counters: &mut impl Atomics,
     #[len = params.pixel_count()] pixel_order: &[u32],
-    mut path_radiance: Slots<'_, Vec3>,
+    path_radiance: Slots<'_, Vec3>,
 ) {
-    let pixel = pixel_order[place as usize];
-    path_radiance.write(pixel, sample(pixel, params, features, scene, tracer, counters));
+    let reference = Reference { pixel: pixel_order[place as usize], radiance: path_radiance };
+    run(reference, params, features, scene, tracer, counters);
+}
+
+/// The errand of `reference`: all light.
+struct Reference<'a> {
+    pixel: u32,
+    radiance: Slots<'a, Vec3>,
+}
+
+impl Watch for Reference<'_> {
+    type Kept = ();
+
+    #[inline(always)]
+    fn collect(&mut self, _kept: &mut (), _point: &CollectionPoint) {}
+    #[inline(always)]
+    fn end(&mut self, _kept: &mut (), _last: Vec3) {}
+}
+
+impl Errand for Reference<'_> {
+    #[inline(always)]
+    fn wanted(&self) -> Wanted {
+        wanted(self.pixel)
+    }
+    #[inline(always)]
+    fn leave(&mut self, light: &PathLight, _kept: &()) {
+        self.radiance.write(self.pixel, light.radiance);
+    }
+}
+
+/// A path through a pixel.
+#[inline(always)]
+pub fn wanted(pixel: u32) -> Wanted {
+    Wanted { pixel, stream: Stream::Reference, beyond: Beyond::ALL }
 }
 
 /// Radiance (W m^-2 sr^-1) along one path through a pixel; another frame is an independent sample.
@@ -66,6 +99,7 @@ pub fn sample<T: Tracer, C: Atomics>(
     tracer: &mut T,
     counters: &mut C,
 ) -> Vec3 {
-    let start = Start::of(Stream::Reference, pixel, params);
-    follow(start, Beyond::ALL, params, features, scene, tracer, &mut Unwatched, counters).radiance
+    let Wanted { stream, beyond, .. } = wanted(pixel);
+    let start = Start::of(stream, pixel, params);
+    follow(start, beyond, params, features, scene, tracer, &mut Unwatched, counters).0.radiance
 }

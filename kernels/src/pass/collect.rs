@@ -3,6 +3,7 @@
 
 mod aside;
 mod connected;
+pub mod errand;
 pub mod watch;
 
 use crate::declare::pass;
@@ -40,8 +41,9 @@ use crate::trace::enclosing::enclosing;
 use crate::trace::reach::{reach, unblocked};
 use aside::{Aside, Shadow, Sum};
 use connected::Connected;
+use errand::{Errand, Wanted, run};
 use spirv_std::glam::Vec3;
-use watch::{CollectionPoint, Watch};
+use watch::{CollectionPoint, ForPoint, Watch};
 
 /// Where there is none of these, all that bends a path is plane mirrors.
 const BENDS: Features = Features(Features::GLASS.0 | Features::SMOOTH_NORMALS.0);
@@ -117,25 +119,6 @@ pub struct Collected {
     pub point: CollectionPoint,
 }
 
-/// Where `collect` leaves the point of a pixel. It is written as soon as it is found: the path behind it has no use for it.
-struct PointSlots<'a> {
-    pixel: u32,
-    geometry: Slots<'a, PointGeometry>,
-    shading: Slots<'a, PointShading>,
-}
-
-impl Watch for PointSlots<'_> {
-    #[inline(always)]
-    fn collect(&mut self, point: &CollectionPoint) {
-        self.geometry.write(self.pixel, point.geometry);
-        self.shading.write(self.pixel, point.shading);
-    }
-    #[inline(always)]
-    fn end(&mut self, last: Vec3) {
-        self.collect(&CollectionPoint::none(last));
-    }
-}
-
 /// Share of what leaves the collection point from which on a path goes on for sure.
 const SURE: f32 = 0.5;
 
@@ -174,7 +157,7 @@ pub fn camera_ray(params: &FrameParams, pixel: u32, rng: &mut Rng) -> Ray {
 }
 
 /// Camera paths, a pixel an invocation.
-#[pass(name = "collect", over = params.pixel_count(), work = Camera)]
+#[pass(name = "collect", over = params.pixel_count(), work = Camera, joint)]
 pub fn collect(
     place: u32,
     params: &FrameParams,
@@ -183,22 +166,77 @@ pub fn collect(
     tracer: &mut impl Tracer,
     counters: &mut impl Atomics,
     #[len = params.pixel_count()] pixel_order: &[u32],
-    mut path_radiance: Slots<'_, Vec3>,
-    mut seen_radiance: Slots<'_, Vec3>,
-    mut steady_radiance: Slots<'_, Vec3>,
-    mut point_direct: Slots<'_, PointDirect>,
+    path_radiance: Slots<'_, Vec3>,
+    seen_radiance: Slots<'_, Vec3>,
+    steady_radiance: Slots<'_, Vec3>,
+    point_direct: Slots<'_, PointDirect>,
     point_geometry: Slots<'_, PointGeometry>,
     point_shading: Slots<'_, PointShading>,
 ) {
-    let pixel = pixel_order[place as usize];
-    let mut point = PointSlots { pixel, geometry: point_geometry, shading: point_shading };
-    let start = Start::of(Stream::Camera, pixel, params);
-    let light = follow(start, Beyond::of(params), params, features, scene, tracer, &mut point, counters);
-    path_radiance.write(pixel, light.radiance);
-    if features.has(Features::PARTS) {
-        seen_radiance.write(pixel, light.seen);
-        steady_radiance.write(pixel, light.steady);
-        point_direct.write(pixel, light.direct);
+    let collect = Collect {
+        pixel: pixel_order[place as usize],
+        params,
+        features,
+        radiance: path_radiance,
+        seen: seen_radiance,
+        steady: steady_radiance,
+        direct: point_direct,
+        geometry: point_geometry,
+        shading: point_shading,
+    };
+    run(collect, params, features, scene, tracer, counters);
+}
+
+/// The errand of `collect`: light that is no caustic, and a collection point. The point is written as soon as it is found: the path
+/// behind it has no use for it.
+pub struct Collect<'a> {
+    /// The pixel.
+    pub pixel: u32,
+    /// Settings.
+    pub params: &'a FrameParams,
+    /// What the scene needs.
+    pub features: Features,
+    /// `path_radiance`, by pixel as what follows is.
+    pub radiance: Slots<'a, Vec3>,
+    /// `seen_radiance`.
+    pub seen: Slots<'a, Vec3>,
+    /// `steady_radiance`.
+    pub steady: Slots<'a, Vec3>,
+    /// `point_direct`.
+    pub direct: Slots<'a, PointDirect>,
+    /// `point_geometry`.
+    pub geometry: Slots<'a, PointGeometry>,
+    /// `point_shading`.
+    pub shading: Slots<'a, PointShading>,
+}
+
+impl Watch for Collect<'_> {
+    type Kept = ();
+
+    #[inline(always)]
+    fn collect(&mut self, _kept: &mut (), point: &CollectionPoint) {
+        self.geometry.write(self.pixel, point.geometry);
+        self.shading.write(self.pixel, point.shading);
+    }
+    #[inline(always)]
+    fn end(&mut self, kept: &mut (), last: Vec3) {
+        self.collect(kept, &CollectionPoint::none(last));
+    }
+}
+
+impl Errand for Collect<'_> {
+    #[inline(always)]
+    fn wanted(&self) -> Wanted {
+        Wanted { pixel: self.pixel, stream: Stream::Camera, beyond: Beyond::of(self.params) }
+    }
+    #[inline(always)]
+    fn leave(&mut self, light: &PathLight, _kept: &()) {
+        self.radiance.write(self.pixel, light.radiance);
+        if self.features.has(Features::PARTS) {
+            self.seen.write(self.pixel, light.seen);
+            self.steady.write(self.pixel, light.steady);
+            self.direct.write(self.pixel, light.direct);
+        }
     }
 }
 
@@ -227,8 +265,7 @@ pub fn collected<T: Tracer, C: Atomics>(
     tracer: &mut T,
     counters: &mut C,
 ) -> Collected {
-    let mut point = CollectionPoint::default();
-    let light = follow(start, beyond, params, features, scene, tracer, &mut point, counters);
+    let (light, point) = follow(start, beyond, params, features, scene, tracer, &mut ForPoint, counters);
     Collected { light, point }
 }
 
@@ -260,7 +297,7 @@ impl Segment {
     };
 }
 
-/// Follows a camera path from its first ray, while somebody watches.
+/// Follows a camera path from its first ray, while somebody watches: its light, and what they keep of it.
 #[inline(always)]
 pub fn follow<T: Tracer, W: Watch, C: Atomics>(
     start: Start,
@@ -271,8 +308,9 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
     tracer: &mut T,
     watch: &mut W,
     counters: &mut C,
-) -> PathLight {
+) -> (PathLight, W::Kept) {
     let Start { ray, cone: direct, mut rng } = start;
+    let mut kept = W::Kept::default();
     let mut pencil = Pencil::at_eye(ray.direction, params.camera.right);
     let parts = features.has(Features::PARTS);
     let mut next =
@@ -320,7 +358,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                 aside.add(Sum::Radiance, throughput * seen);
             }
             if prefix {
-                watch.end(from);
+                watch.end(&mut kept, from);
             }
         } else {
             let mut width = 0.0;
@@ -432,7 +470,6 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
 
                 // Scatter; the first non-specular choice makes the collection point.
                 let u = next4(&mut rng, &params.sequence);
-                let mut ends = false;
                 let scattered = scattering.sample(u);
                 if scattering.bsdf.scatters() {
                     watch.scatter(&scattered);
@@ -475,11 +512,10 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                             shading.red_green = first;
                             shading.blue_roughness_metallic = second;
                         }
-                        watch.collect(&CollectionPoint { geometry, shading, length: distance });
+                        watch.collect(&mut kept, &CollectionPoint { geometry, shading, length: distance });
                     } else {
-                        watch.end(here.position);
+                        watch.end(&mut kept, here.position);
                     }
-                    ends = !beyond.is_lit();
                 }
                 throughput *= scattered.sampled.weight;
                 if scattered.sampled.class == Classes::NON_SPECULAR {
@@ -492,7 +528,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                     throughput = if u.w < survival { throughput / survival } else { Vec3::ZERO };
                 }
                 let carried = throughput.element_sum();
-                goes_on = !ends && is_finite(carried) && carried > 0.0;
+                goes_on = (prefix || beyond.is_lit()) && is_finite(carried) && carried > 0.0;
                 if prefix {
                     if images(features) {
                         pencil = scatter_pencil(pencil, scene, features, &hit, &here, &scattered);
@@ -536,7 +572,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                 }
             }
             if prefix && !goes_on {
-                watch.end(here.position);
+                watch.end(&mut kept, here.position);
             }
         }
         if !goes_on {
@@ -555,7 +591,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
     }
     counters.add(Counter::CameraRays as u32, depth);
     counters.add(Counter::ShadowRays as u32, shadow_rays);
-    light
+    (light, kept)
 }
 
 /// Counts what hardly ever occurs, at once: a sum would be one value more that a path keeps.

@@ -30,12 +30,12 @@ use spirv_std::glam::Vec3;
 
 /// The pass that shoots by an emission: `shoot_pass!("shoot.mine", |power, table: &[f32]| Mine { power, table })` declares
 /// `shoot` and `SHOOT`, which bind `table`, and `starts`, which reads it. The expression makes the emission (`Emit`) of a start by
-/// power and of its buffers.
+/// power and of its buffers. Those that shoot by an entry point of `joint` say `joint` first.
 #[macro_export]
 macro_rules! shoot_pass {
-    ($name:literal, |$power:ident $(, $buffer:ident: $type:ty)*| $emit:expr) => {
+    ($($joint:ident)? $name:literal, |$power:ident $(, $buffer:ident: $type:ty)*| $emit:expr) => {
         /// Light paths of a batch, one an invocation; deposits are stored.
-        #[$crate::declare::pass(name = $name, over = params.light_path_batch, work = Light)]
+        #[$crate::declare::pass(name = $name, over = params.light_path_batch, work = Light $(, $joint)?)]
         pub fn shoot(
             index: u32,
             params: &$crate::interface::frame::FrameParams,
@@ -99,9 +99,7 @@ pub fn stored<E: Emit, T: Tracer, C: Atomics>(
     counters: &mut C,
 ) {
     let dropped = shoot(path, params, features, scene, emit, tracer, &mut store, counters);
-    if dropped != 0 {
-        counters.add(Counter::DepositsDropped as u32, dropped);
-    }
+    store.close(dropped, counters);
 }
 
 /// Traces a light path; what its receiver carried along the way.

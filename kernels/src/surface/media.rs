@@ -85,8 +85,9 @@ impl MediaStack {
     /// The media inside of `material` too; the last is forgotten if four are there already (second value true).
     #[inline(always)]
     pub fn entered(self, material: u32, materials: &[Material]) -> (Self, bool) {
+        let priority = materials[material as usize].priority;
         let mut place = 0;
-        while place < DEPTH && !outranks(material, self.at(place), materials) {
+        while place < DEPTH && !outranks(priority, self.at(place), materials) {
             place += 1;
         }
         (self.inserted(material, place), self.at(3) != NO_MEDIUM)
@@ -166,17 +167,20 @@ impl MediaStack {
         let is_expected = self.holds(material) != front;
         let is_sheet = materials[material as usize].flags & FLAG_SHEET != 0;
         let around = self.settled(features, materials);
-        if front {
-            let before = if is_sheet { around.left(material) } else { around };
-            let (behind, overflow) = before.entered(material, materials);
-            return Sides { before, behind, along: self, is_expected: is_expected || !is_sheet, overflow };
+        let outside = if is_sheet { around.left(material) } else { around };
+        let (mut inside, mut overflow) = (around, false);
+        if front || is_sheet {
+            (inside, overflow) = outside.entered(material, materials);
         }
-        let (mut before, mut along, mut overflow) = (around, self, false);
+        if front {
+            let is_expected = is_expected || !is_sheet;
+            return Sides { before: outside, behind: inside, along: self, is_expected, overflow };
+        }
+        let mut along = self;
         if is_sheet {
-            (before, overflow) = around.left(material).entered(material, materials);
             along = self.left(material).entered(material, materials).0;
         }
-        Sides { before, behind: before.left(material), along, is_expected, overflow }
+        Sides { before: inside, behind: inside.left(material), along, is_expected, overflow }
     }
 
     /// Index of refraction here, of a channel where some medium disperses.
@@ -213,10 +217,10 @@ impl MediaStack {
     }
 }
 
-/// Whether a medium stands before another; the same one may.
+/// Whether a medium of this priority stands before another; the same one may.
 #[inline(always)]
-fn outranks(material: u32, other: u32, materials: &[Material]) -> bool {
-    other == NO_MEDIUM || materials[material as usize].priority >= materials[other as usize].priority
+fn outranks(priority: i32, other: u32, materials: &[Material]) -> bool {
+    other == NO_MEDIUM || priority >= materials[other as usize].priority
 }
 
 #[cfg(test)]

@@ -18,6 +18,7 @@ const KERNELS: &[&[&str]] = &[
     &["pass"],
     &["history", "denoiser", "emission"],
     &["method"],
+    &["joint"],
 ];
 
 /// Those of the host's library, then of its program.

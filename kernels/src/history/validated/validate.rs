@@ -25,7 +25,7 @@ use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
 
 /// Validation paths, one an invocation.
-#[pass(name = "validate", over = params.validation_path_count, work = Reuse)]
+#[pass(name = "validate", over = params.validation_path_count, work = Reuse, joint)]
 pub fn validate(
     path: u32,
     params: &FrameParams,
@@ -39,32 +39,64 @@ pub fn validate(
     >,
     #[len = cells::WORDS * VALIDATION_CELLS] validation_cells: AtomicWords<'_>,
 ) {
+    let mut compare = Compare::new(path, params, instances, validation_deposits, validation_cells);
     let emit = ByPower::new(scene, params, features);
-    let turn = params.frame.wrapping_add(path);
-    let rng = Rng::new(Stream::Validation, params.seed, path, turn / VALIDATION_PERIOD);
-    let compares = !turn.is_multiple_of(VALIDATION_PERIOD);
-    let mut receive = Compare {
-        deposits: validation_deposits,
-        first: path * VALIDATION_DEPOSITS,
-        compares,
-        instances,
-        params,
-        cells: validation_cells,
-    };
-    let features = Features(features.0 & !Features::LEDGER.0);
+    let (rng, features) = (compare.rng(), uncounted(features));
     let count =
-        shoot::follow(path, rng, params, features, scene, &emit, tracer, &mut receive, &mut Uncounted);
-    receive.close(count);
+        shoot::follow(path, rng, params, features, scene, &emit, tracer, &mut compare, &mut Uncounted);
+    compare.close(count);
+}
+
+/// What the scene needs of paths that no ledger has.
+#[inline(always)]
+pub fn uncounted(features: Features) -> Features {
+    Features(features.0 & !Features::LEDGER.0)
 }
 
 /// Compares deposits with those of the frame before, and takes their place.
-struct Compare<'a> {
-    deposits: Slots<'a, ValidationDeposit>,
-    first: u32,
-    compares: bool,
-    instances: &'a [Instance],
+pub struct Compare<'a> {
+    path: u32,
     params: &'a FrameParams,
+    instances: &'a [Instance],
+    deposits: Slots<'a, ValidationDeposit>,
     cells: AtomicWords<'a>,
+}
+
+impl<'a> Compare<'a> {
+    /// For a validation path.
+    #[inline(always)]
+    pub fn new(
+        path: u32,
+        params: &'a FrameParams,
+        instances: &'a [Instance],
+        deposits: Slots<'a, ValidationDeposit>,
+        cells: AtomicWords<'a>,
+    ) -> Self {
+        Compare { path, params, instances, deposits, cells }
+    }
+
+    /// Frames count from the one in which the path draws new numbers.
+    #[inline(always)]
+    fn turn(&self) -> u32 {
+        self.params.frame.wrapping_add(self.path)
+    }
+
+    /// Its random numbers.
+    #[inline(always)]
+    pub fn rng(&self) -> Rng {
+        Rng::new(Stream::Validation, self.params.seed, self.path, self.turn() / VALIDATION_PERIOD)
+    }
+
+    #[inline(always)]
+    fn compares(&self) -> bool {
+        !self.turn().is_multiple_of(VALIDATION_PERIOD)
+    }
+
+    /// The slot of a deposit.
+    #[inline(always)]
+    fn row(&self, deposit: u32) -> u32 {
+        self.path * VALIDATION_DEPOSITS + deposit
+    }
 }
 
 impl Receive for Compare<'_> {
@@ -76,7 +108,7 @@ impl Receive for Compare<'_> {
         if *count >= VALIDATION_DEPOSITS {
             return;
         }
-        let row = self.first + *count;
+        let row = self.row(*count);
         let now = ValidationDeposit {
             position: geometry.position,
             // Frames may have more light paths or fewer.
@@ -84,7 +116,7 @@ impl Receive for Compare<'_> {
             instance: geometry.instance,
         };
         let before = self.deposits.read(row);
-        if self.compares {
+        if self.compares() {
             // Where this place of the surface was.
             let place = self.instances[now.instance as usize].to_previous.point(now.position);
             self.compare(
@@ -133,11 +165,11 @@ impl Compare<'_> {
 
     /// Marks and forgets the deposits that did not come again.
     #[inline(always)]
-    fn close(&mut self, mut count: u32) {
+    pub fn close(&mut self, mut count: u32) {
         while count < VALIDATION_DEPOSITS {
-            let row = self.first + count;
+            let row = self.row(count);
             let before = self.deposits.read(row);
-            if self.compares && before.flux > 0.0 {
+            if self.compares() && before.flux > 0.0 {
                 let carrier = LightFrame::instance(before.instance);
                 self.mark(before.position, carrier, When::Before, before.flux, MAX_STEP);
                 if before.instance != 0 {

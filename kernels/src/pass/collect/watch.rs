@@ -8,6 +8,10 @@ use spirv_std::glam::Vec3;
 
 /// Sees what a camera path meets and does.
 pub trait Watch {
+    /// What it keeps of a path. A watcher on a GPU holds buffers and does not change: a compiler there may die of buffers that a
+    /// loop carries.
+    type Kept: Copy + Default;
+
     /// The path meets a surface, and brings this throughput.
     #[inline(always)]
     fn arrive(&mut self, _ray: &Ray, _hit: &Hit, _here: &Vertex, _throughput: Vec3) {}
@@ -18,9 +22,9 @@ pub trait Watch {
     #[inline(always)]
     fn escape(&mut self, _ray: &Ray, _throughput: Vec3) {}
     /// Its collection point is here.
-    fn collect(&mut self, point: &CollectionPoint);
+    fn collect(&mut self, kept: &mut Self::Kept, point: &CollectionPoint);
     /// It has ended without one; its last vertex is here.
-    fn end(&mut self, last: Vec3);
+    fn end(&mut self, kept: &mut Self::Kept, last: Vec3);
 }
 
 /// A collection point, and how far the path went.
@@ -47,20 +51,26 @@ impl CollectionPoint {
 pub struct Unwatched;
 
 impl Watch for Unwatched {
+    type Kept = ();
+
     #[inline(always)]
-    fn collect(&mut self, _point: &CollectionPoint) {}
+    fn collect(&mut self, _kept: &mut (), _point: &CollectionPoint) {}
     #[inline(always)]
-    fn end(&mut self, _last: Vec3) {}
+    fn end(&mut self, _kept: &mut (), _last: Vec3) {}
 }
 
 /// Who waits for the point alone.
-impl Watch for CollectionPoint {
+pub struct ForPoint;
+
+impl Watch for ForPoint {
+    type Kept = CollectionPoint;
+
     #[inline(always)]
-    fn collect(&mut self, point: &CollectionPoint) {
-        *self = *point;
+    fn collect(&mut self, kept: &mut CollectionPoint, point: &CollectionPoint) {
+        *kept = *point;
     }
     #[inline(always)]
-    fn end(&mut self, last: Vec3) {
-        *self = CollectionPoint::none(last);
+    fn end(&mut self, kept: &mut CollectionPoint, last: Vec3) {
+        *kept = CollectionPoint::none(last);
     }
 }

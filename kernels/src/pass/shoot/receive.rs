@@ -1,6 +1,6 @@
 //! The seam of `shoot`: what becomes of a deposit, and what is followed on the way to it.
 
-use crate::interface::counters::DepositState;
+use crate::interface::counters::{Counter, DepositState};
 use crate::interface::point::{DepositGeometry, DepositLight};
 use crate::interface::ray::{Hit, Ray};
 use crate::light::emit::EmissionSample;
@@ -40,6 +40,16 @@ pub struct Store<'a> {
     pub starts: AtomicWords<'a>,
     /// Slots there are.
     pub capacity: u32,
+}
+
+impl Store<'_> {
+    /// Counts the deposits of a path that found no room.
+    #[inline(always)]
+    pub fn close<C: Atomics>(&self, dropped: u32, counters: &mut C) {
+        if dropped != 0 {
+            counters.add(Counter::DepositsDropped as u32, dropped);
+        }
+    }
 }
 
 impl Receive for Store<'_> {

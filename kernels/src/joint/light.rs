@@ -1,0 +1,164 @@
+//! Passes that trace light paths: those of the emissions, and what validates.
+
+use super::Counted;
+use crate::declare::joint;
+use crate::history::validated::validate::{Compare, uncounted};
+use crate::interface::features::Features;
+use crate::interface::frame::{Dispatch, FrameParams};
+use crate::interface::guide::GuideMap;
+use crate::interface::history::ValidationDeposit;
+use crate::interface::instance::Instance;
+use crate::interface::point::{DepositGeometry, DepositLight};
+use crate::interface::scene::SceneTables;
+use crate::light::aimed::{self, Aimed};
+use crate::light::emit::{EmissionSample, Emit, Towards};
+use crate::light::guided::{self, Guided};
+use crate::light::mixture::{Aim, Aims, From, start};
+use crate::light::power::ByPower;
+use crate::math::rng::{Rng, Stream};
+use crate::pass::shoot;
+use crate::pass::shoot::receive::{Receive, Store};
+use crate::seam::{AtomicWords, Atomics, Slots};
+use crate::trace::Tracer;
+use spirv_std::glam::{Vec3, Vec4};
+
+/// A light path an invocation.
+#[joint(shoots = "shoot.store", aims = "shoot.aimed", guides = "shoot.guided", validates = "validate")]
+pub fn light(
+    index: u32,
+    shoots: bool,
+    aims: bool,
+    guides: bool,
+    validates: bool,
+    params: &FrameParams,
+    dispatch: Dispatch,
+    features: Features,
+    scene: SceneTables<'_>,
+    tracer: &mut impl Tracer,
+    counters: &mut impl Atomics,
+    deposit_geometry: Slots<'_, DepositGeometry>,
+    deposit_light: Slots<'_, DepositLight>,
+    deposit_state: AtomicWords<'_>,
+    start_counts: AtomicWords<'_>,
+    guide_maps: &[GuideMap],
+    guide_tree: &[f32],
+    instances: &[Instance],
+    validation_deposits: Slots<'_, ValidationDeposit>,
+    validation_cells: AtomicWords<'_>,
+) {
+    let path = dispatch.first + index;
+    let power = ByPower::new(scene, params, features);
+    let starts = Starts {
+        aims,
+        guides,
+        aimed: Aimed { power },
+        guided: Guided { power, maps: guide_maps, tree: guide_tree },
+    };
+    let mut deposits = Deposits {
+        stores: shoots || aims || guides,
+        store: Store {
+            geometry: deposit_geometry,
+            light: deposit_light,
+            state: deposit_state,
+            starts: start_counts,
+            capacity: params.deposit_capacity,
+        },
+        compare: Compare::new(path, params, instances, validation_deposits, validation_cells),
+    };
+    let mut rng = Rng::new(Stream::Light, params.seed, path, params.frame);
+    let mut features = features;
+    if validates {
+        rng = deposits.compare.rng();
+        features = uncounted(features);
+    }
+    let mut counted = Counted { counts: deposits.stores, counters };
+    let way = shoot::follow(path, rng, params, features, scene, &starts, tracer, &mut deposits, &mut counted);
+    if validates {
+        deposits.compare.close(way);
+    } else {
+        deposits.store.close(way, &mut counted);
+    }
+}
+
+/// Emissions, of which one starts paths: by power if it is no other.
+struct Starts<'a> {
+    aims: bool,
+    guides: bool,
+    aimed: Aimed<'a>,
+    guided: Guided<'a>,
+}
+
+impl Emit for Starts<'_> {
+    #[inline(always)]
+    fn sample(&self, rng: &mut Rng) -> EmissionSample {
+        start(self, &self.aimed.power, rng)
+    }
+}
+
+impl Aims for Starts<'_> {
+    type Choice = (aimed::Choice, guided::Choice);
+
+    #[inline(always)]
+    fn mixes(&self) -> bool {
+        self.aims || self.guides
+    }
+
+    #[inline(always)]
+    fn light(&self, place: Vec4, numbers: Vec4, rng: &mut Rng) -> (u32, Self::Choice) {
+        let mut choice = Self::Choice::default();
+        let row;
+        if self.guides {
+            (row, choice.1) = self.guided.light(place, numbers, rng);
+        } else {
+            (row, choice.0) = self.aimed.light(place, numbers, rng);
+        }
+        (row, choice)
+    }
+
+    #[inline(always)]
+    fn aim(&self, (aimed, guided): &mut Self::Choice, from: &From) -> Aim {
+        if self.guides { self.guided.aim(guided, from) } else { self.aimed.aim(aimed, from) }
+    }
+
+    #[inline(always)]
+    fn weigh(
+        &self,
+        (aimed, guided): &Self::Choice,
+        from: &From,
+        aim: Vec3,
+        leaving: &Towards,
+    ) -> EmissionSample {
+        if self.guides {
+            self.guided.weigh(guided, from, aim, leaving)
+        } else {
+            self.aimed.weigh(aimed, from, aim, leaving)
+        }
+    }
+}
+
+/// Receivers, of which one receives.
+struct Deposits<'a> {
+    stores: bool,
+    store: Store<'a>,
+    compare: Compare<'a>,
+}
+
+impl Receive for Deposits<'_> {
+    type Way = u32;
+
+    #[inline(always)]
+    fn start(&mut self, way: &mut u32, leaving: &EmissionSample) {
+        if self.stores {
+            self.store.start(way, leaving);
+        }
+    }
+
+    #[inline(always)]
+    fn receive(&mut self, way: &mut u32, geometry: DepositGeometry, light: DepositLight) {
+        if self.stores {
+            self.store.receive(way, geometry, light);
+        } else {
+            self.compare.receive(way, geometry, light);
+        }
+    }
+}

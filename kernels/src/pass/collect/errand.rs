@@ -1,0 +1,56 @@
+//! What camera paths are traced for. A pass says which path an invocation traces and what it leaves of it; all else is
+//! [`follow`](super::follow), which such passes share, on a GPU in one entry point (`joint`).
+
+use super::watch::Watch;
+use super::{Beyond, PathLight, Start, follow};
+use crate::interface::NONE;
+use crate::interface::features::Features;
+use crate::interface::frame::FrameParams;
+use crate::interface::scene::SceneTables;
+use crate::math::rng::Stream;
+use crate::seam::Atomics;
+use crate::trace::Tracer;
+
+/// What an invocation of a pass traces a camera path for.
+pub trait Errand: Watch {
+    /// What the path is traced with: what the scene needs, and what the pass asks for beside.
+    #[inline(always)]
+    fn features(&self, features: Features) -> Features {
+        features
+    }
+    /// The path.
+    fn wanted(&self) -> Wanted;
+    /// Leaves what the path brought home.
+    fn leave(&mut self, light: &PathLight, kept: &Self::Kept);
+}
+
+/// A camera path that somebody wants.
+#[derive(Clone, Copy, Debug)]
+pub struct Wanted {
+    /// The pixel that it goes through; `NONE`: no path is traced, and it brings nothing.
+    pub pixel: u32,
+    /// Its random numbers.
+    pub stream: Stream,
+    /// What it does behind its collection point.
+    pub beyond: Beyond,
+}
+
+/// Runs an errand.
+#[inline(always)]
+pub fn run<E: Errand, T: Tracer, C: Atomics>(
+    mut errand: E,
+    params: &FrameParams,
+    features: Features,
+    scene: SceneTables<'_>,
+    tracer: &mut T,
+    counters: &mut C,
+) {
+    let features = errand.features(features);
+    let Wanted { pixel, stream, beyond } = errand.wanted();
+    let (mut light, mut kept) = (PathLight::default(), E::Kept::default());
+    if pixel != NONE {
+        let start = Start::of(stream, pixel, params);
+        (light, kept) = follow(start, beyond, params, features, scene, tracer, &mut errand, counters);
+    }
+    errand.leave(&light, &kept);
+}

@@ -109,7 +109,7 @@ impl<A: Atomics + ?Sized> Atomics for &mut A {
 }
 
 #[cfg(target_arch = "spirv")]
-pub use gpu::{AtomicWords, Slots};
+pub use gpu::{AtomicWords, Counts, Slots};
 
 #[cfg(not(target_arch = "spirv"))]
 pub use cpu::{AtomicWords, Slots};
@@ -117,8 +117,20 @@ pub use cpu::{AtomicWords, Slots};
 #[cfg(target_arch = "spirv")]
 mod gpu {
     use super::{Atomics, Words};
-    use spirv_std::arch::{atomic_i_add, atomic_u_max};
+    use spirv_std::arch::{IndexUnchecked, atomic_i_add, atomic_u_max};
     use spirv_std::memory::{Scope, Semantics};
+
+    /// Device-scope atomics on a storage buffer of so many words.
+    pub struct Counts<'a, const COUNT: usize>(pub &'a mut [u32]);
+
+    impl<const COUNT: usize> Atomics for Counts<'_, COUNT> {
+        #[inline(always)]
+        fn add(&mut self, index: u32, value: u32) -> u32 {
+            // SAFETY: no buffer of counters is shorter. Nearly all of them are counted by constant places.
+            let word = unsafe { self.0.index_unchecked_mut((index as usize).min(COUNT - 1)) };
+            unsafe { atomic_i_add::<u32, { Scope::Device as u32 }, { Semantics::NONE.bits() }>(word, value) }
+        }
+    }
 
     /// Device-scope atomics on a storage buffer.
     pub struct AtomicWords<'a>(pub &'a mut [u32]);

@@ -296,7 +296,10 @@ fn entry(
         Access::Read => None,
         Access::Slots => Some(quote!(let #name = ::caustics_kernels::seam::Slots(#name);)),
         Access::Words => Some(quote!(let #name = ::caustics_kernels::seam::AtomicWords(#name);)),
-        Access::Counters => Some(quote!(let mut #name = ::caustics_kernels::seam::AtomicWords(#name);)),
+        Access::Counters => Some(quote! {
+            let mut #name =
+                ::caustics_kernels::seam::Counts::<{ ::caustics_kernels::interface::counters::COUNTER_COUNT }>(#name);
+        }),
     });
     let features = features(declaration)
         .then(|| quote!(let features = ::caustics_kernels::interface::features::Features(features);));

@@ -55,6 +55,18 @@ impl LightFrame {
         LightFrame(2 * instance)
     }
 
+    /// How many frames light has that falls on an instance: what carries it along is one, the world below it another.
+    #[inline(always)]
+    pub fn count(instance: u32) -> u32 {
+        if instance == 0 { 1 } else { 2 }
+    }
+
+    /// One of these.
+    #[inline(always)]
+    pub fn of(instance: u32, place: u32) -> LightFrame {
+        LightFrame(2 * instance + place)
+    }
+
     /// Nothing: the instance moves below light that stays where it is in the world.
     #[inline(always)]
     pub fn world_below(instance: u32) -> LightFrame {

@@ -63,6 +63,14 @@ pub struct Image {
     pub astigmatism: Vec2,
 }
 
+impl Image {
+    /// Where nothing bends the ray: as far as its path is long (m).
+    #[inline(always)]
+    pub fn straight(length: f32) -> Image {
+        Image { distance: length, astigmatism: Vec2::ZERO }
+    }
+}
+
 impl Pencil {
     /// At the eye, in the axes of `axes`.
     #[inline]
@@ -151,7 +159,7 @@ impl Pencil {
     #[shared]
     pub fn image(self, length: f32) -> Image {
         if !self.is_bent {
-            return Image { distance: length, astigmatism: Vec2::ZERO };
+            return Image::straight(length);
         }
         // B^-1 A by Cramer's rule, its determinant apart: where rays meet again it is zero, and the image is at the eye.
         let (a_x, a_y) = (self.moved_x.place, self.moved_y.place);
@@ -164,7 +172,7 @@ impl Pencil {
         let astigmatism = Vec2::new(0.5 * (xx - yy), xy) * sign;
         let largest = mean.abs() + astigmatism.length();
         if !is_finite(determinant.abs() + largest) {
-            return Image { distance: length * MAX_VERGENCE_DISTANCE, astigmatism: Vec2::ZERO };
+            return Image::straight(length * MAX_VERGENCE_DISTANCE);
         }
         let largest = largest.max(1.0e-30);
         let (nearest, farthest) = (length / MAX_VERGENCE_DISTANCE, length * MAX_VERGENCE_DISTANCE);

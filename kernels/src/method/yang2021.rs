@@ -34,7 +34,7 @@ use crate::method::frame::frame_steps;
 use crate::method::{Method, Parts};
 use crate::pass::shoot::receive::Receive;
 use crate::pass::shoot::shoot;
-use crate::seam::{AtomicWords, Atomics};
+use crate::seam::{AtomicWords, Atomics, Record, scratch};
 use crate::surface::class::Classes;
 use crate::surface::scatter::BsdfSample;
 use crate::surface::textured::material_of;
@@ -102,6 +102,7 @@ pub fn shoot_yang2021(
     #[len = params.pixel_count() * accumulator::WORDS] accumulator: AtomicWords<'_>,
     #[len = MAPS * Map::TEXELS * FEEDBACK_WORDS] density_feedback: AtomicWords<'_>,
 ) {
+    scratch!(words: ROOM);
     let power = ByPower::new(scene, params, features);
     let emit = ByDensity { power, tree: density_tree };
     let mut spread = Spread {
@@ -112,10 +113,11 @@ pub fn shoot_yang2021(
         feedback: density_feedback,
         params,
         features,
+        way: Way { words, record: Record::at(params.zero()) },
     };
     let path = dispatch.first + index;
-    let way = shoot(path, params, features, scene, &emit, tracer, &mut spread, counters);
-    way.total.tally(counters);
+    shoot(path, params, features, scene, &emit, tracer, &mut spread, counters);
+    spread.way.total().tally(counters);
 }
 
 /// Spread of a footprint behind a diffuse bounce (rad): neighbours there go anywhere.
@@ -141,26 +143,109 @@ pub struct Spread<'a, A, F> {
     pub params: &'a FrameParams,
     /// What the scene needs.
     pub features: Features,
+    /// What the path takes along.
+    pub way: Way<'a>,
 }
 
-/// A light path on its way.
-#[derive(Clone, Copy, Default)]
-pub struct Spreading {
-    differential: Differential,
-    arriving: Vec3,
-    hit: Hit,
-    front: bool,
-    texel: u32,
-    /// What was given.
-    pub total: Sum,
+/// Words that a path takes along.
+const WORDS: usize = 26;
+/// Those of an array that AMD's compiler does not keep in registers.
+const ROOM: usize = 3 * WORDS;
+
+/// What a path takes along, in memory: a GPU has few registers beside those of the path itself.
+pub struct Way<'a> {
+    words: &'a mut [u32; ROOM],
+    record: Record<WORDS, ROOM>,
+}
+
+// Places of its words.
+const ROUGH: usize = 12;
+const ARRIVING: usize = 14;
+const HIT: usize = 17;
+const TEXEL: usize = 22;
+const TOTAL: usize = 23;
+
+impl Way<'_> {
+    #[inline(always)]
+    fn differential(&self) -> Differential {
+        let number = |word| f32::from_bits(self.record.take(self.words, word));
+        Differential {
+            position_u: self.record.take3(self.words, 0),
+            position_v: self.record.take3(self.words, 3),
+            direction_u: self.record.take3(self.words, 6),
+            direction_v: self.record.take3(self.words, 9),
+            rough_width: number(ROUGH),
+            rough_spread: number(ROUGH + 1),
+        }
+    }
+
+    #[inline(always)]
+    fn set_differential(&mut self, differential: &Differential) {
+        self.record.put3(self.words, 0, differential.position_u);
+        self.record.put3(self.words, 3, differential.position_v);
+        self.record.put3(self.words, 6, differential.direction_u);
+        self.record.put3(self.words, 9, differential.direction_v);
+        self.record.put(self.words, ROUGH, differential.rough_width.to_bits());
+        self.record.put(self.words, ROUGH + 1, differential.rough_spread.to_bits());
+    }
+
+    /// Its arrival: the direction, the hit, whether that is at the front.
+    #[inline(always)]
+    fn arrival(&self) -> (Vec3, Hit, bool) {
+        let number = |word| f32::from_bits(self.record.take(self.words, word));
+        let hit = Hit {
+            triangle: self.record.take(self.words, HIT),
+            instance: self.record.take(self.words, HIT + 1),
+            u: number(HIT + 2),
+            v: number(HIT + 3),
+            ..Hit::MISS
+        };
+        (self.record.take3(self.words, ARRIVING), hit, self.record.take(self.words, HIT + 4) != 0)
+    }
+
+    #[inline(always)]
+    fn arrive(&mut self, direction: Vec3, hit: &Hit, front: bool) {
+        self.record.put3(self.words, ARRIVING, direction);
+        self.record.put(self.words, HIT, hit.triangle);
+        self.record.put(self.words, HIT + 1, hit.instance);
+        self.record.put(self.words, HIT + 2, hit.u.to_bits());
+        self.record.put(self.words, HIT + 3, hit.v.to_bits());
+        self.record.put(self.words, HIT + 4, u32::from(front));
+    }
+
+    #[inline(always)]
+    fn texel(&self) -> u32 {
+        self.record.take(self.words, TEXEL)
+    }
+
+    #[inline(always)]
+    fn set_texel(&mut self, texel: u32) {
+        self.record.put(self.words, TEXEL, texel);
+    }
+
+    /// How many deposits were given, and what became of them.
+    #[inline(always)]
+    fn total(&self) -> Sum {
+        let count = self.record.take(self.words, TOTAL);
+        let (clamped, non_finite) =
+            (self.record.take(self.words, TOTAL + 1), self.record.take(self.words, TOTAL + 2));
+        Sum { count, clamped, non_finite, ..Sum::default() }
+    }
+
+    #[inline(always)]
+    fn set_total(&mut self, total: &Sum) {
+        self.record.put(self.words, TOTAL, total.count);
+        self.record.put(self.words, TOTAL + 1, total.clamped);
+        self.record.put(self.words, TOTAL + 2, total.non_finite);
+    }
 }
 
 impl<A: Atomics, F: Atomics> Spread<'_, A, F> {
     /// The unit `normal` with its changes where the path arrived.
     #[inline(always)]
-    fn normals(&self, way: &Spreading, normal: Vec3) -> Normals {
-        let steps = (way.differential.position_u, way.differential.position_v);
-        let (by_u, by_v) = normal_changes(self.scene, self.features, &way.hit, way.front, steps);
+    fn normals(&self, differential: &Differential, hit: &Hit, front: bool, normal: Vec3) -> Normals {
+        let steps = (differential.position_u, differential.position_v);
+        let (by_u, by_v) = normal_changes(self.scene, self.features, hit, front, steps);
         Normals { normal, by_u, by_v }
     }
 
@@ -172,7 +257,6 @@ impl<A: Atomics, F: Atomics> Spread<'_, A, F> {
         geometry: &DepositGeometry,
         light: &DepositLight,
         footprint: &Footprint,
-        total: &mut Sum,
     ) -> bool {
         let point = self.point_geometry[pixel as usize];
         if !takes(&point, geometry, footprint, self.params.max_bounces) {
@@ -188,7 +272,7 @@ impl<A: Atomics, F: Atomics> Spread<'_, A, F> {
         let disc = PI * point.radius * point.radius;
         let sum = Sum::of(value * (disc * weight), self.params.inverse_quantum());
         sum.add_to(&mut self.accumulator, pixel);
-        *total = total.plus(sum);
+        self.way.set_total(&self.way.total().plus(sum));
         true
     }
 }
@@ -203,28 +287,30 @@ fn takes(point: &PointGeometry, deposit: &DepositGeometry, footprint: &Footprint
 }
 
 impl<A: Atomics, F: Atomics> Receive for Spread<'_, A, F> {
-    type Way = Spreading;
+    type Way = ();
 
     #[inline(always)]
-    fn start(&mut self, way: &mut Spreading, leaving: &EmissionSample) {
+    fn start(&mut self, _way: &mut (), leaving: &EmissionSample) {
         let share = 1.0 / self.params.light_path_count as f32;
-        way.differential =
-            Differential::leaving(leaving.ray.direction, leaving.solid_angle * share, leaving.area * share);
-        way.texel = leaving.texel;
-        self.feedback.add(way.texel * FEEDBACK_WORDS + 5, 1);
+        let (direction, solid_angle) = (leaving.ray.direction, leaving.solid_angle * share);
+        self.way.set_differential(&Differential::leaving(direction, solid_angle, leaving.area * share));
+        self.way.set_total(&Sum::default());
+        self.way.set_texel(leaving.texel);
+        self.feedback.add(leaving.texel * FEEDBACK_WORDS + 5, 1);
     }
 
     #[inline(always)]
-    fn arrive(&mut self, way: &mut Spreading, ray: &Ray, hit: &Hit, here: &Vertex) {
-        way.differential = way.differential.transfer(ray.direction, hit.distance, here.face_normal);
-        way.arriving = ray.direction;
-        way.hit = *hit;
-        way.front = here.front;
+    fn arrive(&mut self, _way: &mut (), ray: &Ray, hit: &Hit, here: &Vertex) {
+        let differential = self.way.differential();
+        let arrived = differential.transfer(ray.direction, hit.distance, here.face_normal);
+        self.way.set_differential(&arrived);
+        self.way.arrive(ray.direction, hit, here.front);
     }
 
     #[inline(always)]
-    fn receive(&mut self, way: &mut Spreading, geometry: DepositGeometry, light: DepositLight) {
-        let footprint = Footprint::new(geometry.position, geometry.normal, &way.differential, self.params);
+    fn receive(&mut self, _way: &mut (), geometry: DepositGeometry, light: DepositLight) {
+        let differential = self.way.differential();
+        let footprint = Footprint::new(geometry.position, geometry.normal, &differential, self.params);
         if footprint.area_px == 0.0 {
             return;
         }
@@ -234,13 +320,13 @@ impl<A: Atomics, F: Atomics> Receive for Spread<'_, A, F> {
             let mut column = footprint.first_column;
             while column <= footprint.last_column {
                 let pixel = row * self.params.width + column;
-                taken |= self.give(pixel, &geometry, &light, &footprint, &mut way.total);
+                taken |= self.give(pixel, &geometry, &light, &footprint);
                 column += 1;
             }
             row += 1;
         }
         if taken {
-            let first = way.texel * FEEDBACK_WORDS;
+            let first = self.way.texel() * FEEDBACK_WORDS;
             let area = footprint.area_px;
             Quanta::from_f32(area, FEEDBACK_INVERSE_QUANTUM).add_to(&mut self.feedback, first);
             Quanta::from_f32(area * area, FEEDBACK_INVERSE_QUANTUM).add_to(&mut self.feedback, first + 2);
@@ -249,27 +335,31 @@ impl<A: Atomics, F: Atomics> Receive for Spread<'_, A, F> {
     }
 
     #[inline(always)]
-    fn scatter(&mut self, way: &mut Spreading, scattered: &BsdfSample, _flux: Vec3) {
+    fn scatter(&mut self, _way: &mut (), scattered: &BsdfSample, _flux: Vec3) {
         let sampled = &scattered.sampled;
         let direction = scattered.ray.direction;
+        let mut differential = self.way.differential();
         if sampled.class == Classes::NON_SPECULAR {
-            way.differential = way.differential.roughen(DIFFUSE_SPREAD, true);
+            self.way.set_differential(&differential.roughen(DIFFUSE_SPREAD, true));
             return;
         }
         // The facet that turned the path: of a rough surface, the one that it met.
+        let (arriving, hit, front) = self.way.arrival();
         let unbent = sampled.straight || (sampled.transmitted && sampled.eta == 1.0);
         if !sampled.transmitted {
-            let normals = self.normals(way, (direction - way.arriving).normalize());
-            way.differential = way.differential.reflect(way.arriving, normals);
+            let normal = (direction - arriving).normalize();
+            let normals = self.normals(&differential, &hit, front, normal);
+            differential = differential.reflect(arriving, normals);
         } else if !unbent {
-            let facet = (way.arriving * sampled.eta - direction).normalize();
-            let side = if facet.dot(way.arriving) > 0.0 { -1.0 } else { 1.0 };
-            let normals = self.normals(way, facet * side);
-            way.differential = way.differential.refract(way.arriving, direction, normals, sampled.eta);
+            let facet = (arriving * sampled.eta - direction).normalize();
+            let side = if facet.dot(arriving) > 0.0 { -1.0 } else { 1.0 };
+            let normals = self.normals(&differential, &hit, front, facet * side);
+            differential = differential.refract(arriving, direction, normals, sampled.eta);
         }
         if sampled.roughness > 0.0 {
             let spread = LOBE_SHARE * lobe_variance(sampled.roughness).sqrt();
-            way.differential = way.differential.roughen(spread, false);
+            differential = differential.roughen(spread, false);
         }
+        self.way.set_differential(&differential);
     }
 }

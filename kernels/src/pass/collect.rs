@@ -24,7 +24,7 @@ use crate::light::environment;
 use crate::math::cone::RayCone;
 use crate::math::is_finite;
 use crate::math::offset;
-use crate::math::pencil::Pencil;
+use crate::math::pencil::{Image, Pencil};
 use crate::math::rng::{Rng, Stream};
 use crate::math::sampler::next4;
 use crate::seam::{Atomics, Slots, scratch};
@@ -311,7 +311,6 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
 ) -> (PathLight, W::Kept) {
     let Start { ray, cone: direct, mut rng } = start;
     let mut kept = W::Kept::default();
-    let mut pencil = Pencil::at_eye(ray.direction, params.camera.right);
     let parts = features.has(Features::PARTS);
     let mut next =
         Segment { ray, from: ray.origin, throughput: Vec3::ONE, finds_emission: true, ..Segment::NONE };
@@ -324,9 +323,11 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
     let candidates_of = |prefix: bool| if prefix { all } else { Candidates::ONE };
     scratch!(connections: connected::ROOM);
     scratch!(words: aside::ROOM);
-    let mut aside = Aside { words, features };
-    aside.clear();
+    let mut aside = Aside::new(words, features, params);
     aside.set_cone(direct, 0.0);
+    if images(features) {
+        aside.set_pencil(&Pencil::at_eye(ray.direction, params.camera.right));
+    }
     let mut shadow_rays = 0;
 
     // The segment of this number, and the vertex that it finds; the last one may only emit. That the loop ends in one place
@@ -367,7 +368,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                 let cone = cone.advance(hit.distance);
                 aside.set_cone(cone, distance + hit.distance);
                 if images(features) {
-                    pencil = pencil.advance(hit.distance);
+                    aside.set_pencil(&aside.pencil().advance(hit.distance));
                 }
                 if !params.has_filter(TEXTURE_FILTER_FINEST) {
                     width = cone.total_width();
@@ -480,7 +481,10 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                     if depth < params.max_bounces && chance > 0.0 {
                         let cos = here.to_previous.dot(here.face_normal);
                         let (cone, distance) = aside.cone();
-                        let image = pencil.image(distance);
+                        let mut image = Image::straight(distance);
+                        if images(features) {
+                            image = aside.pencil().image(distance);
+                        }
                         if parts {
                             aside.set_chance(chance);
                         }
@@ -531,7 +535,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                 goes_on = (prefix || beyond.is_lit()) && is_finite(carried) && carried > 0.0;
                 if prefix {
                     if images(features) {
-                        pencil = scatter_pencil(pencil, scene, features, &hit, &here, &scattered);
+                        scatter_pencil(&mut aside, scene, features, &hit, &here, &scattered);
                     }
                     let (cone, distance) = aside.cone();
                     aside.set_cone(scatter_cone(cone, &here, &scattered), distance);
@@ -715,29 +719,31 @@ fn scatter_cone(cone: RayCone, vertex: &Vertex, scattered: &BsdfSample) -> RayCo
     }
 }
 
-/// The pencil behind a specular event.
+/// Turns the pencil at a specular event. It is read again where it is used.
 #[inline(always)]
 fn scatter_pencil(
-    pencil: Pencil,
+    aside: &mut Aside<'_>,
     scene: SceneTables<'_>,
     features: Features,
     hit: &Hit,
     vertex: &Vertex,
     scattered: &BsdfSample,
-) -> Pencil {
+) {
     let sampled = &scattered.sampled;
     let (from, to) = (-vertex.to_previous, scattered.ray.direction);
     if sampled.straight {
-        return pencil;
+        return;
     }
-    if sampled.transmitted && sampled.eta == 1.0 {
+    let pencil = if sampled.transmitted && sampled.eta == 1.0 {
         // A rough thin wall bends nothing on the whole.
-        return pencil.turn(from, to);
-    }
-    let eta = if sampled.transmitted { sampled.eta } else { 1.0 };
-    let steps = pencil.steps(from, vertex.face_normal);
-    let (change_x, change_y) = normal_changes(scene, features, hit, vertex.front, steps);
-    pencil.bend(from, to, eta, !sampled.transmitted, change_x, change_y)
+        aside.pencil().turn(from, to)
+    } else {
+        let eta = if sampled.transmitted { sampled.eta } else { 1.0 };
+        let steps = aside.pencil().steps(from, vertex.face_normal);
+        let (change_x, change_y) = normal_changes(scene, features, hit, vertex.front, steps);
+        aside.pencil().bend(from, to, eta, !sampled.transmitted, change_x, change_y)
+    };
+    aside.set_pencil(&pencil);
 }
 
 #[cfg(test)]

@@ -117,18 +117,15 @@ impl Receive for Compare<'_> {
         };
         let before = self.deposits.read(row);
         if self.compares() {
-            // Where this place of the surface was.
-            let place = self.instances[now.instance as usize].to_previous.point(now.position);
-            self.compare(
-                &before,
-                &now,
-                LightFrame::instance(before.instance),
-                LightFrame::instance(now.instance),
-                place,
-            );
-            if (before.instance | now.instance) != 0 {
-                let below = (LightFrame::world_below(before.instance), LightFrame::world_below(now.instance));
-                self.compare(&before, &now, below.0, below.1, now.position);
+            let mut frame = 0;
+            while frame < LightFrame::count(before.instance | now.instance) {
+                let mut place = now.position;
+                if frame == 0 {
+                    // Where this place of the surface was.
+                    place = self.instances[now.instance as usize].to_previous.point(now.position);
+                }
+                self.compare(&before, &now, frame, place);
+                frame += 1;
             }
         }
         self.deposits.write(row, now);
@@ -137,30 +134,24 @@ impl Receive for Compare<'_> {
 }
 
 impl Compare<'_> {
-    /// Marks both ends of the way from a deposit to the one that came instead, at `place`.
+    /// Marks both ends of the way from a deposit to the one that came instead, at `place`, in one of their frames.
     #[inline(always)]
-    fn compare(
-        &mut self,
-        before: &ValidationDeposit,
-        now: &ValidationDeposit,
-        carrier_before: LightFrame,
-        carrier_now: LightFrame,
-        place: Vec3,
-    ) {
+    fn compare(&mut self, before: &ValidationDeposit, now: &ValidationDeposit, frame: u32, place: Vec3) {
         let mut moved = MAX_STEP;
         if before.flux > 0.0 && before.instance == now.instance {
             moved = (place - before.position).length() / direct_radius(place, self.params);
         }
         if before.flux > 0.0 {
-            self.mark(before.position, carrier_before, When::Before, before.flux, moved);
+            self.mark(before, before.position, frame, When::Before, moved);
         }
-        self.mark(place, carrier_now, When::Now, now.flux, moved);
+        self.mark(now, place, frame, When::Now, moved);
     }
 
     #[inline(always)]
-    fn mark(&mut self, position: Vec3, carrier: LightFrame, when: When, flux: f32, moved: f32) {
-        let flux = flux / self.params.light_path_count as f32;
-        mark(&mut self.cells, position, carrier, when, flux, moved, self.params);
+    fn mark(&mut self, deposit: &ValidationDeposit, place: Vec3, frame: u32, when: When, moved: f32) {
+        let flux = deposit.flux / self.params.light_path_count as f32;
+        let carrier = LightFrame::of(deposit.instance, frame);
+        mark(&mut self.cells, place, carrier, when, flux, moved, self.params);
     }
 
     /// Marks and forgets the deposits that did not come again.
@@ -170,11 +161,10 @@ impl Compare<'_> {
             let row = self.row(count);
             let before = self.deposits.read(row);
             if self.compares() && before.flux > 0.0 {
-                let carrier = LightFrame::instance(before.instance);
-                self.mark(before.position, carrier, When::Before, before.flux, MAX_STEP);
-                if before.instance != 0 {
-                    let below = LightFrame::world_below(before.instance);
-                    self.mark(before.position, below, When::Before, before.flux, MAX_STEP);
+                let mut frame = 0;
+                while frame < LightFrame::count(before.instance) {
+                    self.mark(&before, before.position, frame, When::Before, MAX_STEP);
+                    frame += 1;
                 }
             }
             self.deposits.write(row, ValidationDeposit::default());

@@ -1,16 +1,18 @@
 //! What a camera path puts aside, in memory, until it asks for it again: what is alive while a ray is traced, or a vertex scattered at,
 //! takes a GPU's registers. These are the shadow rays of a vertex, which wait until the path has left it, the light that the path
-//! has found, and the cone of its prefix.
+//! has found, and the cone and the pencil of its prefix.
 
 use crate::interface::features::Features;
+use crate::interface::frame::FrameParams;
 use crate::interface::point::PointDirect;
 use crate::interface::ray::Ray;
 use crate::light::connect::FEW_LIGHTS;
 use crate::math::cone::RayCone;
+use crate::math::pencil::{Beside, Pencil};
 use crate::pass::collect::PathLight;
 use crate::seam::Record;
 use crate::surface::media::MediaStack;
-use spirv_std::glam::{UVec2, Vec3};
+use spirv_std::glam::{UVec2, Vec2, Vec3};
 
 /// A shadow ray, and what it brings where nothing is in its way.
 #[derive(Clone, Copy, Debug)]
@@ -44,13 +46,12 @@ pub enum Sum {
 /// Words of a record: those of a shadow ray, or the path's own.
 const WORDS: usize = 19;
 
-/// Words of as many shadow rays as a vertex has, and of one record more.
-pub const ROOM: usize = WORDS * (FEW_LIGHTS as usize + 1);
+/// Words of as many shadow rays as a vertex has, and of three records more.
+pub const ROOM: usize = WORDS * (FEW_LIGHTS as usize + 3);
 
 type Place = Record<WORDS, ROOM>;
 
-/// The path's own record: sums, and these.
-const OWN: Place = Place::at(FEW_LIGHTS);
+// Places of the words of the path's own record, beside its sums.
 const CHANCE: usize = 12;
 const DISTANCE: usize = 13;
 const CONE: usize = 14;
@@ -61,34 +62,42 @@ const MEDIA: Features = Features(Features::ABSORPTION.0 | Features::NESTED.0);
 /// What a path has put aside.
 pub struct Aside<'a> {
     /// The words.
-    pub words: &'a mut [u32; ROOM],
+    words: &'a mut [u32; ROOM],
     /// What the scene needs.
-    pub features: Features,
+    features: Features,
+    /// The path's own record.
+    own: Place,
+    /// The pencil: its axes and what was moved at the eye, and what was turned there.
+    pencil: [Place; 2],
 }
 
-impl Aside<'_> {
-    /// Has found no light yet.
+impl<'a> Aside<'a> {
+    /// Of a path that has found no light yet.
     #[inline(always)]
-    pub fn clear(&mut self) {
-        self.set(Sum::Radiance, Vec3::ZERO);
-        if self.features.has(Features::PARTS) {
-            self.set(Sum::Seen, Vec3::ZERO);
-            self.set(Sum::Direct, Vec3::ZERO);
-            self.set(Sum::Steady, Vec3::ZERO);
-            self.set_chance(0.0);
+    pub fn new(words: &'a mut [u32; ROOM], features: Features, params: &FrameParams) -> Self {
+        let first = FEW_LIGHTS + params.zero();
+        let [own, moved, turned] = [Place::at(first), Place::at(first + 1), Place::at(first + 2)];
+        let mut aside = Aside { words, features, own, pencil: [moved, turned] };
+        aside.set(Sum::Radiance, Vec3::ZERO);
+        if features.has(Features::PARTS) {
+            aside.set(Sum::Seen, Vec3::ZERO);
+            aside.set(Sum::Direct, Vec3::ZERO);
+            aside.set(Sum::Steady, Vec3::ZERO);
+            aside.set_chance(0.0);
         }
+        aside
     }
 
     /// A sum so far.
     #[inline(always)]
     pub fn sum(&self, sum: Sum) -> Vec3 {
-        OWN.take3(self.words, 3 * sum as usize)
+        self.own.take3(self.words, 3 * sum as usize)
     }
 
     /// Sets a sum.
     #[inline(always)]
     pub fn set(&mut self, sum: Sum, light: Vec3) {
-        OWN.put3(self.words, 3 * sum as usize, light);
+        self.own.put3(self.words, 3 * sum as usize, light);
     }
 
     /// Adds to a sum.
@@ -100,7 +109,7 @@ impl Aside<'_> {
     /// Sets the chance of the point's non-specular class.
     #[inline(always)]
     pub fn set_chance(&mut self, chance: f32) {
-        OWN.put(self.words, CHANCE, chance.to_bits());
+        self.own.put(self.words, CHANCE, chance.to_bits());
     }
 
     /// All that was found.
@@ -109,7 +118,7 @@ impl Aside<'_> {
         let mut light = PathLight { radiance: self.sum(Sum::Radiance), ..PathLight::default() };
         if self.features.has(Features::PARTS) {
             light.seen = self.sum(Sum::Seen);
-            let chance = f32::from_bits(OWN.take(self.words, CHANCE));
+            let chance = f32::from_bits(self.own.take(self.words, CHANCE));
             light.direct = PointDirect { radiance: self.sum(Sum::Direct), chance };
             light.steady = self.sum(Sum::Steady);
         }
@@ -119,13 +128,13 @@ impl Aside<'_> {
     /// The cone of the prefix, and its length (m).
     #[inline(always)]
     pub fn cone(&self) -> (RayCone, f32) {
-        let number = |word| f32::from_bits(OWN.take(self.words, word));
+        let number = |word| f32::from_bits(self.own.take(self.words, word));
         let cone = RayCone {
             width: number(CONE),
             spread: number(CONE + 1),
             rough_width: number(CONE + 2),
             rough_spread: number(CONE + 3),
-            is_bent: OWN.take(self.words, CONE + 4) != 0,
+            is_bent: self.own.take(self.words, CONE + 4) != 0,
         };
         (cone, number(DISTANCE))
     }
@@ -133,12 +142,52 @@ impl Aside<'_> {
     /// Leaves them.
     #[inline(always)]
     pub fn set_cone(&mut self, cone: RayCone, distance: f32) {
-        OWN.put(self.words, DISTANCE, distance.to_bits());
-        OWN.put(self.words, CONE, cone.width.to_bits());
-        OWN.put(self.words, CONE + 1, cone.spread.to_bits());
-        OWN.put(self.words, CONE + 2, cone.rough_width.to_bits());
-        OWN.put(self.words, CONE + 3, cone.rough_spread.to_bits());
-        OWN.put(self.words, CONE + 4, u32::from(cone.is_bent));
+        self.own.put(self.words, DISTANCE, distance.to_bits());
+        self.own.put(self.words, CONE, cone.width.to_bits());
+        self.own.put(self.words, CONE + 1, cone.spread.to_bits());
+        self.own.put(self.words, CONE + 2, cone.rough_width.to_bits());
+        self.own.put(self.words, CONE + 3, cone.rough_spread.to_bits());
+        self.own.put(self.words, CONE + 4, u32::from(cone.is_bent));
+    }
+
+    /// The pencil of the prefix.
+    #[inline(always)]
+    pub fn pencil(&self) -> Pencil {
+        let words = &*self.words;
+        let two = |record: Place, word| {
+            Vec2::new(f32::from_bits(record.take(words, word)), f32::from_bits(record.take(words, word + 1)))
+        };
+        let beside = |record, word| Beside { place: two(record, word), slope: two(record, word + 2) };
+        let [moved, turned] = self.pencil;
+        Pencil {
+            x: moved.take3(words, 8),
+            y: moved.take3(words, 11),
+            moved_x: beside(moved, 0),
+            moved_y: beside(moved, 4),
+            turned_x: beside(turned, 0),
+            turned_y: beside(turned, 4),
+            is_bent: turned.take(words, 8) != 0,
+        }
+    }
+
+    /// Leaves it.
+    #[inline(always)]
+    pub fn set_pencil(&mut self, pencil: &Pencil) {
+        let words = &mut *self.words;
+        let mut set = |record: Place, word, ray: &Beside| {
+            record.put(words, word, ray.place.x.to_bits());
+            record.put(words, word + 1, ray.place.y.to_bits());
+            record.put(words, word + 2, ray.slope.x.to_bits());
+            record.put(words, word + 3, ray.slope.y.to_bits());
+        };
+        let [moved, turned] = self.pencil;
+        set(moved, 0, &pencil.moved_x);
+        set(moved, 4, &pencil.moved_y);
+        set(turned, 0, &pencil.turned_x);
+        set(turned, 4, &pencil.turned_y);
+        moved.put3(words, 8, pencil.x);
+        moved.put3(words, 11, pencil.y);
+        turned.put(words, 8, u32::from(pencil.is_bent));
     }
 
     /// Leaves a shadow ray at a place below [`FEW_LIGHTS`].

@@ -108,7 +108,7 @@ mod tests {
                 }
             }
             sizes.sort_unstable();
-            assert!(sizes[0] * 50 < words.len(), "the smallest of {} words: {}", words.len(), sizes[0]);
+            assert!(sizes[0] * 30 < words.len(), "the smallest of {} words: {}", words.len(), sizes[0]);
             assert_eq!(extract(&source, "nothing"), None);
         }
     }

@@ -41,10 +41,10 @@ fn every_way_finds_the_same_light() {
         sky.light(DVec3::new(f64::from(id) - 1.5, 1.0, 0.5), 0.2);
     }
     for (name, scene, frames) in [
-        ("few", room_of_lamps(2).build(), 200),
-        ("five", spot.build(), 200),
-        ("many", all.build(), 300),
-        ("sky", sky.build(), 100),
+        ("few", room_of_lamps(2).build(), 120),
+        ("five", spot.build(), 120),
+        ("many", all.build(), 180),
+        ("sky", sky.build(), 50),
     ] {
         let power = blocks(&scene, Connections::Power, frames);
         for way in [Connections::Resampled, Connections::Uniform] {

@@ -45,7 +45,7 @@ fn under_a_lamp() -> Scene {
 #[test]
 fn every_sampler_finds_the_same_light() {
     for (name, method, frames) in
-        [("cornell-box", &BASIC, 384), ("textured-room", &BASIC, 384), ("mirror-room", &PATH, 512)]
+        [("cornell-box", &BASIC, 192), ("textured-room", &BASIC, 192), ("mirror-room", &PATH, 512)]
     {
         let scene = load(name);
         let blocks = |sampler, batches, seed| {

@@ -50,9 +50,10 @@ pub fn all(twin: &mut Twin, scene: &Scene, hardware: bool, table: &mut Table) {
 
 /// A frame of `photons-grid` step by step and no more, for what decides where paths go: `all` in another scene runs the other
 /// passes, which a software driver compiles for minutes.
-pub fn frame(twin: &mut Twin, scene: &Scene, table: &mut Table) {
-    for step in basic::steps(&PHOTONS_GRID, &twin.params) {
-        one(twin, scene, &POWER, step, table);
+pub fn frame(twin: &mut Twin, scene: &Scene, emission: &'static Emission, table: &mut Table) {
+    let parts = Parts { emission, ..Parts::from(&PHOTONS_GRID) };
+    for step in basic::steps(parts, &twin.params) {
+        one(twin, scene, emission, step, table);
     }
 }
 

@@ -1,5 +1,5 @@
 //! What camera paths are traced for. A pass says which path an invocation traces and what it leaves of it; all else is
-//! [`follow`](super::follow), which such passes share, on a GPU in one entry point (`joint`).
+//! [`follow`], which such passes share, on a GPU in one entry point (`joint`).
 
 use super::watch::Watch;
 use super::{Beyond, PathLight, Start, follow};

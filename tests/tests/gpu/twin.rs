@@ -19,7 +19,7 @@ fn settings() -> Settings {
     Settings {
         width: 160,
         height: 90,
-        light_paths: 65_536,
+        light_paths: 131_072,
         radius_px: 3.0,
         sampler: Sampler::Sobol,
         ..Settings::default()

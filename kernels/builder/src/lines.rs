@@ -1,4 +1,4 @@
-//! The compiler drops debug lines, and leaves instructions that end them: one in forty bytes, which say nothing.
+//! The compiler drops debug lines, and leaves instructions that end them: one in fifty bytes, which say nothing.
 
 use anyhow::{Context, ensure};
 use rspirv::spirv::Op;

@@ -1,7 +1,6 @@
 //! The Vulkan device that the tests run on, or the reason why there is none.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
 use caustics::kernels::Source;
 use caustics::session::RunnerChoice;
@@ -17,7 +16,7 @@ pub struct Gpu {
     pub info: DeviceInfo,
     /// Whether the validation layer watches.
     pub validation: bool,
-    _turn: MutexGuard<'static, ()>,
+    _turn: Turn,
 }
 
 impl Gpu {
@@ -45,12 +44,35 @@ pub fn gpu() -> Option<Gpu> {
     device(false)
 }
 
+/// One of the turns of [`AT_ONCE`] tests.
+struct Turn;
+
+/// Turns that nobody has.
+static TURNS: Mutex<usize> = Mutex::new(AT_ONCE);
+static GIVEN_BACK: Condvar = Condvar::new();
+
+impl Turn {
+    fn wait() -> Turn {
+        let free = GIVEN_BACK.wait_while(Turn::free(), |free| *free == 0);
+        *free.unwrap_or_else(PoisonError::into_inner) -= 1;
+        Turn
+    }
+
+    /// A test that failed leaves nothing behind that the next one could stumble over.
+    fn free() -> MutexGuard<'static, usize> {
+        TURNS.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Drop for Turn {
+    fn drop(&mut self) {
+        *Turn::free() += 1;
+        GIVEN_BACK.notify_one();
+    }
+}
+
 fn device(watched: bool) -> Option<Gpu> {
-    static TURNS: [Mutex<()>; AT_ONCE] = [const { Mutex::new(()) }; AT_ONCE];
-    static NEXT: AtomicUsize = AtomicUsize::new(0);
-    let next = NEXT.fetch_add(1, Ordering::Relaxed) % AT_ONCE;
-    // A test that failed leaves nothing behind that the next one could stumble over.
-    let turn = TURNS[next].lock().unwrap_or_else(PoisonError::into_inner);
+    let turn = Turn::wait();
     match find(watched) {
         Ok((info, validation)) => {
             eprintln!("on {} ({}), validation {validation}", info.name, info.driver);

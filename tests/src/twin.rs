@@ -44,7 +44,13 @@ pub struct Twin {
 impl Twin {
     /// Opens both for a view of a scene, with the buffers of every variant and of the single steps.
     pub fn open(gpu: &Gpu, hardware: bool, scene: &Scene, settings: &Settings) -> Twin {
-        let features = scene.features(settings.specular_roughness) | Features::PARTS;
+        Twin::with(gpu, hardware, scene, settings, Features::default())
+    }
+
+    /// The same by kernels that can do what other scenes need too: a software driver compiles those of a scene for ten seconds and
+    /// keeps them, so that tests of like scenes ask for the same ones.
+    pub fn with(gpu: &Gpu, hardware: bool, scene: &Scene, settings: &Settings, others: Features) -> Twin {
+        let features = scene.features(settings.specular_roughness) | Features::PARTS | others;
         let params = settings.params(scene, &scene.cameras[0], 0);
         // Some emissions aim at them.
         let params = FrameParams { casters: scene.casters(settings.specular_roughness), ..params };
@@ -67,9 +73,10 @@ impl Twin {
         }
     }
 
-    /// Names of the buffers of a frame.
-    pub fn frame_buffers(&self) -> &[&'static str] {
-        &self.frame_buffers
+    /// Names of the frame's buffers that these steps bind.
+    pub fn bound(&self, steps: &[Step]) -> Vec<&'static str> {
+        let bound = buffers(steps, &self.params).into_iter().map(|spec| spec.name);
+        bound.filter(|name| self.frame_buffers.contains(name)).collect()
     }
 
     /// Runs steps of a frame with these settings on both.
@@ -108,9 +115,9 @@ impl Twin {
         (rows(&mut *self.cpu, buffer), rows(&mut *self.gpu, buffer))
     }
 
-    /// Gives the GPU the CPU's contents of every buffer of the frame.
-    pub fn copy_to_gpu(&mut self) {
-        for buffer in self.frame_buffers.clone() {
+    /// Gives the GPU the CPU's contents of all that these steps bind.
+    pub fn copy_to_gpu(&mut self, steps: &[Step]) {
+        for buffer in self.bound(steps) {
             let bytes = self.cpu.read(buffer).expect("the CPU has the buffer");
             self.gpu.write(buffer, &bytes).expect("the GPU has the buffer");
         }

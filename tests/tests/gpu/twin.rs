@@ -8,6 +8,7 @@ mod steps;
 use caustics::settings::Settings;
 use caustics_kernels::emission::{AIMED, POWER};
 use caustics_kernels::interface::choice::Sampler;
+use caustics_kernels::interface::features::Features;
 use caustics_tests::gpu::gpu;
 use caustics_tests::lobes;
 use caustics_tests::scenes::{blended_room, dispersive_room};
@@ -24,6 +25,12 @@ fn settings() -> Settings {
         sampler: Sampler::Sobol,
         ..Settings::default()
     }
+}
+
+/// What any of the scenes needs that decide where paths go by more than shapes, whose tests share kernels.
+fn rich() -> Features {
+    let scenes = [load("textured-room"), blended_room().build(), dispersive_room()];
+    scenes.iter().fold(Features::PARTS, |all, scene| all | scene.features(settings().specular_roughness))
 }
 
 #[test]
@@ -51,7 +58,7 @@ fn textured_steps_and_passes_agree() {
     for &hardware in gpu.tracers() {
         let tracer = if hardware { "hardware" } else { "software" };
         let settings = Settings { sampler: Sampler::Blue, ..settings() };
-        let mut twin = Twin::open(&gpu, hardware, &scene, &settings);
+        let mut twin = Twin::with(&gpu, hardware, &scene, &settings, rich());
         let mut table =
             Table::new(&format!("textured-room, CPU against {} ({tracer} tracer)", gpu.info.name));
         steps::hit(&mut twin, &scene, &mut table);
@@ -74,7 +81,7 @@ fn what_blends_agrees() {
     let scene = blended_room().build();
     for &hardware in gpu.tracers() {
         let tracer = if hardware { "hardware" } else { "software" };
-        let mut twin = Twin::open(&gpu, hardware, &scene, &settings());
+        let mut twin = Twin::with(&gpu, hardware, &scene, &settings(), rich());
         let mut table =
             Table::new(&format!("things that blend, CPU against {} ({tracer} tracer)", gpu.info.name));
         steps::hit(&mut twin, &scene, &mut table);
@@ -95,7 +102,7 @@ fn what_disperses_agrees() {
     let scene = dispersive_room();
     for &hardware in gpu.tracers() {
         let tracer = if hardware { "hardware" } else { "software" };
-        let mut twin = Twin::open(&gpu, hardware, &scene, &settings());
+        let mut twin = Twin::with(&gpu, hardware, &scene, &settings(), rich());
         let mut table =
             Table::new(&format!("dispersive glass, CPU against {} ({tracer} tracer)", gpu.info.name));
         steps::scatter(&mut twin, &scene, &mut table);

@@ -430,9 +430,10 @@ fn twins_agree() {
             let mut twin = Twin::open(&gpu, hardware, &scene, &settings);
             let params = twin.params;
             twin.cpu.run(&params, &[Step::of(&COLLECT, &params)]).unwrap();
-            twin.copy_to_gpu();
+            let filter = (ATROUS.steps)(&params);
+            twin.copy_to_gpu(&filter);
             let (before, _) = twin.rows::<f32>("path_radiance");
-            twin.run(&params, &(ATROUS.steps)(&params));
+            twin.run(&params, &filter);
             let (cpu, gpu_rows) = twin.rows::<f32>("path_radiance");
             assert!(cpu != before, "nothing was filtered");
             let scale = cpu.iter().sum::<f32>() / cpu.len() as f32;

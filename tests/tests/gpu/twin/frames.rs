@@ -6,6 +6,7 @@ use caustics::settings::Settings;
 use caustics_kernels::gather::accumulator::WORDS;
 use caustics_kernels::gather::variant::{self, Variant};
 use caustics_kernels::interface::choice::Caustics;
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::method::Parts;
 use caustics_kernels::method::basic;
@@ -26,9 +27,8 @@ use super::settings;
 const FRAMES: u32 = 4;
 
 /// Means of the caustics and of all else over an image, frame by frame.
-fn means(choice: &RunnerChoice, scene: &Scene, variant: &'static Variant) -> [Mean; 2] {
+fn means(choice: &RunnerChoice, scene: &Scene, features: Features, variant: &'static Variant) -> [Mean; 2] {
     let settings = Settings { width: 80, height: 45, light_paths: 32_768, ..settings() };
-    let features = scene.features(settings.specular_roughness);
     let mut session =
         Session::new(choice, scene, &scene.cameras[0], &settings, &BASIC, variant, features).unwrap();
     let mean = |image: &[Vec3]| {
@@ -47,46 +47,41 @@ fn means(choice: &RunnerChoice, scene: &Scene, variant: &'static Variant) -> [Me
 
 #[test]
 fn image_means_agree_within_three_sigma() {
-    image_means_agree(&load("mirror-room"));
+    image_means_agree(&[("mirror-room", load("mirror-room"))]);
 }
 
-/// Under a spot and a directional light.
 #[test]
-fn image_means_agree_in_the_open_air() {
-    image_means_agree(&open_air().build());
-}
-
-/// Under a sky with a bright patch, beside both.
-#[test]
-fn image_means_agree_under_a_sky() {
-    let mut scene = open_air().build();
+fn image_means_agree_under_every_kind_of_light() {
+    let mut under_a_sky = open_air().build();
     let texel = |place: u32| Vec3::splat(if place == 13 { 5.0 } else { 0.02 * (16 - place / 8) as f32 });
     let sky = EnvironmentMap::new(8, 4, (0..32).map(texel).collect());
-    scene.set_environment(sky).expect("the sky is sound");
-    image_means_agree(&scene);
-}
-
-/// More lights than are all connected to.
-#[test]
-fn image_means_agree_among_many_lamps() {
-    image_means_agree(&room_of_lamps(7).build());
+    under_a_sky.set_environment(sky).expect("the sky is sound");
+    image_means_agree(&[
+        ("a spot and a directional light", open_air().build()),
+        ("both, and a sky with a bright patch", under_a_sky),
+        ("more lights than are all connected to", room_of_lamps(7).build()),
+    ]);
 }
 
 /// By one gather a tracer: the others give the same bits, as `gathers_on_the_gpu_equal_each_other` and
-/// `every_gather_on_the_gpu_finds_what_brute_force_finds` say.
-fn image_means_agree(scene: &Scene) {
+/// `every_gather_on_the_gpu_finds_what_brute_force_finds` say. All scenes by the same kernels, which are compiled once.
+fn image_means_agree(scenes: &[(&str, Scene)]) {
     let Some(gpu) = gpu() else { return };
-    let cpu = means(&RunnerChoice::Cpu { threads: 0 }, scene, &variant::PHOTONS_GRID);
-    for &hardware in gpu.tracers() {
-        let variant = if hardware { &variant::POINTS_RT } else { &variant::PHOTONS_GRID };
-        let gpu = means(&gpu.choice(hardware), scene, variant);
-        for (layer, cpu, gpu) in [("caustics", cpu[0], gpu[0]), ("path", cpu[1], gpu[1])] {
-            let sigmas = cpu.sigmas(&gpu);
-            eprintln!(
-                "{layer}, {} (hardware {hardware}): CPU {:.6e} +- {:.1e}, GPU {:.6e}: {sigmas:.4} sigma",
-                variant.name, cpu.value, cpu.error, gpu.value
-            );
-            assert!(cpu.value > 0.0 && cpu.agrees(&gpu, 3.0), "{layer}: {sigmas} sigma");
+    let needs = scenes.iter().map(|(_, scene)| scene.features(settings().specular_roughness));
+    let features = needs.fold(Features::PARTS, |all, needs| all | needs);
+    for (title, scene) in scenes {
+        let cpu = means(&RunnerChoice::Cpu { threads: 0 }, scene, features, &variant::PHOTONS_GRID);
+        for &hardware in gpu.tracers() {
+            let variant = if hardware { &variant::POINTS_RT } else { &variant::PHOTONS_GRID };
+            let gpu = means(&gpu.choice(hardware), scene, features, variant);
+            for (layer, cpu, gpu) in [("caustics", cpu[0], gpu[0]), ("path", cpu[1], gpu[1])] {
+                let sigmas = cpu.sigmas(&gpu);
+                eprintln!(
+                    "{title}, {layer}, {} (hardware {hardware}): CPU {:.6e} +- {:.1e}, GPU {:.6e}: {sigmas:.4} sigma",
+                    variant.name, cpu.value, cpu.error, gpu.value
+                );
+                assert!(cpu.value > 0.0 && cpu.agrees(&gpu, 3.0), "{title}, {layer}: {sigmas} sigma");
+            }
         }
     }
 }
@@ -207,7 +202,8 @@ fn tiles_are_the_picture_on_a_device() {
     let scene = load("mirror-room");
     let [whole, tiled] = [1, 3].map(|tiles| {
         let settings = Settings { width: 64, height: 40, tiles: Some(tiles), auxiliary: true, ..settings() };
-        let features = scene.features(settings.specular_roughness);
+        // Those of other tests, which are compiled already.
+        let features = scene.features(settings.specular_roughness) | Features::PARTS;
         let choice = gpu.choice(false);
         let camera = &scene.cameras[0];
         let mut session =

@@ -37,7 +37,6 @@ pub fn all(twin: &mut Twin, scene: &Scene, hardware: bool, table: &mut Table) {
     }
     let (balance, _) = twin.rows::<Balance>("balance");
     assert!(balance[0].path_variance > 0.0 && balance[0].caustic_variance > 0.0, "{balance:?}");
-    emissions(twin, scene, table);
     let params = twin.params;
     // Brute force is compared with the others on each device, over fewer pairs (`frames`).
     for variant in variant::ALL.iter().filter(|variant| !variant.hardware && **variant != BRUTE) {
@@ -46,6 +45,7 @@ pub fn all(twin: &mut Twin, scene: &Scene, hardware: bool, table: &mut Table) {
     if hardware {
         by_ray_queries(twin, params, table);
     }
+    emissions(twin, scene, table);
 }
 
 /// A frame of `photons-grid` step by step and no more, for what decides where paths go: `all` in another scene runs the other
@@ -57,7 +57,7 @@ pub fn frame(twin: &mut Twin, scene: &Scene, emission: &'static Emission, table:
     }
 }
 
-/// The light paths of the other emissions over the same points; the deposits of the last are those that gathers find.
+/// The light paths of the other emissions over the same points. Behind the gathers: these leave a hundred times as many pairs.
 fn emissions(twin: &mut Twin, scene: &Scene, table: &mut Table) {
     assert!(twin.params.casters.count > 0);
     for &emission in emission::ALL.iter().filter(|emission| **emission != &POWER) {
@@ -92,9 +92,10 @@ fn over_deposits(variant: &'static Variant, params: &FrameParams) -> Vec<Step> {
 
 /// Builds and gathers on both, each in its own order, and compares the sums.
 fn gathers(twin: &mut Twin, variant: &'static Variant, table: &mut Table) {
-    twin.copy_to_gpu();
     let params = twin.params;
-    twin.run(&params, &over_deposits(variant, &params));
+    let steps = over_deposits(variant, &params);
+    twin.copy_to_gpu(&steps);
+    twin.run(&params, &steps);
     table.add(variant.gather.name, sums(twin, &params));
 }
 
@@ -103,10 +104,10 @@ fn gathers(twin: &mut Twin, variant: &'static Variant, table: &mut Table) {
 fn one(twin: &mut Twin, scene: &Scene, emission: &'static Emission, step: Step, table: &mut Table) {
     let params = twin.params;
     let Step::Dispatch { pass, .. } = step else { return twin.run(&params, &[step]) };
-    twin.copy_to_gpu();
+    twin.copy_to_gpu(&[step]);
     twin.run(&params, &[step]);
     let written: Vec<&str> = pass.written().map(|bound| bound.name).collect();
-    for buffer in twin.frame_buffers().to_vec() {
+    for buffer in twin.bound(&[step]) {
         if !written.contains(&buffer) {
             let (cpu, gpu) = twin.rows::<u32>(buffer);
             assert!(cpu == gpu, "{step:?} wrote to {buffer}");
@@ -201,9 +202,9 @@ fn on_the_bound(twin: &mut Twin, pixels: &[usize]) -> usize {
 /// Gathers by ray queries against one in software over the same deposits on the same device, and against the CPU's.
 fn by_ray_queries(twin: &mut Twin, params: FrameParams, table: &mut Table) {
     let (cpu, _) = twin.rows::<u32>("accumulator");
-    twin.copy_to_gpu();
     let mut run = |variant| {
         let steps = over_deposits(variant, &params);
+        twin.copy_to_gpu(&steps);
         twin.gpu.run(&params, &steps).expect("the GPU runs the steps and the validation layer is silent");
         twin::rows::<u32>(&mut *twin.gpu, "accumulator")
     };

@@ -51,7 +51,7 @@ fn one(animation: &mut Animation, params: &FrameParams, step: Step, zero: &[&str
             return;
         }
     };
-    twin.copy_to_gpu();
+    twin.copy_to_gpu(&[step]);
     twin.run(params, &[step]);
     for bound in pass.written() {
         if bound.name == "path_points" {

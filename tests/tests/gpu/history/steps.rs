@@ -41,10 +41,10 @@ pub fn one(animation: &mut Animation, params: &FrameParams, step: Step, table: &
         }
     };
     let written: Vec<&str> = pass.written().map(|bound| bound.name).collect();
-    animation.twin.copy_to_gpu();
+    animation.twin.copy_to_gpu(&[step]);
     animation.twin.run(params, &[step]);
     let twin = &mut animation.twin;
-    for buffer in twin.frame_buffers().to_vec() {
+    for buffer in twin.bound(&[step]) {
         if !written.contains(&buffer) {
             let (cpu, gpu) = twin.rows::<u32>(buffer);
             assert!(cpu == gpu, "{step:?} wrote to {buffer}");

@@ -177,10 +177,8 @@ impl Accumulation {
         if self.shape.frames < 2 {
             return None;
         }
-        let mut variance = self.moments().map(|(_, variance)| variance as f32);
-        let pixels = 0..self.shape.width * self.shape.height;
-        let mut next = || variance.next().unwrap_or(0.0);
-        Some(pixels.map(|_| Vec3::new(next(), next(), next())).collect())
+        let channels: Vec<f32> = self.moments().map(|(_, variance)| variance as f32).collect();
+        Some(bytemuck::cast_slice(&channels).to_vec())
     }
 
     /// Estimated relative mean square error of the mean, as `metric::relmse` defines it, with the mean in place of the

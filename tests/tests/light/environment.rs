@@ -220,7 +220,7 @@ fn every_way_finds_the_light_of_the_sky() {
     };
     let scene = open_sky(EnvironmentMap::new(width, height, (0..width * height).map(texel).collect()));
     let reference = Settings { connections: Connections::Power, ..settings(1) };
-    let truth = Blocks::render(&CPU, &scene, &reference, &PATH, &PHOTONS_GRID, 750);
+    let truth = Blocks::render(&CPU, &scene, &reference, &PATH, &PHOTONS_GRID, 375);
     let mut faults = Vec::new();
     for (caustics, emission) in [
         (Caustics::First, &GUIDED),
@@ -229,7 +229,7 @@ fn every_way_finds_the_light_of_the_sky() {
         (Caustics::Any, &POWER),
     ] {
         let settings = Settings { light_paths: 12_000, caustics, emission, ..settings(2) };
-        let split = Blocks::render(&CPU, &scene, &settings, &PROGRESSIVE, &PHOTONS_GRID, 200);
+        let split = Blocks::render(&CPU, &scene, &settings, &PROGRESSIVE, &PHOTONS_GRID, 100);
         let scores = split.scores(&truth);
         println!("{caustics:?}, {}: {scores:?}, caustic share {:.3}", emission.name, split.caustic_share);
         assert!(scores.ratio_error < 0.01 && split.caustic_share > 0.01, "the test has lost its subject");

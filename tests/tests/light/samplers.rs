@@ -45,7 +45,7 @@ fn under_a_lamp() -> Scene {
 #[test]
 fn every_sampler_finds_the_same_light() {
     for (name, method, frames) in
-        [("cornell-box", &BASIC, 192), ("textured-room", &BASIC, 192), ("mirror-room", &PATH, 512)]
+        [("cornell-box", &BASIC, 128), ("textured-room", &BASIC, 128), ("mirror-room", &PATH, 512)]
     {
         let scene = load(name);
         let blocks = |sampler, batches, seed| {
@@ -64,7 +64,7 @@ fn every_sampler_finds_the_same_light() {
 
 /// Mean over pixels of the relative variance of means of so many frames, from runs of several seeds.
 fn variance(scene: &Scene, sampler: Sampler, batches: u32, counts: &[u32]) -> Vec<f64> {
-    let runs = 8;
+    let runs = 4;
     let mut means: Vec<Vec<Picture>> = vec![Vec::new(); counts.len()];
     for seed in 0..runs {
         let mut session = session(scene, &settings(sampler, batches, seed), &PATH);

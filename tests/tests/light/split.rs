@@ -179,7 +179,7 @@ fn mixed_room_of_area_lights() -> Scene {
 /// Camera and light paths that meet have each drawn a channel; colours come out as of one path that drew once.
 #[test]
 fn room_of_dispersive_glass_is_the_reference() {
-    let budget = Budget { samples: 1200, frames: 400, light_paths: 12_000, ..LARGE_LAMP };
+    let budget = Budget { samples: 400, frames: 150, light_paths: 12_000, ..LARGE_LAMP };
     agrees_at(&[0.25], "dispersive glass", &dispersive_room(), &budget);
 }
 
@@ -198,7 +198,7 @@ fn lights_of_every_type_are_split_alike() {
             let light_paths = 8000;
             let settings =
                 Settings { light_paths, caustics, emission, max_bounces: 4, ..settings(seed, 0.25) };
-            Blocks::render(&CPU, &scene, &settings, &BASIC, &PHOTONS_GRID, 120)
+            Blocks::render(&CPU, &scene, &settings, &BASIC, &PHOTONS_GRID, 60)
         };
         let published = render((Caustics::Any, &POWER), 1);
         let ways = [&POWER, &AIMED, &GUIDED].map(|emission| (Caustics::First, emission));

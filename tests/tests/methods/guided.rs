@@ -57,7 +57,7 @@ struct Truth {
 
 impl Truth {
     fn of(scene: &Scene) -> Truth {
-        let mut session = open(&CPU, scene, &Settings { emission: &AIMED, ..settings(1 << 18, 1) }, &BASIC);
+        let mut session = open(&CPU, scene, &Settings { emission: &AIMED, ..settings(1 << 16, 1) }, &BASIC);
         let mut light = vec![0.0; 160 * 90];
         let mut direct = Vec::new();
         let frames = 16;
@@ -200,7 +200,7 @@ fn a_caster_that_jumps_is_found_again() {
     let truth = Truth::of(&there);
     // Variances of the frames behind the jump.
     let of = |emission: &'static Emission, still: u32, frames: u32| {
-        let runs: Vec<Vec<Vec<Vec3>>> = (0..6)
+        let runs: Vec<Vec<Vec<Vec3>>> = (0..4)
             .map(|seed| {
                 let settings = Settings { emission, ..settings(16_384, 20 + seed) };
                 let mut before = open(&CPU, &here, &settings, &BASIC);
@@ -219,7 +219,7 @@ fn a_caster_that_jumps_is_found_again() {
     };
     let power = of(&POWER, 4, 1)[0];
     // However long it was still before.
-    for still in [4, 60] {
+    for still in [4, 30] {
         let guided = of(&GUIDED, still, 3);
         println!("variance by power {power:.4}, guided after {still} frames and a jump {guided:.4?}");
         assert!(guided.iter().all(|guided| *guided < 0.5 * power));

@@ -165,7 +165,7 @@ fn what_moves_keeps_its_light() {
     ];
     for ((name, scene), most) in scenes {
         let (frames, seeds) = (16, 4);
-        let truth = truth(&scene, 256, frames);
+        let truth = truth(&scene, 128, frames);
         let (mut energies, mut errors) = (Vec::new(), [0.0; 2]);
         for seed in 0..seeds {
             let [none, kept] = ALL.map(|of| animation(&scene, &settings(of, seed), frames));

@@ -110,17 +110,17 @@ fn conserves_energy(scene: &Scene, width: u32, height: u32, paths: u32, truth_pa
 
 #[test]
 fn energy_behind_a_lens_is_the_truths() {
-    conserves_energy(&ball(), 320, 180, 65_536, 262_144, 16);
+    conserves_energy(&ball(), 320, 180, 65_536, 262_144, 8);
 }
 
 /// FLIP of the caustics, in place, frame by frame against the truth.
 #[test]
 fn a_frame_is_no_further_from_the_truth_than_ourbasics() {
     let scene = ball();
-    let reference = truth(&scene, &settings(240, 135, 262_144, 99), 96);
+    let reference = truth(&scene, &settings(240, 135, 262_144, 99), 48);
     let measured_reference = MeasuredPicture::new(&reference, &reference);
     let flip = |method| {
-        let frames = render(&scene, &settings(240, 135, 32_768, 5), method, 10);
+        let frames = render(&scene, &settings(240, 135, 32_768, 5), method, 8);
         let errors: Vec<f64> = frames[4..]
             .iter()
             .map(|(picture, _)| {

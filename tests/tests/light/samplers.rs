@@ -64,7 +64,7 @@ fn every_sampler_finds_the_same_light() {
 
 /// Mean over pixels of the relative variance of means of so many frames, from runs of several seeds.
 fn variance(scene: &Scene, sampler: Sampler, batches: u32, counts: &[u32]) -> Vec<f64> {
-    let runs = 4;
+    let runs = 8;
     let mut means: Vec<Vec<Picture>> = vec![Vec::new(); counts.len()];
     for seed in 0..runs {
         let mut session = session(scene, &settings(sampler, batches, seed), &PATH);

@@ -28,6 +28,12 @@ pub fn load(name: &str) -> Scene {
     Scene::load(&file).expect("the scene is sound")
 }
 
+/// What any of these scenes needs, and the parts of light that twins compare.
+pub fn needs<'a>(scenes: impl IntoIterator<Item = &'a Scene>, settings: &Settings) -> Features {
+    let each = scenes.into_iter().map(|scene| scene.features(settings.specular_roughness));
+    each.fold(Features::PARTS, |all, needs| all | needs)
+}
+
 /// Two runners that hold the same.
 pub struct Twin {
     /// The CPU.
@@ -50,7 +56,7 @@ impl Twin {
     /// The same by kernels that can do what other scenes need too: a software driver compiles those of a scene for ten seconds and
     /// keeps them, so that tests of like scenes ask for the same ones.
     pub fn with(gpu: &Gpu, hardware: bool, scene: &Scene, settings: &Settings, others: Features) -> Twin {
-        let features = scene.features(settings.specular_roughness) | Features::PARTS | others;
+        let features = needs([scene], settings) | others;
         let params = settings.params(scene, &scene.cameras[0], 0);
         // Some emissions aim at them.
         let params = FrameParams { casters: scene.casters(settings.specular_roughness), ..params };

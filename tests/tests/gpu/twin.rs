@@ -13,7 +13,7 @@ use caustics_tests::gpu::gpu;
 use caustics_tests::lobes;
 use caustics_tests::scenes::{blended_room, dispersive_room};
 use caustics_tests::table::Table;
-use caustics_tests::twin::{Twin, load};
+use caustics_tests::twin::{Twin, load, needs};
 
 /// A small view whose points are large enough to take thousands of deposits.
 fn settings() -> Settings {
@@ -27,10 +27,9 @@ fn settings() -> Settings {
     }
 }
 
-/// What any of the scenes needs that decide where paths go by more than shapes, whose tests share kernels.
+/// What textures, things that blend and dispersive glass need together: their tests share kernels.
 fn rich() -> Features {
-    let scenes = [load("textured-room"), blended_room().build(), dispersive_room()];
-    scenes.iter().fold(Features::PARTS, |all, scene| all | scene.features(settings().specular_roughness))
+    needs(&[load("textured-room"), blended_room().build(), dispersive_room()], &settings())
 }
 
 #[test]

@@ -18,7 +18,7 @@ use caustics_tests::gpu::{gpu, watched_gpu};
 use caustics_tests::scenes::{open_air, room_of_lamps};
 use caustics_tests::statistics::Mean;
 use caustics_tests::table::Table;
-use caustics_tests::twin::{self, Twin, load};
+use caustics_tests::twin::{self, Twin, load, needs};
 use glam::Vec3;
 
 use super::settings;
@@ -67,8 +67,7 @@ fn image_means_agree_under_every_kind_of_light() {
 /// `every_gather_on_the_gpu_finds_what_brute_force_finds` say. All scenes by the same kernels, which are compiled once.
 fn image_means_agree(scenes: &[(&str, Scene)]) {
     let Some(gpu) = gpu() else { return };
-    let needs = scenes.iter().map(|(_, scene)| scene.features(settings().specular_roughness));
-    let features = needs.fold(Features::PARTS, |all, needs| all | needs);
+    let features = needs(scenes.iter().map(|(_, scene)| scene), &settings());
     for (title, scene) in scenes {
         let cpu = means(&RunnerChoice::Cpu { threads: 0 }, scene, features, &variant::PHOTONS_GRID);
         for &hardware in gpu.tracers() {
@@ -203,7 +202,7 @@ fn tiles_are_the_picture_on_a_device() {
     let [whole, tiled] = [1, 3].map(|tiles| {
         let settings = Settings { width: 64, height: 40, tiles: Some(tiles), auxiliary: true, ..settings() };
         // Those of other tests, which are compiled already.
-        let features = scene.features(settings.specular_roughness) | Features::PARTS;
+        let features = needs([&scene], &settings);
         let choice = gpu.choice(false);
         let camera = &scene.cameras[0];
         let mut session =

@@ -37,13 +37,12 @@ pub fn all(twin: &mut Twin, scene: &Scene, hardware: bool, table: &mut Table) {
     }
     let (balance, _) = twin.rows::<Balance>("balance");
     assert!(balance[0].path_variance > 0.0 && balance[0].caustic_variance > 0.0, "{balance:?}");
-    let params = twin.params;
     // Brute force is compared with the others on each device, over fewer pairs (`frames`).
     for variant in variant::ALL.iter().filter(|variant| !variant.hardware && **variant != BRUTE) {
         gathers(twin, variant, table);
     }
     if hardware {
-        by_ray_queries(twin, params, table);
+        by_ray_queries(twin, table);
     }
     emissions(twin, scene, table);
 }
@@ -200,7 +199,8 @@ fn on_the_bound(twin: &mut Twin, pixels: &[usize]) -> usize {
 }
 
 /// Gathers by ray queries against one in software over the same deposits on the same device, and against the CPU's.
-fn by_ray_queries(twin: &mut Twin, params: FrameParams, table: &mut Table) {
+fn by_ray_queries(twin: &mut Twin, table: &mut Table) {
+    let params = twin.params;
     let (cpu, _) = twin.rows::<u32>("accumulator");
     let mut run = |variant| {
         let steps = over_deposits(variant, &params);

@@ -7,8 +7,8 @@
 #![forbid(unsafe_code)]
 
 mod fingerprint;
-mod lines;
 mod pointers;
+mod rewrite;
 mod set;
 mod watch;
 
@@ -65,7 +65,7 @@ fn compile(kernels: &Path, panics: ShaderPanicStrategy) -> anyhow::Result<Set> {
     let sources = Sources::now(kernels)?;
     let module = |&(name, ray_queries): &(&'static str, bool)| {
         let compiled = builder(kernels, ray_queries).shader_panic_strategy(panics).build()?;
-        let bytes = lines::without(&std::fs::read(compiled.module.unwrap_single())?)
+        let bytes = rewrite::for_drivers(&std::fs::read(compiled.module.unwrap_single())?)
             .with_context(|| format!("{name} is no SPIR-V"))?;
         pointers::refuse_carried(&bytes).with_context(|| format!("{name} would crash drivers"))?;
         Ok((name, bytes))

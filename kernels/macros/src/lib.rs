@@ -77,7 +77,8 @@ fn expanded(expand: impl FnOnce() -> syn::Result<proc_macro2::TokenStream>) -> T
     expand().unwrap_or_else(|error| error.to_compile_error()).into()
 }
 
-/// Makes a function one of its own in a module, which all entry points call; on a CPU it is inlined as ever.
+/// Makes a function one of its own in a module, which all entry points call until a driver inlines it; on a CPU it is inlined
+/// as ever.
 ///
 /// It takes and gives values, neither references nor slices, and cannot panic: rust-gpu inlines all else, with a warning.
 #[proc_macro_attribute]

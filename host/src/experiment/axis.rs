@@ -159,7 +159,7 @@ pub static METHOD: Axis = Axis {
 pub static GATHER: Axis = Axis {
     key: "gather",
     head: "gather",
-    about: "How deposits and collection points meet [default: points-rt with ray queries, else photons-grid]",
+    about: "How deposits and collection points meet [default: points-rt with ray queries, points-bvh on other GPUs, photons-grid on a CPU]",
     values: Values::Names(|| variant::ALL.iter().map(|of| (of.name, of.about)).collect()),
     usual: "",
     none: "",

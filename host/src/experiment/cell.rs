@@ -191,7 +191,12 @@ pub fn has_ray_queries(runner: &RunnerChoice) -> bool {
     matches!(runner, RunnerChoice::Gpu { hardware: true, .. })
 }
 
-/// The gather of a runner where nobody asks for another.
+/// The gather of a runner where nobody asks for another. Where a disc takes most of the deposits, a GPU waits for its invocation
+/// alone: there deposits search the points.
 pub fn usual_gather(runner: &RunnerChoice) -> &'static Variant {
-    if has_ray_queries(runner) { &variant::POINTS_RT } else { &variant::PHOTONS_GRID }
+    match runner {
+        RunnerChoice::Cpu { .. } => &variant::PHOTONS_GRID,
+        RunnerChoice::Gpu { hardware: false, .. } => &variant::POINTS_BVH,
+        RunnerChoice::Gpu { hardware: true, .. } => &variant::POINTS_RT,
+    }
 }

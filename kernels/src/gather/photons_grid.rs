@@ -3,7 +3,8 @@
 //! Source: the grid of progressive photon mapping [Hachisuka and Jensen 2009], with counting instead of sorting.
 //! Cost: one pass over the points and two over the deposits to build; a point reads a few cells' deposits.
 //! Where it is slow: a point whose radius is far above the median visits many cells (at most as many as there are
-//! deposits: beyond that it looks at all of them). It is exact for every radius.
+//! deposits: beyond that it looks at all of them); and on a GPU, where one disc takes many deposits in its one invocation (seen
+//! through the rim of a glass, most of what guided light paths leave). It is exact for every radius.
 
 use crate::gather::hash::{RADIUS_BINS, Runs, cell, common_cell_size, radius_bin, reserve, slot};
 use crate::gather::tables::{Build, Tables};

@@ -169,7 +169,7 @@ fn means_take_the_box_and_say_what_their_variance_is_worth() {
 fn a_render_that_learns_goes_on_to_the_same_bits() {
     let folder = tempfile::tempdir().unwrap();
     for learns in [["--emission", "guided"], ["--method", "yang2021"]] {
-        let frames = ["render", "mirror-room", "--light-paths", "3000", "--frames", "300", "--force"];
+        let frames = ["render", "mirror-room", "--light-paths", "3000", "--frames", "100", "--force"];
         let common = [&frames[..], &learns, &TINY].concat();
         run(folder.path(), &[&common[..], &["-o", "whole.exr"]].concat());
         let part = [&common[..], &["-o", "part.exr", "--checkpoint-every", "0.05"]].concat();
@@ -186,7 +186,7 @@ fn a_progressive_render_goes_on_to_the_same_bits() {
     let folder = tempfile::tempdir().unwrap();
     let frame = ["render", "mirror-room", "--method", "progressive", "--light-paths", "3000"];
     let frame = [&frame[..], &TINY].concat();
-    let common = [&frame[..], &["--frames", "300"]].concat();
+    let common = [&frame[..], &["--frames", "100"]].concat();
     run(folder.path(), &[&common[..], &["-o", "whole.exr"]].concat());
     let part = [&common[..], &["-o", "part.exr", "--checkpoint-every", "0.05"]].concat();
     assert_eq!(end_early(folder.path(), &part, "part.exr.checkpoint", "KILL"), None);

@@ -222,7 +222,7 @@ fn guided_directions_follow_the_density_that_their_flux_is_divided_by() {
         assert!((sphere.value - 4.0 * PI).abs() < 3.0 * sphere.error);
         let fit = |cones: f64| {
             let expected =
-                CELLS.integrate([256, 256], |d| maps.density(casters, d, cones) * f64::from(SAMPLES));
+                CELLS.integrate([128, 128], |d| maps.density(casters, d, cones) * f64::from(SAMPLES));
             Fit::of(&seen, &expected)
         };
         println!("{:?}", fit(1.0));

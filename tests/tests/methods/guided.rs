@@ -307,7 +307,8 @@ fn is_better(what: &str, scene: &Scene, most: f64) {
     assert!(guided.1 < most * power.1, "{what}");
 }
 
-/// Three frames on a GPU, by every tracer it has, are the CPU's, with all that they learnt; those of another seed are not.
+/// Three frames on a GPU, by every tracer it has, are the CPU's, with all that they learnt; those of another seed are not. A path
+/// that rounding leads elsewhere and that brings much moves a map, and all starts after it: one of three seeds may have one.
 #[test]
 fn a_gpu_learns_as_the_cpu_does() {
     let Some(gpu) = watched_gpu() else { return };
@@ -315,23 +316,26 @@ fn a_gpu_learns_as_the_cpu_does() {
     let frames = |choice: &RunnerChoice, seed| {
         let mut session = open(choice, &scene, &settings(16_384, seed), &BASIC);
         (0..3).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
-        let caustics: Vec<f32> = session.read("caustic_radiance").expect("caustics");
-        let tree: Vec<f32> = session.read("guide_tree").expect("a tree");
-        (caustics, tree)
+        ["caustic_radiance", "guide_tree"].map(|buffer| session.read::<f32>(buffer).expect("a buffer"))
     };
-    let difference = |a: &[f32], b: &[f32]| {
-        let sum: f64 = a.iter().zip(b).map(|(a, b)| f64::from((a - b).abs())).sum();
-        sum / a.iter().map(|&value| f64::from(value)).sum::<f64>()
+    let difference = |a: &[Vec<f32>; 2], b: &[Vec<f32>; 2]| {
+        [0, 1].map(|buffer| {
+            let pairs = a[buffer].iter().zip(&b[buffer]);
+            let sum: f64 = pairs.map(|(a, b)| f64::from((a - b).abs())).sum();
+            sum / a[buffer].iter().map(|&value| f64::from(value)).sum::<f64>()
+        })
     };
-    let (want, other) = (frames(&CPU, 4), frames(&CPU, 5));
-    let apart = (difference(&want.0, &other.0), difference(&want.1, &other.1));
+    let seeds = [4, 5, 6];
+    let want = seeds.map(|seed| frames(&CPU, seed));
+    let apart = difference(&want[0], &want[1]);
     for &hardware in gpu.tracers() {
-        let got = frames(&gpu.choice(hardware), 4);
-        let differences = (difference(&want.0, &got.0), difference(&want.1, &got.1));
+        let choice = gpu.choice(hardware);
+        let found = [0, 1, 2].map(|run| difference(&want[run], &frames(&choice, seeds[run])));
         println!(
-            "ray queries {hardware}: caustics and maps differ by {differences:?}, those of another seed by {apart:?}"
+            "ray queries {hardware}: caustics and maps differ by {found:?}, those of another seed by {apart:?}"
         );
-        assert!(differences.0 < 0.1 * apart.0 && differences.1 < 0.1 * apart.1, "{differences:?}");
+        let agree = |run: &&[f64; 2]| (0..2).all(|buffer| run[buffer] < 0.1 * apart[buffer]);
+        assert!(found.iter().filter(agree).count() >= 2, "{found:?}");
     }
 }
 

@@ -1,5 +1,7 @@
 //! Energy ledgers of light paths, frame by frame, without a runner.
 
+use std::ops::Range;
+
 use caustics::energy::Energy;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
@@ -32,12 +34,12 @@ pub fn ledger<E: Emit>(world: &World<'_>, emit: &E, frame: u32) -> Energy {
 }
 
 /// Ledgers of independent frames, on two threads.
-pub fn ledgers<E: Emit + Sync>(world: &World<'_>, emit: &E, frames: u32) -> Vec<Energy> {
-    let part =
-        |frames: std::ops::Range<u32>| frames.map(|frame| ledger(world, emit, frame)).collect::<Vec<_>>();
+pub fn ledgers<E: Emit + Sync>(world: &World<'_>, emit: &E, frames: Range<u32>) -> Vec<Energy> {
+    let part = |frames: Range<u32>| frames.map(|frame| ledger(world, emit, frame)).collect::<Vec<_>>();
+    let middle = frames.start.midpoint(frames.end);
     std::thread::scope(|scope| {
-        let second = scope.spawn(|| part(frames / 2..frames));
-        let mut all = part(0..frames / 2);
+        let second = scope.spawn(|| part(middle..frames.end));
+        let mut all = part(frames.start..middle);
         all.extend(second.join().expect("no panic"));
         all
     })

@@ -131,38 +131,6 @@ mod long {
         // Nobody stands inside of glass: no kernel has to look for media at the eye and the lamps.
         assert!(!features.contains(&"enclosed".into()), "{features:?}");
     }
-
-    /// The README's picture is what its first command makes.
-    #[test]
-    #[ignore = "renders the picture at its size"]
-    fn the_first_command_makes_the_picture_of_the_readme() {
-        use caustics::image::{Channels, Encoding};
-        use caustics::metric::flip::PIXELS_PER_DEGREE;
-        use caustics::metric::flip_ldr::flip_ldr;
-        use caustics::metric::pixels::{Pixels, Region};
-
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-        let readme = std::fs::read_to_string(root.join("README.md")).unwrap();
-        let line = readme.lines().find(|line| line.starts_with("cargo run --release -- render")).unwrap();
-        let arguments: Vec<&str> = line.split(" -- ").nth(1).unwrap().split_whitespace().collect();
-        let folder = tempfile::tempdir().unwrap();
-        run(folder.path(), &[&arguments[..], &["--runner", "cpu"]].concat());
-        let pixels = |path: &Path| {
-            let channels = Channels::read(path).unwrap();
-            Pixels::of_layer(&channels, "", Region::whole(&channels)).unwrap()
-        };
-        let made = pixels(&folder.path().join(arguments.last().unwrap()));
-        let shown =
-            readme.split("](").find_map(|part| part.split_once('\n')?.0.strip_suffix(".png)")).unwrap();
-        let shown = pixels(&root.join(format!("{shown}.png")));
-        let flip = |a: &Pixels, b: &Pixels| flip_ldr(a, b, Encoding::Srgb, 0.0, PIXELS_PER_DEGREE).mean();
-        let error = flip(&made, &shown);
-        // The same bits on machines that calculate alike.
-        assert!(error < 0.01, "{error}");
-        let mut other = shown.clone();
-        other.values.rotate_right(1);
-        assert!(flip(&other, &shown) > 0.02, "a shift by a pixel is seen");
-    }
 }
 
 #[test]

@@ -118,7 +118,7 @@ fn light_paths_pass_layers_by_the_product_of_their_shares() {
             round: false,
             irradiance: 1.0,
         };
-        let all = ledgers(&world, &beam, 32);
+        let all = ledgers(&world, &beam, 0..32);
         assert!(passes(*layers, &share(&all, |energy| energy.escaped), 1.0));
         let lost = share(&all, |energy| energy.emitted - energy.escaped - energy.absorbed);
         assert!(lost.value.abs() < 1e-5, "{lost:?}");

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Opens a report in headless Chromium and uses it: report.py REPORT.html FOLDER_FOR_SCREENSHOTS.
+"""Opens a report in headless Chromium and uses it: report.py REPORT.html FOLDER_FOR_SCREENSHOTS [1280-light ...].
 
-At 1280 and 390 pixels, light and dark: no console error, nothing is loaded, nothing overflows, charts answer to pointer,
+At 1280 and 390 pixels, light and dark, or as asked: no console error, nothing is loaded, nothing overflows, charts answer to pointer,
 tap and keys, the switch switches, the legend hides, the wipe follows drag and keys, tables sort, and text can be read.
 Prints what failed and ends with 1. The report is that of `leaves_a_report` in host/tests/measure/report.rs.
 """
@@ -223,17 +223,18 @@ def check_page(browser, path, width, scheme, folder):
 
 
 def main():
-    path, folder = Path(sys.argv[1]).resolve(), Path(sys.argv[2])
+    path, folder, asked = Path(sys.argv[1]).resolve(), Path(sys.argv[2]), sys.argv[3:]
+    pages = [(width, scheme) for width in WIDTHS for scheme in SCHEMES if not asked or f"{width}-{scheme}" in asked]
     folder.mkdir(parents=True, exist_ok=True)
     with sync_playwright() as playwright:
         # Chromium has no sandbox for root, as which containers run.
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
-        for width in WIDTHS:
-            for scheme in SCHEMES:
-                try:
-                    check_page(browser, path, width, scheme, folder)
-                except Exception as error:  # What is not there fails its check, and the other pages are still looked at.
-                    check(False, f"{width}-{scheme}: {error}")
+        check(pages, f"no page is called {asked}")
+        for width, scheme in pages:
+            try:
+                check_page(browser, path, width, scheme, folder)
+            except Exception as error:  # What is not there fails its check, and the other pages are still looked at.
+                check(False, f"{width}-{scheme}: {error}")
         browser.close()
     print(f"{path.name}: {len(failures)} failures; screenshots in {folder}")
     sys.exit(1 if failures else 0)

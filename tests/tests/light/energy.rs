@@ -148,7 +148,7 @@ fn rooms_balance_with_what_is_left_to_the_camera() {
 }
 
 /// The rooms of these names, or all. The standard error is known, and three of them must fit into the bound: after 64 frames or
-/// twice that and so on, at most so many.
+/// 32 more and so on, at most so many.
 fn rooms_balance(caustics: Caustics, names: &[&str], most: u32, bound: f64) {
     let tinted = Vec3::new(0.9, 0.6, 0.3);
     let rough = |roughness| Material { roughness, ..glass(1.5) };
@@ -187,7 +187,7 @@ fn rooms_balance(caustics: Caustics, names: &[&str], most: u32, bound: f64) {
         let mut frames = most.min(64);
         let mut all = more(0..frames);
         while frames < most && 3.0 * residual(&all).error > bound {
-            all.extend(more(frames..most.min(2 * frames)));
+            all.extend(more(frames..most.min(frames + 32)));
             frames = all.len() as u32;
         }
         let [absorbed, cut, normals] =

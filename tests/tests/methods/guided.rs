@@ -335,7 +335,8 @@ fn a_gpu_learns_as_the_cpu_does() {
             "ray queries {hardware}: caustics and maps differ by {found:?}, those of another seed by {apart:?}"
         );
         let agree = |run: &&[f64; 2]| (0..2).all(|buffer| run[buffer] < 0.1 * apart[buffer]);
-        assert!(found.iter().filter(agree).count() >= 2, "{found:?}");
+        let least = if hardware { 2 } else { 3 };
+        assert!(found.iter().filter(agree).count() >= least, "{found:?}");
     }
 }
 

@@ -13,8 +13,8 @@ use crate::math::rng::Stream;
 #[cfg(not(target_arch = "spirv"))]
 use crate::method::Method;
 use crate::pass::collect::errand::{Errand, Wanted, run};
-use crate::pass::collect::watch::{CollectionPoint, Unwatched, Watch};
-use crate::pass::collect::{Beyond, PathLight, Start, follow};
+use crate::pass::collect::watch::{CollectionPoint, Watch};
+use crate::pass::collect::{Beyond, PathLight};
 #[cfg(not(target_arch = "spirv"))]
 use crate::pass::display::DISPLAY;
 use crate::seam::{Atomics, Slots};
@@ -87,19 +87,4 @@ impl Errand for Reference<'_> {
 #[inline(always)]
 pub fn wanted(pixel: u32) -> Wanted {
     Wanted { pixel, stream: Stream::Reference, beyond: Beyond::ALL }
-}
-
-/// Radiance (W m^-2 sr^-1) along one path through a pixel; another frame is an independent sample.
-#[inline(always)]
-pub fn sample<T: Tracer, C: Atomics>(
-    pixel: u32,
-    params: &FrameParams,
-    features: Features,
-    scene: SceneTables<'_>,
-    tracer: &mut T,
-    counters: &mut C,
-) -> Vec3 {
-    let Wanted { stream, beyond, .. } = wanted(pixel);
-    let start = Start::of(stream, pixel, params);
-    follow(start, beyond, params, features, scene, tracer, &mut Unwatched, counters).0.radiance
 }

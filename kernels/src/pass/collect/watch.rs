@@ -47,18 +47,6 @@ impl CollectionPoint {
     }
 }
 
-/// Nobody.
-pub struct Unwatched;
-
-impl Watch for Unwatched {
-    type Kept = ();
-
-    #[inline(always)]
-    fn collect(&mut self, _kept: &mut (), _point: &CollectionPoint) {}
-    #[inline(always)]
-    fn end(&mut self, _kept: &mut (), _last: Vec3) {}
-}
-
 /// Who waits for the point alone.
 pub struct ForPoint;
 

@@ -411,7 +411,7 @@ mod long {
 
     #[test]
     #[ignore = "four animations of sixteen seeds: a minute on two cores"]
-    fn whatever_moves_no_frame_is_noisier_than_by_power() {
+    fn no_frame_is_noisier_where_lights_or_casters_change() {
         no_frame_is_noisier_than_by_power(&["animated-light", "camera-cut", "light-off", "moving-caster"]);
     }
 }

@@ -17,11 +17,15 @@ pub struct ShadingFrame {
     pub z: Vec3,
 }
 
+/// Frames jump where z of the normal is this. Duff et al. have 0, which is the z of every wall that stands along it, and
+/// roundings, which differ from device to device, choose its side.
+const SEAM: f32 = -0.55;
+
 impl ShadingFrame {
-    /// A frame around a unit normal, without branches [Duff et al. 2017].
+    /// A frame around a unit normal, without branches [Duff et al. 2017]. It jumps where z is [`SEAM`].
     #[shared]
     pub fn new(normal: Vec3) -> Self {
-        let sign = if normal.z < 0.0 { -1.0 } else { 1.0 };
+        let sign = if normal.z < SEAM { -1.0 } else { 1.0 };
         let a = -1.0 / (sign + normal.z);
         let b = normal.x * normal.y * a;
         ShadingFrame {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use caustics::scene::Scene;
 use caustics_kernels::interface::counters::DepositState;
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
 use caustics_kernels::pass::collect::Collected;
@@ -17,18 +18,9 @@ use super::passes::NEAR;
 /// Counts over whole paths.
 pub const COUNTS: Tolerance =
     Tolerance::relative(2.0e-3, 0.0, "the rule for twins: 0.2 % of the paths may diverge");
-/// Whole paths.
-const PATHS: Tolerance = NEAR.except(2.0e-3, "the rule for twins: 0.2 % of the paths may diverge");
 /// Quantities of whole paths that have a unit and so no scale of their own.
-const RATIOS: Tolerance = Tolerance::relative(
-    1.0e-3,
-    0.0,
-    "curved vertices and grazing cosines amplify ulps along a path, and 0.2 % of the paths may diverge",
-)
-.except(
-    2.0e-3,
-    "curved vertices and grazing cosines amplify ulps along a path, and 0.2 % of the paths may diverge",
-);
+const RATIOS: Tolerance =
+    Tolerance::relative(1.0e-3, 0.0, "curved vertices and grazing cosines amplify ulps along a path");
 /// Parts of one.
 const SHARES: Tolerance = Tolerance { absolute: RATIOS.relative, relative: 0.0, ..RATIOS };
 /// Distance within which deposits are the same (m): a tenth of a typical radius of a point.
@@ -36,16 +28,25 @@ const REACH: f32 = 1.0e-3;
 /// Divergences that are printed.
 const PRINTED: usize = 12;
 
+/// The tolerance, but for paths that may diverge.
+fn but_for_some(scene: &Scene, tolerance: Tolerance) -> Tolerance {
+    if scene.textures.textures.is_empty() {
+        return tolerance.except(2.0e-3, "the rule for twins: 0.2 % of the paths may diverge");
+    }
+    tolerance.except(1.0e-2, "texels say what is there and how it leans: 1 % of the paths may diverge")
+}
+
 /// Camera paths, pixel by pixel.
 pub fn collect(twin: &mut Twin, paths: Paths<'_>, table: &mut Table) {
     let (cpu_radiance, gpu_radiance) = twin.rows::<f32>("path_radiance");
     let (cpu_geometry, gpu_geometry) = twin.rows::<PointGeometry>("point_geometry");
     let (cpu_shading, gpu_shading) = twin.rows::<PointShading>("point_shading");
-    let words_tolerance =
-        Tolerance { reason: PATHS.reason, ..Tolerance::EXACT.except(PATHS.share, PATHS.reason) };
-    let mut all = vec![floats("path_radiance", 3, &cpu_radiance, &gpu_radiance, PATHS)];
-    all.extend(rows(&cpu_geometry, &gpu_geometry, words_tolerance, |field| path_field(field.name)));
-    all.extend(rows(&cpu_shading, &gpu_shading, words_tolerance, |field| path_field(field.name)));
+    let but_for_some = |tolerance| but_for_some(paths.scene, tolerance);
+    let (words_tolerance, near) = (but_for_some(Tolerance::EXACT), but_for_some(NEAR));
+    let field_tolerance = |field: &Field| but_for_some(path_field(field.name));
+    let mut all = vec![floats("path_radiance", 3, &cpu_radiance, &gpu_radiance, near)];
+    all.extend(rows(&cpu_geometry, &gpu_geometry, words_tolerance, field_tolerance));
+    all.extend(rows(&cpu_shading, &gpu_shading, words_tolerance, field_tolerance));
 
     let pixels: BTreeSet<usize> =
         all.iter().flat_map(|difference| difference.indices.iter().copied()).collect();
@@ -60,7 +61,7 @@ pub fn collect(twin: &mut Twin, paths: Paths<'_>, table: &mut Table) {
         }
     }
     table.add("collect", all);
-    table.add("collect", summary("pixels", cpu_geometry.len(), pixels.len(), unexplained));
+    table.add("collect", summary(paths.scene, "pixels", cpu_geometry.len(), pixels.len(), unexplained));
 }
 
 fn path_field(name: &str) -> Tolerance {
@@ -69,7 +70,7 @@ fn path_field(name: &str) -> Tolerance {
     } else if name == "astigmatism" {
         SHARES
     } else {
-        PATHS
+        NEAR
     }
 }
 
@@ -104,7 +105,7 @@ pub fn shoot(twin: &mut Twin, paths: Paths<'_>, name: &str, table: &mut Table) {
     // Paths diverge that lose a deposit, or whose deposit moves, turns, or changes its flux too far.
     let matching = pair(&by_path, &gpu, REACH);
     let partners: Vec<_> = matching.pairs.iter().map(|&(left, right)| (by_path[left], gpu[right])).collect();
-    let fields = compare(&partners);
+    let fields = compare(&partners, |tolerance| but_for_some(paths.scene, tolerance));
     let exceeding: BTreeSet<usize> = fields.iter().flat_map(|field| field.indices.iter().copied()).collect();
     let lost = matching.left.iter().chain(exceeding.iter().map(|&index| &matching.pairs[index].0));
     let diverging: BTreeSet<u32> = lost.map(|&index| traced[index].0).collect();
@@ -119,15 +120,15 @@ pub fn shoot(twin: &mut Twin, paths: Paths<'_>, name: &str, table: &mut Table) {
     }
     table.add(name, fields);
     let lost = matching.left.len().max(matching.right.len()) + exceeding.len();
-    table.add(name, summary("deposits", cpu.len(), lost, unexplained));
+    table.add(name, summary(paths.scene, "deposits", cpu.len(), lost, unexplained));
 }
 
-/// Compares partners field by field.
-fn compare(partners: &[(Deposit, Deposit)]) -> Vec<Difference> {
+/// Compares partners field by field, by what is made of each field's tolerance.
+fn compare(partners: &[(Deposit, Deposit)], allow: impl Fn(Tolerance) -> Tolerance) -> Vec<Difference> {
     let (left, right): (Vec<_>, Vec<_>) = partners.iter().copied().unzip();
     let split = |deposits: Vec<Deposit>| deposits.into_iter().unzip::<_, _, Vec<_>, Vec<_>>();
     let ((geometry, light), (other_geometry, other_light)) = (split(left), split(right));
-    let tolerance = |field: &Field| path_field(field.name);
+    let tolerance = |field: &Field| allow(path_field(field.name));
     let mut all = rows(&geometry, &other_geometry, Tolerance::EXACT, tolerance);
     all.extend(rows(&light, &other_light, Tolerance::EXACT, tolerance));
     all
@@ -138,7 +139,7 @@ fn diverges_with_light(a: &[Deposit], b: &[Deposit]) -> bool {
     let matching = pair(a, b, REACH);
     let partners: Vec<_> = matching.pairs.iter().map(|&(left, right)| (a[left], b[right])).collect();
     let lost = matching.left.len() + matching.right.len();
-    lost > 0 || compare(&partners).iter().any(|difference| difference.exceeding > 0)
+    lost > 0 || compare(&partners, |tolerance| tolerance).iter().any(|difference| difference.exceeding > 0)
 }
 
 /// Deposits in an order of their own.
@@ -151,9 +152,9 @@ fn sorted(deposits: &[Deposit]) -> Vec<Vec<u8>> {
 }
 
 /// How many of `count` diverge, and how many of those the CPU's trembling does not explain.
-fn summary(what: &str, count: usize, diverging: usize, unexplained: usize) -> [Difference; 2] {
+fn summary(scene: &Scene, what: &str, count: usize, diverging: usize, unexplained: usize) -> [Difference; 2] {
     let marks = |marked: usize| (0..count).map(|i| u32::from(i < marked)).collect::<Vec<_>>();
-    let tolerance = Tolerance::EXACT.except(PATHS.share, PATHS.reason);
+    let tolerance = but_for_some(scene, Tolerance::EXACT);
     [
         words(&format!("diverging {what}"), 1, &marks(0), &marks(diverging), tolerance),
         words("unexplained", 1, &marks(0), &marks(unexplained), Tolerance::EXACT),

@@ -43,7 +43,8 @@ impl Figures {
         Figures {
             registers: most(&REGISTERS),
             spilled: most(&SPILLED),
-            scratch_bytes: most(&SCRATCH),
+            // NVIDIA's driver sets the bit of 2^36 in it.
+            scratch_bytes: most(&SCRATCH).map(|bytes| bytes & u64::from(u32::MAX)),
             waves: all(&WAVES).into_iter().min(),
             code_bytes: most(&CODE),
         }
@@ -81,6 +82,8 @@ mod tests {
         };
         assert_eq!(Figures::of(&[radv]), figures);
         assert_eq!(Figures::of(&[]), Figures::default());
+        let nvidia = executable(&[("Local Memory Size", Value::Count((1 << 36) + 2160))]);
+        assert_eq!(Figures::of(&[nvidia]).scratch_bytes, Some(2160));
         let odd = executable(&[("VGPRs", Value::Integer(-1)), ("Code size", Value::Flag(true))]);
         assert_eq!(Figures::of(&[odd]), Figures::default());
     }

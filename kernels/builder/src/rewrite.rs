@@ -1,8 +1,8 @@
 //! What the compiler leaves in a module that drivers should not read.
 //!
 //! Debug lines are dropped, but not the instructions that end them: one in fifty bytes, which say nothing. And a function that
-//! entry points share has the hint that it not be inlined, since the compiler itself shall not do so. With it NVIDIA's makes code of
-//! more than twice the size and time: by all signs calls, with every lobe and texture alive that the scene lacks.
+//! entry points share has the hint that it not be inlined, since the compiler itself shall not do so. NVIDIA's heeds it and makes code of
+//! more than twice the size and time: calls, with every lobe and texture alive that the scene lacks.
 
 use anyhow::{Context, ensure};
 use rspirv::spirv::{FunctionControl, Op};

@@ -22,7 +22,7 @@ pub struct ShadingFrame {
 const SEAM: f32 = -0.55;
 
 impl ShadingFrame {
-    /// A frame around a unit normal, without branches [Duff et al. 2017]. It jumps where z is [`SEAM`].
+    /// A frame around a unit normal, without branches [Duff et al. 2017]. It jumps where z is -0.55.
     #[shared]
     pub fn new(normal: Vec3) -> Self {
         let sign = if normal.z < SEAM { -1.0 } else { 1.0 };

@@ -6,6 +6,7 @@ mod samplers;
 
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::Material;
+use caustics_kernels::math::frame::ShadingFrame;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::warp::cosine_hemisphere;
 use caustics_kernels::surface::class::Classes;
@@ -34,6 +35,20 @@ fn albedo(material: Material, cos: f32) -> (f64, f64) {
 }
 
 const COSINES: [f32; 6] = [1.0, 0.8, 0.5, 0.25, 0.1, 0.03];
+
+/// What is drawn at a wall is the same light by the same numbers, whichever side of an axis a rounding puts its normal on.
+#[test]
+fn frames_of_walls_do_not_hang_on_roundings() {
+    for axis in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z] {
+        let frame = ShadingFrame::new(axis);
+        for nudge in [Vec3::X, Vec3::Y, Vec3::Z].into_iter().flat_map(|nudge| [1e-7 * nudge, -1e-7 * nudge]) {
+            let nudged = ShadingFrame::new((axis + nudge).normalize());
+            let local = Vec3::new(0.6, 0.0, 0.8);
+            let apart = (nudged.to_world(local) - frame.to_world(local)).length();
+            assert!(apart < 1e-6, "{axis} and {nudge}: {apart}");
+        }
+    }
+}
 
 #[test]
 fn lambert_reflects_its_albedo() {

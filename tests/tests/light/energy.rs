@@ -378,8 +378,8 @@ mod long {
     #[test]
     #[ignore = "three minutes"]
     fn every_room_balances_to_a_thousandth() {
-        rooms_balance(Caustics::Any, &[], 256, 1e-3);
-        rooms_balance(Caustics::First, &[], 256, 1e-3);
+        rooms_balance(Caustics::Any, &[], 512, 1e-3);
+        rooms_balance(Caustics::First, &[], 512, 1e-3);
     }
 }
 

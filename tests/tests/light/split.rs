@@ -74,7 +74,7 @@ const LARGE_LAMP: Budget =
     Budget { samples: 4000, frames: 1000, light_paths: 24_000, limit: Limit::Progressive(0.4) };
 /// Half of it, for every `.ci/run`: its error is 0.14 % where that of the whole is 0.1 %.
 const HALF: Budget = Budget { samples: 2000, frames: 500, ..LARGE_LAMP };
-/// Where discs lose light at many borders.
+/// Where discs lose light at many borders, those of panes among them.
 const MANY_BORDERS: Budget = Budget { frames: 2000, limit: Limit::Extrapolated(0.5), ..LARGE_LAMP };
 /// For lobes that are sharp and take deposits: few of those shine to the eye, so that radii must not shrink.
 const SHARP_LOBES: Budget = Budget { limit: Limit::Basic(0.5), ..LARGE_LAMP };
@@ -291,7 +291,7 @@ mod long {
     #[test]
     #[ignore = "thousands of samples a pixel: a minute on two cores"]
     fn room_of_everything_is_the_reference() {
-        let budget = Budget { frames: 1000, limit: Limit::Extrapolated(0.5), ..HALF };
+        let budget = Budget { samples: 2000, frames: 1000, ..MANY_BORDERS };
         agrees_at(&[0.25], "everything", &mixed_room_of_area_lights(), &budget);
     }
 }
@@ -314,7 +314,6 @@ mod release {
     #[test]
     #[ignore = "thousands of samples a pixel: two minutes on two cores"]
     fn room_of_things_that_blend_is_the_reference() {
-        // Discs lose light at the borders of panes too.
         agrees_at(&[0.25], "things that blend", &blended_room().build(), &MANY_BORDERS);
     }
 

@@ -137,7 +137,8 @@ impl Bsdf {
             if classes.has(Classes::SPECULAR) {
                 chances.glass = bsdf.glass_share() * (1.0 - reflected) * mean(material.base_color);
             }
-        } else if features.has(Features::GLASS) && classes.has(Classes::SPECULAR) {
+        } else if features.has(Features::GLASS) && classes.has(Classes::SPECULAR) && bsdf.glass_share() > 0.0
+        {
             glass.reflectance = glass::reflectance(&material, cos, eta);
             let passed = (1.0 - glass.reflectance) * mean(material.base_color);
             chances.glass = bsdf.glass_share() * (glass.reflectance + passed);
@@ -159,6 +160,13 @@ impl Bsdf {
         self.chances.diffuse() > 0.0
             || (rough && self.chances.reflections() > 0.0)
             || (self.rough_glass && self.chances.glass > 0.0)
+    }
+
+    /// Whether a lobe of this class that is no diffuse one may have a width.
+    #[inline]
+    pub fn is_wide_in(&self, class: Classes) -> bool {
+        let rough = self.material.roughness >= ggx::DELTA_ROUGHNESS;
+        (rough && class.has(self.reflection_class)) || (self.rough_glass && class.has(Classes::SPECULAR))
     }
 
     /// Chance that `sample` takes a lobe of this class.

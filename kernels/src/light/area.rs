@@ -169,10 +169,10 @@ pub fn connect(
 #[shared]
 fn near(face: Face, position: Vec3) -> SphericalTriangle {
     let (a, b, c) = (face.a - position, face.b - position, face.c - position);
-    let middle = ((a + b + c) / 3.0).length_squared();
+    let three_middles = (a + b + c).length_squared();
     let edge = (b - a).length_squared().max((c - a).length_squared());
     let mut seen = SphericalTriangle::default();
-    if middle < NEAR * edge {
+    if three_middles < 9.0 * NEAR * edge {
         let whole = SphericalTriangle::new(a, b, c);
         // It is no number where the position is a corner.
         if whole.solid_angle > MIN_SOLID_ANGLE {

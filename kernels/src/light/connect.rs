@@ -119,7 +119,7 @@ impl Candidates {
         let gain = self.gain(light);
         let connection = connect_to(light, scene, features, position, u.z, u.w);
         Connection {
-            radiance_over_pdf: connection.radiance_over_pdf / gain,
+            radiance_over_pdf: connection.radiance_over_pdf * (1.0 / gain),
             pdf_solid_angle: connection.pdf_solid_angle * gain,
             ..connection
         }
@@ -177,13 +177,17 @@ impl<T: Default> Reservoir<T> {
         let weight = mean(light);
         if weight > 0.0 {
             self.weights += weight;
-            let chance = weight / self.weights;
-            // The first is always taken, and what has no bounds, so that it is counted.
-            if self.choice < chance || weight == self.weights {
-                self.choice = (self.choice / chance).min(BELOW_ONE);
+            // The first is always taken, and what has no bounds, so that it is counted; neither takes of the number.
+            let mut is_taken = weight == self.weights;
+            if !is_taken {
+                let chance = weight / self.weights;
+                is_taken = self.choice < chance;
+                let rest =
+                    if is_taken { self.choice / chance } else { (self.choice - chance) / (1.0 - chance) };
+                self.choice = rest.min(BELOW_ONE);
+            }
+            if is_taken {
                 (self.kept, self.weight) = (kept, weight);
-            } else {
-                self.choice = ((self.choice - chance) / (1.0 - chance)).min(BELOW_ONE);
             }
         }
     }

@@ -29,9 +29,9 @@ impl SphericalTriangle {
     pub fn new(a: Vec3, b: Vec3, c: Vec3) -> Self {
         // By edges, so that a small one keeps its digits.
         let volume = a.dot((b - a).cross(c - a)).abs();
-        let lengths = Vec3::new(a.length(), b.length(), c.length());
-        let volume = volume / (lengths.x * lengths.y * lengths.z);
-        let (a, b, c) = (a / lengths.x, b / lengths.y, c / lengths.z);
+        let scales = Vec3::ONE / Vec3::new(a.length(), b.length(), c.length());
+        let volume = volume * (scales.x * scales.y * scales.z);
+        let (a, b, c) = (a * scales.x, b * scales.y, c * scales.z);
         let solid_angle = 2.0 * TAU * turns(volume, 1.0 + a.dot(b) + b.dot(c) + c.dot(a));
         SphericalTriangle { a, b, c, volume, solid_angle }
     }
@@ -42,7 +42,7 @@ impl SphericalTriangle {
         let SphericalTriangle { a, b, c, volume, solid_angle } = self;
         // The point p between a and c for which a, b and p have the share u of the area: a and p lie at equal angles around
         // `middle`, by the formula of the solid angle.
-        let (sin, cos) = sin_cos_turns(u * solid_angle / (2.0 * TAU));
+        let (sin, cos) = sin_cos_turns(u * solid_angle * (0.5 / TAU));
         let middle = a * (volume * cos - (a.dot(c) + b.dot(c)) * sin) + c * ((1.0 + a.dot(b)) * sin);
         let p = middle * (2.0 * a.dot(middle) / middle.length_squared()) - a;
         // Between b and p, by the versine.

@@ -13,13 +13,16 @@ pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
     // Taylor series: the first term left out is below 1e-9 at pi/4.
     let s = angle
         * (1.0
-            + square * (-1.0 / 6.0 + square * (1.0 / 120.0 + square * (-1.0 / 5040.0 + square / 362_880.0))));
+            + square
+                * (-1.0 / 6.0
+                    + square * (1.0 / 120.0 + square * (-1.0 / 5040.0 + square * (1.0 / 362_880.0)))));
     let c = 1.0
         + square
             * (-0.5
                 + square
                     * (1.0 / 24.0
-                        + square * (-1.0 / 720.0 + square * (1.0 / 40_320.0 - square / 3_628_800.0))));
+                        + square
+                            * (-1.0 / 720.0 + square * (1.0 / 40_320.0 - square * (1.0 / 3_628_800.0)))));
 
     // Turn by the quarters taken off: (s, c), (c, -s), (-s, -c), (-c, s). By bits, since no branch could be foretold.
     let (s, c) = (s.to_bits(), c.to_bits());

@@ -661,7 +661,7 @@ fn direct_light(
         }
         let light = connection.radiance_over_pdf * if above { cos } else { 0.0 };
         sum.non_specular = light * weighted(scattering, connection, Classes::NON_SPECULAR);
-        if classes.has(Classes::SPECULAR) {
+        if classes.has(Classes::SPECULAR) && scattering.bsdf.is_wide_in(Classes::SPECULAR) {
             sum.specular = light * weighted(scattering, connection, Classes::SPECULAR);
         }
     }

@@ -53,10 +53,10 @@ pub fn vertex(scene: SceneTables<'_>, features: Features, ray: &Ray, hit: &Hit, 
     let face = Face::of(scene, features, hit.instance, hit.triangle);
     let surface = scene.surfaces[hit.triangle as usize];
     let to_previous = -ray.direction;
-    let outward = face.outward().normalize();
+    let outward = face.outward();
     let front = outward.dot(to_previous) >= 0.0;
     let side = if front { 1.0 } else { -1.0 };
-    let face_normal = outward * side;
+    let face_normal = outward.normalize() * side;
 
     let (mut shading_normal, mut curvature, mut moving) = (face_normal, surface.curvature, 0);
     if features.has(Features::INSTANCES) {

@@ -263,23 +263,34 @@ pub(super) fn find<const ANY: bool, const INSTANCES: bool>(
     ray: &Ray,
     stack: &mut Stack,
 ) -> Hit {
+    // In registers: its numbers were written one by one, and a read of two at once waits until memory has both.
+    let &Ray { origin: Vec3 { x, y, z }, length, direction: Vec3 { x: dx, y: dy, z: dz }, key } = ray;
     // SAFETY: trees are made where there is AVX2 alone.
     #[allow(unsafe_code)]
     unsafe {
-        traverse::<ANY, INSTANCES>(tree, blocks, cut_outs, ray, stack)
+        traverse::<ANY, INSTANCES>(tree, blocks, cut_outs, stack, x, y, z, dx, dy, dz, length, key)
     }
 }
 
+/// The same of a ray from (x, y, z) along (dx, dy, dz).
 #[target_feature(enable = "avx2")]
 fn traverse<const ANY: bool, const INSTANCES: bool>(
     tree: &WideTree,
     blocks: &[TriangleBlock],
     cut_outs: &CutOuts<'_>,
-    world: &Ray,
     stack: &mut Stack,
+    x: f32,
+    y: f32,
+    z: f32,
+    dx: f32,
+    dy: f32,
+    dz: f32,
+    length: f32,
+    key: u32,
 ) -> Hit {
     let nodes: &[WideNode] = tree.nodes.read();
-    let mut ray = *world;
+    let world = Ray { origin: Vec3::new(x, y, z), length, direction: Vec3::new(dx, dy, dz), key };
+    let mut ray = world;
     let mut slabs = Slabs::new(ray.origin, ray.direction);
     // The instance at hand, and the height of the stack at which it ends, plus one; 0 outside of instances.
     let (mut inside, mut floor) = (0u32, 0usize);
@@ -308,12 +319,20 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
             continue;
         } else {
             let node = &nodes[current as usize];
-            let (near, mut met) = slabs.enter(node, best.distance);
+            let (near, met) = slabs.enter(node, best.distance);
             if met != 0 {
-                // On into the nearest; the others as they come, since sorting them gains nothing.
-                let mut nearest = entry(&near, node, &mut met);
-                while met != 0 {
-                    let other = entry(&near, node, &mut met);
+                // On into the nearest; the others as they come, since sorting them gains nothing. One alone need not wait for
+                // its distance.
+                let first = lowest(met);
+                current = node.children[first];
+                let mut others = met & (met - 1);
+                if others == 0 {
+                    continue;
+                }
+                let mut nearest = entry(&near, node, first);
+                while others != 0 {
+                    let other = entry(&near, node, lowest(others));
+                    others &= others - 1;
                     let later = nearest.max(other);
                     fetch(later as u32, nodes, blocks);
                     stack[height] = later;
@@ -328,7 +347,7 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
         // Pop the next subtree that may hold a closer hit.
         loop {
             if INSTANCES && floor == height + 1 {
-                ray = *world;
+                ray = world;
                 slabs = Slabs::new(ray.origin, ray.direction);
                 (inside, floor) = (0, 0);
             }
@@ -344,10 +363,14 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
     }
 }
 
-/// The child of the lowest bit of `met`, which it takes away, as an entry of the stack.
+/// The lowest of lanes that are bits.
 #[inline(always)]
-fn entry(near: &[f32; WIDTH], node: &WideNode, met: &mut u32) -> u64 {
-    let lane = met.trailing_zeros() as usize & (WIDTH - 1);
-    *met &= *met - 1;
+fn lowest(lanes: u32) -> usize {
+    lanes.trailing_zeros() as usize & (WIDTH - 1)
+}
+
+/// The child of a lane as an entry of the stack.
+#[inline(always)]
+fn entry(near: &[f32; WIDTH], node: &WideNode, lane: usize) -> u64 {
     u64::from(near[lane].to_bits()) << 32 | u64::from(node.children[lane])
 }

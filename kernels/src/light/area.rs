@@ -141,14 +141,18 @@ pub fn connect(
 ) -> Connection {
     let face = face(light, scene, features);
     let near = near(face, position);
-    let place = if near.solid_angle > 0.0 {
-        Place::seen(face, position, near.sample(u, v))
+    let (place, to_light, square);
+    if near.solid_angle > 0.0 {
+        to_light = near.sample(u, v);
+        place = Place::seen(face, position, to_light);
+        // Its density asks for no distance.
+        square = 1.0;
     } else {
-        Place::uniform(face, u, v)
-    };
-    let along = place.position - position;
-    let square = along.length_squared();
-    let to_light = along / square.sqrt();
+        place = Place::uniform(face, u, v);
+        let along = place.position - position;
+        square = along.length_squared();
+        to_light = along / square.sqrt();
+    }
     let cos = -to_light.dot(light.direction);
     if square == 0.0 || cos == 0.0 || (cos < 0.0 && light.sides != 2) {
         return Connection::none(position);

@@ -8,8 +8,8 @@ impl Camera {
     #[inline(always)]
     pub fn direction_of(&self, column: f32, row: f32, params: &FrameParams) -> Vec3 {
         let Window { film_width, film_height, .. } = params.window;
-        let along_x = self.right * (column * (2.0 / film_width as f32) - 1.0);
-        let along_y = self.up * (1.0 - row * (2.0 / film_height as f32));
+        let along_x = self.right * (2.0 * column / film_width as f32 - 1.0);
+        let along_y = self.up * (1.0 - 2.0 * row / film_height as f32);
         (self.forward + along_x + along_y).normalize()
     }
 

@@ -205,7 +205,7 @@ pub(super) fn intersect_block(
     let all = |lanes: &[[f32; 4]; 3]| lanes.map(Vec4::from_array);
     let Crossing { u, v, w, sum, distance } = Crossing::of(all(&block.a), all(&block.b), all(&block.c), ray);
     let inside = u.min(v).min(w).cmpge(Vec4::ZERO) | u.max(v).max(w).cmple(Vec4::ZERO);
-    // Most blocks end here: what follows needs normals and a division.
+    // A block that is missed ends here: what follows needs normals and a division.
     if !inside.any() {
         return;
     }

@@ -6,3 +6,4 @@ mod dependencies;
 mod flip;
 mod pictures;
 mod rings;
+mod unused;

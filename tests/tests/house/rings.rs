@@ -70,13 +70,22 @@ fn doors(src: &Path, own_name: &str) -> Doors {
 
 /// The sources below a folder but for tests in files of their own, sorted.
 pub fn files(folder: &Path) -> Vec<PathBuf> {
+    let is_test = |path: &Path| {
+        path.components().any(|part| part.as_os_str() == "tests" || part.as_os_str() == "tests.rs")
+    };
+    let mut files = all_files(folder);
+    files.retain(|file| !is_test(file.strip_prefix(folder).expect("below")));
+    files
+}
+
+/// All sources below a folder, sorted.
+pub fn all_files(folder: &Path) -> Vec<PathBuf> {
     let mut all = Vec::new();
     for entry in std::fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();
-        let name = path.file_name().expect("a name").to_string_lossy().into_owned();
-        if path.is_dir() && name != "tests" {
-            all.extend(files(&path));
-        } else if name.ends_with(".rs") && name != "tests.rs" {
+        if path.is_dir() {
+            all.extend(all_files(&path));
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
             all.push(path);
         }
     }

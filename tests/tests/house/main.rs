@@ -1,6 +1,7 @@
 //! The project itself: its dependencies, its rings, its metrics against those of others, its corpus, and the bits that a refactoring must
 //! keep.
 
+mod ci;
 mod corpus;
 mod dependencies;
 mod flip;

@@ -7,6 +7,8 @@ use std::path::Path;
 use caustics_kernels::{denoiser, emission, gather::variant, history, method};
 use clap::{Arg, Command, CommandFactory};
 
+mod documents;
+
 /// What stands before the commands.
 const HEAD: &str = "\
 # Commands

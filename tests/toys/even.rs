@@ -1,16 +1,16 @@
 //! Every light starts as many paths: a toy that shows all that an emission consists of.
 
 #[cfg(not(target_arch = "spirv"))]
-use crate::declare::Emission;
-use crate::light::emit::{EmissionSample, Emit};
-use crate::light::leave;
-use crate::light::power::ByPower;
-use crate::math::rng::Rng;
+use caustics_kernels::declare::Emission;
+use caustics_kernels::light::emit::{EmissionSample, Emit};
+use caustics_kernels::light::leave;
+use caustics_kernels::light::power::ByPower;
+use caustics_kernels::math::rng::Rng;
 
-crate::shoot_pass!("shoot.even", |power| Even(power));
+caustics_kernels::shoot_pass!("shoot.even", |power| Even(power));
 
+/// Light paths of all lights alike.
 #[cfg(not(target_arch = "spirv"))]
-/// See the head of the file.
 pub const EVEN: Emission = Emission {
     name: "even",
     about: "as many paths from every light: a toy",
@@ -26,7 +26,7 @@ pub const EVEN: Emission = Emission {
     keeps: &[],
 };
 
-/// Light paths of all lights alike.
+/// Starts as many light paths at every light.
 #[derive(Clone, Copy)]
 pub struct Even<'a>(pub ByPower<'a>);
 

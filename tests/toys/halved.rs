@@ -1,11 +1,11 @@
 //! OurBasic with discs of half the radius: a toy that shows all that a method consists of.
 #![cfg(not(target_arch = "spirv"))]
 
-use crate::interface::frame::FrameParams;
-use crate::method::Method;
-use crate::method::basic::BASIC;
+use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::method::Method;
+use caustics_kernels::method::basic::BASIC;
 
-/// See the head of the file.
+/// OurBasic with discs of half the radius.
 pub const HALVED: Method = Method {
     name: "halved",
     about: "OurBasic with discs of half the radius: a toy",

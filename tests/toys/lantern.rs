@@ -43,7 +43,7 @@ pub fn towards(
     let solid_angle = 4.0 * PI / light.pdf_light_choice;
     let ray = Ray::endless(light.position, direction);
     let sample = EmissionSample::new(ray, light.emission * (share(direction) * solid_angle), solid_angle);
-    Towards { sample, pdf_solid_angle: 1.0 / (4.0 * PI) }
+    Towards { sample, pdf: 1.0 / (4.0 * PI) }
 }
 
 /// A connection by the law of the inverse square.

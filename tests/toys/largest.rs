@@ -3,7 +3,7 @@
 use super::comparison::{Better, Metric};
 use super::pixels::Pixels;
 
-/// See the head of the file.
+/// Largest difference of a channel.
 pub static LARGEST: Metric = Metric {
     name: "largest",
     about: "Largest difference of a channel: a toy",

@@ -1,13 +1,13 @@
 //! `denoise.pairs`: the mean of each two pixels: a toy that shows all that a denoiser consists of.
 
-use crate::declare::pass;
+use caustics_kernels::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
-use crate::declare::{Denoiser, Step};
-use crate::seam::Slots;
+use caustics_kernels::declare::{Denoiser, Step};
+use caustics_kernels::seam::Slots;
 use spirv_std::glam::Vec3;
 
+/// The mean of each two pixels.
 #[cfg(not(target_arch = "spirv"))]
-/// See the head of the file.
 pub const PAIRS: Denoiser = Denoiser {
     name: "pairs",
     about: "the mean of each two pixels: a toy",

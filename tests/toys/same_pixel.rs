@@ -1,20 +1,20 @@
-//! `reuse.same_pixel`: every point borrows from the same pixel of the frame before: a toy that shows all that a history
+//! `reuse.same_pixel`: a point reuses the light that the same pixel had in the last frame. A toy that shows all that a history
 //! consists of.
 
-use crate::declare::pass;
+use caustics_kernels::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
-use crate::declare::{History, Step};
+use caustics_kernels::declare::{History, Step};
 #[cfg(not(target_arch = "spirv"))]
-use crate::history::resolve_history::RESOLVE_HISTORY;
+use caustics_kernels::history::resolve_history::RESOLVE_HISTORY;
 #[cfg(not(target_arch = "spirv"))]
-use crate::interface::history::HistorySettings;
-use crate::interface::history::{HistoryPoint, Reprojected};
-use crate::interface::point::PointGeometry;
-use crate::seam::Slots;
+use caustics_kernels::interface::history::HistorySettings;
+use caustics_kernels::interface::history::{HistoryPoint, Reprojected};
+use caustics_kernels::interface::point::PointGeometry;
+use caustics_kernels::seam::Slots;
 use spirv_std::glam::Vec3;
 
+/// Half of the light that the same pixel had in the last frame.
 #[cfg(not(target_arch = "spirv"))]
-/// See the head of the file.
 pub const SAME_PIXEL: History = History {
     name: "same-pixel",
     about: "half of the same pixel's last light: a toy",
@@ -25,9 +25,10 @@ pub const SAME_PIXEL: History = History {
     resolve: &RESOLVE_HISTORY,
     forget: &[],
     keeps: &["history_points", "history_mean"],
+    validates: false,
 };
 
-/// What is lent, a pixel an invocation.
+/// Finds the light to reuse, a pixel an invocation.
 #[pass(name = "reuse.same_pixel", over = params.pixel_count(), work = Reuse)]
 pub fn reuse_same_pixel(
     pixel: u32,
@@ -36,9 +37,10 @@ pub fn reuse_same_pixel(
     history_mean: &[Vec3],
     mut reprojected: Slots<'_, Reprojected>,
 ) {
-    let mut lent = Reprojected::default();
-    if point_geometry[pixel as usize].exists() && history_points[pixel as usize].samples > 0.0 {
-        lent = Reprojected { mean: history_mean[pixel as usize], samples: 1.0, offset: Vec3::ZERO };
+    let point = &point_geometry[pixel as usize];
+    let mut found = Reprojected { radius: point.radius, ..Reprojected::default() };
+    if point.exists() && history_points[pixel as usize].samples > 0.0 {
+        (found.mean, found.samples) = (history_mean[pixel as usize], 1.0);
     }
-    reprojected.write(pixel, lent);
+    reprojected.write(pixel, found);
 }

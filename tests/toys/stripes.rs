@@ -8,7 +8,7 @@ use caustics_kernels::gather::variant::{Over, Stage, Variant, Words};
 use caustics_kernels::gather::{Gather, Index, Near, Visit};
 use caustics_kernels::seam::{Atomics, Words as _};
 
-/// See the head of the file.
+/// Deposits in stripes along x.
 pub struct Stripes;
 
 /// Stripes; what lies farther along x starts over.

@@ -1,4 +1,5 @@
-//! `#[pass]`: from one function, the entry points of a GPU, the call on a CPU, and the description that the host reads.
+//! `#[pass]`: from one function, the entry points of a GPU, the call on a CPU, and the description that the host reads. From
+//! `kernels/src/pass/resolve.rs`, where the names are in scope that this crate does not know:
 //!
 //! ```ignore
 //! /// Radiance of the caustic at each pixel.
@@ -6,11 +7,18 @@
 //! pub fn resolve(
 //!     pixel: u32,
 //!     params: &FrameParams,
-//!     point_geometry: &(PointGeometry),
-//!     accumulator: &(u32),
+//!     point_geometry: &[PointGeometry],
+//!     point_shading: &[PointShading],
+//!     #[len = params.pixel_count() * accumulator::WORDS] accumulator: &[u32],
 //!     mut caustic_radiance: Slots<'_, Vec3>,
 //! ) {
-//!     caustic_radiance.write(pixel, radiance(&point_geometry[pixel as usize], accumulator, params));
+//!     let point = &point_geometry[pixel as usize];
+//!     let mut caustic = Vec3::ZERO;
+//!     if point.exists() {
+//!         let (sum, _) = Sum::read(accumulator, pixel, params.quantum);
+//!         caustic = radiance(point, &point_shading[pixel as usize], sum);
+//!     }
+//!     caustic_radiance.write(pixel, caustic);
 //! }
 //! ```
 //!

@@ -6,5 +6,6 @@ mod corpus;
 mod dependencies;
 mod flip;
 mod pictures;
+mod quotes;
 mod rings;
 mod unused;

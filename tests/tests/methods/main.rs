@@ -14,5 +14,6 @@ mod path_history;
 mod reuse;
 mod stability;
 mod tiles;
+mod toys;
 mod widen;
 mod yang2021;

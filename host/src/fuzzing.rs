@@ -15,6 +15,12 @@ use crate::report::{self, Request};
 use crate::scene::{self, Edits, Viewpoint};
 use crate::sealed;
 
+mod compressed;
+mod shard;
+
+pub use compressed::{draco, environment, ktx2, meshopt, webp};
+pub use shard::shard;
+
 /// A .gltf or .glb file, without others beside it, lit, looked at and brought to the end of its animations.
 pub fn scene(bytes: &[u8]) -> bool {
     scene::read(bytes).is_ok_and(|mut scene| {

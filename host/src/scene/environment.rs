@@ -42,7 +42,7 @@ impl EnvironmentMap {
     }
 
     /// The same from a file's bytes; an error says what is wrong with them.
-    pub(super) fn decode(bytes: &[u8]) -> Result<EnvironmentMap, String> {
+    pub(crate) fn decode(bytes: &[u8]) -> Result<EnvironmentMap, String> {
         Picture::decode(bytes).map(EnvironmentMap::of)
     }
 

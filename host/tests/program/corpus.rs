@@ -1,5 +1,6 @@
 //! Replays the corpus of `fuzz/` through the targets' own entry points: whatever was found once stays found.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Duration;
 
@@ -50,6 +51,47 @@ fn edits_replay() {
 #[test]
 fn results_replay() {
     replay("result", fuzzing::result);
+}
+
+#[test]
+fn compressed_meshes_replay() {
+    replay("draco", fuzzing::draco);
+    replay("meshopt", fuzzing::meshopt);
+}
+
+#[test]
+fn textures_and_environments_replay() {
+    replay("ktx2", fuzzing::ktx2);
+    replay("webp", fuzzing::webp);
+    replay("environment", fuzzing::environment);
+}
+
+#[test]
+fn shards_replay() {
+    replay("shard", fuzzing::shard);
+}
+
+/// Every target has a corpus that a test above replays, and is in the manifest of `fuzz/`.
+#[test]
+fn every_target_of_fuzzing_has_a_corpus_that_is_replayed() {
+    let fuzz = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz");
+    let manifest = std::fs::read_to_string(fuzz.join("Cargo.toml")).unwrap();
+    let names = |folder: &str| {
+        let entries = fuzz.join(folder).read_dir().unwrap().map(|entry| entry.unwrap().path());
+        entries.map(|path| path.file_stem().unwrap().to_str().unwrap().to_string()).collect::<BTreeSet<_>>()
+    };
+    let (targets, corpora) = (names("targets"), names("corpus"));
+    assert!(targets.len() > 10, "{targets:?}");
+    assert!(targets.is_subset(&corpora), "{targets:?}, {corpora:?}");
+    let texts = [include_str!("corpus.rs"), include_str!("../../src/command/view/wish/tests.rs")];
+    for name in &corpora {
+        let calls = [format!("replay(\"{name}\", "), format!("fuzz/corpus/{name}\"")];
+        let is_replayed = texts.iter().any(|text| calls.iter().any(|call| text.contains(call)));
+        assert!(is_replayed, "{name} is not replayed");
+    }
+    for name in &targets {
+        assert!(manifest.contains(&format!("name = \"{name}\"\n")), "{name} is not in the manifest");
+    }
 }
 
 #[test]

@@ -238,3 +238,6 @@ pub fn still(cell: &Cell) -> Cell {
     }
     cell.effective()
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,7 @@
+//! An environment, Radiance HDR or EXR: whatever the bytes, there is an answer.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    caustics::fuzzing::environment(bytes);
+});

@@ -1,0 +1,7 @@
+//! A buffer view compressed by meshoptimizer: whatever the bytes, there is an answer.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    caustics::fuzzing::meshopt(bytes);
+});

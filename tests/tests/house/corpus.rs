@@ -71,7 +71,7 @@ fn differing(ours: &[[f32; 3]], golden: &[[f32; 3]]) -> usize {
     ours.iter().zip(golden).filter(|(a, b)| !(0..3).all(|lane| same(a[lane], b[lane]))).count()
 }
 
-fn files() -> Vec<PathBuf> {
+pub fn files() -> Vec<PathBuf> {
     let entries =
         folder("corpus").read_dir().expect("the corpus").map(|entry| entry.expect("an entry").path());
     let is_scene = |path: &PathBuf| path.extension().is_some_and(|end| end == "gltf" || end == "glb");

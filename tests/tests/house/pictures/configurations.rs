@@ -1,0 +1,206 @@
+//! Run configurations that images are compared in: every value of every parameter once, beside the values that a method has by
+//! default, and beside those of a configuration in which everything is on. Parameters and values come from the lists of the
+//! program.
+
+use std::collections::BTreeSet;
+
+use caustics::experiment::axis::{
+    AUTO, AXES, Axis, GATHER, MAX_BOUNCES, METHOD, PATHS_PER_PIXEL, RADIUS_PX, RUNNER, Values,
+};
+use caustics::experiment::cell::Cell;
+use caustics::settings::Settings;
+use caustics_kernels::gather::variant;
+use caustics_kernels::interface::choice::TextureFilter;
+use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
+use caustics_kernels::method::basic::BASIC;
+use caustics_kernels::method::{self, Method};
+use glam::Vec3;
+
+/// Size of most images (px).
+const SIZE: [u32; 2] = [48, 27];
+/// Width over height of all images.
+pub const ASPECT: f64 = SIZE[0] as f64 / SIZE[1] as f64;
+
+/// Settings of an image, and its name.
+#[derive(Clone, Debug)]
+pub struct Configuration {
+    pub name: String,
+    pub cell: Cell,
+    pub settings: Settings,
+}
+
+impl Configuration {
+    fn new(name: String, cell: Cell) -> Configuration {
+        let [width, height] = SIZE;
+        let common = Settings { width, height, seed: 7, ..Settings::default() };
+        let settings = cell.settings(&common);
+        Configuration { name, cell, settings }
+    }
+
+    /// The configuration with another value of a parameter, under a name that says so.
+    fn with(&self, what: &str, settings: Settings) -> Configuration {
+        Configuration { name: format!("{} {what}", self.name), cell: self.cell.clone(), settings }
+    }
+}
+
+/// The values of a parameter that images are compared in.
+fn values(axis: &'static Axis) -> Vec<String> {
+    let texts = |values: &[&str]| values.iter().map(|value| value.to_string()).collect();
+    match axis.values {
+        // All images are those of one runner.
+        Values::Names(_) if *axis == RUNNER => Vec::new(),
+        Values::Names(names) => {
+            // The CPU has no ray queries.
+            let is_software = |name: &str| variant::find(name).is_none_or(|gather| !gather.hardware);
+            let names = names().into_iter().map(|(name, _)| name);
+            names.filter(|name| *axis != GATHER || is_software(name)).map(str::to_string).collect()
+        }
+        Values::Numbers(_) if *axis == PATHS_PER_PIXEL => texts(&["p2", "p0.1", AUTO]),
+        Values::Numbers(_) if *axis == RADIUS_PX => texts(&["1", "2.5", AUTO]),
+        Values::Numbers(_) if *axis == MAX_BOUNCES => texts(&["5", "1", "2", "9"]),
+        Values::Numbers(_) => panic!("{axis:?} is new: choose numbers of it that images are compared in"),
+    }
+}
+
+fn set(cell: &mut Cell, axis: &'static Axis, value: &str) {
+    axis.set(cell, value).unwrap_or_else(|error| panic!("{axis:?} {value}: {error}"));
+}
+
+/// A method's defaults.
+fn plain(method: &'static Method) -> Configuration {
+    let mut cell = Cell::of(method);
+    set(&mut cell, &PATHS_PER_PIXEL, "p2");
+    Configuration::new(method.name.into(), cell.effective())
+}
+
+/// The last value of every parameter: in lists, what does most stands last.
+fn full(method: &'static Method) -> Configuration {
+    let mut cell = Cell::of(method);
+    for axis in AXES.into_iter().filter(|axis| ![&METHOD, &MAX_BOUNCES].contains(axis)) {
+        if let Some(value) = values(axis).last() {
+            set(&mut cell, axis, value);
+        }
+    }
+    let Configuration { name, cell, settings } =
+        Configuration::new(format!("{} full", method.name), cell.effective());
+    let settings = Settings { pixel_filter: PIXEL_FILTER_BOX, auxiliary: true, ..settings };
+    Configuration { name, cell, settings }
+}
+
+/// The configuration with every other value of every parameter, one at a time.
+fn one_at_a_time(base: &Configuration) -> Vec<Configuration> {
+    let mut found = Vec::new();
+    let mut keys = BTreeSet::from([base.cell.key()]);
+    for axis in AXES.into_iter().filter(|axis| **axis != METHOD) {
+        for value in values(axis) {
+            let mut cell = base.cell.clone();
+            set(&mut cell, axis, &value);
+            let cell = cell.effective();
+            // What has no effect in the method makes no other image.
+            if keys.insert(cell.key()) {
+                let settings = cell.settings(&base.settings);
+                let name = format!("{} {}={value}", base.name, axis.key);
+                found.push(Configuration { name, cell, settings });
+            }
+        }
+    }
+    found
+}
+
+/// The configuration with other values of the settings that are no parameters of experiments, one at a time.
+fn other_settings(base: &Configuration) -> Vec<Configuration> {
+    let own = &base.settings;
+    // A new field is either set by a parameter, which takes its values from the program's lists, or gets other values below.
+    let Settings {
+        light_paths: _,
+        balances: _,
+        max_bounces: _,
+        radius_px: _,
+        widens: _,
+        history: _,
+        denoiser: _,
+        emission: _,
+        caustics: _,
+        connections: _,
+        sampler: _,
+        path_history: _,
+        fireflies: _,
+        width,
+        height,
+        tiles: _,
+        specular_roughness: _,
+        seed,
+        pixel_filter,
+        texture_filter: _,
+        exposure: _,
+        background: _,
+        batches: _,
+        auxiliary,
+    } = *own;
+    let other_filter = PIXEL_FILTER_CENTRE + PIXEL_FILTER_BOX - pixel_filter;
+    let mut found = vec![
+        base.with("size=odd", Settings { width: width + 1, height: height + 4, ..own.clone() }),
+        base.with("tiles=4", Settings { tiles: Some(4), ..own.clone() }),
+        base.with("specular_roughness=0", Settings { specular_roughness: 0.0, ..own.clone() }),
+        base.with("specular_roughness=0.6", Settings { specular_roughness: 0.6, ..own.clone() }),
+        base.with("seed=other", Settings { seed: seed + 1, ..own.clone() }),
+        base.with("pixel_filter=other", Settings { pixel_filter: other_filter, ..own.clone() }),
+        base.with("exposure=1.5", Settings { exposure: 1.5, ..own.clone() }),
+        base.with("background=sky", Settings { background: Some(Vec3::new(0.1, 0.2, 0.4)), ..own.clone() }),
+        base.with("batches=2", Settings { batches: 2, ..own.clone() }),
+        base.with("auxiliary=other", Settings { auxiliary: !auxiliary, ..own.clone() }),
+    ];
+    found.extend(TextureFilter::ALL.iter().map(|filter| {
+        let settings = Settings { texture_filter: Some(*filter), ..own.clone() };
+        base.with(&format!("texture_filter={}", filter.name()), settings)
+    }));
+    found
+}
+
+/// Every method as it is by default, and with everything on.
+pub fn of_methods() -> Vec<Configuration> {
+    method::ALL.iter().flat_map(|&method| [plain(method), full(method)]).collect()
+}
+
+/// Every configuration.
+pub fn all() -> Vec<Configuration> {
+    let mut found = of_methods();
+    for method in method::ALL.iter().copied() {
+        let base = plain(method);
+        found.extend(one_at_a_time(&base));
+        found.extend(other_settings(&base));
+    }
+    let base = full(&BASIC);
+    found.extend(one_at_a_time(&base));
+    found.extend(other_settings(&base));
+    found
+}
+
+#[test]
+fn every_value_of_every_parameter_makes_an_image_in_every_method_that_looks_at_it() {
+    let all = all();
+    for &method in method::ALL {
+        let of_method: Vec<_> = all.iter().filter(|found| found.cell.method == method).collect();
+        assert!(!of_method.is_empty());
+        for axis in AXES.into_iter().filter(|axis| **axis != METHOD) {
+            for value in values(axis) {
+                let mut cell = Cell::of(method);
+                set(&mut cell, axis, &value);
+                let wanted = axis.get(&cell.effective());
+                let is_there = of_method.iter().any(|found| axis.get(&found.cell) == wanted);
+                assert!(is_there, "{} {axis:?} {wanted}", method.name);
+            }
+        }
+    }
+    for gather in variant::ALL.iter().filter(|gather| !gather.hardware) {
+        assert!(all.iter().any(|found| found.cell.gather_name() == gather.name), "{}", gather.name);
+    }
+    // Only where images are rendered is left out.
+    for axis in AXES.into_iter().filter(|axis| values(axis).is_empty()) {
+        assert_eq!(*axis, RUNNER);
+    }
+    let mut names: Vec<_> = all.iter().map(|found| &found.name).collect();
+    names.sort();
+    names.dedup();
+    assert_eq!(names.len(), all.len(), "names tell images apart");
+}

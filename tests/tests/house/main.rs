@@ -7,5 +7,6 @@ mod dependencies;
 mod flip;
 mod pictures;
 mod quotes;
+mod ray_queries;
 mod rings;
 mod unused;

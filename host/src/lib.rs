@@ -57,6 +57,7 @@ pub mod sealed;
 pub mod session;
 pub mod settings;
 pub mod shard;
+pub mod shell;
 pub mod text;
 pub mod trace_rate;
 pub mod upload;

@@ -56,7 +56,7 @@ pub struct Request {
     /// Pictures of a scene, at most.
     pub pictures: usize,
     /// The page's file, for the command that makes it again.
-    pub output: String,
+    pub output: PathBuf,
 }
 
 /// A report that can be written.

@@ -19,7 +19,7 @@ pub fn run(options: &Report) -> anyhow::Result<ExitCode> {
         baseline: options.baseline.clone(),
         title: options.title.clone(),
         pictures: options.pictures,
-        output: options.output.display().to_string(),
+        output: options.output.clone(),
     };
     let report = report(&request)?;
     for warning in &report.warnings {

@@ -1,19 +1,23 @@
 //! Where the measures come from: programs, devices, seeds and times of all cells, and the commands that repeat them.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use maud::{Markup, html};
 
 use super::load::Measured;
 use crate::experiment::result::Provenance;
+use crate::shell;
+use crate::text::printable;
 
 /// Every value that occurs and the number of cells with it, by what it is of.
 pub fn distinct(cells: &[Measured]) -> Vec<(&'static str, BTreeMap<String, usize>)> {
     let count = |of: fn(&Provenance) -> String| {
         let mut counts = BTreeMap::new();
-        for value in cells.iter().map(|cell| of(&cell.result.provenance)).filter(|value| !value.is_empty()) {
+        // A value may be copied from the page.
+        let values = cells.iter().map(|cell| printable(&of(&cell.result.provenance)));
+        for value in values.filter(|value| !value.is_empty()) {
             *counts.entry(value).or_insert(0) += 1;
         }
         counts
@@ -49,39 +53,30 @@ fn times(cells: &[Measured]) -> (String, Option<String>) {
 }
 
 /// Commands that make the folders' measures and this report again.
-pub fn commands(cells: &[Measured], folders: &[PathBuf], output: &str) -> Vec<String> {
+pub fn commands(cells: &[Measured], folders: &[PathBuf], output: &Path) -> Vec<String> {
     let mut commits: Vec<&String> = cells.iter().map(|cell| &cell.result.provenance.commit).collect();
     commits.sort();
     commits.dedup();
     let mut commands = Vec::new();
     if let [commit] = commits[..]
-        && !commit.is_empty()
+        && let Some(hash) = shell::commit(commit.trim_end_matches("-dirty"))
     {
-        commands.push(format!("git checkout {}", commit.trim_end_matches("-dirty")));
+        commands.push(format!("git checkout {hash}"));
     }
+    // A path has no NUL.
     for folder in folders {
         let experiment = folder.join("experiment.toml");
-        if experiment.exists() {
-            commands.push(format!(
-                "caustics sweep {} -o {}",
-                quoted(&experiment.display().to_string()),
-                quoted(&folder.display().to_string())
-            ));
+        if experiment.exists()
+            && let (Some(experiment), Some(folder)) = (shell::path(&experiment), shell::path(folder))
+        {
+            commands.push(format!("caustics sweep {experiment} -o {folder}"));
         }
     }
-    let folders: Vec<String> = folders.iter().map(|folder| quoted(&folder.display().to_string())).collect();
-    commands.push(format!("caustics report {} -o {}", folders.join(" "), quoted(output)));
-    commands
-}
-
-/// A word of a shell.
-fn quoted(word: &str) -> String {
-    let is_plain = |letter: char| letter.is_alphanumeric() || "-_./:=+,@#".contains(letter);
-    if !word.is_empty() && word.chars().all(is_plain) {
-        word.into()
-    } else {
-        format!("'{}'", word.replace('\'', "'\\''"))
+    let folders: Vec<String> = folders.iter().filter_map(shell::path).collect();
+    if let Some(output) = shell::path(output) {
+        commands.push(format!("caustics report {} -o {output}", folders.join(" ")));
     }
+    commands
 }
 
 /// The block for the page.
@@ -132,9 +127,19 @@ mod tests {
     }
 
     #[test]
-    fn commands_can_be_pasted_into_a_shell() {
-        let commands =
-            commands(&[cell("abc-dirty", 0.0, 0)], &["my results".into(), "it's".into()], "r.html");
-        assert_eq!(commands, ["git checkout abc", r"caustics report 'my results' 'it'\''s' -o r.html"]);
+    fn commands_to_repeat_a_report_quote_its_paths() {
+        let folders = ["my results".into(), "it's".into(), "-f".into(), "a\x03\nb".into()];
+        let commands = commands(&[cell("0123abc-dirty", 0.0, 0)], &folders, "r.html".as_ref());
+        let report = r#"caustics report 'my results' "it's" ./-f $'a\003\012b' -o r.html"#;
+        assert_eq!(commands, ["git checkout 0123abc", report]);
+    }
+
+    #[test]
+    fn a_commit_that_is_no_hash_is_in_no_command() {
+        for text in ["main; touch OWNED #", "--force", "0123ab", "0123abc\n", "0123abg", &"0".repeat(65), ""]
+        {
+            let commands = commands(&[cell(text, 0.0, 0)], &["r".into()], "r.html".as_ref());
+            assert_eq!(commands, ["caustics report r -o r.html"], "{text:?}");
+        }
     }
 }

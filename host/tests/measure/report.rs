@@ -174,6 +174,25 @@ fn names_are_text_and_never_markup() {
 }
 
 #[test]
+fn a_hostile_commit_is_shown_as_text_and_in_no_command() {
+    let desk = Desk::new();
+    for (commit, is_hash) in [("main; touch OWNED #\u{3}\u{1b}[201~", false), ("0123abc-dirty", true)] {
+        for cell in &mut fixture::write(&desk.path("-f $(touch OWNED)")) {
+            cell.provenance.commit = commit.into();
+            fixture::save(&desk.path("-f $(touch OWNED)"), cell);
+        }
+        let (_, page) = desk.page(&["./-f $(touch OWNED)", "--force"]);
+        let commands = text_of(&page, "#provenance pre");
+        assert_eq!(commands.contains("git checkout 0123abc\n"), is_hash, "{commands}");
+        assert!(commands.ends_with("caustics report './-f $(touch OWNED)' -o report.html"), "{commands}");
+        assert_eq!(commands.lines().count(), 1 + usize::from(is_hash), "{commands}");
+        let values = text_of(&page, "#provenance dl");
+        assert!(values.contains(commit.split('\u{3}').next().unwrap()), "{values}");
+        assert!(!values.chars().any(|character| character.is_control()), "{values:?}");
+    }
+}
+
+#[test]
 fn what_was_not_measured_is_left_out_and_missing_path_tracing_is_said() {
     let desk = Desk::new();
     let mut cells = fixture::write(&desk.path("whole"));

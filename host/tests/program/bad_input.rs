@@ -98,26 +98,26 @@ fn render_refuses(folder: &Path, scene: &str, options: &[&str], code: i32, words
 }
 
 /// A committed scene, to be spoilt: its document and its buffer.
-struct Scene {
-    json: Value,
+pub struct Scene {
+    pub json: Value,
     binary: Vec<u8>,
     folder: TempDir,
 }
 
 impl Scene {
-    fn new(name: &str) -> Scene {
+    pub fn new(name: &str) -> Scene {
         let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name);
         let json = serde_json::from_slice(&std::fs::read(source.join("scene.gltf")).unwrap()).unwrap();
         let binary = std::fs::read(source.join("scene.bin")).unwrap();
         Scene { json, binary, folder: tempfile::tempdir().unwrap() }
     }
 
-    fn path(&self) -> &Path {
+    pub fn path(&self) -> &Path {
         self.folder.path()
     }
 
     /// Writes `scene.gltf` and `scene.bin`.
-    fn write(&self) -> &Self {
+    pub fn write(&self) -> &Self {
         std::fs::write(self.path().join("scene.gltf"), serde_json::to_vec(&self.json).unwrap()).unwrap();
         std::fs::write(self.path().join("scene.bin"), &self.binary).unwrap();
         self

@@ -2,12 +2,16 @@
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
+
+use super::bad_input::Scene;
 
 const TOKEN: &str = "0123456789abcdef0123456789abcdef";
 /// Longest wait for anything.
@@ -17,6 +21,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 struct Program {
     child: Child,
     port: u16,
+    said: Arc<Mutex<String>>,
 }
 
 impl Drop for Program {
@@ -28,31 +33,44 @@ impl Drop for Program {
 
 impl Program {
     fn start() -> Program {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_caustics"))
-            .args([
-                "view",
-                "mirror-room",
-                "--port",
-                "0",
-                "--width",
-                "32",
-                "--height",
-                "18",
-                "--runner",
-                "cpu",
-            ])
-            .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        Program::serve(Command::new(env!("CARGO_BIN_EXE_caustics")).current_dir(root), "mirror-room")
+    }
+
+    /// Serves a scene by a command that starts the program.
+    fn serve(command: &mut Command, scene: &str) -> Program {
+        let options = ["--port", "0", "--width", "32", "--height", "18", "--runner", "cpu"];
+        let mut child = command
+            .args(["view", scene])
+            .args(options)
             .env("CAUSTICS_VIEW_TOKEN", TOKEN)
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        let mut first = String::new();
         let mut lines = BufReader::new(child.stderr.take().unwrap());
-        lines.read_line(&mut first).unwrap();
+        let mut said = String::new();
+        let port = loop {
+            let from = said.len();
+            assert!(lines.read_line(&mut said).unwrap() > 0, "no address in {said:?}");
+            let port = said[from..].split("127.0.0.1:").nth(1).and_then(|rest| rest.split('/').next());
+            if let Some(port) = port {
+                break port.parse().unwrap();
+            }
+        };
         // Whatever it says later must find a reader.
-        std::thread::spawn(move || std::io::copy(&mut lines, &mut std::io::sink()));
-        let port = first.split("127.0.0.1:").nth(1).and_then(|rest| rest.split('/').next()?.parse().ok());
-        Program { child, port: port.unwrap_or_else(|| panic!("no address in {first:?}")) }
+        let said = Arc::new(Mutex::new(said));
+        let more = Arc::clone(&said);
+        std::thread::spawn(move || {
+            for line in lines.lines().map_while(Result::ok) {
+                *more.lock().unwrap() += &(line + "\n");
+            }
+        });
+        Program { child, port, said }
+    }
+
+    /// What it has said on stderr.
+    fn said(&self) -> String {
+        self.said.lock().unwrap().clone()
     }
 
     fn stream(&self) -> TcpStream {
@@ -286,4 +304,61 @@ fn a_port_that_is_taken_and_options_that_cannot_be_are_told() {
         let (code, stderr) = run(options, token);
         assert!(code == 2 && stderr.contains(what), "{options:?}: {code} {stderr}");
     }
+}
+
+/// The command that a page of a scene copies, once there is a picture; none if there is none.
+fn command_of(scene: &Scene) -> Option<String> {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_caustics"));
+    let program = Program::serve(command.current_dir(scene.write().path()), "scene.gltf");
+    program.own_page().until(|word| {
+        let is_there = word["is"] == "status" && word["moves"] == false && word["picture"].is_object();
+        is_there.then(|| word["command"].as_str().map(String::from))
+    })
+}
+
+#[test]
+#[cfg(unix)]
+fn a_copied_command_says_the_name_of_a_hostile_camera_and_runs_nothing_else() {
+    for name in
+        ["a\u{3}\ntouch OWNED\n#", "it's '; touch OWNED; $(touch OWNED) \\'; touch OWNED #", "--force"]
+    {
+        let mut scene = Scene::new("ring");
+        scene.json["cameras"][0]["name"] = json!(name);
+        for node in scene.json["nodes"].as_array_mut().unwrap() {
+            if node["camera"] == 0 {
+                node["name"] = json!(name);
+            }
+        }
+        let command = command_of(&scene).unwrap();
+        assert!(command.bytes().all(|byte| (b' '..=b'~').contains(&byte)), "{command:?}");
+        let run = |line: String| {
+            let path = Path::new(env!("CARGO_BIN_EXE_caustics")).parent().unwrap();
+            let path = format!("{}:{}", path.display(), std::env::var("PATH").unwrap());
+            Command::new("bash")
+                .args(["-c", &line])
+                .current_dir(scene.path())
+                .env("PATH", path)
+                .output()
+                .unwrap()
+        };
+        // The arguments as the program gets them.
+        let arguments = run(format!("caustics() {{ printf '%s\\0' \"$@\"; }}; {command}")).stdout;
+        let arguments = String::from_utf8(arguments).unwrap();
+        let arguments: Vec<&str> = arguments.split('\0').collect();
+        let joined = format!("--camera={name}");
+        let is_named = |pair: &[&str]| pair == ["--camera", name] || pair[0] == joined;
+        assert!(arguments.windows(2).any(is_named), "{arguments:?}");
+        let render = run(command);
+        assert!(render.status.success(), "{}", String::from_utf8_lossy(&render.stderr));
+        assert!(scene.path().join("picture.exr").exists() && !scene.path().join("OWNED").exists());
+    }
+    // No argument has a NUL, and another name would be another camera.
+    let mut scene = Scene::new("ring");
+    scene.json["cameras"][0]["name"] = json!("main\0");
+    for node in scene.json["nodes"].as_array_mut().unwrap() {
+        if node["camera"] == 0 {
+            node["name"] = json!("main\0");
+        }
+    }
+    assert_eq!(command_of(&scene), None);
 }

@@ -23,7 +23,7 @@ const KERNELS: &[&[&str]] = &[
 
 /// Those of the host's library, then of its program.
 const HOST: &[&[&str]] = &[
-    &["hash", "memory", "shard", "text"],
+    &["hash", "memory", "shard", "shell", "text"],
     &["file", "vulkan", "counters", "energy", "picture", "machine"],
     &["output", "sealed", "kernels"],
     &["image"],

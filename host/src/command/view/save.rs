@@ -6,6 +6,7 @@ use caustics::experiment::axis::{AXES, Axis, HISTORY, PATH_HISTORY, PATHS_PER_PI
 use caustics::experiment::cell::{Cell, Paths};
 use caustics::output::exr;
 use caustics::scene::{CameraChoice, Recorded, Scene};
+use caustics::shell;
 use clap::CommandFactory;
 use clap::parser::ValueSource;
 
@@ -42,7 +43,7 @@ const OF_THE_PAGE: [&str; 12] = [
     "exposure",
 ];
 
-/// What of the command line of `view` is said to `render` too, as words.
+/// Arguments of `view` that `render` takes too, as words of a command.
 pub fn kept() -> Vec<String> {
     let command = Cli::command();
     let (Some(view), Ok(matches)) = (command.find_subcommand("view"), command.clone().try_get_matches())
@@ -58,10 +59,13 @@ pub fn kept() -> Vec<String> {
         if !is_given || is_axis || OF_THE_PAGE.contains(&id) {
             continue;
         }
-        words.extend(argument.get_long().map(|name| format!("--{name}")));
-        if argument.get_action().takes_values() {
-            let values = matches.get_raw(id).into_iter().flatten();
-            words.extend(values.map(|value| quoted(&value.to_string_lossy())));
+        // An argument of this process has no NUL.
+        match argument.get_long() {
+            Some(name) if !argument.get_action().takes_values() => words.push(format!("--{name}")),
+            Some(name) => words.extend(
+                matches.get_raw(id).into_iter().flatten().filter_map(|value| shell::option(name, value)),
+            ),
+            None => words.extend(matches.get_raw(id).into_iter().flatten().filter_map(shell::path)),
         }
     }
     words
@@ -81,41 +85,42 @@ pub struct Shot<'a> {
     pub stops: f64,
 }
 
-/// The command that renders a picture again, with the same bits: what is `kept` of the command line, and what the page decided.
-pub fn command(kept: &[String], wish: &Wish, cell: &Cell, shot: &Shot<'_>) -> String {
+/// The command that renders a picture again, with the same bits: `kept` of the command line, and what the page decided. None if
+/// no command can say it: the camera's name has a NUL.
+pub fn command(kept: &[String], wish: &Wish, cell: &Cell, shot: &Shot<'_>) -> Option<String> {
     let Shot { camera, is_edited, time, frames, stops } = *shot;
     let mut words = vec!["caustics".to_string(), "render".into()];
     words.extend_from_slice(kept);
     if is_edited {
-        words.extend(["--edits", FILE].map(String::from));
+        words.push(shell::option("edits", FILE)?);
     }
     match wish.camera {
         CameraChoice::Placed(_) if is_edited => {}
         // Its name is the options that place it.
-        CameraChoice::Placed(_) => words.push(camera.into()),
-        CameraChoice::Named(_) | CameraChoice::First if camera == Recorded::NAME => {}
-        CameraChoice::Named(_) | CameraChoice::First => words.extend(["--camera".into(), quoted(camera)]),
-    }
-    let mut option = |name: &str, value: &str| words.extend([format!("--{name}"), quoted(value)]);
-    let [width, height] = wish.size;
-    option("width", &width.to_string());
-    option("height", &height.to_string());
-    if time != 0.0 {
-        option("time", &time.to_string());
-    }
-    for axis in AXES.into_iter().filter(|axis| (axis.useless)(cell).is_none()) {
-        if let Some((name, value)) = spelled(axis, cell) {
-            option(&name, &value);
+        CameraChoice::Placed(_) => {
+            words.extend(camera.split(' ').map(shell::quoted).collect::<Option<Vec<_>>>()?);
         }
+        CameraChoice::Named(_) | CameraChoice::First if camera == Recorded::NAME => {}
+        CameraChoice::Named(_) | CameraChoice::First => words.push(shell::option("camera", camera)?),
     }
-    option("frames", &frames.to_string());
+    let [width, height] = wish.size;
+    let mut options = vec![("width".to_string(), width.to_string()), ("height".into(), height.to_string())];
+    if time != 0.0 {
+        options.push(("time".into(), time.to_string()));
+    }
+    let axes = AXES.into_iter().filter(|axis| (axis.useless)(cell).is_none());
+    options.extend(axes.filter_map(|axis| spelled(axis, cell)));
+    options.push(("frames".into(), frames.to_string()));
     // One frame alone would go through the centres of its pixels.
-    if !kept.iter().any(|word| word == "--pixel-filter") {
-        option("pixel-filter", "box");
+    if !kept.iter().any(|word| word.starts_with("--pixel-filter ")) {
+        options.push(("pixel-filter".into(), "box".into()));
     }
-    option("exposure", &format!("{stops:.2}"));
+    options.push(("exposure".into(), format!("{stops:.2}")));
+    for (name, value) in options {
+        words.push(shell::option(&name, value)?);
+    }
     words.extend(["-o", "picture.exr", "--png", "picture.png"].map(String::from));
-    words.join(" ")
+    Some(words.join(" "))
 }
 
 /// The option of an axis and its value; none where it is the usual one, or `render` does not have it.
@@ -131,13 +136,4 @@ fn spelled(axis: &'static Axis, cell: &Cell) -> Option<(String, String)> {
         (axis, _) => axis.get(cell),
     };
     (value != axis.usual && !value.is_empty()).then(|| (axis.option(), value))
-}
-
-/// A word as a POSIX shell takes it.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        return word.into();
-    }
-    format!("'{}'", word.replace('\'', "'\\''"))
 }

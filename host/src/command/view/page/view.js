@@ -218,7 +218,7 @@ function told(now) {
   find('save-edits').hidden = !now.edited.length;
   find('save-recording').hidden = now.recorded < 2;
   find('record').setAttribute('aria-pressed', now.records);
-  if (now.command) find('command').textContent = now.command;
+  if (now.command !== undefined) find('command').textContent = now.command || '';
   find('command').classList.toggle('dim', !now.command);
   find('copy').disabled = !now.command;
   find('failure').textContent = now.failure || '';

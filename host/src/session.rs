@@ -28,7 +28,7 @@ use crate::scene::{Scene, SceneCamera, SceneError};
 use crate::settings::{Settings, with_light_paths};
 use crate::upload::Upload;
 use crate::vulkan::VulkanError;
-use crate::vulkan::passes::DeviceOptions;
+use crate::vulkan::passes::{DeviceOptions, Kernels};
 use caustics_kernels::declare::{Bound, BufferSpec, Step};
 use caustics_kernels::method::Method;
 use caustics_kernels::method::Parts;
@@ -59,6 +59,37 @@ pub enum RunnerChoice {
         /// Where the compiled kernels come from. They are read when a session is opened.
         kernels: kernels::Source,
     },
+}
+
+impl RunnerChoice {
+    /// Looks whether it can run. A device is opened for the sessions that follow, too.
+    ///
+    /// # Errors
+    ///
+    /// If there is no such device, or it cannot run the kernels.
+    pub fn check(&self) -> Result<(), SessionError> {
+        if let RunnerChoice::Gpu { device, hardware, validation, kernels } = self {
+            let options = device_options(device.as_deref(), *hardware, *validation, kernels)?;
+            Kernels::open(&options).map_err(RunError::from)?;
+        }
+        Ok(())
+    }
+}
+
+fn device_options(
+    device: Option<&str>,
+    hardware: bool,
+    validation: bool,
+    kernels: &kernels::Source,
+) -> Result<DeviceOptions, SessionError> {
+    let modules = kernels.modules()?;
+    Ok(DeviceOptions {
+        device: device.map(String::from),
+        hardware,
+        validation,
+        base: modules.base,
+        rayquery: hardware.then_some(modules.rayquery),
+    })
 }
 
 /// Why a session cannot be opened, or go on.
@@ -162,14 +193,7 @@ pub fn open(
     match choice {
         RunnerChoice::Cpu { threads } => Ok(Box::new(CpuRunner::new(*threads, features, buffers, &tables)?)),
         RunnerChoice::Gpu { device, hardware, validation, kernels } => {
-            let modules = kernels.modules()?;
-            let options = DeviceOptions {
-                device: device.clone(),
-                hardware: *hardware,
-                validation: *validation,
-                base: modules.base,
-                rayquery: hardware.then_some(modules.rayquery),
-            };
+            let options = device_options(device.as_deref(), *hardware, *validation, kernels)?;
             let opened = GpuRunner::new(&options, features, buffers, &tables, &scene.instanced);
             Ok(Box::new(opened.map_err(RunError::from)?))
         }

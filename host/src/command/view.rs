@@ -48,6 +48,7 @@ use self::wheel::Wheel;
 use self::wish::{Against, Wish};
 use super::open::{edits, staged};
 use super::options::{check_rays, check_size};
+use super::pick::pick;
 use crate::cli::{Usage, Viewer};
 
 /// Environment variable that says the token, so that a page outlives the program that served it.
@@ -67,6 +68,9 @@ pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {
     }
     let cell = cell(options)?;
     check_rays(&cell, view.width, view.height)?;
+    // A device that is not there is told now, since only a page could be told later. `auto` always finds one.
+    let gather = cell.gather.filter(|_| cell.method.chooses_gather);
+    pick(cell.asked_runner, &options.machine, gather)?.0.check()?;
     let guard = match std::env::var(TOKEN) {
         Ok(token) => Guard::chosen(&token).map_err(|wrong| Usage(format!("{TOKEN}: {wrong}")))?,
         Err(_) => Guard::random().context(NO_NUMBERS)?,

@@ -148,7 +148,11 @@ fn devices_are_listed_or_missed_with_exit_code_4() {
     }
 
     // A driver that is not there, whatever the machine has.
-    for arguments in [&["device"][..], &["render", "ring", "-o", "out.exr", "--runner", "gpu"]] {
+    for arguments in [
+        &["device"][..],
+        &["render", "ring", "-o", "out.exr", "--runner", "gpu"],
+        &["view", "ring", "--port", "0", "--runner", "gpu"],
+    ] {
         let mut command = caustics(folder.path());
         command.env("VK_DRIVER_FILES", "/missing.json").env("VK_ICD_FILENAMES", "/missing.json");
         let output = command.args(arguments).output().unwrap();

@@ -341,11 +341,16 @@ def check_recording(page, name, caustics, folder):
 
 
 def check_saved(page, name, caustics, folder):
-    """The EXR of the page has the bytes of the copied command's."""
+    """The copied command is the one that is shown, and the EXR of the page has the bytes of its EXR."""
     samples(page, 3)
     page.locator("#pause").click()
     until(page, "document.getElementById('state').textContent === 'paused'")
     command = page.locator("#command").inner_text()
+    page.evaluate("navigator.clipboard.writeText = async (text) => { document.body.dataset.copied = text; }")
+    page.locator("#copy").click()
+    until(page, "document.body.dataset.copied !== undefined")
+    copied = page.evaluate("document.body.dataset.copied")
+    check(copied == command and copied.isascii() and copied.isprintable(), f"{name}: {copied!r} is copied of {command!r}")
     saved = {}
     for file in ("picture.exr", "picture.png"):
         with page.expect_download() as download:

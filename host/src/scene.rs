@@ -22,7 +22,7 @@ use crate::hash::{fnv1a, of_many};
 
 pub use self::camera::SceneCamera;
 pub use self::casters::Cuts;
-pub use self::edits::{CameraEdit, Edits, Key, NodeEdit};
+pub use self::edits::{CameraEdit, Edits, EditsError, Key, NodeEdit};
 pub use self::environment::{EnvironmentMap, EnvironmentTables};
 pub use self::error::SceneError;
 pub use self::file_nodes::FileNode;

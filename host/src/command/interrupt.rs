@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
 
 use anyhow::Context;
 
@@ -18,4 +20,79 @@ pub fn watch() -> anyhow::Result<impl Fn() -> bool> {
     };
     ctrlc::set_handler(handler).context("cannot catch Ctrl-C")?;
     Ok(move || interrupted.load(Ordering::SeqCst))
+}
+
+/// Longest wait for what is at hand when a program is told to end that has nothing to save.
+const MAX_WAIT: Duration = Duration::from_secs(2);
+
+/// Calls `end` on Ctrl-C or SIGTERM. A process that has not ended then by itself ends after a moment, and at once when it is told a
+/// second time. Once in a process.
+pub fn end_when_told(end: impl Fn() + Send + 'static) -> anyhow::Result<()> {
+    let is_told = AtomicBool::new(false);
+    let handler = move || {
+        if is_told.swap(true, Ordering::SeqCst) {
+            std::process::exit(130);
+        }
+        let waits = thread::Builder::new().spawn(|| {
+            thread::sleep(MAX_WAIT);
+            std::process::exit(0);
+        });
+        if waits.is_err() {
+            // There are as many threads as there may be.
+            std::process::exit(0);
+        }
+        end();
+    };
+    ctrlc::set_handler(handler).context("cannot catch Ctrl-C")
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use std::io::{BufRead, BufReader};
+    use std::os::unix::process::ExitStatusExt;
+    use std::process::{Command, Stdio};
+    use std::time::Instant;
+
+    use super::*;
+
+    /// Set in the process that hangs.
+    const HANGS: &str = "CAUSTICS_TEST_HANGS";
+    const NAME: &str = "command::interrupt::tests::a_process_that_hangs_ends_when_it_is_told";
+
+    #[test]
+    fn a_process_that_hangs_ends_when_it_is_told() {
+        if std::env::var_os(HANGS).is_some() {
+            end_when_told(|| {
+                loop {
+                    thread::park();
+                }
+            })
+            .unwrap();
+            println!("ready");
+            loop {
+                thread::park();
+            }
+        }
+        let mut child = Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", NAME, "--nocapture"])
+            .env(HANGS, "1")
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        assert!(lines.any(|line| line.unwrap().contains("ready")));
+        Command::new("sh").args(["-c", &format!("kill -TERM {}", child.id())]).status().unwrap();
+        let end = Instant::now() + Duration::from_secs(60);
+        let status = loop {
+            match child.try_wait().unwrap() {
+                Some(status) => break status,
+                None if Instant::now() > end => {
+                    child.kill().unwrap();
+                    break child.wait().unwrap();
+                }
+                None => thread::sleep(Duration::from_millis(20)),
+            }
+        };
+        assert_eq!((status.code(), status.signal()), (Some(0), None));
+    }
 }

@@ -5,6 +5,7 @@
 
 mod connection;
 mod distance;
+mod door;
 mod edited;
 mod engine;
 mod guard;
@@ -15,6 +16,7 @@ mod pace;
 mod packet;
 mod page;
 mod pick;
+mod recording;
 mod save;
 mod server;
 mod share;
@@ -35,17 +37,20 @@ use caustics::scene::{self, CameraChoice, Eye, Place, Staged, Viewpoint};
 use caustics_kernels::history::VALIDATED;
 use caustics_kernels::interface::choice::PathHistory;
 use tokio::runtime;
+use tokio::sync::Semaphore;
 
+use self::door::accept;
 use self::edited::{Edited, by_node, if_any};
 use self::engine::Engine;
 use self::guard::Guard;
 use self::look::{Layer, Look};
 use self::page::Page;
-use self::server::serve;
+use self::server::router;
 use self::shared::Shared;
 use self::site::Site;
 use self::wheel::Wheel;
 use self::wish::{Against, Wish};
+use super::interrupt::end_when_told;
 use super::open::{edits, staged};
 use super::options::{check_rays, check_size};
 use super::pick::pick;
@@ -53,6 +58,11 @@ use crate::cli::{Usage, Viewer};
 
 /// Environment variable that says the token, so that a page outlives the program that served it.
 const TOKEN: &str = "CAUSTICS_VIEW_TOKEN";
+
+/// Threads that pack pictures for pages.
+const PACKERS: usize = 4;
+/// Files on their way to pages, at most; others wait.
+const MAX_FILES: usize = 4;
 
 const NO_NUMBERS: &str = "the system gives no random numbers, which a secret needs";
 
@@ -106,11 +116,19 @@ pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {
     let page = Page::new(&staged.scene, &wish, &run);
     let shared = Shared::new(wish);
     let ends = Arc::clone(&shared);
-    ctrlc::set_handler(move || ends.end()).context("cannot catch Ctrl-C")?;
-    let site = Arc::new(Site { shared: Arc::clone(&shared), guard, page, run, wheel: Wheel::new() });
+    end_when_told(move || ends.end())?;
+    let site = Arc::new(Site {
+        shared: Arc::clone(&shared),
+        guard,
+        page,
+        run,
+        wheel: Wheel::new(),
+        files: Arc::new(Semaphore::new(MAX_FILES)),
+        packers: Arc::new(Semaphore::new(PACKERS)),
+    });
     let runtime = runtime::Builder::new_multi_thread()
         .worker_threads(1)
-        .max_blocking_threads(4)
+        .max_blocking_threads(PACKERS)
         .enable_io()
         .enable_time()
         .build()
@@ -120,11 +138,7 @@ pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {
         let _inside = runtime.enter();
         tokio::net::TcpListener::from_std(listener)?
     };
-    runtime.spawn(async move {
-        if let Err(error) = serve(listener, site).await {
-            tell!("error: the page is served no more: {error}");
-        }
-    });
+    runtime.spawn(accept(listener, router(site)));
     Engine::new(shared, options, Edited::new(staged.scene, file, &edits)).run();
     // Pages that are still connected end with it.
     runtime.shutdown_background();

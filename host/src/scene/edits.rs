@@ -142,7 +142,17 @@ impl Edits {
     /// If a value cannot be used.
     pub fn to_toml(&self) -> Result<String, EditsError> {
         self.check()?;
-        Ok(toml::to_string(self)?)
+        self.clone().into_toml().collect()
+    }
+
+    /// The same text in parts, a key each, so that never all of it is in memory. Values are not checked.
+    pub fn into_toml(self) -> impl Iterator<Item = Result<String, EditsError>> {
+        let Edits { camera, nodes, keys } = self;
+        let head = Edits { camera, nodes, keys: Vec::new() };
+        let of_key = |key| Edits { keys: vec![key], ..Edits::default() };
+        let parts = std::iter::once(head).chain(keys.into_iter().map(of_key));
+        let text = |part: Edits| toml::to_string(&part).map(|text| text + "\n").map_err(EditsError::from);
+        parts.filter(|part| *part != Edits::default()).map(text)
     }
 
     /// Indices of the file's nodes that they place: those that a scene must be loaded with as

@@ -311,7 +311,8 @@ fn command_of(scene: &Scene) -> Option<String> {
     let mut command = Command::new(env!("CARGO_BIN_EXE_caustics"));
     let program = Program::serve(command.current_dir(scene.write().path()), "scene.gltf");
     program.own_page().until(|word| {
-        let is_there = word["is"] == "status" && word["moves"] == false && word["picture"].is_object();
+        let is_there =
+            word["is"] == "status" && word["moves"] == false && word["picture"]["samples"].as_u64() > Some(0);
         is_there.then(|| word["command"].as_str().map(String::from))
     })
 }
@@ -361,4 +362,144 @@ fn a_copied_command_says_the_name_of_a_hostile_camera_and_runs_nothing_else() {
         }
     }
     assert_eq!(command_of(&scene), None);
+}
+
+/// Whether the other side has closed a connection.
+fn is_closed(mut stream: &TcpStream) -> bool {
+    stream.set_nonblocking(true).unwrap();
+    let read = stream.read(&mut [0; 1024]);
+    stream.set_nonblocking(false).unwrap();
+    match read {
+        Ok(count) => count == 0,
+        Err(error) => error.kind() != std::io::ErrorKind::WouldBlock,
+    }
+}
+
+fn wait_for(what: &str, mut holds: impl FnMut() -> bool) {
+    let end = Instant::now() + PATIENCE;
+    while !holds() {
+        assert!(Instant::now() < end, "{what}");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn idle_connections_without_a_token_keep_no_page_out_and_are_closed() {
+    // This process has an end of each, too.
+    rlimit::increase_nofile_limit(4096).unwrap();
+    let program = Program::start();
+    let mut first = program.own_page();
+    first.picture();
+    // Single precision.
+    let is_at = |word: &Value, z: f64| word["camera"]["from"][2].as_f64().filter(|is| (is - z).abs() < 1e-6);
+    let mut idle: Vec<TcpStream> = (0..1100).map(|_| program.stream()).collect();
+    for (id, mut stream) in idle.iter().enumerate().skip(1080) {
+        // Some begin a head of a request and do not end it. One that has been closed already fails.
+        let _ = stream.write_all(format!("GET /?{id} HTTP/1.1\r\nHost: ").as_bytes());
+    }
+    // The page that is open goes on, and another one comes.
+    first.say(&json!({ "do": "look", "from": [0, 1.5, 2], "look_at": [0, 1, 0], "fov": 40 }));
+    first.until(|word| is_at(word, 2.0));
+    let host = format!("127.0.0.1:{}", program.port);
+    assert_eq!(program.get(&format!("/?token={TOKEN}"), &[("Host", &host)]).0, 200);
+    program.own_page().picture();
+    wait_for("at most 64 stay", || idle.iter().filter(|stream| !is_closed(stream)).count() <= 64);
+    idle.drain(..idle.len() - 64);
+    wait_for("none stays that says nothing", || idle.iter().all(is_closed));
+    first.say(&json!({ "do": "look", "from": [0, 1.5, 3], "look_at": [0, 1, 0], "fov": 40 }));
+    first.until(|word| is_at(word, 3.0));
+    assert_eq!(program.said().matches("have not shown the token").count(), 1, "{}", program.said());
+}
+
+#[test]
+#[cfg(unix)]
+fn a_page_opens_while_connections_take_all_files_that_may_be_open() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut shell = Command::new("sh");
+    shell.current_dir(root).args(["-c", "ulimit -n 48; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_caustics")]);
+    let program = Program::serve(&mut shell, "mirror-room");
+    let idle: Vec<TcpStream> = (0..100).map(|_| program.stream()).collect();
+    wait_for("it says so", || program.said().contains("cannot be accepted"));
+    program.own_page().picture();
+    assert_eq!(program.said().matches("cannot be accepted").count(), 1, "{}", program.said());
+    drop(idle);
+}
+
+#[test]
+fn a_refused_request_ends_its_connection_and_no_body_is_waited_for() {
+    let program = Program::start();
+    let right = format!("/?token={TOKEN}");
+    for (path, method, status) in [
+        ("/", "GET", "403"),
+        ("/nothing", "GET", "403"),
+        ("/connection", "POST", "403"),
+        (&*right, "GET", "200"),
+        (&*right, "POST", "405"),
+    ] {
+        let mut stream = program.stream();
+        let head =
+            format!("{method} {path} HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 1000000\r\n\r\nsome");
+        stream.write_all(head.as_bytes()).unwrap();
+        let mut answer = Vec::new();
+        // What was not read makes the end an error.
+        let _ = stream.read_to_end(&mut answer);
+        let answer = String::from_utf8_lossy(&answer);
+        assert!(answer.starts_with(&format!("HTTP/1.1 {status} ")), "{method} {path}: {answer}");
+        wait_for("it is closed", || is_closed(&stream));
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn a_signal_ends_the_program_in_every_state() {
+    for (state, signal) in
+        [("nobody", "TERM"), ("moving", "TERM"), ("still", "INT"), ("paused", "TERM"), ("records", "HUP")]
+    {
+        let mut program = Program::start();
+        let mut page = (state != "nobody").then(|| program.own_page());
+        if let Some(page) = &mut page {
+            page.picture();
+            match state {
+                "moving" => page.say(&json!({ "do": "time", "seconds": 0, "playing": true })),
+                "paused" => page.say(&json!({ "do": "pause", "paused": true })),
+                "records" => page.say(&json!({ "do": "record", "on": true })),
+                _ => {}
+            }
+            page.until(|word| match state {
+                "moving" => (word["playing"] == true).then_some(()),
+                "paused" => (word["paused"] == true).then_some(()),
+                "records" => (word["records"] == true).then_some(()),
+                _ => (word["moves"] == false).then_some(()),
+            });
+        }
+        Command::new("sh").args(["-c", &format!("kill -{signal} {}", program.child.id())]).status().unwrap();
+        let mut status = None;
+        wait_for(state, || {
+            status = program.child.try_wait().unwrap();
+            status.is_some()
+        });
+        assert_eq!(status.unwrap().code(), Some(0), "{state}");
+    }
+}
+
+#[test]
+fn a_recording_holds_what_changed_and_is_read_again() {
+    let program = Program::start();
+    let mut page = program.own_page();
+    page.say(&json!({ "do": "record", "on": true }));
+    for step in 0..20 {
+        let x = 0.1 * f64::from(step);
+        page.say(&json!({ "do": "look", "from": [x, 1.5, 2], "look_at": [0, 1, 0], "fov": 40 }));
+        page.until(|word| word["camera"]["from"][0].as_f64().filter(|is| (is - x).abs() < 1e-6));
+    }
+    page.until(|word| (word["is"] == "status" && word["moves"] == false).then_some(()));
+    let host = format!("127.0.0.1:{}", program.port);
+    let (status, answer) = program.get(&format!("/animation.toml?token={TOKEN}"), &[("Host", &host)]);
+    assert_eq!(status, 200, "{answer}");
+    // The body comes in pieces, each after its length.
+    let text: String = answer.split("\r\n\r\n").nth(1).unwrap().split("\r\n").skip(1).step_by(2).collect();
+    let edits = caustics::scene::Edits::parse(&text).unwrap();
+    assert!((2..=42).contains(&edits.keys.len()), "{text}");
+    let cameras: Vec<_> = edits.keys.iter().filter_map(|key| key.camera).collect();
+    assert!(cameras.windows(3).all(|three| !(three[0] == three[1] && three[1] == three[2])), "{text}");
 }

@@ -6,7 +6,7 @@ use std::time::Instant;
 use axum::extract::ws::{Message as Packet, WebSocket};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
-use serde_json::json;
+use serde_json::{Value, json};
 use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::{mpsc, watch};
 use tokio::task::spawn_blocking;
@@ -14,7 +14,7 @@ use tokio::task::spawn_blocking;
 use super::line::Line;
 use super::look::Look;
 use super::packet::packet;
-use super::shared::{Asked, Shared};
+use super::shared::{Asked, Content, Shared};
 use super::site::Site;
 use super::wheel::Seat;
 use super::wish::Message;
@@ -33,7 +33,7 @@ pub async fn run(socket: WebSocket, site: Arc<Site>, seat: Seat) {
     // Whichever ends first ends the other.
     tokio::select! {
         () = listen(stream, &site.shared, &seat, words, shown) => {}
-        _ = speak(sink, &site.shared, &seat, to_send, was_shown) => {}
+        _ = speak(sink, &site, &seat, to_send, was_shown) => {}
     }
     site.shared.look_on(false);
 }
@@ -53,10 +53,8 @@ async fn listen(
             Packet::Ping(_) | Packet::Pong(_) => continue,
             Packet::Binary(_) => return,
         };
-        let reply = match serde_json::from_str(&text) {
-            Err(error) => {
-                Some(json!({ "is": "error", "what": format!("no message that is known: {error}") }))
-            }
+        let reply = match Message::parse(text.as_bytes()) {
+            Err(error) => Some(json!({ "is": "error", "what": error })),
             Ok(Message::Shown { serial }) => {
                 shown.send_replace(serial);
                 None
@@ -93,12 +91,21 @@ fn answer(shared: &Arc<Shared>, is: &'static str, asked: Asked, words: mpsc::Sen
     let asked = shared.ask(asked);
     tokio::spawn(async move {
         let answer = match asked {
-            Ok(answer) => answer.await.unwrap_or_else(|_| Err("the program ends".into())),
+            // One that is not asked for any more is not made.
+            Ok(answer) => tokio::select! {
+                answer = answer => answer.unwrap_or_else(|_| Err("the program ends".into())),
+                () = words.closed() => return,
+            },
             Err(error) => Err(error),
         };
-        let word = match answer.map(|bytes| serde_json::from_slice::<serde_json::Value>(&bytes)) {
-            Ok(Ok(found)) => json!({ "is": is, "what": found }),
-            Ok(Err(error)) => json!({ "is": "error", "what": error.to_string() }),
+        let found = answer.and_then(|content| match content {
+            Content::Bytes(bytes) => {
+                serde_json::from_slice::<Value>(&bytes).map_err(|error| error.to_string())
+            }
+            Content::Edits(_) => Err("edits are a file".into()),
+        });
+        let word = match found {
+            Ok(found) => json!({ "is": is, "what": found }),
             Err(error) => json!({ "is": "error", "what": error }),
         };
         // A page that does not listen misses it.
@@ -116,11 +123,12 @@ struct Sent {
 /// Sends what is new. Ends with the connection, or the program.
 async fn speak(
     mut sink: SplitSink<WebSocket, Packet>,
-    shared: &Arc<Shared>,
+    site: &Site,
     seat: &Seat,
     mut words: mpsc::Receiver<String>,
     mut was_shown: watch::Receiver<u64>,
 ) -> Option<()> {
+    let shared = &site.shared;
     let mut status = shared.status.subscribe();
     let mut holder = seat.changes();
     let mut look = shared.look.subscribe();
@@ -148,7 +156,14 @@ async fn speak(
                 }
                 let format = line.format();
                 let serial = frame.serial;
-                let packet = spawn_blocking(move || packet(&frame, side, wanted, format)).await.ok()?;
+                // One that waits for its turn ends with its page: it is none of the queue that threads take work from.
+                let turn = Arc::clone(&site.packers).acquire_owned().await.ok()?;
+                let pack = move || {
+                    let packet = packet(&frame, side, wanted, format);
+                    drop(turn);
+                    packet
+                };
+                let packet = spawn_blocking(pack).await.ok()?;
                 has[side] = Some((serial, wanted));
                 on_its_way = Some(Sent { serial, look: wanted, at: Instant::now() });
                 sink.send(Packet::binary(packet)).await.ok()?;

@@ -82,9 +82,9 @@ impl Edited {
         Edits { camera: None, nodes: self.nodes.values().cloned().collect(), keys }
     }
 
-    /// A key that says where all is now.
-    pub fn key(&self, time: f64, camera: &CameraChoice) -> Key {
-        Key { time, camera: of_camera(camera), nodes: self.nodes.values().cloned().collect() }
+    /// Where nodes stand that are edited.
+    pub fn nodes(&self) -> &NodeEdits {
+        &self.nodes
     }
 
     /// What a page is told of a node at a time (s); none if the file has no such node.
@@ -124,7 +124,8 @@ pub fn label(node: &FileNode) -> String {
     if node.has_light { format!("{name} (light)") } else { name }
 }
 
-fn of_camera(camera: &CameraChoice) -> Option<CameraEdit> {
+/// A camera that was placed, as an edit.
+pub fn of_camera(camera: &CameraChoice) -> Option<CameraEdit> {
     let CameraChoice::Placed(viewpoint) = camera else { return None };
     let (Some(Eye::At(from)), Some(look_at), Some(fov)) = (viewpoint.eye, viewpoint.look_at, viewpoint.field)
     else {

@@ -10,14 +10,15 @@ use anyhow::Context;
 use caustics::experiment::axis::{MAX_BOUNCES, RUNNER};
 use caustics::experiment::cell::Cell;
 use caustics::kernels::{Source, Watch};
-use caustics::scene::{CameraChoice, Key, SceneCamera};
+use caustics::scene::{CameraChoice, SceneCamera};
 use caustics_kernels::method::path::PATH;
 
 use super::distance::Distance;
-use super::edited::Edited;
+use super::edited::{Edited, of_camera};
 use super::lane::{Lane, Way};
 use super::look::{Layer, Shown, suiting};
 use super::pace::Pace;
+use super::recording::Recording;
 use super::save;
 use super::share::Share;
 use super::shared::{Frame, Next, Shared};
@@ -29,12 +30,12 @@ use crate::command::say::told;
 /// Least time between pictures of what stands still; making them takes at most one part in so many of the time.
 const SHOW_EVERY: Duration = Duration::from_millis(60);
 const SHOWS: u32 = 8;
-/// Keys that are recorded at most: ten minutes at 60 a second.
-const MAX_KEYS: usize = 36_000;
 /// Least time between looks for new kernels.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
 /// Least time between words.
 const SAY_EVERY: Duration = Duration::from_millis(100);
+/// Least time between failures that are told outside of the pages.
+const WARN_EVERY: Duration = Duration::from_secs(1);
 /// Time that is waited after a failure, unless another wish comes.
 const AFTER_FAILURE: Duration = Duration::from_secs(2);
 
@@ -64,9 +65,10 @@ pub struct Engine<'a> {
     looked: Instant,
     /// Why the last frame failed, if it did.
     failed: Option<String>,
+    warns: Share,
     /// Since when it is recorded what moves, and what was.
     records: Option<Instant>,
-    recorded: Vec<Key>,
+    recording: Recording,
     /// What of the command line `render` is told too.
     kept: Vec<String>,
 }
@@ -95,8 +97,9 @@ impl<'a> Engine<'a> {
             },
             looked: Instant::now(),
             failed: None,
+            warns: Share::new(0, WARN_EVERY),
             records: None,
-            recorded: Vec::new(),
+            recording: Recording::default(),
             kept: save::kept(),
         }
     }
@@ -123,8 +126,10 @@ impl<'a> Engine<'a> {
                         // A session that failed is opened anew.
                         (self.moving, self.still, self.stands) = (None, [None, None], None);
                         let message = told(&error);
-                        // Until another wish comes it fails again.
-                        if self.failed.as_ref() != Some(&message) {
+                        // Until another wish comes it fails again; a page may have very many that fail.
+                        let now = Instant::now();
+                        if self.failed.as_ref() != Some(&message) && self.warns.is_due(now) {
+                            self.warns.spent(now, now);
                             tell!("warning: {message}");
                         }
                         self.say(&wish, Some(&message));
@@ -234,13 +239,15 @@ impl<'a> Engine<'a> {
             if was.is_some_and(|was| was != way.cell.key()) {
                 self.pace.forget();
             }
-            self.moving = Some(self.open(way, camera)?);
+            let mut lane = self.open(way, camera)?;
+            lane.stop_by(&self.shared.is_over);
+            self.moving = Some(lane);
         }
         let lane = self.moving.as_mut().context("a session was opened")?;
         lane.opened.session.pose(&self.edited.scene, camera)?;
-        if let Some(took) = lane.frame()? {
-            self.pace.learn(size, took);
-        }
+        // One that is stopped is the last.
+        let Some(took) = lane.frame()? else { return Ok(()) };
+        self.pace.learn(size, took);
         self.record(wish);
         let lane = self.moving.as_mut().context("a session was opened")?;
         let shown = Shown { picture: lane.opened.session.picture()?, ..Shown::default() };
@@ -256,11 +263,13 @@ impl<'a> Engine<'a> {
             return;
         }
         if self.records.is_none() {
-            self.recorded.clear();
+            self.recording = Recording::default();
         }
         let since = *self.records.get_or_insert_with(Instant::now);
-        if self.recorded.len() < MAX_KEYS {
-            self.recorded.push(self.edited.key(since.elapsed().as_secs_f64(), &wish.camera));
+        let was_full = self.recording.is_full();
+        self.recording.add(since.elapsed().as_secs_f64(), self.edited.nodes(), of_camera(&wish.camera));
+        if self.recording.is_full() && !was_full {
+            tell!("warning: the recording is full: what moves from now on is not recorded");
         }
     }
 
@@ -365,7 +374,8 @@ impl<'a> Engine<'a> {
             scene: &self.edited.scene,
             wish,
             is_edited: self.edited.is_edited(),
-            recorded: self.recorded.len(),
+            recorded: self.recording.len(),
+            is_full: self.recording.is_full(),
             camera: self.camera.as_ref(),
             time: self.time,
             moves: self.stands.is_none(),

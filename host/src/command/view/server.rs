@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use axum::Router;
-use axum::body::Body;
+use axum::body::{Body, Bytes};
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::{Request, State};
 use axum::http::StatusCode;
@@ -11,21 +10,23 @@ use axum::http::header::{self, HeaderMap, HeaderName, HeaderValue};
 use axum::middleware::{self, Next};
 use axum::response::{Html, IntoResponse, Response};
 use axum::routing::get;
-use tokio::net::TcpListener;
+use axum::{Extension, Router};
+use caustics::scene::EditsError;
+use futures_util::stream;
 
 use super::connection;
-use super::shared::Asked;
+use super::door::Badge;
+use super::shared::{Asked, Content};
 use super::site::Site;
 
 /// Longest message of a page (bytes).
 const MAX_MESSAGE: usize = 64 << 10;
 /// Pages at most.
 const MAX_PAGES: usize = 16;
-
-/// Serves until the future is dropped.
-pub async fn serve(listener: TcpListener, site: Arc<Site>) -> std::io::Result<()> {
-    axum::serve(listener, router(site)).await
-}
+/// Bytes of a file that are handed to a connection at once.
+const PIECE: usize = 64 << 10;
+/// Refusal of a connection beyond the number.
+const TOO_MANY: (StatusCode, &str) = (StatusCode::SERVICE_UNAVAILABLE, "too many connections; try again");
 
 /// All that can be asked for.
 pub fn router(site: Arc<Site>) -> Router {
@@ -40,10 +41,18 @@ pub fn router(site: Arc<Site>) -> Router {
         .with_state(site)
 }
 
-/// Refuses who may not come, and forbids what a page of this server never needs.
-async fn guarded(State(site): State<Arc<Site>>, request: Request, next: Next) -> Response {
-    let mut response = match site.guard.refuses(request.uri(), request.headers()) {
-        Some(refusal) => refusal.into_response(),
+/// Refuses requests without the token, and forbids what a page of this server never needs.
+async fn guarded(
+    State(site): State<Arc<Site>>,
+    Extension(badge): Extension<Badge>,
+    request: Request,
+    next: Next,
+) -> Response {
+    let refusal = site.guard.refuses(request.uri(), request.headers());
+    let refusal = refusal.or_else(|| (!badge.show_token()).then_some(TOO_MANY));
+    let mut response = match refusal {
+        // Neither another request nor a body is waited for.
+        Some(refusal) => ([(header::CONNECTION, "close")], refusal).into_response(),
         None => next.run(request).await,
     };
     let forbids: [(HeaderName, &str); 5] = [
@@ -97,14 +106,33 @@ async fn recording(State(site): State<Arc<Site>>) -> Response {
     file(&site, Asked::Recording, "application/toml").await
 }
 
-/// A file that the renderer makes.
+/// A file that the renderer makes, sent piece by piece.
 async fn file(site: &Site, asked: Asked, kind: &'static str) -> Response {
-    let answer = match site.shared.ask(asked) {
+    let failed = |error: String| (StatusCode::SERVICE_UNAVAILABLE, error).into_response();
+    // Held until all is sent: readers that are slow keep few files in memory.
+    let Ok(place) = Arc::clone(&site.files).acquire_owned().await else {
+        return failed("the program ends".into());
+    };
+    let content = match site.shared.ask(asked) {
         Ok(answer) => answer.await.unwrap_or_else(|_| Err("the program ends".into())),
         Err(error) => Err(error),
     };
-    match answer {
-        Ok(bytes) => ([(header::CONTENT_TYPE, kind)], Body::from(bytes)).into_response(),
-        Err(error) => (StatusCode::SERVICE_UNAVAILABLE, error).into_response(),
-    }
+    let mut pieces: Box<dyn Iterator<Item = Result<Bytes, EditsError>> + Send> = match content {
+        Ok(Content::Bytes(bytes)) => Box::new(pieces(bytes.into())),
+        Ok(Content::Edits(edits)) => Box::new(edits.into_toml().map(|part| part.map(Bytes::from))),
+        Err(error) => return failed(error),
+    };
+    let body = stream::iter(std::iter::from_fn(move || {
+        let _held = &place;
+        pieces.next()
+    }));
+    ([(header::CONTENT_TYPE, kind)], Body::from_stream(body)).into_response()
+}
+
+/// A file cut into pieces.
+fn pieces(mut bytes: Bytes) -> impl Iterator<Item = Result<Bytes, EditsError>> {
+    std::iter::from_fn(move || {
+        let size = bytes.len().min(PIECE);
+        (size > 0).then(|| Ok(bytes.split_to(size)))
+    })
 }

@@ -1,10 +1,12 @@
 //! What the renderer and the connections of pages share. Nothing in it grows: a wish is one, whatever the number of messages that
 //! made it, and of pictures and words only the latest is kept.
 
+use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use caustics::scene::Edits;
 use tokio::sync::{oneshot, watch};
 
 use super::look::{Look, Shown};
@@ -47,24 +49,34 @@ pub enum Asked {
     Node(usize),
 }
 
-/// The answer of the renderer: bytes of a file, or why there are none.
-pub type Answer = Result<Vec<u8>, String>;
+/// What the renderer gives a page.
+#[derive(Debug)]
+pub enum Content {
+    /// Bytes of a file, or JSON.
+    Bytes(Vec<u8>),
+    /// Edits that become a file while they are sent.
+    Edits(Box<Edits>),
+}
+
+/// The answer of the renderer, or why there is none.
+pub type Answer = Result<Content, String>;
 
 struct State {
     wish: Wish,
     onlookers: usize,
-    asked: Vec<(Asked, oneshot::Sender<Answer>)>,
+    asked: VecDeque<(Asked, oneshot::Sender<Answer>)>,
     /// Whether the renderer has not seen the wish as it is.
     is_new: bool,
-    is_over: bool,
 }
 
 /// What the renderer and the connections of pages share.
 pub struct Shared {
     state: Mutex<State>,
     changed: Condvar,
-    /// Ends the frame that is rendered.
+    /// Ends the frame that is rendered, since another is wanted.
     pub stop: Arc<AtomicBool>,
+    /// Ends the frame that is rendered, and all that follow.
+    pub is_over: Arc<AtomicBool>,
     /// The latest picture, and that which it is held against.
     pub frames: [watch::Sender<Option<Arc<Frame>>>; 2],
     /// How pictures are shown.
@@ -90,9 +102,10 @@ impl Shared {
     pub fn new(wish: Wish) -> Arc<Shared> {
         let look = watch::Sender::new(wish.look);
         Arc::new(Shared {
-            state: Mutex::new(State { wish, onlookers: 0, asked: Vec::new(), is_new: true, is_over: false }),
+            state: Mutex::new(State { wish, onlookers: 0, asked: VecDeque::new(), is_new: true }),
             changed: Condvar::new(),
             stop: Arc::default(),
+            is_over: Arc::default(),
             frames: [watch::Sender::new(None), watch::Sender::new(None)],
             look,
             status: watch::Sender::new("{}".into()),
@@ -133,11 +146,12 @@ impl Shared {
     /// If it is asked for too much already.
     pub fn ask(&self, asked: Asked) -> Result<oneshot::Receiver<Answer>, String> {
         let mut state = self.state();
+        state.asked.retain(|(_, answer)| !answer.is_closed());
         if state.asked.len() >= MAX_REQUESTS {
             return Err("too much is asked for at once; try again".into());
         }
         let (answer, receiver) = oneshot::channel();
-        state.asked.push((asked, answer));
+        state.asked.push_back((asked, answer));
         self.changed.notify_all();
         Ok(receiver)
     }
@@ -152,7 +166,9 @@ impl Shared {
 
     /// Ends the renderer after the frame at hand, which is stopped.
     pub fn end(&self) {
-        self.state().is_over = true;
+        // Under the lock, so that the renderer does not begin to wait in between.
+        let _state = self.state();
+        self.is_over.store(true, Ordering::Relaxed);
         self.stop.store(true, Ordering::Relaxed);
         self.changed.notify_all();
     }
@@ -162,11 +178,12 @@ impl Shared {
     pub fn next(&self) -> Next {
         let mut state = self.state();
         loop {
-            if state.is_over {
+            if self.is_over.load(Ordering::Relaxed) {
                 return Next::End;
             }
-            if !state.asked.is_empty() {
-                let (asked, answer) = state.asked.remove(0);
+            // Nothing is made for a page that is gone.
+            state.asked.retain(|(_, answer)| !answer.is_closed());
+            if let Some((asked, answer)) = state.asked.pop_front() {
                 return Next::Answer(asked, answer);
             }
             if state.onlookers > 0 && !state.wish.paused {
@@ -184,7 +201,7 @@ impl Shared {
     /// Waits until a wish is taken, or for a while: after a failure that another wish may mend.
     pub fn rest(&self, most: Duration) {
         let state = self.state();
-        if !state.is_over && state.asked.is_empty() {
+        if !self.is_over.load(Ordering::Relaxed) && state.asked.is_empty() {
             drop(self.changed.wait_timeout(state, most));
         }
     }

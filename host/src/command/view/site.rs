@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use tokio::sync::Semaphore;
+
 use super::guard::Guard;
 use super::page::Page;
 use super::shared::Shared;
@@ -19,4 +21,8 @@ pub struct Site {
     pub run: String,
     /// Who is at the wheel.
     pub wheel: Wheel,
+    /// Places for files on their way to a page.
+    pub files: Arc<Semaphore>,
+    /// Places for pictures that are packed for a page.
+    pub packers: Arc<Semaphore>,
 }

@@ -21,6 +21,8 @@ pub struct Said<'a> {
     pub is_edited: bool,
     /// Keys that were recorded.
     pub recorded: usize,
+    /// Whether no more are.
+    pub is_full: bool,
     /// Whom it is seen by, once known.
     pub camera: Option<&'a SceneCamera>,
     /// The time of the animations (s).
@@ -48,6 +50,7 @@ pub fn text(said: &Said<'_>) -> String {
         "failure": failure, "warnings": scene.warnings, "distance": said.distance,
         "axes": ([values(wish, 0), values(wish, 1)]), "against": wish.against, "layer": wish.look.layer,
         "edited": (wish.nodes.keys().collect::<Vec<_>>()), "records": wish.records, "recorded": said.recorded,
+        "is_full": said.is_full,
     });
     if let Some(camera) = said.camera {
         value["camera"] = of_camera(scene, wish, camera);

@@ -6,6 +6,7 @@ use caustics::experiment::axis::{Axis, HISTORY, PATH_HISTORY};
 use caustics::experiment::cell::Cell;
 use caustics::exposure::Exposure;
 use caustics::scene::{CameraChoice, Edits, NodeEdit, Place};
+use caustics::text::cut;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -17,6 +18,8 @@ use crate::command::options::{check_rays, check_size};
 const SETTLES: Duration = Duration::from_millis(250);
 /// Nodes that can be moved, at most.
 const MAX_EDITS: usize = 1000;
+/// Characters of a message that are repeated to who sent it, at most.
+const MAX_ERROR: usize = 400;
 /// Frames a second that one can ask for.
 const RATES: std::ops::RangeInclusive<f64> = 0.1..=240.0;
 
@@ -111,6 +114,18 @@ pub enum Message {
     Shown { serial: u64 },
     /// The sender wants to be at the wheel.
     Wheel,
+}
+
+impl Message {
+    /// What a page says in JSON.
+    ///
+    /// # Errors
+    ///
+    /// Why it is no message, for people.
+    pub fn parse(json: &[u8]) -> Result<Message, String> {
+        serde_json::from_slice(json)
+            .map_err(|error| format!("no message that is known: {}", cut(&error.to_string(), MAX_ERROR)))
+    }
 }
 
 impl Wish {

@@ -105,7 +105,7 @@ fn what_no_scene_can_show_is_refused() {
         let error = refused(&text);
         assert!(error.contains(words), "{text}: {error}");
     }
-    // Nor is it written.
+    // It is not written, either.
     let key = Key { time: f64::NAN, camera: None, nodes: Vec::new() };
     assert!(Edits { keys: vec![key], ..Edits::default() }.to_toml().is_err());
 }

@@ -2,6 +2,7 @@
 
 use anyhow::Context;
 use caustics::output::png;
+use caustics::scene::Edits;
 use glam::Vec3;
 
 use super::Engine;
@@ -10,7 +11,7 @@ use crate::command::view::lane::Lane;
 use crate::command::view::look::Shown;
 use crate::command::view::pick::picked;
 use crate::command::view::save;
-use crate::command::view::shared::{Answer, Asked};
+use crate::command::view::shared::{Answer, Asked, Content};
 
 /// Light paths that are shown of a pixel's deposits.
 const LIGHT_PATHS: usize = 8;
@@ -18,7 +19,7 @@ const LIGHT_PATHS: usize = 8;
 impl Engine<'_> {
     /// The answer to a page.
     pub(super) fn answer(&mut self, asked: &Asked) -> Answer {
-        let answer = match asked {
+        let bytes = match asked {
             Asked::Pick(place) => self.pick(*place),
             Asked::Inspect(place) => self.inspect(*place),
             Asked::Node(node) => {
@@ -26,13 +27,10 @@ impl Engine<'_> {
             }
             Asked::Exr => self.exr(),
             Asked::Png => self.png(),
-            Asked::Edits => {
-                let edits = self.edited.edits(&self.shared.wish().camera);
-                edits.to_toml().map(String::into_bytes).map_err(anyhow::Error::from)
-            }
-            Asked::Recording => self.recording(),
+            Asked::Edits => return of_edits(Ok(self.edited.edits(&self.shared.wish().camera))),
+            Asked::Recording => return of_edits(self.recorded()),
         };
-        answer.map_err(|error| told(&error))
+        bytes.map(Content::Bytes).map_err(|error| told(&error))
     }
 
     fn pick(&mut self, place: [f64; 2]) -> anyhow::Result<Vec<u8>> {
@@ -74,11 +72,11 @@ impl Engine<'_> {
         save::exr(lane, &self.edited.scene, &camera.name, &self.edited.file)
     }
 
-    fn recording(&self) -> anyhow::Result<Vec<u8>> {
-        if self.recorded.len() < 2 {
+    fn recorded(&self) -> anyhow::Result<Edits> {
+        if self.recording.len() < 2 {
             anyhow::bail!("nothing that moved was recorded");
         }
-        Ok(self.edited.recorded(self.recorded.clone()).to_toml()?.into_bytes())
+        Ok(self.edited.recorded(self.recording.keys()))
     }
 
     fn png(&mut self) -> anyhow::Result<Vec<u8>> {
@@ -91,4 +89,10 @@ impl Engine<'_> {
         });
         Ok(png::encode(raster.width, raster.height, &colors.collect::<Vec<_>>())?)
     }
+}
+
+/// Edits that can be used; their text is made while it is sent.
+fn of_edits(edits: anyhow::Result<Edits>) -> Answer {
+    let edits = edits.and_then(|edits| edits.check().map(|()| edits).map_err(anyhow::Error::from));
+    edits.map(|edits| Content::Edits(Box::new(edits))).map_err(|error| told(&error))
 }

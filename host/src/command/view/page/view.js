@@ -157,6 +157,7 @@ function rows(node, pairs) {
 }
 
 function told(now) {
+  if (now.records && now.is_full && !(status && status.is_full)) notice('the recording is full: save it as Animation, and record anew', 0);
   status = now;
   if (now.camera && (!camera || !isPending)) {
     const distance = camera ? camera.distance : page.distance;

@@ -4,6 +4,7 @@
 
 pub mod auxiliary;
 pub mod cells;
+pub mod chance;
 pub mod demodulate;
 pub mod nearest;
 pub mod path;

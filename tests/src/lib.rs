@@ -7,6 +7,7 @@ pub mod chi_square;
 pub mod compare;
 pub mod direct;
 pub mod energy;
+pub mod fading;
 pub mod fields;
 pub mod frames;
 pub mod gpu;

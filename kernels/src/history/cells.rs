@@ -5,8 +5,10 @@
 //! its own: what lies on it may rest while all around it changes. Edges are powers of two; all cells share one hash table.
 
 use crate::gather::hash::{self, cell};
+use crate::history::chance::beyond_chance;
 use crate::interface::frame::FrameParams;
 use crate::interface::history::VALIDATION_CELLS;
+use crate::math::quanta::Quanta;
 use crate::math::{PI, clamp};
 use crate::seam::Atomics;
 use spirv_std::glam::Vec3;
@@ -14,24 +16,30 @@ use spirv_std::glam::Vec3;
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
-/// Words of a cell: marks, light of the frame before, light of this frame, way moved, marks that do not rest.
-pub const WORDS: u32 = 5;
+/// Words of a cell: marks, way moved, and two words each of `Quanta`: light of the frame before, its change, squares of changes.
+pub const WORDS: u32 = 8;
+/// Word of the way moved.
+const MOVED: u32 = 1;
+/// First word of the light of the frame before.
+const BEFORE: u32 = 2;
+/// First word of the sum of changes, with their signs.
+const CHANGE: u32 = 4;
+/// First word of the sum of their squares.
+const SQUARES: u32 = 6;
 /// Edge of the finest cell over the radius of a point seen directly: 16 pixels of sqrt(pi) radii each, about.
 const RADII_PER_EDGE: f32 = 32.0;
 /// Sizes of cells, each twice the one before.
 const SIZES: u32 = 9;
 /// Marks that a cell must have to judge.
 const MIN_MARKS: u32 = 12;
-/// What counts as one.
-const QUANTA_PER_MARK: f32 = 256.0;
+/// Quanta of a radius that a mark moved.
+const QUANTA_PER_RADIUS: f32 = 256.0;
+/// Quanta of the flux of a light path. Rounding of a flux is below a half.
+const QUANTA_PER_PATH: f32 = 262_144.0;
 /// Longest way that is told from longer ones (radii of a point seen directly); so far moved what came from elsewhere.
 pub const MAX_STEP: f32 = 8.0;
-/// Way of light that comes and goes by chance, rather than at rest (radii).
-const REST_STEP: f32 = 0.1;
 /// Sizes of cells, from the first with enough marks on, that may find light lost.
 const SIZES_THAT_JUDGE: u32 = 4;
-/// Standard deviations of light that came and went by chance, which say nothing.
-const NOISE_SIGMAS: f32 = 1.2;
 /// Most light of a mark, in that of a light path.
 const MAX_MARK_LIGHT: f32 = 4.0;
 
@@ -96,46 +104,94 @@ fn slot(position: Vec3, carrier: LightFrame, exponent: u32) -> u32 {
     WORDS * (hash::slot(here, 0, u32::MAX).wrapping_add(key ^ (key >> 16)) & (VALIDATION_CELLS - 1))
 }
 
-/// Which frame a mark belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum When {
-    /// The frame before.
-    Before = 1,
-    /// This frame.
-    Now = 2,
+/// A deposit of a validation path in one of two frames.
+#[derive(Clone, Copy, Debug)]
+pub struct Mark {
+    /// Position (m).
+    pub position: Vec3,
+    /// What moves with it.
+    pub carrier: LightFrame,
+    /// Flux per cosine (W); 0 where the frame has no such deposit.
+    pub flux: f32,
 }
 
-/// Marks a place where a deposit lies, whose like in the other frame lies so many radii away.
+impl Mark {
+    /// Number of deposits: one or none.
+    #[inline(always)]
+    fn count(&self) -> u32 {
+        if self.flux > 0.0 { 1 } else { 0 }
+    }
+
+    /// Light relative to the largest of a light path.
+    #[inline(always)]
+    fn light(&self, params: &FrameParams) -> f32 {
+        // The largest flux of a light path is 2^24 quanta; three channels.
+        let light = self.flux * params.inverse_quantum() * (1.0 / (3.0 * 16_777_216.0));
+        light.min(MAX_MARK_LIGHT)
+    }
+}
+
+/// Marks the same deposit of one path in both frames, or the one that came or went. `moved` is its way (radii of a point seen
+/// directly); below [`MAX_STEP`] both are the same light.
+///
+/// Light that moves across a face of its cell is no light lost: it shortens histories by its way. What counts is how its flux
+/// changed, in both cells. Light that went further is lost where it was and new where it is.
 #[inline(always)]
-pub fn mark<A: Atomics>(
-    cells: &mut A,
-    position: Vec3,
-    carrier: LightFrame,
-    when: When,
-    flux: f32,
-    moved: f32,
-    params: &FrameParams,
-) {
-    let exponent = finest(position, params);
-    // The largest flux of a light path is 2^24 quanta; three channels.
-    let light = flux * params.inverse_quantum() * (1.0 / (3.0 * 16_777_216.0));
-    let light = (light.min(MAX_MARK_LIGHT) * QUANTA_PER_MARK + 0.5) as u32;
-    let restless = moved > REST_STEP;
-    let moved = (moved.min(MAX_STEP) * QUANTA_PER_MARK + 0.5) as u32;
+pub fn mark<A: Atomics>(cells: &mut A, before: Mark, now: Mark, moved: f32, params: &FrameParams) {
+    let exponents = (finest(before.position, params), finest(now.position, params));
+    let (light_before, light_now) = (before.light(params), now.light(params));
+    let is_same_light = moved < MAX_STEP;
     let mut size = 0;
     while size < SIZES {
-        let first = slot(position, carrier, exponent + size);
-        cells.add(first, 1);
-        cells.add(first + when as u32, light);
-        if moved != 0 {
-            cells.add(first + 3, moved);
-        }
-        if restless {
-            cells.add(first + 4, 1);
+        let from = slot(before.position, before.carrier, exponents.0 + size);
+        let to = slot(now.position, now.carrier, exponents.1 + size);
+        if from == to {
+            let marks = before.count() + now.count();
+            add(cells, from, marks, light_before, light_now, moved);
+        } else {
+            let (stays, came) = if is_same_light { (light_now, light_before) } else { (0.0, 0.0) };
+            add(cells, from, before.count(), light_before, stays, moved);
+            add(cells, to, now.count(), came, light_now, moved);
         }
         size += 1;
     }
+}
+
+/// Adds marks to a cell, with the light that they stand for in both frames.
+#[inline(always)]
+fn add<A: Atomics>(cells: &mut A, first: u32, marks: u32, before: f32, now: f32, moved: f32) {
+    if marks == 0 {
+        return;
+    }
+    cells.add(first, marks);
+    let moved = (moved.min(MAX_STEP) * QUANTA_PER_RADIUS + 0.5) as u32;
+    if moved != 0 {
+        cells.add(first + MOVED, marks * moved);
+    }
+    Quanta::from_f32(before, QUANTA_PER_PATH).add_to(cells, first + BEFORE);
+    let change = now - before;
+    let quanta = (change.abs() * QUANTA_PER_PATH + 0.5) as u32 as f32;
+    if quanta > 0.0 {
+        let signed = if change < 0.0 { -quanta } else { quanta };
+        Quanta::from_signed(signed, 1.0).add_to(cells, first + CHANGE);
+        Quanta::from_f32(quanta * quanta, 1.0).add_to(cells, first + SQUARES);
+    }
+}
+
+/// A sum of a cell.
+#[inline(always)]
+fn sum(cells: &[u32], first: usize, word: u32) -> Quanta {
+    let low = first + word as usize;
+    Quanta { low: cells[low], high: cells[low + 1] }
+}
+
+/// Share of the light of a cell that is gone or came anew, beyond chance.
+#[inline(always)]
+fn lost(cells: &[u32], first: usize) -> f32 {
+    let before = sum(cells, first, BEFORE).to_f32(1.0);
+    let change = sum(cells, first, CHANGE).to_signed(1.0);
+    let squares = sum(cells, first, SQUARES).to_f32(1.0);
+    (beyond_chance(change, squares) / before.max(before + change).max(1.0)).min(1.0)
 }
 
 /// How light changed at a place: by the smallest cell with enough marks, else by the largest; not at all without a mark.
@@ -147,7 +203,7 @@ pub fn change(cells: &[u32], position: Vec3, carrier: LightFrame, params: &Frame
     let mut change = Change::default();
     let (mut size, mut judges) = (0, 0);
     let largest = slot(position, carrier, exponent + SIZES - 1) as usize;
-    if cells[largest + 3] == 0 && cells[largest + 1] == cells[largest + 2] {
+    if cells[largest + MOVED as usize] == 0 && sum(cells, largest, SQUARES) == Quanta::default() {
         // All around rests, to the bit.
         return change;
     }
@@ -156,13 +212,11 @@ pub fn change(cells: &[u32], position: Vec3, carrier: LightFrame, params: &Frame
         let marks = cells[first];
         let is_last = size + 1 == SIZES;
         if marks > 0 && judges == 0 {
-            change.moved = change.moved.max(cells[first + 3] as f32 / (marks as f32 * QUANTA_PER_MARK));
+            change.moved =
+                change.moved.max(cells[first + MOVED as usize] as f32 / (marks as f32 * QUANTA_PER_RADIUS));
         }
         if marks >= MIN_MARKS || (is_last && marks > 0 && judges == 0) {
-            let (before, now) = (cells[first + 1] as f32, cells[first + 2] as f32);
-            let chance = NOISE_SIGMAS * (cells[first + 4] as f32).sqrt() * (before + now) / marks as f32;
-            let lost = ((now - before).abs() - chance).max(0.0) / before.max(now).max(1.0);
-            change.lost = change.lost.max(lost);
+            change.lost = change.lost.max(lost(cells, first));
             if change.moved <= 0.0 {
                 // Nothing moved here: what larger cells saw happened elsewhere.
                 judges = SIZES_THAT_JUDGE;
@@ -205,14 +259,16 @@ mod tests {
         Vec3::splat(0.5 * edge())
     }
 
-    /// Adds `count` pairs of marks of a light path's flux: one before, one now if it still arrives.
-    fn add(cells: &mut [u32], count: u32, position: Vec3, carrier: LightFrame, arrives: bool, moved: f32) {
+    fn at(position: Vec3, carrier: LightFrame, flux: f32) -> Mark {
+        Mark { position, carrier, flux }
+    }
+
+    /// Adds deposits of `count` light paths that had a flux of three channels; so large a share of it is left now.
+    fn add(cells: &mut [u32], count: u32, position: Vec3, carrier: LightFrame, left: f32, moved: f32) {
         let mut cells = AtomicWords::new(cells);
         for _ in 0..count {
-            mark(&mut cells, position, carrier, When::Before, 3.0, moved, &params());
-            if arrives {
-                mark(&mut cells, position, carrier, When::Now, 3.0, moved, &params());
-            }
+            let (before, now) = (at(position, carrier, 3.0), at(position, carrier, 3.0 * left));
+            mark(&mut cells, before, now, moved, &params());
         }
     }
 
@@ -226,7 +282,7 @@ mod tests {
     fn nothing_marked_and_light_at_rest_are_no_change() {
         let mut cells = empty();
         assert_eq!(change(&cells, place(), WORLD, &params()), Change::default());
-        add(&mut cells, 100, place(), WORLD, true, 0.0);
+        add(&mut cells, 100, place(), WORLD, 1.0, 0.0);
         assert_eq!(change(&cells, place(), WORLD, &params()), Change::default());
     }
 
@@ -234,8 +290,8 @@ mod tests {
     fn enough_marks_judge_their_own_cell() {
         let mut cells = empty();
         let beside = place() + Vec3::X * edge();
-        add(&mut cells, 6, place(), WORLD, true, 2.0);
-        add(&mut cells, 6, beside, WORLD, true, 4.0);
+        add(&mut cells, 6, place(), WORLD, 1.0, 2.0);
+        add(&mut cells, 6, beside, WORLD, 1.0, 4.0);
         let found = change(&cells, place(), WORLD, &params());
         // Means of sums in 1/256, which these numbers are.
         assert_eq!((found.lost, found.moved), (0.0, 2.0));
@@ -246,15 +302,15 @@ mod tests {
     fn too_few_marks_are_judged_with_those_around() {
         let mut cells = empty();
         let beside = place() + Vec3::X * edge();
-        add(&mut cells, 2, place(), WORLD, true, 0.0);
-        add(&mut cells, 6, beside, WORLD, true, 4.0);
+        add(&mut cells, 2, place(), WORLD, 1.0, 0.0);
+        add(&mut cells, 6, beside, WORLD, 1.0, 4.0);
         // Twelve marks of sixteen, in a cell of twice the edge.
         assert_eq!(change(&cells, place(), WORLD, &params()).moved, 3.0);
         // Few that moved are not hidden by many that rest around them.
         assert_eq!(change(&cells, beside, WORLD, &params()).moved, 4.0);
         // Fewer than enough in all: the largest cell judges, also far from the marks. Beyond it there is nothing.
         let mut cells = empty();
-        add(&mut cells, 2, place(), WORLD, true, 4.0);
+        add(&mut cells, 2, place(), WORLD, 1.0, 4.0);
         let largest = edge() * (1 << (SIZES - 1)) as f32;
         let far = |share: f32| place() + Vec3::X * (share * largest);
         assert_eq!(change(&cells, far(0.7), WORLD, &params()).moved, 4.0);
@@ -262,13 +318,70 @@ mod tests {
     }
 
     #[test]
-    fn light_that_goes_out_is_lost_beyond_chance() {
+    fn light_that_goes_out_is_lost() {
         let mut cells = empty();
-        add(&mut cells, 100, place(), WORLD, false, MAX_STEP);
+        add(&mut cells, 100, place(), WORLD, 0.0, MAX_STEP);
         let found = change(&cells, place(), WORLD, &params());
-        // All is lost but 1.2 standard deviations of a hundred: 0.12.
-        assert!((found.lost - 0.88).abs() < 1.0e-5, "{}", found.lost);
+        // All is lost but 1.44 of a hundred.
+        assert!((found.lost - 0.9856).abs() < 1.0e-5, "{}", found.lost);
         assert_eq!(found.moved, MAX_STEP);
+    }
+
+    #[test]
+    fn a_fade_shows_from_two_light_paths_though_they_move() {
+        for (left, share) in [(0.93, 0.07), (1.0 / 0.93, 0.07), (0.99, 0.01), (0.8, 0.2)] {
+            for count in [2u32, 6, 100] {
+                let mut cells = empty();
+                add(&mut cells, count, place(), WORLD, left, 0.5);
+                let expected = share * (1.0 - 1.44 / count as f32);
+                let found = change(&cells, place(), WORLD, &params());
+                // Half a quantum of each path.
+                assert!((found.lost - expected).abs() < 1.0e-4, "{count}, {left}: {}", found.lost);
+                assert_eq!(found.moved, 0.5);
+            }
+        }
+    }
+
+    #[test]
+    fn light_that_moves_across_a_face_of_its_cell_is_not_lost() {
+        let (mut cells, params) = (empty(), params());
+        let beside = place() + Vec3::X * edge();
+        for count in 0..40 {
+            let (from, to) = if count % 4 == 0 { (place(), beside) } else { (place(), place()) };
+            let mut cells = AtomicWords::new(&mut cells);
+            mark(&mut cells, at(from, WORLD, 3.0), at(to, WORLD, 3.0), 1.0, &params);
+        }
+        assert_eq!(change(&cells, place(), WORLD, &params), Change { lost: 0.0, moved: 1.0 });
+        assert_eq!(change(&cells, beside, WORLD, &params).lost, 0.0);
+        // Further than that it is other light.
+        let mut cells = empty();
+        for _ in 0..40 {
+            let mut cells = AtomicWords::new(&mut cells);
+            mark(&mut cells, at(place(), WORLD, 3.0), at(beside, WORLD, 3.0), MAX_STEP, &params);
+        }
+        let expected = 1.0 - 1.44 / 40.0;
+        for position in [place(), beside] {
+            let found = change(&cells, position, WORLD, &params).lost;
+            assert!((found - expected).abs() < 1.0e-5, "{found}");
+        }
+    }
+
+    #[test]
+    fn what_some_paths_lose_and_others_gain_is_chance() {
+        let mut cells = empty();
+        add(&mut cells, 50, place(), WORLD, 0.0, MAX_STEP);
+        let mut words = AtomicWords::new(&mut cells);
+        for _ in 0..45 {
+            mark(&mut words, at(place(), WORLD, 0.0), at(place(), WORLD, 3.0), MAX_STEP, &params());
+        }
+        assert_eq!(change(&cells, place(), WORLD, &params()).lost, 0.0);
+    }
+
+    #[test]
+    fn rounding_of_a_flux_is_no_change() {
+        let mut cells = empty();
+        add(&mut cells, 100, place(), WORLD, 1.0 + 4.0 * f32::EPSILON, 0.0);
+        assert_eq!(change(&cells, place(), WORLD, &params()), Change::default());
     }
 
     #[test]
@@ -277,7 +390,7 @@ mod tests {
             [0, 1, 2, 77].map(|id| [LightFrame::instance(id), LightFrame::world_below(id)]).concat();
         for (index, &marks) in carriers.iter().enumerate() {
             let mut cells = empty();
-            add(&mut cells, 10, place(), marks, true, 1.0);
+            add(&mut cells, 10, place(), marks, 1.0, 1.0);
             for (other, &carrier) in carriers.iter().enumerate() {
                 let moved = if other == index { 1.0 } else { 0.0 };
                 assert_eq!(change(&cells, place(), carrier, &params()).moved, moved);
@@ -288,7 +401,7 @@ mod tests {
     #[test]
     fn the_longest_ways_are_not_told_apart() {
         let mut cells = empty();
-        add(&mut cells, 10, place(), WORLD, true, 1.0e9);
+        add(&mut cells, 10, place(), WORLD, 1.0, 1.0e9);
         assert_eq!(change(&cells, place(), WORLD, &params()).moved, MAX_STEP);
     }
 }

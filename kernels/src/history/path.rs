@@ -17,6 +17,7 @@
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::Step;
 use crate::declare::pass;
+use crate::history::chance::beyond_chance;
 use crate::history::demodulate::{MIN_REFLECTANCE, demodulated, head_on};
 use crate::history::nearest::{Nearest, most_by_view};
 use crate::history::reprojected::ReprojectedPoint;
@@ -220,14 +221,12 @@ struct Changes {
     squares: Vec2,
 }
 
-/// Share of the light by which that of a place may be late.
-const MAX_LATE: f32 = 0.01;
+/// Share of the light by which that of a place may be late. Promised are 0.01: few paths see less of a fade than there is.
+const MAX_LATE: f32 = 0.007;
 /// Share of it by which single paths' light may be: what one loses another gains, as where the edge of a shadow moves.
 const MAX_PATHS_LATE: f32 = 0.05;
 /// Share of the light that changed, above which nothing is lent.
 const MAX_CHANGED: f32 = 0.25;
-/// Standard deviations of changes that come and go by chance, which say nothing of their sum.
-const NOISE_SIGMAS: f32 = 1.2;
 
 impl Changes {
     /// Those of the blocks so many to each side.
@@ -276,8 +275,7 @@ fn most_of_kind(before: f32, now: f32, greater: f32, differences: f32, squares: 
     if differences <= 0.0 {
         return MOST_FRAMES;
     }
-    let beyond_chance = (now - before).abs() - NOISE_SIGMAS * squares.sqrt();
-    let most = most_frames(beyond_chance / before.max(now), MAX_LATE);
+    let most = most_frames(beyond_chance(now - before, squares) / before.max(now), MAX_LATE);
     most.min(most_frames(differences / greater, MAX_PATHS_LATE))
 }
 
@@ -550,8 +548,8 @@ mod tests {
         for change in [0.01, 0.02, 0.05, 0.1, 0.2] {
             for now in [1.0 - change, 1.0 / (1.0 - change)] {
                 let most = changes(49, 1.0, now).most_frames();
-                // 49 paths that change alike are beyond chance but for 1.2 / 7 of the change.
-                assert!(most.x * change <= MAX_LATE / (1.0 - 1.2 / 7.0), "{change}: {most}");
+                // 49 paths that change alike are beyond chance but for 1.44 / 49 of the change.
+                assert!(most.x * change <= MAX_LATE / (1.0 - 1.44 / 49.0), "{change}: {most}");
                 assert_eq!(most.y, MOST_FRAMES, "the other kind rests");
             }
         }

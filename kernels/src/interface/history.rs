@@ -111,7 +111,7 @@ pub const PATHS_PER_VALIDATION: u32 = 8;
 pub const VALIDATION_DEPOSITS: u32 = 4;
 /// Frames for which a validation path keeps its random numbers.
 pub const VALIDATION_PERIOD: u32 = 8;
-/// Cells of the hash table of validation, five words each (`reuse::cells`).
+/// Cells of the hash table of validation (`history::cells`).
 pub const VALIDATION_CELLS: u32 = 1 << 18;
 
 /// Validation paths of a small frame, if it has as many light paths.

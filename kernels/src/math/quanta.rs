@@ -74,6 +74,17 @@ impl Quanta {
         (self.high as f32 * WORD + self.low as f32) * quantum
     }
 
+    /// The value of two's complement [unit of `quantum`].
+    #[inline]
+    pub fn to_signed(self, quantum: f32) -> f32 {
+        if self.high < 0x8000_0000 {
+            return self.to_f32(quantum);
+        }
+        let carry = if self.low == 0 { 1 } else { 0 };
+        let magnitude = Quanta { low: (!self.low).wrapping_add(1), high: (!self.high).wrapping_add(carry) };
+        -magnitude.to_f32(quantum)
+    }
+
     /// Sum with carry.
     #[inline]
     pub fn plus(self, other: Quanta) -> Self {
@@ -113,6 +124,9 @@ mod tests {
                 exact += if v < 0.0 { -magnitude } else { magnitude };
             }
             prop_assert_eq!((u64::from(words[1]) << 32 | u64::from(words[0])) as i64, exact);
+            let found = Quanta { low: words[0], high: words[1] }.to_signed(1.0);
+            // Each word is rounded to an f32.
+            prop_assert!((f64::from(found) - exact as f64).abs() <= 3e-7 * exact.abs() as f64);
         }
     }
 }

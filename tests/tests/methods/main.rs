@@ -6,6 +6,7 @@ mod balance;
 mod baselines;
 mod denoiser;
 mod edits;
+mod fading;
 mod fireflies;
 mod guided;
 mod inspect;

@@ -7,7 +7,7 @@
 //! one that learns starts them elsewhere in the next frame, where their light would seem to have moved.
 
 use crate::declare::pass;
-use crate::history::cells::{self, LightFrame, MAX_STEP, When, direct_radius, mark};
+use crate::history::cells::{self, LightFrame, MAX_STEP, Mark, direct_radius, mark};
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::history::{
@@ -134,24 +134,21 @@ impl Receive for Compare<'_> {
 }
 
 impl Compare<'_> {
-    /// Marks both ends of the way from a deposit to the one that came instead, at `place`, in one of their frames.
+    /// Marks a deposit and the one that came instead, at `place`, in one of their frames.
     #[inline(always)]
     fn compare(&mut self, before: &ValidationDeposit, now: &ValidationDeposit, frame: u32, place: Vec3) {
         let mut moved = MAX_STEP;
         if before.flux > 0.0 && before.instance == now.instance {
             moved = (place - before.position).length() / direct_radius(place, self.params);
         }
-        if before.flux > 0.0 {
-            self.mark(before, before.position, frame, When::Before, moved);
-        }
-        self.mark(now, place, frame, When::Now, moved);
+        let (before, now) = (self.mark(before, before.position, frame), self.mark(now, place, frame));
+        mark(&mut self.cells, before, now, moved, self.params);
     }
 
     #[inline(always)]
-    fn mark(&mut self, deposit: &ValidationDeposit, place: Vec3, frame: u32, when: When, moved: f32) {
+    fn mark(&self, deposit: &ValidationDeposit, position: Vec3, frame: u32) -> Mark {
         let flux = deposit.flux / self.params.light_path_count as f32;
-        let carrier = LightFrame::of(deposit.instance, frame);
-        mark(&mut self.cells, place, carrier, when, flux, moved, self.params);
+        Mark { position, carrier: LightFrame::of(deposit.instance, frame), flux }
     }
 
     /// Marks and forgets the deposits that did not come again.
@@ -163,7 +160,9 @@ impl Compare<'_> {
             if self.compares() && before.flux > 0.0 {
                 let mut frame = 0;
                 while frame < LightFrame::count(before.instance) {
-                    self.mark(&before, before.position, frame, When::Before, MAX_STEP);
+                    let before = self.mark(&before, before.position, frame);
+                    let gone = Mark { flux: 0.0, ..before };
+                    mark(&mut self.cells, before, gone, MAX_STEP, self.params);
                     frame += 1;
                 }
             }

@@ -82,33 +82,51 @@ fn validate(twin: &mut Twin, paths: Paths<'_>, table: &mut Table) {
     table.add("validate", cells(twin));
 }
 
-/// Sums over the marks of all cells: how far they are apart in all.
+/// Sums over the marks of all cells: how far they are apart in all, relative to what they are sums of.
 fn cells(twin: &mut Twin) -> Vec<Difference> {
     let (cpu, gpu) = twin.rows::<u32>("validation_cells");
-    let mut marks = 0;
-    let mut compare = |word: usize, name| {
-        let of = |cells: &[u32]| cells.iter().skip(word).step_by(WORDS as usize).copied().collect::<Vec<_>>();
-        let (cpu, gpu) = (of(&cpu), of(&gpu));
-        let total = cpu.iter().map(|&x| x as usize).sum::<usize>();
-        let apart = cpu.iter().zip(&gpu).map(|(a, b)| a.abs_diff(*b) as usize).sum::<usize>();
-        if word == 0 {
-            assert!(total > 0, "no marks");
-            marks = total;
-            return all(
-                name,
-                total,
-                apart,
-                2.0e-3,
-                "0.2 % of the paths may diverge, or mark across a cell's face",
-            );
-        }
-        // 1e-6 of a room of 4 m, over a radius of a centimetre, is a tenth of a unit: so many marks round otherwise.
-        let reason = "0.2 % of the paths may diverge, and a mark in ten may round to the next unit";
-        let share = 2.0e-3 + 0.1 * marks as f64 / total.max(1) as f64;
+    let cells = |words: &[u32]| words.chunks_exact(WORDS as usize).map(Cell::new).collect::<Vec<_>>();
+    let (cpu, gpu) = (cells(&cpu), cells(&gpu));
+    let total = |of: fn(&Cell) -> i64| cpu.iter().map(|cell| of(cell) as usize).sum::<usize>();
+    let (marks, light) = (total(|cell| cell.marks), total(|cell| cell.before));
+    assert!(marks > 0 && light > 0, "no marks");
+    let paths = "0.2 % of the paths may diverge, or mark across a cell's face";
+    // 1e-6 of a room of 4 m, over a radius of a centimetre, is a tenth of a unit: so many marks round otherwise.
+    let moved = total(|cell| cell.moved);
+    let rounded = 2.0e-3 + 0.1 * marks as f64 / moved.max(1) as f64;
+    let rounds = "0.2 % of the paths may diverge, and a mark in ten may round to the next unit";
+    // A path that diverges changes by all of its light, which is that of a mark in the mean.
+    let squares = (light as f64 / marks as f64 * light as f64) as usize;
+    type Of = fn(&Cell) -> i64;
+    let sums: [(&str, Of, usize, f64, &'static str); 5] = [
+        ("marks", |cell| cell.marks, marks, 2.0e-3, paths),
+        ("moved", |cell| cell.moved, moved, rounded, rounds),
+        ("light before", |cell| cell.before, light, 2.0e-3, paths),
+        ("change", |cell| cell.change, light, 2.0e-3, paths),
+        ("squares", |cell| cell.squares, squares, 2.0e-3, paths),
+    ];
+    let compare = |(name, of, total, share, reason): (&str, Of, usize, f64, &'static str)| {
+        let apart = cpu.iter().zip(&gpu).map(|(a, b)| of(a).abs_diff(of(b)) as usize).sum::<usize>();
         all(name, total, apart, share, reason)
     };
-    let names = ["marks", "light before", "light now", "moved", "restless"];
-    names.into_iter().enumerate().map(|(word, name)| compare(word, name)).collect()
+    sums.into_iter().map(compare).collect()
+}
+
+/// The sums of a cell, in quanta.
+struct Cell {
+    marks: i64,
+    moved: i64,
+    before: i64,
+    change: i64,
+    squares: i64,
+}
+
+impl Cell {
+    fn new(words: &[u32]) -> Cell {
+        let long = |low: usize| (u64::from(words[low + 1]) << 32 | u64::from(words[low])) as i64;
+        let [marks, moved] = [words[0], words[1]].map(i64::from);
+        Cell { marks, moved, before: long(2), change: long(4), squares: long(6) }
+    }
 }
 
 /// Whether two versions of a path differ as the comparison forbids.

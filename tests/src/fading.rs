@@ -1,0 +1,185 @@
+//! Small scenes whose light fades, grows or shrinks, and how much of their light a history shows.
+
+use caustics::scene::{CameraEdit, Edits, Key, LoadOptions, NodeEdit, Scene, SceneCamera};
+use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
+use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::history::{History, NONE};
+use caustics_kernels::interface::choice::PathHistory;
+use caustics_kernels::method::basic::BASIC;
+use serde_json::{Value, json};
+
+use crate::frames::sums;
+use crate::scenes::copied;
+use crate::statistics::Mean;
+
+/// Frames a second.
+const FPS: f64 = 24.0;
+/// Frames of a fade.
+const FRAMES: u32 = 18;
+/// Node of the lamp in `moving-caster`, and of the lamp that goes out in `light-off`.
+const LAMP: usize = 2;
+const SECOND_LAMP: usize = 3;
+
+/// What throws the caustic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Caster {
+    /// A ring of metal.
+    Metal,
+    /// A ring of glass.
+    Glass,
+}
+
+/// A light whose power changes from frame to frame.
+#[derive(Clone, Debug)]
+pub enum Fade {
+    /// The lamp's edges grow from one factor to another: its area by their square.
+    Lamp(f64, f64),
+    /// One of two lamps does.
+    OneOfTwo(f64, f64),
+    /// The lamp moves away, to so many times its distance.
+    Away(f64),
+    /// The intensity of a point light is multiplied by this in each frame.
+    Point(f64),
+    /// The intensity of a spot light is.
+    Spot(f64),
+}
+
+/// A scene with a fade.
+#[derive(Clone, Debug)]
+pub struct Fading {
+    /// What throws the caustic.
+    pub caster: Caster,
+    /// What fades.
+    pub fade: Fade,
+    /// Whether the camera moves too.
+    pub moves: bool,
+}
+
+impl Fading {
+    /// The scene at time 0, with the keys of its fade.
+    pub fn scene(&self) -> Scene {
+        let folder = if matches!(self.fade, Fade::OneOfTwo(..)) { "light-off" } else { "moving-caster" };
+        let (copy, mut document) = copied(folder);
+        document.as_object_mut().expect("a document").remove("animations");
+        document["nodes"][1]["translation"] = json!([0.0, 0.0, 0.0]);
+        if self.caster == Caster::Glass {
+            make_glass(&mut document);
+        }
+        match self.fade {
+            Fade::Point(_) => replace_lamp(&mut document, json!({ "type": "point", "intensity": 60.0 })),
+            Fade::Spot(_) => {
+                let cone = json!({ "innerConeAngle": 0.1, "outerConeAngle": 0.3 });
+                replace_lamp(&mut document, json!({ "type": "spot", "intensity": 60.0, "spot": cone }));
+            }
+            _ => {}
+        }
+        let path = copy.path().join("scene.gltf");
+        std::fs::write(&path, document.to_string()).expect("a file");
+        let keys = self.keys();
+        let options = LoadOptions { grabbed: keys.grabbed(), ..LoadOptions::default() };
+        let mut scene = Scene::load_with(&path, &options).expect("the scene loads");
+        scene.play(&keys).expect("the keys are of the scene");
+        scene
+    }
+
+    fn keys(&self) -> Edits {
+        let scaled = |node, factor| NodeEdit { node, scale: Some([factor; 3]), ..NodeEdit::default() };
+        let at = |factor: f64| [2.6 * factor, 2.6 * factor, 0.0];
+        let placed = |factor| NodeEdit { node: LAMP, translation: Some(at(factor)), ..NodeEdit::default() };
+        let nodes = match self.fade {
+            Fade::Lamp(from, to) => [scaled(LAMP, from), scaled(LAMP, to)],
+            Fade::OneOfTwo(from, to) => [scaled(SECOND_LAMP, from), scaled(SECOND_LAMP, to)],
+            Fade::Away(factor) => [placed(1.0), placed(factor)],
+            // A key that changes nothing: lights can be written anew only where something is animated.
+            Fade::Point(_) | Fade::Spot(_) => [placed(1.0), placed(1.0)],
+        };
+        let eyes = [[0.0, 2.3, 1.3], [0.4, 2.2, 1.4]];
+        let camera = |from| CameraEdit { from, look_at: [0.0; 3], fov: 40.0 };
+        let end = f64::from(FRAMES) / FPS;
+        let keys = nodes.into_iter().zip(eyes).zip([0.0, end]).map(|((node, eye), time)| Key {
+            time,
+            camera: self.moves.then(|| camera(eye)),
+            nodes: vec![node],
+        });
+        Edits { keys: keys.collect(), ..Edits::default() }
+    }
+
+    /// Brings the scene to a frame.
+    fn pose(&self, scene: &mut Scene, frame: u32) {
+        let before = f64::from(frame.saturating_sub(1));
+        let power = |factor: f64| factor.powf(f64::from(frame) - before) as f32;
+        if let (Fade::Point(factor) | Fade::Spot(factor), Some(motion)) = (&self.fade, &mut scene.motion) {
+            for light in &mut motion.lights {
+                light.what.intensity *= power(*factor);
+            }
+        }
+        scene.pose(f64::from(frame) / FPS).expect("a pose");
+    }
+
+    /// Caustics and path-traced light summed over the frames of the fade, with histories over without, from seed to seed. All
+    /// have the same paths.
+    pub fn kept(&self, history: &'static History, settings: &Settings, seeds: u32) -> [Mean; 2] {
+        let start = self.scene();
+        let mut ratios = [Vec::new(), Vec::new()];
+        for seed in 0..seeds {
+            let none = Settings { history: &NONE, seed, ..settings.clone() };
+            let kept = Settings { history, path_history: PathHistory::Validated, ..none.clone() };
+            let [none, kept] = [none, kept].map(|settings| self.energies(&start, &settings));
+            for (ratios, (kept, none)) in ratios.iter_mut().zip(kept.into_iter().zip(none)) {
+                ratios.push(kept / none);
+            }
+        }
+        ratios.map(|ratios| Mean::of(&ratios))
+    }
+
+    fn energies(&self, start: &Scene, settings: &Settings) -> [f64; 2] {
+        let mut scene = start.clone();
+        let features = scene.features(settings.specular_roughness);
+        let (choice, camera) = (RunnerChoice::Cpu { threads: 0 }, last_camera(&scene));
+        let mut session = Session::new(&choice, &scene, &camera, settings, &BASIC, &PHOTONS_GRID, features)
+            .expect("a session opens");
+        let mut energies = [0.0; 2];
+        for frame in 0..FRAMES {
+            self.pose(&mut scene, frame);
+            session.pose(&scene, &last_camera(&scene)).expect("a pose");
+            session.frame(frame).expect("a frame runs");
+            for (energy, layer) in energies.iter_mut().zip(["caustic_radiance", "path_radiance"]) {
+                *energy += sums(&session.read(layer).expect("a layer")).iter().sum::<f64>();
+            }
+        }
+        energies
+    }
+}
+
+/// The camera that keys move, if there are any: the last one.
+fn last_camera(scene: &Scene) -> SceneCamera {
+    scene.cameras.last().expect("a camera").clone()
+}
+
+fn make_glass(document: &mut Value) {
+    document["materials"][1] = json!({
+        "name": "ring",
+        "extensions": {
+            "KHR_materials_ior": { "ior": 1.5 },
+            "KHR_materials_transmission": { "transmissionFactor": 1.0 },
+            "KHR_materials_volume": { "thicknessFactor": 0.01 },
+        },
+        "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 0.0 },
+    });
+    let used = ["specular", "emissive_strength", "ior", "transmission", "volume"];
+    document["extensionsUsed"] = used.map(|name| format!("KHR_materials_{name}")).to_vec().into();
+}
+
+/// Puts a punctual light where the lamp was, turned to the ring.
+fn replace_lamp(document: &mut Value, light: Value) {
+    document["nodes"][LAMP] = json!({
+        "name": "lamp",
+        "translation": [2.6, 2.6, 0.0],
+        "rotation": [-0.5, 0.5, 0.0, std::f64::consts::FRAC_1_SQRT_2],
+        "extensions": { "KHR_lights_punctual": { "light": 0 } },
+    });
+    document["extensions"] = json!({ "KHR_lights_punctual": { "lights": [light] } });
+    let used = document["extensionsUsed"].as_array_mut().expect("extensions");
+    used.push(json!("KHR_lights_punctual"));
+}

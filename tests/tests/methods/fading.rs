@@ -1,0 +1,70 @@
+//! Light that fades, grows or shrinks: the histories show it as bright as it is.
+
+use caustics::settings::Settings;
+use caustics_kernels::history::VALIDATED;
+use caustics_tests::fading::{Caster, Fade, Fading};
+
+/// Largest relative error of the caustics' energy that a history may have.
+const MAX_CAUSTICS: f64 = 0.02;
+/// Largest relative error of the path-traced light's energy.
+const MAX_PATHS: f64 = 0.01;
+
+/// Asserts the energy of both layers over the frames of a fade, each against that without a history.
+fn keeps_up(fading: &Fading, seeds: u32) {
+    let settings = Settings { width: 96, height: 60, light_paths: 2 * 96 * 60, ..Settings::default() };
+    let [caustics, paths] = fading.kept(&VALIDATED, &settings, seeds);
+    println!("{fading:?}: caustics {caustics:?}, path-traced {paths:?}");
+    assert!((caustics.value - 1.0).abs() < MAX_CAUSTICS, "{fading:?}: {caustics:?}");
+    assert!((paths.value - 1.0).abs() < MAX_PATHS, "{fading:?}: {paths:?}");
+}
+
+fn still(caster: Caster, fade: Fade) -> Fading {
+    Fading { caster, fade, moves: false }
+}
+
+/// Before paths were compared in pairs 1.11 and 0.83 of the caustics were shown.
+#[test]
+fn a_lamp_that_shrinks_or_grows_is_shown_as_bright_as_it_is() {
+    keeps_up(&still(Caster::Metal, Fade::Lamp(1.0, 0.5)), 2);
+    keeps_up(&still(Caster::Metal, Fade::Lamp(0.25, 1.0)), 2);
+}
+
+mod long {
+    use super::*;
+
+    const CASTERS: [Caster; 2] = [Caster::Metal, Caster::Glass];
+
+    #[test]
+    #[ignore = "20 animations with and without a history: a minute"]
+    fn lamps_that_change_their_size_are_shown_as_bright_as_they_are() {
+        for caster in CASTERS {
+            for (from, to) in [(1.0, 0.5), (1.0, 0.25), (0.25, 1.0), (8.0, 4.0), (2.0, 8.0)] {
+                for moves in [false, true] {
+                    keeps_up(&Fading { caster, fade: Fade::Lamp(from, to), moves }, 6);
+                }
+            }
+        }
+    }
+
+    #[test]
+    #[ignore = "six animations with and without a history: half a minute"]
+    fn a_lamp_that_fades_beside_another_or_moves_away_is_shown_as_bright_as_it_is() {
+        for fade in [Fade::OneOfTwo(1.0, 0.5), Fade::OneOfTwo(0.25, 1.0), Fade::Away(1.7)] {
+            for moves in [false, true] {
+                keeps_up(&Fading { caster: Caster::Metal, fade: fade.clone(), moves }, 6);
+            }
+        }
+    }
+
+    #[test]
+    #[ignore = "16 animations with and without a history: a minute"]
+    fn point_and_spot_lights_that_fade_are_shown_as_bright_as_they_are() {
+        for factor in [0.93, 1.07, 0.99, 1.2] {
+            for moves in [false, true] {
+                for fade in [Fade::Point(factor), Fade::Spot(factor)] {
+                    keeps_up(&Fading { caster: Caster::Metal, fade, moves }, 6);
+                }
+            }
+        }
+    }
+}

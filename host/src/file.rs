@@ -1,6 +1,9 @@
-//! Reads whole files that others made.
+//! Reads files that others made: only regular files, whole or refused, and never a file whose reading may not end.
+//!
+//! Every reader of the program goes through [`open`], [`read_file`], [`read_head`] or [`read_text`]; only `memory` and `machine`
+//! ask the system about itself.
 
-use std::fs::File;
+use std::fs::{File, Metadata, OpenOptions};
 use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 
@@ -9,19 +12,47 @@ use crate::memory;
 /// Files from this size on are compared with the memory that is there (bytes).
 const LARGE: u64 = 1 << 24;
 
-/// The bytes of a regular file. Refuses pipes and devices, which may never end, and files that memory does not hold: every
-/// file that a person names is read by this or by [`read_text`].
+/// The bytes of a regular file. Refuses pipes, devices and files that the system makes up as they are read, which may never
+/// end, and files that memory does not hold.
+///
+/// # Errors
+///
+/// If the file cannot be read, or is refused.
 pub fn read_file(path: &Path) -> Result<Vec<u8>> {
     read_head(path, u64::MAX)
 }
 
 /// Reads at most this many bytes of a file, from its beginning.
+///
+/// # Errors
+///
+/// Those of [`read_file`].
 pub fn read_head(path: &Path, most: u64) -> Result<Vec<u8>> {
-    // Opening a pipe would wait for who writes it.
-    if !std::fs::metadata(path)?.is_file() {
-        return Err(Error::new(ErrorKind::InvalidInput, "it is not a file"));
-    }
-    let file = File::open(path)?;
+    read_open(&open(path)?, most)
+}
+
+/// Opens a regular file for reading. Neither this nor reading it waits for anybody.
+///
+/// # Errors
+///
+/// If the file cannot be opened, or is no regular file of a drive.
+pub fn open(path: &Path) -> Result<File> {
+    // Opening a device may do something to it.
+    check_kind(&std::fs::metadata(path)?)?;
+    let mut options = OpenOptions::new();
+    let file = unwaiting(options.read(true)).open(path)?;
+    // What is there may be another by now.
+    check_kind(&file.metadata()?)?;
+    check_drive(&file)?;
+    Ok(file)
+}
+
+/// Reads at most this many bytes of a file that [`open`] opened, and no more than it had then.
+///
+/// # Errors
+///
+/// If the system cannot read it, or memory does not hold it.
+pub fn read_open(file: &File, most: u64) -> Result<Vec<u8>> {
     let length = file.metadata()?.len().min(most);
     if length > LARGE
         && let Some(available) = memory::available().filter(|&available| length > available)
@@ -32,13 +63,80 @@ pub fn read_head(path: &Path, most: u64) -> Result<Vec<u8>> {
     }
     let mut bytes = Vec::new();
     bytes.try_reserve_exact(length as usize)?;
-    file.take(most).read_to_end(&mut bytes)?;
+    file.take(length).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
 /// The text of a regular file.
+///
+/// # Errors
+///
+/// Those of [`read_file`], or if it is no UTF-8 text.
 pub fn read_text(path: &Path) -> Result<String> {
     String::from_utf8(read_file(path)?).map_err(|_| Error::new(ErrorKind::InvalidData, "it is no UTF-8 text"))
+}
+
+/// Options that open a pipe without waiting for its other end.
+pub fn unwaiting(options: &mut OpenOptions) -> &mut OpenOptions {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::OpenOptionsExt;
+
+        use rustix::fs::OFlags;
+        options.custom_flags((OFlags::NONBLOCK | OFlags::NOCTTY).bits() as i32);
+    }
+    options
+}
+
+/// Refuses folders, pipes and devices.
+fn check_kind(about: &Metadata) -> Result<()> {
+    if about.is_file() { Ok(()) } else { Err(Error::new(ErrorKind::InvalidInput, "it is not a file")) }
+}
+
+/// Kinds of drives whose files the kernel makes up as they are read [statfs(2), linux/magic.h]: some wait for events and call
+/// themselves regular files all the same, as /proc/kmsg and /sys/kernel/tracing/trace_pipe do.
+#[cfg(target_os = "linux")]
+const MADE_UP: [u32; 22] = [
+    0x0000_9fa0, // proc
+    0x6265_6572, // sysfs
+    0x6462_6720, // debugfs
+    0x7472_6163, // tracefs
+    0x7363_6673, // securityfs
+    0x0027_e0eb, // cgroup
+    0x6367_7270, // cgroup2
+    0x6265_6570, // configfs
+    0xcafe_4a11, // bpf
+    0x6165_676c, // pstore
+    0xf97c_ff8c, // selinux
+    0x4341_5d53, // smack
+    0x5a3c_69f0, // apparmor
+    0xde5e_81e4, // efivarfs
+    0x4249_4e4d, // binfmt_misc
+    0x1980_0202, // mqueue
+    0x6573_5543, // fusectl
+    0x0765_5821, // resctrl
+    0x6e66_7364, // nfsd
+    0x6759_6969, // rpc_pipefs
+    0xabba_1974, // xenfs
+    0x6e73_6673, // namespaces
+];
+
+/// Refuses files that the system makes up.
+#[cfg(target_os = "linux")]
+fn check_drive(file: &File) -> Result<()> {
+    // Sign and width of the number differ between platforms.
+    let kind = rustix::fs::fstatfs(file)?.f_type as u32;
+    if MADE_UP.contains(&kind) {
+        let what = "it is not a file of a drive: the system makes it up as it is read";
+        return Err(Error::new(ErrorKind::InvalidInput, what));
+    }
+    Ok(())
+}
+
+/// Elsewhere devices are what looks like them.
+#[cfg(not(target_os = "linux"))]
+fn check_drive(_: &File) -> Result<()> {
+    Ok(())
 }
 
 #[cfg(test)]
@@ -46,7 +144,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_files_are_read() {
+    fn regular_files_are_read_and_nothing_else() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a");
         std::fs::write(&path, "abc").unwrap();
@@ -58,7 +156,53 @@ mod tests {
         assert!(read_file(folder.path()).is_err());
         assert_eq!(read_file(&folder.path().join("b")).unwrap_err().kind(), ErrorKind::NotFound);
         #[cfg(unix)]
-        assert_eq!(read_file(Path::new("/dev/zero")).unwrap_err().kind(), ErrorKind::InvalidInput);
+        for device in ["/dev/zero", "/dev/tty", "/dev/random"].map(Path::new) {
+            assert!(!device.exists() || read_file(device).is_err(), "{}", device.display());
+        }
+    }
+
+    /// Some of them are regular files by what the system says of them.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn files_that_the_system_makes_up_are_refused_at_once() {
+        let all = [
+            "/proc/kmsg",
+            "/proc/self/status",
+            "/proc/self/mem",
+            "/proc/self/pagemap",
+            "/proc/mounts",
+            "/sys/kernel/uevent_seqnum",
+            "/sys/fs/cgroup/cgroup.procs",
+            "/sys/kernel/tracing/trace_pipe",
+            "/sys/kernel/debug/tracing/trace_pipe",
+        ];
+        for path in all.map(Path::new).into_iter().filter(|path| path.exists()) {
+            assert!(read_file(path).is_err(), "{}", path.display());
+        }
+        let error = read_file(Path::new("/proc/self/status")).unwrap_err().to_string();
+        assert!(error.contains("the system makes it up"), "{error}");
+        // A link does not hide it, and a link of theirs to a file of a drive is that file.
+        let folder = tempfile::tempdir().unwrap();
+        let link = folder.path().join("status");
+        std::os::unix::fs::symlink("/proc/self/status", &link).unwrap();
+        assert!(read_file(&link).is_err());
+        let file = folder.path().join("a");
+        std::fs::write(&file, "abc").unwrap();
+        let open = File::open(&file).unwrap();
+        let number = std::os::fd::AsRawFd::as_raw_fd(&open);
+        assert_eq!(read_file(Path::new(&format!("/proc/self/fd/{number}"))).unwrap(), b"abc");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_that_nobody_writes_is_refused_at_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("pipe");
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        assert_eq!(open(&pipe).unwrap_err().kind(), ErrorKind::InvalidInput);
+        // Where it takes the place of a file between two looks, opening does not wait either.
+        assert!(unwaiting(OpenOptions::new().read(true)).open(&pipe).is_ok());
+        assert!(unwaiting(OpenOptions::new().write(true)).open(folder.path().join("pipe")).is_err());
     }
 
     #[test]

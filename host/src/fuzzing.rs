@@ -3,6 +3,9 @@
 
 use std::path::Path;
 
+use caustics_kernels::interface::triangle::Triangle;
+use glam::Vec3;
+
 use crate::accumulation::Shape;
 use crate::checkpoint::{self, Checkpoint, Identity};
 use crate::experiment::axis::PATHS_PER_PIXEL;
@@ -62,6 +65,20 @@ pub fn checkpoint(bytes: &[u8]) -> bool {
     let head: Option<serde_json::Value> = serde_json::from_slice(head).ok();
     let sealed = head.and_then(|head| {
         sealed::seal(checkpoint::KIND, &head, |bytes| bytes.extend(sums.iter().skip(1))).ok()
+    });
+    accepts(bytes) | sealed.is_some_and(|bytes| accepts(&bytes))
+}
+
+/// A file of the cache of trees, for triangles that are at hand; and a file of the right key and checksum with these bytes in
+/// it: numbers of nodes and of leaves, then triangles, leaves and nodes.
+pub fn tree(bytes: &[u8]) -> bool {
+    const TRIANGLES: u8 = 16;
+    let corner = |id: u8, at: u8| Vec3::new(f32::from(id), f32::from(at), f32::from(id * at));
+    let triangle = |id| Triangle { a: corner(id, 0), b: corner(id, 1), c: corner(id, 2) };
+    let triangles: Vec<Triangle> = (0..TRIANGLES).map(triangle).collect();
+    let accepts = |bytes: &[u8]| scene::accepts_tree(bytes, &triangles);
+    let sealed = bytes.split_first_chunk().and_then(|(&[nodes, leaves], payload)| {
+        scene::sealed_tree(&triangles, nodes.into(), leaves.into(), payload).ok()
     });
     accepts(bytes) | sealed.is_some_and(|bytes| accepts(&bytes))
 }

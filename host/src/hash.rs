@@ -1,9 +1,48 @@
-//! Hashes by which things are known again, of 64 bits.
+//! Hashes by which scenes, runs and files are recognised.
+//!
+//! [`Digest`] is BLAKE3 of 256 bits: nobody can make a second scene, or two scenes, of one hash. Whatever is trusted because of
+//! its name (a tree of the cache, a reference, a checkpoint, a result) is named by it. [`fnv1a`] only finds modules of kernels
+//! that are not whole: the builder writes it into `kernels.lock` beside them, and whoever writes a module writes its lock too.
 
-use rayon::prelude::*;
+use blake3::Hasher;
 
-/// Bytes that are hashed in one piece.
-const PIECE: usize = 1 << 20;
+/// Bytes from which on all threads hash together.
+const MANY: usize = 1 << 17;
+/// Digits of a [`Digest`].
+pub const DIGITS: usize = 64;
+
+/// BLAKE3 of parts. Each part counts with its length, so that no byte can move from one to the next.
+#[derive(Clone, Debug, Default)]
+pub struct Digest(Hasher);
+
+impl Digest {
+    /// The digest of these parts, in hexadecimal digits.
+    pub fn of<'a>(parts: impl IntoIterator<Item = &'a [u8]>) -> String {
+        let mut digest = Digest::default();
+        parts.into_iter().for_each(|part| digest.add(part));
+        digest.finish()
+    }
+
+    /// Adds a part.
+    pub fn add(&mut self, part: &[u8]) {
+        self.0.update(&(part.len() as u64).to_le_bytes());
+        if part.len() < MANY {
+            self.0.update(part)
+        } else {
+            self.0.update_rayon(part)
+        };
+    }
+
+    /// All parts in hexadecimal digits.
+    pub fn finish(&self) -> String {
+        self.0.finalize().to_hex().to_string()
+    }
+}
+
+/// BLAKE3 of a text, in hexadecimal digits.
+pub fn digest(text: &str) -> String {
+    Digest::of([text.as_bytes()])
+}
 
 /// FNV-1a of bytes, in hexadecimal digits.
 pub fn fnv1a(bytes: impl IntoIterator<Item = u8>) -> String {
@@ -13,48 +52,38 @@ pub fn fnv1a(bytes: impl IntoIterator<Item = u8>) -> String {
     format!("{hash:016x}")
 }
 
-/// A hash of many bytes, in hexadecimal digits, at the speed of memory; of its own kind.
-pub fn of_many(bytes: &[u8]) -> String {
-    let pieces: Vec<u64> = bytes.par_chunks(PIECE).map(piece).collect();
-    format!("{:016x}", piece(bytemuck::cast_slice(&pieces)) ^ bytes.len() as u64)
-}
-
-/// A hash of bytes, eight at a time; the last ones are filled up with zeros.
-fn piece(bytes: &[u8]) -> u64 {
-    let (words, rest) = bytes.as_chunks();
-    let mut last = [0; 8];
-    last[..rest.len()].copy_from_slice(rest);
-    words.iter().chain([&last]).fold(0xcbf2_9ce4_8422_2325, |hash, word| {
-        // Each step can be undone, and brings upper bits down, which a product alone does not.
-        let product = (hash ^ u64::from_le_bytes(*word)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        product ^ product >> 32
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn every_bit_of_many_bytes_counts_and_so_do_pairs_of_upper_bits() {
-        let bytes: Vec<u8> = (0..2 * PIECE + 13).map(|at| (at % 251) as u8).collect();
-        let flipped = |bits: &[usize]| {
-            let mut bytes = bytes.clone();
-            bits.iter().for_each(|bit| bytes[bit / 8] ^= 1 << (bit % 8));
-            of_many(&bytes)
-        };
-        let whole = of_many(&bytes);
-        for bit in [0, 63, 64, 8 * PIECE - 1, 8 * PIECE, 8 * bytes.len() - 1] {
-            assert_ne!(flipped(&[bit]), whole, "bit {bit}");
-        }
-        assert_ne!(flipped(&[63, 127]), whole);
-        assert_ne!(of_many(&bytes[..bytes.len() - 1]), whole);
-        assert_ne!(of_many(&[0]), of_many(&[0, 0]));
+    fn digest_is_blake3_of_parts_with_their_lengths() {
+        // The first is the known value of the algorithm's authors for no input.
+        assert_eq!(
+            Digest::default().finish(),
+            "af1349b9f5f9a1a6a0404dea36dcc9499bcb25c9adc112b7cc9a93cae41f3262"
+        );
+        let whole = [&3u64.to_le_bytes()[..], b"abc", &0u64.to_le_bytes()].concat();
+        assert_eq!(Digest::of([&b"abc"[..], b""]), blake3::hash(&whole).to_hex().as_str());
+        assert_eq!(digest("abc").len(), DIGITS);
     }
 
     #[test]
-    fn the_hash_is_fnv_1a() {
-        // Known values of the algorithm's authors.
+    fn digest_differs_for_every_flipped_bit_and_every_border_of_parts() {
+        let bytes: Vec<u8> = (0..2 * MANY + 13).map(|at| (at % 251) as u8).collect();
+        let whole = Digest::of([&bytes[..]]);
+        for bit in [0, 63, 64, 8 * MANY - 1, 8 * MANY, 8 * bytes.len() - 1] {
+            let mut flipped = bytes.clone();
+            flipped[bit / 8] ^= 1 << (bit % 8);
+            assert_ne!(Digest::of([&flipped[..]]), whole, "bit {bit}");
+        }
+        let of = |parts: &[&str]| Digest::of(parts.iter().map(|part| part.as_bytes()));
+        assert_ne!(of(&["ab", "c"]), of(&["a", "bc"]));
+        assert_ne!(of(&["a"]), of(&["a", ""]));
+    }
+
+    #[test]
+    fn fnv1a_has_the_known_values_of_its_authors() {
         assert_eq!(fnv1a("".bytes()), "cbf29ce484222325");
         assert_eq!(fnv1a("a".bytes()), "af63dc4c8601ec8c");
     }

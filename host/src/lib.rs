@@ -32,6 +32,7 @@
 #![deny(unsafe_code)]
 
 pub mod accumulation;
+mod caught;
 pub mod checkpoint;
 pub mod counters;
 pub mod energy;

@@ -21,6 +21,7 @@ mod command;
 mod commands_page;
 
 fn main() -> ExitCode {
+    outlive_file_limit();
     let result = match cli::Cli::read().command {
         cli::Command::Render(options) => command::render::run(*options),
         cli::Command::View(options) => command::view::run(&options),
@@ -43,6 +44,16 @@ fn main() -> ExitCode {
             tell!("error: {}", command::say::told(&error));
             ExitCode::from(exit_code(&error))
         }
+    }
+}
+
+/// Lets a file that would grow beyond the limit of files (`ulimit -f`) fail to be written, as on a full drive: the signal that says
+/// so would end the program, and what it had begun would stay.
+fn outlive_file_limit() {
+    #[cfg(unix)]
+    {
+        // Without it the program does what others do there.
+        let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Default::default());
     }
 }
 

@@ -18,7 +18,6 @@ use caustics_kernels::trace::bvh::BvhTracer;
 use glam::{DVec3, Vec3};
 
 use self::animation::NodeTree;
-use crate::hash::{fnv1a, of_many};
 
 pub use self::camera::SceneCamera;
 pub use self::casters::Cuts;
@@ -40,6 +39,7 @@ pub use self::recorded::Recorded;
 pub use self::staging::{DefaultLight, Staged, Staging};
 pub use self::texture::TextureParts;
 pub use self::tree::{TreeCache, TreeOptions, TreeQuality};
+pub(crate) use self::tree::{accepts as accepts_tree, sealed_file as sealed_tree};
 pub use self::viewpoint::{CameraChoice, Eye, Orbit, Place, Viewpoint};
 
 mod animation;
@@ -55,6 +55,7 @@ mod error;
 mod features;
 mod file_nodes;
 mod find;
+mod fingerprint;
 mod floor;
 mod geometry;
 mod gltf;
@@ -139,14 +140,6 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// A hash of all that paths can meet, of 64 bits.
-    pub fn fingerprint(&self) -> String {
-        let tables = self.buffers();
-        let tables: Vec<u8> = tables.iter().flat_map(|(_, bytes)| of_many(bytes).into_bytes()).collect();
-        let recorded = self.recorded.iter().flat_map(Recorded::bytes);
-        fnv1a(tables.into_iter().chain(self.rig.bytes()).chain(recorded))
-    }
-
     /// The camera of a name; the first where none is given.
     ///
     /// # Errors

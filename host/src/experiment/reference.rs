@@ -16,10 +16,11 @@ use super::cell::{Cell, usual_gather};
 use super::identity::{self, pose};
 use super::plan::Plan;
 use crate::accumulation::{Accumulation, BATCHES};
-use crate::hash::fnv1a;
+use crate::file::read_file;
+use crate::hash::digest;
 use crate::image::Channels;
-use crate::output::exr;
 use crate::output::target::Target;
+use crate::output::{attributes, exr};
 use crate::picture::Picture;
 use crate::scene::Scene;
 use crate::session::Session;
@@ -78,7 +79,7 @@ impl<'a> References<'a> {
             ..plan.settings.clone()
         };
         let view = identity::view(scene, &plan.camera, &settings);
-        let name = fnv1a(format!("{view}frames {frames} fps {}", plan.fps).bytes());
+        let name = digest(&format!("{view}frames {frames} fps {}", plan.fps));
         let folder = cache.join("references").join(name);
         let (scene, identities) = (RefCell::new(scene.clone()), RefCell::default());
         References { plan, cell, scene, settings, frames, folder, identities }
@@ -168,7 +169,7 @@ impl<'a> References<'a> {
             sums.add(&session.picture()?);
         }
         let attributes = BTreeMap::from([
-            ("identity".to_string(), fnv1a(identity.bytes())),
+            ("identity".to_string(), digest(identity)),
             ("what".into(), identity.trim().replace('\n', "; ")),
             ("device".into(), session.device()),
         ]);
@@ -178,11 +179,12 @@ impl<'a> References<'a> {
 
     /// Both layers of a file, if it is whole and of this identity.
     fn read(&self, path: &Path, identity: &str) -> anyhow::Result<Picture> {
-        let channels = Channels::read(path)?;
+        let bytes = read_file(path).with_context(|| format!("cannot read {}", path.display()))?;
+        anyhow::ensure!(attributes::is_whole(&bytes) == Some(true), "{} is damaged", path.display());
+        let channels = Channels::decode(&bytes).map_err(anyhow::Error::msg)?;
         let size = (channels.width, channels.height);
         let expected = (self.settings.width as usize, self.settings.height as usize);
-        let known =
-            channels.attributes.get("identity").is_some_and(|found| *found == fnv1a(identity.bytes()));
+        let known = channels.attributes.get("identity").is_some_and(|found| *found == digest(identity));
         anyhow::ensure!(size == expected && known, "{} is another's reference", path.display());
         let layer = |name: &str| -> anyhow::Result<Vec<Vec3>> {
             let lanes = channels.layer(name);

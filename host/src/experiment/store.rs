@@ -10,9 +10,13 @@ use glam::Vec3;
 
 use super::result::{CellResult, Provenance};
 use crate::file;
+use crate::hash::DIGITS;
 use crate::output::png;
 use crate::output::target::Target;
 use crate::{kernels, machine};
+
+/// Digits of identities: those of today, and those of results that were measured before.
+const LENGTHS: [usize; 2] = [DIGITS, 16];
 
 /// The folder of the results in a folder.
 pub fn cells(folder: &Path) -> PathBuf {
@@ -51,14 +55,17 @@ pub fn read_file(path: &Path) -> anyhow::Result<CellResult> {
 }
 
 /// The result in the bytes of a file of this stem. Its names lead nowhere but into the folder of the file: the identity is
-/// the stem, 16 hexadecimal digits, and pictures are PNGs beside it.
+/// the stem, hexadecimal digits, and pictures are PNGs beside it.
 pub fn parse(bytes: &[u8], stem: &str) -> anyhow::Result<CellResult> {
     let mut result: CellResult = serde_json::from_slice(bytes)?;
     result.cell.rename();
     let CellResult { identity, error, .. } = &result;
     let is_digit = |digit: u8| digit.is_ascii_digit() || (b'a'..=b'f').contains(&digit);
-    let is_hash = identity.len() == 16 && identity.bytes().all(is_digit);
-    ensure!(is_hash && identity == stem, "its identity {identity:?} is not its name, 16 hexadecimal digits");
+    let is_hash = LENGTHS.contains(&identity.len()) && identity.bytes().all(is_digit);
+    ensure!(
+        is_hash && identity == stem,
+        "its identity {identity:?} is not its name, {DIGITS} hexadecimal digits"
+    );
     let pictures = error.iter().flat_map(|error| [&error.picture, &error.error_map, &error.reference]);
     for name in pictures.flatten() {
         let is_plain = name.chars().all(|letter| letter.is_ascii_alphanumeric() || "-_.".contains(letter));

@@ -6,6 +6,7 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use super::target::{PREFIX, TargetError, folder};
+use crate::file::unwaiting;
 
 /// How often a lock is asked for: who tidies up holds it for a moment.
 const ATTEMPTS: u32 = 20;
@@ -28,8 +29,10 @@ impl Lock {
         let name = output.file_name().unwrap_or_default().to_string_lossy();
         let path = folder(output).join(format!("{PREFIX}{name}.lock"));
         for _ in 0..ATTEMPTS {
-            let file =
-                OpenOptions::new().create(true).truncate(false).write(true).open(&path).map_err(fail)?;
+            let mut options = OpenOptions::new();
+            options.create(true).truncate(false).write(true);
+            // A pipe of this name would keep it waiting.
+            let file = unwaiting(&mut options).open(&path).map_err(fail)?;
             match file.try_lock() {
                 // Who had it before may have removed it after it was opened here.
                 Ok(()) if !is_at(&file, &path) => {}

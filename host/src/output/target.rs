@@ -2,12 +2,14 @@
 
 use std::collections::BTreeSet;
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use tempfile::NamedTempFile;
 use thiserror::Error;
+
+use crate::file;
 
 /// Why a file cannot be written.
 #[derive(Debug, Error)]
@@ -37,8 +39,8 @@ pub enum TargetError {
         /// What the system says.
         source: std::io::Error,
     },
-    /// Its folder cannot be written.
-    #[error("cannot write {}: {source}; choose another -o, or create the folder", path.display())]
+    /// It cannot be written.
+    #[error("cannot write {}: {source}; {}", path.display(), advice(source))]
     Write {
         /// The file.
         path: PathBuf,
@@ -51,6 +53,15 @@ impl TargetError {
     /// Whether the caller chose a file that cannot be written, rather than the system failing to write it.
     pub fn is_usage(&self) -> bool {
         matches!(self, TargetError::Exists(_) | TargetError::Dangling(_) | TargetError::NoFile(_))
+    }
+}
+
+/// What a person can do about a file that cannot be written.
+fn advice(error: &std::io::Error) -> &'static str {
+    match error.kind() {
+        ErrorKind::FileTooLarge => "raise the limit of files (ulimit -f), or give a smaller size",
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "make room there, or choose another -o",
+        _ => "choose another -o, or create the folder",
     }
 }
 
@@ -151,7 +162,7 @@ fn remove_stale(folder: &Path) {
             continue;
         }
         // Held until it is removed: who creates it at this moment waits for that.
-        if let Ok(file) = File::open(entry.path())
+        if let Ok(file) = file::open(&entry.path())
             && file.try_lock().is_ok()
         {
             let _ = std::fs::remove_file(entry.path());

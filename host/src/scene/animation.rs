@@ -67,14 +67,6 @@ impl Channel {
         }
     }
 
-    /// Bytes that tell it apart from others of the same thing.
-    pub fn bytes(&self) -> impl Iterator<Item = u8> + '_ {
-        let head = [self.path as u64, self.interpolation as u64];
-        let values = self.values.iter().flat_map(|value| value.to_array());
-        let words = head.into_iter().chain(self.times.iter().copied().chain(values).map(f64::to_bits));
-        words.flat_map(u64::to_le_bytes)
-    }
-
     fn value(&self, key: usize) -> DVec4 {
         if self.interpolation == Interpolation::Cubic { self.values[3 * key + 1] } else { self.values[key] }
     }
@@ -257,14 +249,6 @@ impl NodeTree {
     pub fn duration(&self) -> f64 {
         let channels = self.joints.iter().flat_map(Node::channels);
         channels.filter_map(|channel| channel.times.last()).fold(0.0, |last: f64, &time| last.max(time))
-    }
-
-    /// Bytes that tell animations apart.
-    pub fn bytes(&self) -> impl Iterator<Item = u8> + '_ {
-        let nodes = self.joints.iter().enumerate();
-        let channels =
-            nodes.flat_map(|(id, joint)| joint.channels().map(move |channel| (id as u64, channel)));
-        channels.flat_map(|(id, channel)| id.to_le_bytes().into_iter().chain(channel.bytes()))
     }
 }
 

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::viewpoint::{Eye, Place, Viewpoint};
 use super::{SceneError, viewpoint};
 use crate::file::read_head;
-use crate::hash::fnv1a;
+use crate::hash::digest;
 
 mod apply;
 mod camera;
@@ -169,7 +169,7 @@ impl Edits {
 
     /// A hash of all of them.
     pub fn fingerprint(&self) -> String {
-        fnv1a(format!("{self:?}").into_bytes())
+        digest(&format!("{self:?}"))
     }
 }
 

@@ -28,9 +28,4 @@ impl Recorded {
     pub fn duration(&self) -> f64 {
         self.channels[0].times.last().copied().unwrap_or(0.0)
     }
-
-    /// Bytes that tell it apart.
-    pub fn bytes(&self) -> impl Iterator<Item = u8> + '_ {
-        self.channels.iter().flat_map(Channel::bytes)
-    }
 }

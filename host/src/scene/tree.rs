@@ -13,6 +13,7 @@ use self::plan::{Plan, WIDTH, least_levels};
 
 pub use self::binary::TreeQuality;
 pub use self::cache::TreeCache;
+pub(crate) use self::cache::{accepts, sealed_file};
 
 mod binary;
 mod cache;
@@ -39,14 +40,19 @@ pub struct Tree {
     pub order: Vec<u32>,
 }
 
-/// A tree without its triangles' corners.
+/// What is chosen of a tree. Boxes and blocks follow from it and from the triangles, so that they always belong to these.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Shape {
-    nodes: Vec<TreeNode>,
+    /// Children of each node, a lane each: a later node, `LEAF | index` of a leaf, or [`NO_CHILD`]. The first node is the root.
+    children: Vec<[u32; WIDTH]>,
     /// Triangles of each leaf.
     counts: Vec<u8>,
+    /// Where each triangle stood before: new id to old id.
     order: Vec<u32>,
 }
+
+/// An empty lane of a [`Shape`].
+const NO_CHILD: u32 = u32::MAX;
 
 /// How trees are made.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -61,11 +67,10 @@ pub struct TreeOptions {
 /// same triangles give the same bits, whatever the number of threads, and whether it is built or was kept.
 pub fn build(triangles: &[Triangle], levels: u32, options: &TreeOptions) -> Tree {
     let build = || shape(triangles, levels, options.quality);
-    let shape = match &options.cache {
-        Some(cache) => cache.shape(triangles, levels, options.quality, build),
-        None => build(),
-    };
-    shape.tree(triangles)
+    match &options.cache {
+        Some(cache) => cache.tree(triangles, levels, options.quality, build),
+        None => build().tree(triangles),
+    }
 }
 
 fn shape(triangles: &[Triangle], levels: u32, quality: TreeQuality) -> Shape {
@@ -114,7 +119,7 @@ impl Builder<'_> {
                 Some((reference, part)) => self.shape.append(reference, part),
                 None => self.lane(child, levels - 1),
             };
-            set_lane(&mut self.shape.nodes[id], lane, self.plan.bounds(child), reference);
+            self.shape.children[id][lane] = reference;
         }
         id as u32
     }
@@ -151,9 +156,7 @@ impl Builder<'_> {
             centre(a).total_cmp(&centre(b)).then(a.cmp(&b))
         });
         for (lane, quarter) in ids.chunks_mut(ids.len().div_ceil(WIDTH)).enumerate() {
-            let bounds = self.bounds(quarter);
-            let reference = self.balanced(quarter);
-            set_lane(&mut self.shape.nodes[id], lane, &bounds, reference);
+            self.shape.children[id][lane] = self.balanced(quarter);
         }
         id as u32
     }
@@ -164,8 +167,8 @@ impl Builder<'_> {
 
     /// Appends a node of four empty lanes.
     fn reserve(&mut self) -> usize {
-        self.shape.nodes.push(empty_node());
-        self.shape.nodes.len() - 1
+        self.shape.children.push([NO_CHILD; WIDTH]);
+        self.shape.children.len() - 1
     }
 }
 
@@ -178,15 +181,56 @@ impl Shape {
 
     /// Appends another shape; a reference into it becomes one into this.
     fn append(&mut self, reference: u32, mut part: Shape) -> u32 {
-        let (node, block) = (self.nodes.len() as u32, self.counts.len() as u32);
-        shift(&mut part.nodes, node, block);
-        self.nodes.append(&mut part.nodes);
+        let (node, block) = (self.children.len() as u32, self.counts.len() as u32);
+        for child in part.children.iter_mut().flatten().filter(|child| **child != NO_CHILD) {
+            *child += if *child & LEAF != 0 { block } else { node };
+        }
+        self.children.append(&mut part.children);
         self.counts.append(&mut part.counts);
         self.order.append(&mut part.order);
         reference + if reference & LEAF != 0 { block } else { node }
     }
 
-    /// The tree of these triangles.
+    /// Whether it is a tree of so many triangles, at most `levels` nodes deep: each triangle in one leaf, each leaf and each node
+    /// but the root the child of one node, children behind their parents. Nothing else is needed for every ray to find what it
+    /// should within the stack of a traversal.
+    fn is_sound(&self, triangles: usize, levels: u32) -> bool {
+        let Shape { children, counts, order } = self;
+        let mut seen = vec![false; triangles];
+        let is_new = |id: &u32| seen.get_mut(*id as usize).is_some_and(|seen| !std::mem::replace(seen, true));
+        let each_once = order.len() == triangles && order.iter().all(is_new);
+        let fits = |&count: &u8| (1..=WIDTH).contains(&usize::from(count));
+        let held: usize = counts.iter().map(|&count| usize::from(count)).sum();
+        if !each_once || !counts.iter().all(fits) || held != triangles || children.is_empty() {
+            return false;
+        }
+        let mut leaf_is_placed = vec![false; counts.len()];
+        // Levels of nodes down to each, itself included; 0 where no parent is known.
+        let mut depths = vec![0_u32; children.len()];
+        depths[0] = 1;
+        for (id, lanes) in children.iter().enumerate() {
+            let depth = depths[id];
+            let mut lanes = lanes.iter().filter(|child| **child != NO_CHILD).peekable();
+            if !(1..=levels).contains(&depth) || lanes.peek().is_none() {
+                return false;
+            }
+            for &child in lanes {
+                let is_placed = if child & LEAF != 0 {
+                    let leaf = leaf_is_placed.get_mut((child & !LEAF) as usize);
+                    leaf.is_none_or(|is_placed| std::mem::replace(is_placed, true))
+                } else {
+                    let behind = depths.get_mut(child as usize).filter(|_| child as usize > id);
+                    behind.is_none_or(|below| std::mem::replace(below, depth + 1) != 0)
+                };
+                if is_placed {
+                    return false;
+                }
+            }
+        }
+        leaf_is_placed.iter().all(|is_placed| *is_placed)
+    }
+
+    /// The tree of these triangles. It must be sound.
     fn tree(self, triangles: &[Triangle]) -> Tree {
         let mut first = 0;
         let empty = self.counts.iter().map(|&count| {
@@ -199,11 +243,40 @@ impl Shape {
             let own = &self.order[block.first as usize..][..block.count as usize];
             fill(block, |lane| own.get(lane).map(|&id| triangles[id as usize]));
         });
-        Tree { nodes: self.nodes, blocks, order: self.order }
+        let of_block = |block: &TriangleBlock| {
+            let own = &self.order[block.first as usize..][..block.count as usize];
+            own.iter().fold(Aabb::empty(), |all, &id| all.union(&bounds(&triangles[id as usize])))
+        };
+        let leaves: Vec<Aabb> = blocks.par_iter().map(of_block).collect();
+
+        // Fit boxes, children first.
+        let mut nodes = vec![empty_node(); self.children.len()];
+        let mut boxes = vec![Aabb::empty(); nodes.len()];
+        for (id, children) in self.children.iter().enumerate().rev() {
+            for (lane, &child) in children.iter().enumerate().filter(|(_, child)| **child != NO_CHILD) {
+                let is_leaf = child & LEAF != 0;
+                let bounds = if is_leaf { leaves[(child & !LEAF) as usize] } else { boxes[child as usize] };
+                boxes[id] = boxes[id].union(&bounds);
+                set_lane(&mut nodes[id], lane, &bounds, child);
+            }
+        }
+        Tree { nodes, blocks, order: self.order }
     }
 }
 
 impl Tree {
+    /// Boxes of lanes that a ray through the scene is expected to enter, by their surface areas [MacDonald and Booth 1990].
+    fn expected_boxes(&self) -> f64 {
+        let area = |node: &TreeNode, lane: usize| {
+            let size = |min: Vec4, max: Vec4| f64::from(max[lane]) - f64::from(min[lane]);
+            let TreeNode { min_x, min_y, min_z, max_x, max_y, max_z, .. } = *node;
+            let [x, y, z] = [size(min_x, max_x), size(min_y, max_y), size(min_z, max_z)];
+            x * y + y * z + z * x
+        };
+        let lanes = |node| (0..WIDTH).map(move |lane| area(node, lane));
+        self.nodes.iter().flat_map(lanes).sum::<f64>() / f64::from(of_node(&self.nodes[0]).half_area())
+    }
+
     /// Appends nodes and blocks to those of other trees: children refer to where they are then.
     pub fn append_to(mut self, nodes: &mut Vec<TreeNode>, blocks: &mut Vec<TriangleBlock>) {
         shift(&mut self.nodes, nodes.len() as u32, blocks.len() as u32);

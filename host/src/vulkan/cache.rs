@@ -1,4 +1,6 @@
 //! The pipeline cache on disk: a second run need not compile its kernels again.
+//!
+//! A driver believes what it is given, so that a file counts only with its BLAKE3 at its end: a damaged one is as none.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -8,6 +10,11 @@ use ash::vk;
 
 use super::context::Context;
 use super::error::VulkanError;
+use crate::file::read_head;
+use crate::hash::{DIGITS, Digest};
+
+/// Bytes of a file at most; drivers take some 10 MB for all kernels.
+const MAX_BYTES: u64 = 1 << 28;
 
 /// A pipeline cache. Not being able to read or write its file is no error.
 pub(super) struct PipelineCache {
@@ -21,11 +28,9 @@ impl PipelineCache {
     pub(super) fn open(context: &Arc<Context>) -> Result<PipelineCache, VulkanError> {
         let properties = &context.candidate.properties;
         let path = folder().map(|folder| folder.join(file_name(properties)));
-        let mut data = path.as_ref().and_then(|path| std::fs::read(path).ok()).unwrap_or_default();
-        if !is_of_device(&data, properties) {
-            data.clear();
-        }
-        let info = vk::PipelineCacheCreateInfo::default().initial_data(&data);
+        let file = path.as_ref().and_then(|path| read_head(path, MAX_BYTES).ok()).unwrap_or_default();
+        let data = whole(&file).filter(|data| is_of_device(data, properties)).unwrap_or_default();
+        let info = vk::PipelineCacheCreateInfo::default().initial_data(data);
         // SAFETY: the data was written for this very device and driver.
         let raw = unsafe { context.raw.create_pipeline_cache(&info, None) }
             .map_err(VulkanError::call("vkCreatePipelineCache"))?;
@@ -61,12 +66,20 @@ fn file_name(properties: &vk::PhysicalDeviceProperties) -> String {
     format!("pipelines-{vendor:04x}-{device:04x}-{:08x}-{uuid}.bin", properties.driver_version)
 }
 
+/// The data of a file, if they are those that were written.
+fn whole(file: &[u8]) -> Option<&[u8]> {
+    let (data, digest) = file.split_last_chunk::<DIGITS>()?;
+    (Digest::of([data]).as_bytes() == digest).then_some(data)
+}
+
 /// Whether the header (length, version, vendor, device, uuid) is this device's.
 fn is_of_device(data: &[u8], properties: &vk::PhysicalDeviceProperties) -> bool {
     let word = |index: usize| {
         data.get(4 * index..4 * index + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
     };
-    word(2) == Some(properties.vendor_id)
+    word(0) == Some(32)
+        && word(1) == Some(vk::PipelineCacheHeaderVersion::ONE.as_raw() as u32)
+        && word(2) == Some(properties.vendor_id)
         && word(3) == Some(properties.device_id)
         && data.get(16..32) == Some(&properties.pipeline_cache_uuid[..])
 }
@@ -76,6 +89,44 @@ fn write(path: &Path, data: &[u8]) -> std::io::Result<()> {
     std::fs::create_dir_all(folder)?;
     let mut file = tempfile::NamedTempFile::new_in(folder)?;
     file.write_all(data)?;
+    file.write_all(Digest::of([data]).as_bytes())?;
     file.persist(path)?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn data_that_are_cut_or_changed_are_not_given_to_a_driver() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("pipelines.bin");
+        write(&path, b"compiled").unwrap();
+        let file = std::fs::read(&path).unwrap();
+        assert_eq!(whole(&file), Some(&b"compiled"[..]));
+        for length in 0..file.len() {
+            assert_eq!(whole(&file[..length]), None, "{length}");
+        }
+        for bit in 0..8 * file.len() {
+            let mut flipped = file.clone();
+            flipped[bit / 8] ^= 1 << (bit % 8);
+            assert_eq!(whole(&flipped), None, "{bit}");
+        }
+    }
+
+    #[test]
+    fn headers_of_other_devices_and_of_other_layouts_are_refused() {
+        let properties = vk::PhysicalDeviceProperties { vendor_id: 3, device_id: 4, ..Default::default() };
+        let header = |words: [u32; 4]| -> Vec<u8> {
+            words.into_iter().flat_map(u32::to_le_bytes).chain([0; 16]).collect()
+        };
+        assert!(is_of_device(&header([32, 1, 3, 4]), &properties));
+        for words in
+            [[31, 1, 3, 4], [u32::MAX, 1, 3, 4], [32, 0, 3, 4], [32, 2, 3, 4], [32, 1, 4, 4], [32, 1, 3, 3]]
+        {
+            assert!(!is_of_device(&header(words), &properties), "{words:?}");
+        }
+        assert!(!is_of_device(&header([32, 1, 3, 4])[..31], &properties));
+    }
 }

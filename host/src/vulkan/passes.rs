@@ -2,7 +2,6 @@
 //! open the same device share it.
 
 use std::collections::HashMap;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk;
@@ -16,6 +15,7 @@ use super::error::VulkanError;
 use super::module::Module;
 use super::pipeline::Pipeline;
 use super::reflection::EntryPoint;
+use crate::hash::Digest;
 
 /// How to open a device, and what runs on it.
 #[derive(Clone, Debug, Default)]
@@ -47,13 +47,15 @@ impl Kernels {
     /// The device of these options: that of the process, if one was opened like it and is not lost. Other kernels that were
     /// open for the same device are given back once no runner has them, so that a process may exchange kernels for ever.
     pub fn open(options: &DeviceOptions) -> Result<Arc<Kernels>, VulkanError> {
-        static OPEN: Mutex<Vec<([u64; 2], Arc<Kernels>)>> = Mutex::new(Vec::new());
+        static OPEN: Mutex<Vec<([String; 2], Arc<Kernels>)>> = Mutex::new(Vec::new());
         let DeviceOptions { device, hardware, validation, base, rayquery } = options;
-        let key @ [of_device, _] = [hash((device, hardware, validation)), hash((base, rayquery))];
+        let words = [Some(base), rayquery.as_ref()];
+        let modules = Digest::of(words.into_iter().flatten().map(|words| bytemuck::cast_slice(words)));
+        let key = [format!("{device:?} {hardware} {validation}"), modules];
         let mut open = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
         open.retain(|(other, kernels)| {
             let is_used = Arc::strong_count(kernels) > 1;
-            !kernels.context.is_lost() && (is_used || *other == key || other[0] != of_device)
+            !kernels.context.is_lost() && (is_used || *other == key || other[0] != key[0])
         });
         if let Some((_, kernels)) = open.iter().find(|(other, _)| *other == key) {
             return Ok(Arc::clone(kernels));
@@ -123,12 +125,6 @@ impl Kernels {
         known.dedup();
         VulkanError::UnknownPass { pass: pass.into(), known: known.join(", ") }
     }
-}
-
-fn hash(of: impl Hash) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    of.hash(&mut hasher);
-    hasher.finish()
 }
 
 /// The passes of a runner, each bound to its buffers.

@@ -9,7 +9,7 @@ use serde_json::Value;
 use crate::rings::files;
 
 /// Licences as crates state them, each read and found to let the project have its own. A new text here is looked at first.
-const LICENCES: [&str; 26] = [
+const LICENCES: [&str; 28] = [
     "(MIT OR Apache-2.0 OR Zlib) AND BSD-3-Clause",
     // The encoder of JPEG; that of the Independent JPEG Group asks for a word in the documentation: docs/viewer.md has it.
     "(MIT OR Apache-2.0) AND IJG",
@@ -24,6 +24,8 @@ const LICENCES: [&str; 26] = [
     "BSD-2-Clause OR Apache-2.0 OR MIT",
     "BSD-3-Clause",
     "BSD-3-Clause OR Apache-2.0",
+    "CC0-1.0 OR Apache-2.0 OR Apache-2.0 WITH LLVM-exception",
+    "CC0-1.0 OR MIT-0 OR Apache-2.0",
     "ISC",
     "MIT",
     "MIT / Apache-2.0",

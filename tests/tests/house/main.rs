@@ -8,5 +8,6 @@ mod flip;
 mod pictures;
 mod quotes;
 mod ray_queries;
+mod reading;
 mod rings;
 mod unused;

@@ -23,9 +23,10 @@ const KERNELS: &[&[&str]] = &[
 
 /// Those of the host's library, then of its program.
 const HOST: &[&[&str]] = &[
-    &["hash", "memory", "shard", "shell", "text"],
-    &["file", "vulkan", "counters", "energy", "picture", "machine"],
-    &["output", "sealed", "kernels"],
+    &["caught", "hash", "memory", "shard", "shell", "text"],
+    &["file", "counters", "energy", "picture", "machine"],
+    &["output", "sealed", "vulkan"],
+    &["kernels"],
     &["image"],
     &["scene"],
     &["settings", "accumulation"],

@@ -13,7 +13,7 @@ use crate::experiment::reference::{Kept, References};
 use crate::experiment::result::{CellError, FrameResult};
 use crate::experiment::row::Row;
 use crate::experiment::store::provenance;
-use crate::hash::fnv1a;
+use crate::hash::digest;
 
 /// Measures the errors of a cell, if any are asked for, and keeps them. False where it was stopped.
 ///
@@ -69,7 +69,7 @@ pub fn measure_error(sweep: &Sweep, task: &Task, cell: &Cell) -> anyhow::Result<
             Some(colors) => write(format!("{identity}-flip.png"), colors)?,
             None => None,
         },
-        reference: write(format!("reference-{}.png", fnv1a(truth.bytes())), &shown.reference)?,
+        reference: write(format!("reference-{}.png", digest(&truth)), &shown.reference)?,
         ..CellError::default()
     };
     let of_rows = |key: &str| mean(rows.iter().map(|row: &Row| row.get(key)).skip(skipped(key, &rows)));

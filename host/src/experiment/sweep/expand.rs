@@ -13,7 +13,7 @@ use crate::experiment::cell_axes::name_all;
 use crate::experiment::identity::{posed, view};
 use crate::experiment::matrix::{Cells, keep_one_of_each};
 use crate::experiment::plan::{Compared, Plan};
-use crate::hash::fnv1a;
+use crate::hash::digest;
 use crate::scene::{self, EnvironmentMap, Scene, Staged, Staging};
 use crate::session::RunnerChoice;
 use crate::settings::Settings;
@@ -115,7 +115,7 @@ impl Part {
         // What differs between cells is said by each of them.
         let plan = part.plan(config);
         let first = posed(&part.scene, plan.time_of(config.first_frame))?;
-        part.view = fnv1a(view(&first, &part.camera, &plan.settings).bytes());
+        part.view = digest(&view(&first, &part.camera, &plan.settings));
         Ok(part)
     }
 
@@ -210,7 +210,7 @@ impl Part {
             "{view} {moves:?} {moment_s:?} seed {seed} {exposure} {time:?} {size:?} {error:?} {}",
             cell.key()
         );
-        fnv1a(text.bytes())
+        digest(&text)
     }
 }
 

@@ -3,7 +3,6 @@
 //! Each becomes a plain primitive: what is decoded goes into a new buffer, with accessors of floats and of indices.
 
 use std::collections::HashMap;
-use std::panic::catch_unwind;
 
 use draco_core::{DecodeLimits, DecoderBuffer, Mesh, MeshDecoder};
 use gltf::json::Index;
@@ -16,6 +15,7 @@ use serde_json::Value;
 use super::document::Document;
 use super::extension::Compressed;
 use super::{accessor, buffer, unsupported};
+use crate::caught::caught;
 use crate::scene::SceneError;
 
 /// Memory that decoding a triangle takes for a while (bytes): corner tables and what is predicted from them.
@@ -131,15 +131,15 @@ fn decode(
     let limits =
         DecodeLimits::default().with_max_faces(faces).with_max_decoded_bytes(bytes.saturating_mul(2));
     // The decoder is made to return errors; should one of its checks be missing, damaged bytes must not end the program.
-    let decoded = catch_unwind(|| {
+    let decoded = caught(|| {
         let mut mesh = Mesh::new();
         let mut buffer = DecoderBuffer::new(stream).with_limits(limits);
         MeshDecoder::new().decode(&mut buffer, &mut mesh).map(|()| mesh)
     });
     let decoded = match decoded {
-        Ok(Ok(decoded)) => decoded,
-        Ok(Err(error)) => return Ok(Err(format!("cannot be decompressed (Draco: {})", error.message()))),
-        Err(_) => return Ok(Err("cannot be decompressed (Draco: its stream is damaged)".into())),
+        Some(Ok(decoded)) => decoded,
+        Some(Err(error)) => return Ok(Err(format!("cannot be decompressed (Draco: {})", error.message()))),
+        None => return Ok(Err("cannot be decompressed (Draco: its stream is damaged)".into())),
     };
     let points = decoded.num_points();
     let mut read = HashMap::new();

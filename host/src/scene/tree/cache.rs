@@ -1,16 +1,20 @@
-//! Trees on disk: who opens a scene again need not build its tree again.
+//! Trees on disk: a scene that is opened again need not have its tree built again.
+//!
+//! A file is named by the BLAKE3 of the triangles, and nothing in it is believed: a tree that is not sound is as none, and its
+//! boxes are made of the triangles at hand. So no file can make a ray miss what is there.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use bytemuck::{cast_slice, pod_collect_to_vec};
-use caustics_kernels::interface::tree::TreeNode;
 use caustics_kernels::interface::triangle::Triangle;
 use serde::{Deserialize, Serialize};
 
-use super::{Shape, TreeQuality};
-use crate::hash::of_many;
+use super::plan::WIDTH;
+use super::{Shape, Tree, TreeQuality};
+use crate::file;
+use crate::hash::Digest;
 use crate::sealed;
 
 /// What a file of a tree is called in its first line.
@@ -23,6 +27,15 @@ const WORTH: usize = 1 << 16;
 const USUAL_MIB: u64 = 1024;
 /// The crate that the trees are built with, whose versions may build different ones.
 const BUILDER: &str = "obvhs 0.4.0";
+/// Bytes of a file beside its triangles and nodes at most.
+const MAX_HEAD: u64 = 1 << 16;
+/// Bytes of a triangle and of the nodes that it takes at most: each node but the root of one triangle has two children.
+const MAX_TRIANGLE: u64 = (size_of::<u32>() + size_of::<u8>() + size_of::<[u32; WIDTH]>()) as u64;
+/// Boxes that a ray enters in a tree that is kept, as expected by their areas: this many and [`MAX_SHARE`] of the leaves. Scenes
+/// have 8 to 120 of them; a tree of triangles in random order has a tenth of all. Beyond, a tree is built each time.
+const MAX_BOXES: f64 = 256.0;
+/// Share of the leaves, see [`MAX_BOXES`].
+const MAX_SHARE: f64 = 1.0 / 64.0;
 
 /// A folder of trees by what they are of. Its files appear whole; one that is damaged, or of another program, is as none. Not
 /// being able to read or write is no error.
@@ -37,7 +50,7 @@ pub struct TreeCache {
 /// All that decides a tree.
 #[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Key {
-    /// A hash of the triangles.
+    /// BLAKE3 of the triangles.
     triangles: String,
     count: usize,
     levels: u32,
@@ -54,8 +67,8 @@ struct Head {
 
 impl Key {
     pub(super) fn of(triangles: &[Triangle], levels: u32, quality: TreeQuality) -> Key {
-        let (hash, count) = (of_many(cast_slice(triangles)), triangles.len());
-        Key { triangles: hash, count, levels, quality, builder: BUILDER.into() }
+        let (digest, count) = (Digest::of([cast_slice(triangles)]), triangles.len());
+        Key { triangles: digest, count, levels, quality, builder: BUILDER.into() }
     }
 
     fn file_name(&self) -> String {
@@ -78,54 +91,46 @@ impl TreeCache {
     }
 
     /// The tree of these triangles, built by `build` unless it is there.
-    pub(super) fn shape(
+    pub(super) fn tree(
         &self,
         triangles: &[Triangle],
         levels: u32,
         quality: TreeQuality,
         build: impl FnOnce() -> Shape,
-    ) -> Shape {
+    ) -> Tree {
         if triangles.len() < WORTH {
-            return build();
+            return build().tree(triangles);
         }
         let key = Key::of(triangles, levels, quality);
-        self.find(&key).unwrap_or_else(|| {
+        self.find(&key, triangles).unwrap_or_else(|| {
             let shape = build();
-            let _ = self.keep(key, &shape);
-            shape
+            let tree = shape.clone().tree(triangles);
+            if is_quick(&tree) {
+                let _ = self.keep(key, &shape);
+            }
+            tree
         })
     }
 
-    /// The tree of a key, if it is there and whole.
-    pub(super) fn find(&self, key: &Key) -> Option<Shape> {
-        let path = self.folder.join(key.file_name());
-        let bytes = std::fs::read(&path).ok()?;
-        let (head, payload): (Head, _) = sealed::open(KIND, &bytes).ok()?;
-        let sizes =
-            [size_of::<u32>() * key.count, head.leaves, size_of::<TreeNode>().checked_mul(head.nodes)?];
-        let (order, rest) = payload.split_at_checked(sizes[0])?;
-        let (counts, nodes) = rest.split_at_checked(sizes[1])?;
-        if head.key != *key || nodes.len() != sizes[2] {
-            return None;
-        }
+    /// The tree of a key and its triangles, if it is there and can be used.
+    fn find(&self, key: &Key, triangles: &[Triangle]) -> Option<Tree> {
+        let file = file::open(&self.folder.join(key.file_name())).ok()?;
+        let most = MAX_HEAD + MAX_TRIANGLE * key.count as u64;
+        let bytes = file::read_open(&file, most + 1).ok().filter(|bytes| bytes.len() as u64 <= most)?;
+        let tree = parse(&bytes, key, triangles)?;
         // So that it is not among those that go first.
-        let _ =
-            std::fs::File::options().append(true).open(&path).and_then(|f| f.set_modified(SystemTime::now()));
-        Some(Shape {
-            nodes: pod_collect_to_vec(nodes),
-            counts: counts.into(),
-            order: pod_collect_to_vec(order),
-        })
+        let _ = file.set_modified(SystemTime::now());
+        Some(tree)
     }
 
     /// Writes a tree, and removes others as far as there is no room for all.
-    pub(super) fn keep(&self, key: Key, shape: &Shape) -> std::io::Result<()> {
+    fn keep(&self, key: Key, shape: &Shape) -> std::io::Result<()> {
         let name = key.file_name();
-        let head = Head { key, nodes: shape.nodes.len(), leaves: shape.counts.len() };
-        let parts: [&[u8]; 3] = [cast_slice(&shape.order), &shape.counts, cast_slice(&shape.nodes)];
+        let parts = shape.parts();
         if parts.iter().map(|part| part.len() as u64).sum::<u64>() > self.most_bytes {
             return Ok(());
         }
+        let head = Head { key, nodes: shape.children.len(), leaves: shape.counts.len() };
         std::fs::create_dir_all(&self.folder)?;
         let file = tempfile::Builder::new().prefix(PREFIX).tempfile_in(&self.folder)?;
         sealed::write(KIND, &head, file.as_file(), |to| {
@@ -157,110 +162,56 @@ impl TreeCache {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::super::tests::soup;
-    use super::*;
-    use crate::scene::tree::LEVELS;
-
-    fn cache(most_bytes: u64) -> (tempfile::TempDir, TreeCache) {
-        let folder = tempfile::tempdir().unwrap();
-        let cache = TreeCache { folder: folder.path().join("trees"), most_bytes };
-        (folder, cache)
-    }
-
-    fn made(triangles: &[Triangle]) -> Shape {
-        super::super::shape(triangles, LEVELS, TreeQuality::Fast)
-    }
-
-    fn key(triangles: &[Triangle]) -> Key {
-        Key::of(triangles, LEVELS, TreeQuality::Fast)
-    }
-
-    fn files(cache: &TreeCache) -> Vec<PathBuf> {
-        std::fs::read_dir(&cache.folder).map_or(vec![], |all| all.map(|file| file.unwrap().path()).collect())
-    }
-
-    #[test]
-    fn what_was_kept_is_found_and_nothing_else() {
-        let (_folder, cache) = cache(1 << 30);
-        let triangles = soup(WORTH as u32, 0.01);
-        let get = |triangles: &[Triangle], build: &dyn Fn() -> Shape| {
-            cache.shape(triangles, LEVELS, TreeQuality::Fast, build)
-        };
-        let built = get(&triangles, &|| made(&triangles));
-        assert_eq!(files(&cache).len(), 1);
-        assert_eq!(get(&triangles, &|| panic!("it is there")), built);
-
-        // A corner that is elsewhere by one bit, other levels, another quality.
-        let mut others = triangles.clone();
-        others[WORTH / 2].b.y = others[WORTH / 2].b.y.next_up();
-        let mark = Shape { counts: vec![7], ..Shape::default() };
-        assert_eq!(get(&others, &|| mark.clone()), mark);
-        assert!(cache.find(&Key::of(&triangles, LEVELS - 1, TreeQuality::Fast)).is_none());
-        assert!(cache.find(&Key::of(&triangles, LEVELS, TreeQuality::Best)).is_none());
-
-        // What is built in no time is not kept.
-        let few = soup(100, 0.1);
-        get(&few, &|| made(&few));
-        assert_eq!(files(&cache).len(), 2);
-    }
-
-    #[test]
-    fn a_file_that_is_damaged_or_foreign_is_as_none() {
-        let (_folder, cache) = cache(1 << 30);
-        let [one, other] = [soup(500, 0.1), soup(501, 0.1)];
-        cache.keep(key(&one), &made(&one)).unwrap();
-        let path = cache.folder.join(key(&one).file_name());
-        let whole = std::fs::read(&path).unwrap();
-        for at in [0, 20, whole.len() / 2, whole.len() - 1] {
-            let mut damaged = whole.clone();
-            damaged[at] ^= 4;
-            std::fs::write(&path, damaged).unwrap();
-            assert!(cache.find(&key(&one)).is_none(), "byte {at}");
-        }
-        std::fs::write(&path, &whole[..whole.len() - 9]).unwrap();
-        assert!(cache.find(&key(&one)).is_none());
-        std::fs::write(&path, &whole).unwrap();
-        assert!(cache.find(&key(&one)).is_some());
-        // Whole, but of other triangles, or of fewer nodes than it says.
-        std::fs::rename(&path, cache.folder.join(key(&other).file_name())).unwrap();
-        assert!(cache.find(&key(&other)).is_none());
-        let head = Head { key: key(&one), nodes: 3, leaves: 1 };
-        std::fs::write(&path, sealed::seal(KIND, &head, |_| ()).unwrap()).unwrap();
-        assert!(cache.find(&key(&one)).is_none());
-    }
-
-    #[test]
-    fn what_was_not_used_for_longest_goes_when_there_is_no_room() {
-        let (_folder, mut cache) = cache(1 << 30);
-        let all = [300, 301, 302].map(|count| soup(count, 0.1));
-        let age = |of: usize, cache: &TreeCache, seconds: u64| {
-            let file =
-                std::fs::File::options().append(true).open(cache.folder.join(key(&all[of]).file_name()));
-            file.unwrap()
-                .set_modified(SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(seconds))
-                .unwrap();
-        };
-        for (of, triangles) in all[..2].iter().enumerate() {
-            cache.keep(key(triangles), &made(triangles)).unwrap();
-            age(of, &cache, 10 + of as u64);
-        }
-        // The older one is used: it is no longer that.
-        assert!(cache.find(&key(&all[0])).is_some());
-        cache.most_bytes = 5 * std::fs::metadata(&files(&cache)[0]).unwrap().len() / 2;
-        cache.keep(key(&all[2]), &made(&all[2])).unwrap();
-        assert_eq!(all.each_ref().map(|of| cache.find(&key(of)).is_some()), [true, false, true]);
-        // One that has no room alone is not kept, and takes no other's.
-        cache.most_bytes = 100;
-        cache.keep(key(&all[1]), &made(&all[1])).unwrap();
-        assert_eq!(files(&cache).len(), 2);
-    }
-
-    #[test]
-    fn the_builder_is_that_of_the_lock_file() {
-        let lock = include_str!("../../../../Cargo.lock");
-        let (name, version) = BUILDER.split_once(' ').unwrap();
-        assert!(lock.contains(&format!("name = \"{name}\"\nversion = \"{version}\"")));
+impl Shape {
+    /// What a file holds of it.
+    fn parts(&self) -> [&[u8]; 3] {
+        [cast_slice(&self.order), &self.counts, cast_slice(&self.children)]
     }
 }
+
+/// Whether rays enter so few of its boxes that the tree is worth keeping. One that was made to be slow must not be used either.
+fn is_quick(tree: &Tree) -> bool {
+    tree.expected_boxes() <= MAX_BOXES + MAX_SHARE * tree.blocks.len() as f64
+}
+
+/// Bytes of triangles, leaves and nodes in a file.
+fn size(triangles: usize, leaves: usize, nodes: usize) -> Option<usize> {
+    let nodes = size_of::<[u32; WIDTH]>().checked_mul(nodes)?;
+    size_of::<u32>().checked_mul(triangles)?.checked_add(leaves)?.checked_add(nodes)
+}
+
+/// The tree of these triangles from the bytes of a file, if they are of this key and hold a sound tree that is quick.
+fn parse(bytes: &[u8], key: &Key, triangles: &[Triangle]) -> Option<Tree> {
+    let (Head { key: theirs, nodes, leaves }, payload) = sealed::open(KIND, bytes).ok()?;
+    if theirs != *key || size(key.count, leaves, nodes) != Some(payload.len()) {
+        return None;
+    }
+    let (order, rest) = payload.split_at(size(key.count, 0, 0)?);
+    let (counts, children) = rest.split_at(leaves);
+    let shape = Shape {
+        children: pod_collect_to_vec(children),
+        counts: counts.into(),
+        order: pod_collect_to_vec(order),
+    };
+    let tree = shape.is_sound(triangles.len(), key.levels).then(|| shape.tree(triangles))?;
+    is_quick(&tree).then_some(tree)
+}
+
+/// Whether the bytes of a file are a tree of these triangles.
+pub(crate) fn accepts(bytes: &[u8], triangles: &[Triangle]) -> bool {
+    parse(bytes, &Key::of(triangles, super::LEVELS, TreeQuality::default()), triangles).is_some()
+}
+
+/// A file with the right key and checksum for [`accepts`], whatever it holds.
+pub(crate) fn sealed_file(
+    triangles: &[Triangle],
+    nodes: usize,
+    leaves: usize,
+    payload: &[u8],
+) -> std::io::Result<Vec<u8>> {
+    let key = Key::of(triangles, super::LEVELS, TreeQuality::default());
+    sealed::seal(KIND, &Head { key, nodes, leaves }, |bytes| bytes.extend(payload))
+}
+
+#[cfg(test)]
+mod tests;

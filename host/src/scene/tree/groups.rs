@@ -1,5 +1,7 @@
 //! Triangles that share a box: clustering them one by one would take quadratic time. Imports obvhs.
 
+use std::collections::BTreeMap;
+
 use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
@@ -19,13 +21,11 @@ impl Groups {
         let mut hashed: Vec<(u64, u32)> = hashed.collect();
         hashed.par_sort_unstable();
         let mut group: Vec<u32> = (0..boxes.len() as u32).collect();
-        for run in hashed.chunk_by(|a, b| a.0 == b.0) {
-            let (_, first) = run[0];
-            for &(_, id) in &run[1..] {
-                // A different box of the same hash stays by itself.
-                if bits(&boxes[id as usize]) == bits(&boxes[first as usize]) {
-                    group[id as usize] = first;
-                }
+        for run in hashed.chunk_by(|a, b| a.0 == b.0).filter(|run| run.len() > 1) {
+            // Boxes of one hash may differ: a scene can be made so.
+            let mut firsts = BTreeMap::new();
+            for &(_, id) in run {
+                group[id as usize] = *firsts.entry(bits(&boxes[id as usize])).or_insert(id);
             }
         }
         drop(hashed);
@@ -64,15 +64,16 @@ impl Groups {
     }
 }
 
+/// The golden ratio in 64 bits.
+const FACTOR: u64 = 0x9e37_79b9_7f4a_7c15;
+
 fn bits(bounds: &Aabb) -> [[u32; 3]; 2] {
     [bounds.min, bounds.max].map(|corner| corner.to_array().map(f32::to_bits))
 }
 
 fn hash(bounds: &Aabb) -> u64 {
     let words = bits(bounds).into_iter().flatten();
-    words.fold(0, |hash: u64, word| {
-        (hash ^ u64::from(word)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29)
-    })
+    words.fold(0, |hash: u64, word| (hash ^ u64::from(word)).wrapping_mul(FACTOR).rotate_left(29))
 }
 
 #[cfg(test)]
@@ -88,5 +89,28 @@ mod tests {
         let all: Vec<&[u32]> = (0..groups.count()).map(|group| groups.get(group)).collect();
         assert_eq!(all, [&[0, 2, 5][..], &[1, 4], &[3]]);
         assert_eq!(Groups::of(&[]).count(), 0);
+    }
+
+    /// Every step of the hash can be undone: a first word that makes up for what differs before gives the same hash.
+    #[test]
+    fn boxes_of_one_hash_are_grouped_by_their_bits() {
+        let step = |hash: u64, word: u32| (hash ^ u64::from(word)).wrapping_mul(FACTOR).rotate_left(29);
+        let mut upper: BTreeMap<u32, (u64, u32)> = BTreeMap::new();
+        let mut pairs = (1..1 << 20).filter_map(|low: u32| {
+            let found = (step(step(0, low), 0), low);
+            Some((found, upper.insert((found.0 >> 32) as u32, found)?))
+        });
+        let (one, other) = pairs.next().unwrap();
+        let word = 0x3f80_0000;
+        // After the third word both have the same state.
+        let of = |(state, low): (u64, u32)| Aabb {
+            min: Vec3A::new(f32::from_bits(low), 0.0, f32::from_bits(word ^ (state ^ one.0) as u32)),
+            max: Vec3A::splat(2.0),
+        };
+        let [a, b] = [of(one), of(other)];
+        assert!(hash(&a) == hash(&b) && bits(&a) != bits(&b));
+        let groups = Groups::of(&[a, b, b, a, b]);
+        let all: Vec<&[u32]> = (0..groups.count()).map(|group| groups.get(group)).collect();
+        assert_eq!(all, [&[0, 3][..], &[1, 2, 4]]);
     }
 }

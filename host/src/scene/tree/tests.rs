@@ -27,7 +27,7 @@ fn built(triangles: &[Triangle]) -> Tree {
 }
 
 /// Walks the tree, checks boxes and blocks, and returns its depth in nodes.
-fn check(triangles: &[Triangle], tree: &Tree) -> u32 {
+pub fn check(triangles: &[Triangle], tree: &Tree) -> u32 {
     let mut seen = vec![0; triangles.len()];
     let mut blocks_seen = vec![0; tree.blocks.len()];
     let mut deepest = 0;

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
+use super::textures::whole;
 use super::{Scene, TINY, caustics, fault, listing, refuses, shell};
 
 /// Runs in 4 GiB of address space, and demands a refusal that leaves the folder as it was.
@@ -91,6 +92,41 @@ fn pipes_and_devices_are_no_experiments() {
     assert_eq!(shell(folder.path(), "mkfifo pipe.toml").code, Some(0));
     for file in ["pipe.toml", "/dev/zero"] {
         refuses(folder.path(), &["sweep", file, "-o", "out"], 1, &[file, "not a file"]);
+    }
+}
+
+/// They call themselves regular files, and reading some of them waits for ever.
+#[cfg(target_os = "linux")]
+#[test]
+fn files_that_the_system_makes_up_are_no_inputs() {
+    let folder = tempfile::tempdir().unwrap();
+    std::os::unix::fs::symlink("/proc/kmsg", folder.path().join("link")).unwrap();
+    for input in ["/proc/kmsg", "/proc/self/maps", "/sys/kernel/uevent_seqnum", "./link"] {
+        let before = listing(folder.path());
+        for arguments in [
+            &["compare", input, input][..],
+            &["sweep", input, "-o", "out"],
+            &["merge", input, input, "-o", "out.exr"],
+            &["scene", "info", input],
+            &["render", "mirror-room", "-o", "out.exr", "--environment", input],
+            &["render", "mirror-room", "-o", "out.exr", "--edits", input],
+        ] {
+            let run = caustics(folder.path(), arguments);
+            let code = run.code.unwrap_or_default();
+            assert!((1..=2).contains(&code), "{arguments:?}: {code} {}", run.stderr);
+            if let Some(fault) = fault(&run, code, &[input]) {
+                panic!("{arguments:?}: {fault}");
+            }
+            assert_eq!(listing(folder.path()), before, "{arguments:?} left something behind");
+        }
+        // A scene names it: for its vertices, and for an image.
+        let named = folder.path().join(input);
+        let mut scene = Scene::new("mirror-room");
+        scene.json["buffers"][0]["uri"] = json!(named);
+        scene.refuses(1, &[input]);
+        let mut scene = whole();
+        scene.json["images"][0] = json!({ "uri": named });
+        scene.replaces(&["image 0", input]);
     }
 }
 

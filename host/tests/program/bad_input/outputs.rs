@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::json;
 
-use super::{Scene, TINY, caustics, refuses, render_refuses};
+use super::{Scene, TINY, caustics, listing, refuses, render_refuses, shell};
 
 #[test]
 fn nothing_is_overwritten_without_force() {
@@ -48,6 +48,40 @@ fn folders_that_cannot_be_written_are_named() {
     let arguments = [&["render", "mirror-room", "-o", "out.exr", "--png", "missing/out.png"], &TINY[..]];
     refuses(folder.path(), &arguments.concat(), 1, &["missing/out.png", "create the folder"]);
     refuses(folder.path(), &["scene", "make", "ring", "-o", "file"], 1, &["file/ring"]);
+}
+
+/// The limit of files, in blocks of 512 bytes or of 1 KiB, is below what each of these writes.
+#[cfg(unix)]
+#[test]
+fn a_file_beyond_the_limit_of_files_is_an_error_that_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let tiny = "--width 64 --height 36 --light-paths 1000 --runner cpu";
+    for line in [
+        format!("render mirror-room -o out.exr {tiny}"),
+        format!("render mirror-room -o out.exr --png out.png {tiny} --force"),
+        format!("render mirror-room -o out.exr --frames 2 --shard 1/2 {tiny}"),
+        format!("animate moving-caster -o out/##.exr --frames 0..2 {tiny}"),
+        "reference mirror-room -o out.exr --spp 2 --width 64 --height 36 --runner cpu".to_string(),
+        "scene make mirror-room -o made".to_string(),
+    ] {
+        let _ = std::fs::create_dir(folder.path().join("out"));
+        let before = listing(folder.path());
+        let run =
+            shell(folder.path(), &format!("export CAUSTICS_CACHE=$PWD/none; ulimit -f 1; exec $0 {line}"));
+        assert!(
+            run.code.is_some_and(|code| (1..=2).contains(&code)),
+            "{line}: {:?} {}",
+            run.code,
+            run.stderr
+        );
+        assert!(run.stderr.contains("error: "), "{line}: {}", run.stderr);
+        let made = folder.path().join("made");
+        let left: Vec<_> = listing(folder.path()).difference(&before).cloned().collect();
+        assert!(left.iter().all(|path| path.starts_with(&made) && path.is_dir()), "{line}: {left:?}");
+    }
+    let line = format!("ulimit -f 1; exec $0 render mirror-room -o out.exr {tiny}");
+    let run = shell(folder.path(), &line);
+    assert!(run.stderr.contains("out.exr") && run.stderr.contains("ulimit -f"), "{}", run.stderr);
 }
 
 #[test]

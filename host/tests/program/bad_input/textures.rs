@@ -1,22 +1,45 @@
 //! Textures of a scene.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
 use super::{Scene, TINY, caustics};
 
+fn source() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/textured-room")
+}
+
+/// A scene with all of its images.
+pub fn whole() -> Scene {
+    let scene = Scene::new("textured-room");
+    for file in ["tiles.png", "bricks.png", "rings.png", "leaves.png", "panes.png"] {
+        std::fs::copy(source().join(file), scene.path().join(file)).unwrap();
+    }
+    scene
+}
+
+/// The transcoder adds two offsets of the file, of which one is the largest there is.
+#[test]
+fn a_decoder_that_panics_says_nothing_of_its_own() {
+    let word = |words: &[u32]| words.iter().flat_map(|word| word.to_le_bytes()).collect::<Vec<u8>>();
+    let long = |words: &[u64]| words.iter().flat_map(|word| word.to_le_bytes()).collect::<Vec<u8>>();
+    let header = word(&[0, 1, 16, 16, 0, 0, 1, 1, 1, 104, 44, 0, 0]);
+    let global = long(&[u64::MAX, 145]);
+    let level = long(&[329, 8, 0]);
+    let format = word(&[44, 0, 40 << 16 | 2, 2 << 16 | 419, 3 << 8 | 3, 8, 0, 63 << 16, 0, 0, u32::MAX]);
+    let file = [&b"\xABKTX 20\xBB\r\n\x1A\n"[..], &header, &global, &level, &format, &[0; 189]].concat();
+    let mut scene = whole();
+    std::fs::write(scene.path().join("a.ktx2"), file).unwrap();
+    scene.json["images"][0] = json!({ "uri": "a.ktx2" });
+    scene.replaces(&["image 0", "Basis Universal data are damaged"]);
+    let run = caustics(scene.path(), &[&["render", "scene.gltf", "-o", "b.exr"], &TINY[..]].concat());
+    assert!(!run.stderr.contains("panicked") && !run.stderr.contains(".rs:"), "{}", run.stderr);
+}
+
 #[test]
 fn textures_that_cannot_be_had_are_replaced() {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/textured-room");
-    let tiles = std::fs::read(source.join("tiles.png")).unwrap();
-    let whole = || {
-        let scene = Scene::new("textured-room");
-        for file in ["tiles.png", "bricks.png", "rings.png", "leaves.png", "panes.png"] {
-            std::fs::copy(source.join(file), scene.path().join(file)).unwrap();
-        }
-        scene
-    };
+    let tiles = std::fs::read(source().join("tiles.png")).unwrap();
     let run =
         caustics(whole().write().path(), &[&["render", "scene.gltf", "-o", "out.exr"], &TINY[..]].concat());
     assert_eq!(run.code, Some(0), "{}", run.stderr);

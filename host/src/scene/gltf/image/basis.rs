@@ -1,9 +1,8 @@
 //! KHR_texture_basisu: KTX 2.0 files of Basis Universal, unpacked to plain texels.
 
-use std::panic::catch_unwind;
-
 use basisu::{DecodeFlags, TargetFormat, Transcoder};
 
+use crate::caught::caught;
 use crate::scene::texture::Image;
 
 /// What such a file begins with.
@@ -47,12 +46,12 @@ pub fn read(bytes: &[u8]) -> Result<Image, String> {
         return Err("cannot be decoded: it is no single picture of the size that its header says".into());
     }
     // The transcoder is made to return errors; should one of its checks be missing, damaged bytes must not end the program.
-    let texels = catch_unwind(|| {
+    let texels = caught(|| {
         Transcoder::new(bytes)
             .and_then(|file| file.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE))
             .ok()
     });
-    let texels = texels.ok().flatten().unwrap_or_default();
+    let texels = texels.flatten().unwrap_or_default();
     if texels.len() as u64 != 4 * u64::from(width) * u64::from(height) {
         return Err("cannot be decoded: its Basis Universal data are damaged".into());
     }

@@ -1,0 +1,70 @@
+//! Panics of other people's decoders, caught without a word.
+
+use std::cell::Cell;
+use std::panic::{UnwindSafe, catch_unwind, set_hook, take_hook};
+use std::sync::Once;
+
+thread_local! {
+    /// Number of calls of [`caught`] that this thread is in.
+    static DEPTH: Cell<u32> = const { Cell::new(0) };
+}
+
+/// Returns what `decode` returns, or none if it panics, of which nothing is printed: the caller says what is wrong with the
+/// input. Panics of other threads, and those after the call, are reported as ever.
+pub fn caught<T>(decode: impl FnOnce() -> T + UnwindSafe) -> Option<T> {
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let report = take_hook();
+        set_hook(Box::new(move |panic| {
+            // A thread that is ending has no count any more.
+            if DEPTH.try_with(Cell::get).unwrap_or(0) == 0 {
+                report(panic);
+            }
+        }));
+    });
+    DEPTH.set(DEPTH.get() + 1);
+    let decoded = catch_unwind(decode);
+    DEPTH.set(DEPTH.get() - 1);
+    decoded.ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What panics of this test print, another process tells.
+    #[test]
+    #[ignore = "started by the test below"]
+    fn child() {
+        assert_eq!(caught(|| 7), Some(7));
+        let (ready, go) = (std::sync::Barrier::new(2), std::sync::Barrier::new(2));
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                ready.wait();
+                // While the other thread is inside of a call
+                assert!(catch_unwind(|| panic!("shown of another thread")).is_err());
+                go.wait();
+            });
+            let hidden = caught(std::panic::AssertUnwindSafe(|| {
+                ready.wait();
+                go.wait();
+                assert_eq!(caught(|| -> u32 { panic!("hidden inside") }), None);
+                panic!("hidden outside")
+            }));
+            assert_eq!(hidden, None::<()>);
+        });
+        assert!(catch_unwind(|| panic!("shown afterwards")).is_err());
+    }
+
+    #[test]
+    fn panics_inside_of_a_call_are_silent_and_all_others_are_reported() {
+        let this = std::env::current_exe().unwrap();
+        let arguments = ["--exact", "caught::tests::child", "--ignored", "--nocapture"];
+        let output = std::process::Command::new(this).args(arguments).output().unwrap();
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{text}");
+        assert!(String::from_utf8_lossy(&output.stdout).contains("1 passed"));
+        assert!(text.contains("shown of another thread") && text.contains("shown afterwards"), "{text}");
+        assert!(!text.contains("hidden"), "{text}");
+    }
+}

@@ -5,7 +5,6 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
-use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -14,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::accumulation::{Accumulation, Shape};
-use crate::file::read_file;
+use crate::file::{self, read_file};
 use crate::output::target::{Target, TargetError};
 use crate::sealed::{self, Unusable};
 
@@ -165,7 +164,7 @@ pub fn difference(ours: &Identity, theirs: &Identity) -> Option<Difference> {
 /// If the file cannot be read, or is no checkpoint of this version of the program.
 pub fn head(path: &Path) -> Result<Head, CheckpointError> {
     let fail = |source| CheckpointError::Read { path: path.into(), source };
-    let head = sealed::head(KIND, File::open(path).map_err(fail)?).map_err(fail)?;
+    let head = sealed::head(KIND, file::open(path).map_err(fail)?).map_err(fail)?;
     head.map_err(|why| CheckpointError::Unusable { path: path.into(), why })
 }
 
@@ -212,6 +211,9 @@ pub fn parse(
     state.reverse();
     let (values, rest) = payload.as_chunks::<8>();
     let values = values.iter().map(|value| f64::from_le_bytes(*value));
+    if !values.clone().all(f64::is_finite) {
+        return Err(damaged("its sums are not finite"));
+    }
     let sums = Accumulation::of(theirs, values).filter(|_| rest.is_empty());
     let sums = sums.ok_or_else(|| damaged("its sums are too many or too few"))?;
     Ok(Checkpoint { sums, spent: Duration::from_secs_f64(seconds), about, state })
@@ -304,6 +306,24 @@ mod tests {
                 error(shape, seconds, values).unwrap_err().to_string().contains("is damaged"),
                 "{shape:?}"
             );
+        }
+        // Sums that no picture adds up to
+        for bits in
+            [f64::NAN, f64::INFINITY, f64::NEG_INFINITY].map(f64::to_bits).into_iter().chain([u64::MAX])
+        {
+            for at in [0, 17, 35] {
+                let head = Head {
+                    identity: identity("1"),
+                    shape: fine,
+                    seconds: 1.0,
+                    about: BTreeMap::new(),
+                    state: vec![],
+                };
+                let sums = (0..36).flat_map(|place| if place == at { bits } else { 0 }.to_le_bytes());
+                let bytes = sealed::seal(KIND, &head, |bytes| bytes.extend(sums)).unwrap();
+                let error = parse(Path::new("a"), &bytes, &identity("1"), SHAPE).unwrap_err().to_string();
+                assert!(error.contains("its sums are not finite; remove it"), "{error}");
+            }
         }
         let huge = Shape { width: 1 << 63, height: 1 << 62, ..fine };
         assert!(Accumulation::of(huge, std::iter::empty::<f64>()).is_none());

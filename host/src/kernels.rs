@@ -14,6 +14,8 @@ mod error;
 mod lock;
 mod watch;
 
+#[cfg(test)]
+pub(crate) use self::check::passes;
 use self::lock::{BASE, Lock, RAYQUERY, words};
 
 /// Hash of the kernels' sources.

@@ -37,6 +37,7 @@ use caustics_kernels::method::frame::{frame_buffers, look_back};
 use self::last::{Last, Starts, overwritten};
 use self::tiles::{Rendered, State, Tiles};
 
+mod kept;
 pub(crate) mod last;
 mod tiles;
 
@@ -125,6 +126,12 @@ pub enum SessionError {
     #[error("a state has no whole buffer {buffer}")]
     State {
         /// The buffer that it lacks.
+        buffer: &'static str,
+    },
+    /// A state of numbers that no frame leaves.
+    #[error("the numbers of buffer {buffer} in a state are not finite")]
+    NotFinite {
+        /// The buffer.
         buffer: &'static str,
     },
     /// There is no frame to look into.
@@ -389,7 +396,7 @@ impl Session {
     ///
     /// # Errors
     ///
-    /// If a buffer is missing or has another size.
+    /// If a buffer is missing, has another size, or holds numbers that are not finite; the session is as it was then.
     pub fn restore(&mut self, frame: u32, state: &[(String, Vec<u8>)]) -> Result<(), SessionError> {
         let count = self.tiles.count() as usize;
         let mut states = vec![State::new(); count];
@@ -397,6 +404,9 @@ impl Session {
             let whole =
                 |(name, bytes): &&(String, Vec<u8>)| name == spec.name && bytes.len() == count * spec.bytes;
             let (_, bytes) = state.iter().find(whole).ok_or(SessionError::State { buffer: spec.name })?;
+            if !kept::is_finite(spec.name, bytes) {
+                return Err(SessionError::NotFinite { buffer: spec.name });
+            }
             for (state, bytes) in states.iter_mut().zip(bytes.chunks_exact(spec.bytes.max(1))) {
                 state.push((spec.name, bytes.to_vec()));
             }

@@ -1,12 +1,12 @@
 //! A run of frames: open, render until a stop is reached, keep checkpoints, write, report.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use caustics::accumulation::{Accumulation, BATCHES, Shape};
-use caustics::checkpoint::{self, Checkpoint, Identity};
+use caustics::checkpoint::{self, Checkpoint, CheckpointError, Identity};
 use caustics::energy::Energy;
 use caustics::experiment::cell::Cell;
 use caustics::kernels;
@@ -14,7 +14,8 @@ use caustics::output::lock::Lock;
 use caustics::output::target::{Target, TargetError, remove};
 use caustics::output::{exr, png};
 use caustics::scene::{self, Staged};
-use caustics::session::Session;
+use caustics::sealed::Unusable;
+use caustics::session::{Session, SessionError};
 use caustics::settings::Settings;
 use caustics::trace_rate::closest_hits_per_second;
 use caustics_kernels::interface::choice::TextureFilter;
@@ -126,7 +127,7 @@ impl Job {
             false => Checkpoint { sums: Accumulation::from_frame(first, batches), ..Checkpoint::default() },
         };
         if resumes && let Some(last) = sums.shape.end().checked_sub(1) {
-            session.restore(last, &state)?;
+            session.restore(last, &state).map_err(|error| damaged(&kept.path, error))?;
         }
         let mut keeper = Keeper::new("a checkpoint");
 
@@ -245,6 +246,16 @@ impl Job {
             tell!("{}: {frames} frames rendered, {:.1} ms a frame", output.display(), report.frame_ms());
         }
         Ok(if done { ExitCode::SUCCESS } else { ExitCode::from(130) })
+    }
+}
+
+/// What of a checkpoint cannot be gone on from is the file's fault.
+fn damaged(path: &Path, error: SessionError) -> anyhow::Error {
+    match error {
+        SessionError::State { .. } | SessionError::NotFinite { .. } => {
+            CheckpointError::Unusable { path: path.into(), why: Unusable::damaged(error) }.into()
+        }
+        error => error.into(),
     }
 }
 

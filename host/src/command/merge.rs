@@ -104,6 +104,9 @@ impl Part {
         if !(samples.is_finite() && samples >= 1.0) {
             return Err(Usage(format!("{file}: its number of samples is {samples}")));
         }
+        if !mean.iter().chain(&variance).all(|color| color.is_finite()) {
+            return Err(Usage(format!("{file}: its mean or its variance is not finite; render it again")));
+        }
         let size = (image.width, image.height);
         Ok(Part { file, size, mean, variance, samples: f64::from(samples), attributes: image.attributes })
     }

@@ -79,7 +79,7 @@ fn entry_point(
 }
 
 /// Every pass that a session or a test can run.
-fn passes() -> Vec<&'static Pass> {
+pub(crate) fn passes() -> Vec<&'static Pass> {
     let params = FrameParams {
         width: 1,
         height: 1,

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use assert_cmd::Command;
 use caustics::image::Channels;
+use caustics::sealed;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -253,6 +254,15 @@ fn a_state_helps_only_frames_behind_it_and_of_its_run() {
     let (desk, whole) = (Desk::new(), Desk::new());
     assert_eq!(end_early(&desk, scene, &[], "INT"), Some(130));
     let state = desk.files()["animation.state"].clone();
+    // One whose checksum is right and whose numbers are none
+    let (head, payload) = sealed::open::<Value>("animation", &state).unwrap();
+    let crafted = vec![0xff; payload.len()];
+    let crafted = sealed::seal("animation", &head, |bytes| bytes.extend(crafted)).unwrap();
+    std::fs::write(desk.path("f/animation.state"), crafted).unwrap();
+    let more = format!("0..{}", desk.names().len() + 1);
+    let words = ["animation.state", "is damaged", "not finite", "remove it"];
+    desk.refuses(scene, &["--frames", &more], &words);
+    std::fs::write(desk.path("f/animation.state"), &state).unwrap();
     // The state holds light of frames behind the one that is missing.
     let range = format!("0..{}", desk.names().len() - 1);
     desk.remove(&["02.exr"]);

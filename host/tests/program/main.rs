@@ -6,6 +6,7 @@ mod bad_input;
 mod cli;
 mod compile;
 mod corpus;
+mod crafted;
 mod denoiser;
 mod edits;
 mod inspect;

@@ -14,7 +14,7 @@ use caustics::session::Session;
 use super::kept::{self, refusal};
 use super::plan::Plan;
 use super::record::Record;
-use super::state::State;
+use super::state::{self, State};
 use crate::command::aov;
 use crate::command::bar::bar;
 use crate::command::keeper::Keeper;
@@ -84,7 +84,8 @@ impl Run {
             if (begin..first).contains(&state.frame) {
                 // The next frame looks back at what stood where in this one.
                 self.pose(state.frame)?;
-                self.session.restore(state.frame, &state.buffers)?;
+                let restored = self.session.restore(state.frame, &state.buffers);
+                restored.map_err(|error| state::damaged(&path, error))?;
                 begin = state.frame + 1;
             }
         }

@@ -10,6 +10,7 @@ use caustics::checkpoint::Identity;
 use caustics::file::read_file;
 use caustics::output::target::Target;
 use caustics::sealed::{self, Unusable};
+use caustics::session::SessionError;
 use serde::{Deserialize, Serialize};
 
 use crate::cli::Usage;
@@ -72,6 +73,16 @@ impl State {
             return Err(Unusable::damaged("there is more behind its buffers"));
         }
         Ok(State { identity: head.identity, frame: head.frame, buffers })
+    }
+}
+
+/// What of a state cannot be gone on from is the file's fault.
+pub fn damaged(path: &Path, error: SessionError) -> anyhow::Error {
+    match error {
+        SessionError::State { .. } | SessionError::NotFinite { .. } => {
+            Usage(format!("{}: the state {}", path.display(), Unusable::damaged(error))).into()
+        }
+        error => error.into(),
     }
 }
 

@@ -1,0 +1,90 @@
+//! Numbers of what outlives a frame: a file of them is not believed.
+
+/// Words of an element of each buffer that outlives a frame: `f` is a number, `u` anything else.
+const WORDS: [(&str, &str); 18] = [
+    ("balance", "ffffu"),
+    ("density", "ff"),
+    ("density_feedback", "u"),
+    ("density_tree", "f"),
+    ("guide_maps", "ffff"),
+    ("guide_sums", "ff"),
+    ("history_mean", "fff"),
+    ("history_points", "ffffuuuf"),
+    ("path_brightness", "ff"),
+    ("path_light", "ffffffff"),
+    ("path_points", "ffffuuuf"),
+    ("path_square", "f"),
+    ("picture_rows", "f"),
+    ("pixel_sums", "ffff"),
+    ("radius_next", "f"),
+    ("start_counts", "u"),
+    ("start_scores", "u"),
+    ("validation_deposits", "ffffu"),
+];
+
+/// Whether all numbers of a buffer are finite.
+pub fn is_finite(buffer: &str, bytes: &[u8]) -> bool {
+    let Some((_, words)) = WORDS.iter().find(|(name, _)| *name == buffer) else { return true };
+    let is_number = words.bytes().cycle().map(|word| word == b'f');
+    let values = bytes.as_chunks().0.iter().map(|word| f32::from_le_bytes(*word));
+    values.zip(is_number).all(|(value, is_number)| !is_number || value.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::{BTreeMap, BTreeSet};
+
+    use caustics_kernels::interface::balance::Balance;
+    use caustics_kernels::interface::history::{HistoryPoint, PathLight, ValidationDeposit};
+    use caustics_kernels::{emission, history, method};
+
+    use super::*;
+    use crate::kernels::passes;
+
+    #[test]
+    fn every_buffer_that_outlives_a_frame_has_its_words() {
+        let strides: BTreeMap<&str, usize> =
+            passes().iter().flat_map(|pass| pass.buffers).map(|bound| (bound.name, bound.stride)).collect();
+        let parts = [
+            &history::path::KEPT[..],
+            &caustics_kernels::pass::weigh::KEPT,
+            &caustics_kernels::pass::balance::KEPT,
+            &caustics_kernels::pass::widen::KEPT,
+        ];
+        let of_kinds = method::ALL.iter().map(|method| method.keeps);
+        let of_kinds = of_kinds.chain(history::ALL.iter().map(|history| history.keeps));
+        let of_kinds = of_kinds.chain(emission::ALL.iter().map(|emission| emission.keeps));
+        let names: BTreeSet<&str> = of_kinds.chain(parts).flatten().copied().collect();
+        assert_eq!(names, WORDS.iter().map(|(name, _)| *name).collect());
+        for (name, words) in WORDS {
+            assert_eq!(strides[name], 4 * words.len(), "{name}");
+        }
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_are_found_and_indices_are_none() {
+        let point = HistoryPoint {
+            normal: u32::MAX,
+            to_viewer: u32::MAX,
+            material: u32::MAX,
+            ..HistoryPoint::default()
+        };
+        let of = |samples, radius| {
+            [point, HistoryPoint { samples, radius, ..point }]
+                .map(|point| bytemuck::bytes_of(&point).to_vec())
+                .concat()
+        };
+        assert!(is_finite("history_points", &of(1.0, 2.0)));
+        assert!(!is_finite("history_points", &of(f32::NAN, 2.0)));
+        assert!(!is_finite("history_points", &of(1.0, f32::NEG_INFINITY)));
+        let deposit = ValidationDeposit { instance: u32::MAX, ..ValidationDeposit::default() };
+        assert!(is_finite("validation_deposits", bytemuck::bytes_of(&deposit)));
+        let balance = Balance { light_paths: u32::MAX, ..Balance::default() };
+        assert!(is_finite("balance", bytemuck::bytes_of(&balance)));
+        let light = PathLight { indirect_samples: f32::INFINITY, ..PathLight::default() };
+        assert!(!is_finite("path_light", bytemuck::bytes_of(&light)));
+        for (name, words) in WORDS.iter().filter(|(_, words)| words.contains('f')) {
+            assert!(!is_finite(name, &vec![0xff; 4 * words.len()]), "{name}");
+        }
+    }
+}

@@ -43,6 +43,7 @@ pub(crate) use self::tree::{accepts as accepts_tree, sealed_file as sealed_tree}
 pub use self::viewpoint::{CameraChoice, Eye, Orbit, Place, Viewpoint};
 
 mod animation;
+mod borders;
 mod buffers;
 mod camera;
 mod casters;
@@ -66,6 +67,7 @@ pub(crate) mod mesh;
 pub(crate) mod motion;
 mod parts;
 mod pose;
+mod priorities;
 mod punctual;
 mod radiance;
 mod recorded;
@@ -87,9 +89,10 @@ pub struct Scene {
     pub triangles: Vec<Triangle>,
     /// What triangles have beside their corners, in the same order.
     pub surfaces: Vec<TriangleSurface>,
-    /// Materials, in the file's order.
+    /// Materials, in the file's order; then more records of those whose solids need several priorities
+    /// ([`Material::medium`] tells which).
     pub materials: Vec<Material>,
-    /// Names of the materials.
+    /// Names of the file's materials.
     pub material_names: Vec<String>,
     /// Emitters of positive power with their alias table; empty in a dark scene.
     pub lights: Vec<Light>,
@@ -140,6 +143,11 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// Name of the material that a record is of.
+    pub fn material_name(&self, record: u32) -> &str {
+        &self.material_names[self.materials[record as usize].medium as usize]
+    }
+
     /// The camera of a name; the first where none is given.
     ///
     /// # Errors

@@ -17,6 +17,7 @@ const BASE: Material = Material {
     flags: 0,
     priority: 0,
     dispersion: 0.0,
+    medium: 0,
 };
 
 /// The materials with their names; the first is the floor's, the last the light's.

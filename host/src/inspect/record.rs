@@ -54,7 +54,6 @@ impl<'a> Record<'a> {
 
     fn vertex(&self, here: &Here, hit: &Hit, event: Event, carries: Vec3) -> Vertex {
         let View { scene, features, .. } = self.view;
-        let name = scene.material_names.get(here.material as usize);
         let channels = ["red", "green", "blue"].into_iter().zip(carries.to_array());
         let mut carried = channels.filter(|(_, carries)| *carries > 0.0).map(|(name, _)| name);
         let only = carried.next().filter(|_| carried.next().is_none());
@@ -64,8 +63,8 @@ impl<'a> Record<'a> {
             event,
             lobes: Vec::new(),
             specular: false,
-            material: name.cloned().unwrap_or_default(),
-            material_index: here.material,
+            material: scene.material_name(here.material).into(),
+            material_index: scene.materials[here.material as usize].medium,
             instance: hit.instance,
             triangle: hit.triangle,
             carries: carries.to_array(),

@@ -1,32 +1,67 @@
 //! Media: which of them is there where solids overlap, and which surfaces bound no solid. Imports interface.
 
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
 use caustics_kernels::interface::material::{FLAG_HANGING, FLAG_SHEET, Material};
+use caustics_kernels::interface::texture::MaterialTextures;
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
+use caustics_kernels::surface::media::MAX_MATERIALS;
 use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::animation::Nodes;
 use super::instanced::Instanced;
 use super::mesh::Mesh;
+use super::priorities::{self, Placed};
 use super::solids::Solids;
 use super::{Scene, geometry};
 
 /// Boxes that are compared with each other, at most; among more, some are taken to overlap.
 const MAX_BOXES: usize = 4096;
+/// Triangles of the copies of meshes whose instances need several records, at most, in a scene of fewer triangles.
+const MAX_COPIED: usize = 1 << 18;
 
 /// The media of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Media {
-    /// Boxes around solids (m), of what stands still.
+    /// Boxes around what hangs together (m), of what stands still.
     boxes: Vec<[Vec3; 2]>,
-    /// Solids that move.
+    /// Number of boxes that move.
     moving: usize,
-    /// Volume (m^3) of the largest box of each material.
-    sizes: Vec<f64>,
-    /// Materials whose surface is open.
+    /// Surfaces of the world, then those of each mesh.
+    surfaces: Vec<Vec<Surface>>,
+    /// The world, then the instances that have media.
+    holders: Vec<Holder>,
+    /// Solids of all holders; all open surfaces of a material are one.
+    placed: Vec<Placed>,
+    /// Index among `placed` of each solid of each surface of each holder.
+    of_holders: Vec<u32>,
+    /// Records whose surface is open.
     open: Vec<bool>,
-    /// Materials whose fronts look inwards.
+    /// Records whose fronts look inwards.
     inside_out: Vec<bool>,
+    /// Whether solids share a priority although they need their own.
+    is_coarse: bool,
+}
+
+/// The triangles of one medium in a mesh, or in the world.
+#[derive(Clone, Debug)]
+struct Surface {
+    material: u32,
+    /// Indices of the triangles.
+    triangles: Vec<u32>,
+    solids: Solids,
+}
+
+/// The world or an instance.
+#[derive(Clone, Copy, Debug)]
+struct Holder {
+    /// Index of the instance; none of the world.
+    instance: Option<usize>,
+    /// Index of its surfaces.
+    surfaces: usize,
+    /// Index of its first solid in `of_holders`.
+    first: usize,
 }
 
 impl Media {
@@ -39,56 +74,185 @@ impl Media {
         nodes: &Nodes,
         origin: DVec3,
     ) -> Media {
-        let none = vec![false; materials.len()];
-        let sizes = vec![0.0; materials.len()];
-        let mut media = Media { sizes, open: none.clone(), inside_out: none, ..Media::default() };
-        let of_surfaces = surfaces.iter().map(|surface| surface.material);
-        let of_media: Vec<_> = by_medium(materials, triangles.iter().copied().zip(of_surfaces)).collect();
-        let of_media: Vec<_> = of_media.into_par_iter().map(|(id, own)| (id, Solids::of(&own))).collect();
-        for (id, solids) in of_media {
-            media.add(id, &solids, 1.0);
-            media.boxes.extend(solids.boxes);
-        }
-        let of_mesh = |mesh: &Mesh| -> Vec<(usize, Solids)> {
-            by_medium(materials, mesh.own()).map(|(id, of_medium)| (id, Solids::of(&of_medium))).collect()
-        };
-        let of_meshes: Vec<_> = instanced.meshes.iter().map(of_mesh).collect();
-        for instance in &instanced.instances {
-            let Some(solids) = of_meshes.get(instance.mesh).filter(|solids| !solids.is_empty()) else {
-                continue;
-            };
+        let of_triangles = surfaces.iter().map(|surface| surface.material);
+        let world = by_medium(materials, triangles.iter().copied().zip(of_triangles), origin);
+        let of_mesh = |mesh: &Mesh| by_medium(materials, mesh.own(), mesh.centre);
+        let of_meshes = instanced.meshes.iter().map(of_mesh);
+        let mut media =
+            Media { surfaces: [world].into_iter().chain(of_meshes).collect(), ..Media::default() };
+        let mut open = HashMap::new();
+        media.hold(None, 0, 1.0, Some(DAffine3::IDENTITY), &mut open);
+        for (id, instance) in instanced.instances.iter().enumerate() {
             let place = instance.place(nodes);
             // A mesh that hides at time 0 is as large as in its own space.
             let scale = place.matrix3.determinant().abs();
             let scale = if scale > 0.0 { scale } else { 1.0 };
-            for (id, solids) in solids {
-                media.add(*id, solids, scale);
-                if instance.node().is_some() || instanced.meshes[instance.mesh].deformation.is_some() {
-                    media.moving += solids.boxes.len();
-                    continue;
-                }
-                let centre = instanced.meshes[instance.mesh].centre;
-                let place = DAffine3::from_translation(-origin) * place * DAffine3::from_translation(centre);
-                media.boxes.extend(solids.boxes.iter().map(|bounds| around(bounds, &place)));
-            }
+            let mesh = &instanced.meshes[instance.mesh];
+            let moves = instance.node().is_some() || mesh.deformation.is_some();
+            let to_world =
+                DAffine3::from_translation(-origin) * place * DAffine3::from_translation(mesh.centre);
+            media.hold(Some(id), instance.mesh + 1, scale, (!moves).then_some(to_world), &mut open);
         }
         media
     }
 
-    /// A material's surface in a mesh, whose volume grows by `scale`.
-    fn add(&mut self, id: usize, solids: &Solids, scale: f64) {
-        self.sizes[id] = self.sizes[id].max(scale * solids.size());
-        self.open[id] |= !solids.is_closed;
-        self.inside_out[id] |= solids.is_closed && solids.volume < 0.0;
+    /// Adds an instance, whose mesh's volume grows by `scale`, where it stands still; `open` has the index of each material's
+    /// open surface among those placed.
+    fn hold(
+        &mut self,
+        instance: Option<usize>,
+        surfaces: usize,
+        scale: f64,
+        to_world: Option<DAffine3>,
+        open: &mut HashMap<u32, u32>,
+    ) {
+        if self.surfaces[surfaces].is_empty() {
+            return;
+        }
+        self.holders.push(Holder { instance, surfaces, first: self.of_holders.len() });
+        for Surface { material, solids, .. } in &self.surfaces[surfaces] {
+            match &to_world {
+                None => self.moving += solids.boxes.len(),
+                Some(place) => self.boxes.extend(solids.boxes.iter().map(|bounds| around(bounds, place))),
+            }
+            for solid in &solids.solids {
+                let size = scale * solid.size;
+                let fresh = self.placed.len() as u32;
+                let index = if solid.is_open { *open.entry(*material).or_insert(fresh) } else { fresh };
+                self.of_holders.push(index);
+                if let Some(there) = self.placed.get_mut(index as usize) {
+                    there.size = there.size.max(size);
+                    continue;
+                }
+                let bounds = to_world.filter(|_| !solid.is_open).map(|place| around(&solid.bounds, &place));
+                self.placed.push(Placed { material: *material, size, bounds });
+            }
+        }
     }
 
-    /// Makes priorities a strict order: by the file's number, then the smaller solid, then the later material. Marks sheets.
-    pub fn rank(&self, materials: &mut [Material]) {
-        let mut order: Vec<usize> = (0..materials.len()).filter(|&id| materials[id].is_medium()).collect();
-        order.sort_by(|&a, &b| {
-            let by_number = materials[a].priority.cmp(&materials[b].priority);
-            by_number.then(self.sizes[b].total_cmp(&self.sizes[a])).then(a.cmp(&b))
-        });
+    /// Makes priorities a strict order: by the file's number, then the smaller solid, then the later material. A material whose
+    /// solids need several priorities gets more records, behind the others. Marks sheets.
+    pub fn rank(
+        &mut self,
+        materials: &mut Vec<Material>,
+        textures: &mut Vec<MaterialTextures>,
+        surfaces: &mut [TriangleSurface],
+        instanced: &mut Instanced,
+    ) {
+        materials.iter_mut().zip(0..).for_each(|(material, id)| material.medium = id);
+        let (records, levels) = self.records(materials, textures);
+        if self.placed.iter().zip(&records).any(|(solid, &record)| solid.material != record) {
+            self.assign(&records, surfaces, instanced);
+        }
+        self.mark(&records, materials);
+
+        let placed = self.placed.iter().zip(&records);
+        let placed: Vec<_> = placed.map(|(solid, &material)| Placed { material, ..*solid }).collect();
+        let sizes = priorities::sizes(&placed, materials.len());
+        let mut order = priorities::by_largest(materials, &sizes);
+        order.sort_by_key(|&id| (materials[id].priority, levels[id]));
+        materials.iter_mut().for_each(|material| material.priority = 0);
+        for (rank, &id) in order.iter().enumerate() {
+            materials[id].priority = rank as i32;
+        }
+    }
+
+    /// The record of each solid that is placed, and the level of each record; adds those that there are not.
+    fn records(
+        &mut self,
+        materials: &mut Vec<Material>,
+        textures: &mut Vec<MaterialTextures>,
+    ) -> (Vec<u32>, Vec<u32>) {
+        let mut of_solids = priorities::levels(&self.placed, materials);
+        let with_levels = |of_solids: &[u32]| -> BTreeSet<(u32, u32)> {
+            self.placed.iter().zip(of_solids).map(|(solid, &level)| (solid.material, level)).collect()
+        };
+        let mut needed = with_levels(&of_solids);
+        if materials.len() + needed.len() > MAX_MATERIALS && of_solids.iter().any(|&level| level > 0) {
+            self.is_coarse = true;
+            of_solids.fill(0);
+            needed = with_levels(&of_solids);
+        }
+        let mut levels = vec![0; materials.len()];
+        let mut of_levels = BTreeMap::new();
+        let mut last = None;
+        for (material, level) in needed {
+            let mut record = material;
+            if last == Some(material) {
+                record = materials.len() as u32;
+                materials.push(materials[material as usize]);
+                levels.push(0);
+                if let Some(&row) = textures.get(material as usize) {
+                    textures.push(row);
+                }
+            }
+            last = Some(material);
+            levels[record as usize] = level;
+            of_levels.insert((material, level), record);
+        }
+        let solids = self.placed.iter().zip(of_solids);
+        (solids.map(|(solid, level)| of_levels[&(solid.material, level)]).collect(), levels)
+    }
+
+    /// Gives triangles the records of the solids that they bound. A mesh whose instances need different ones is copied.
+    fn assign(&mut self, records: &[u32], surfaces: &mut [TriangleSurface], instanced: &mut Instanced) {
+        let most = MAX_COPIED.max(surfaces.len() + instanced.triangle_count());
+        let mut copied = 0;
+        let mut meshes: HashMap<(usize, Vec<u32>), usize> = HashMap::new();
+        let mut taken = BTreeSet::new();
+        for holder in &self.holders {
+            let own = &self.surfaces[holder.surfaces];
+            let of_solids: Vec<u32> = self.solids_of(holder).map(|id| records[id]).collect();
+            let Some(instance) = holder.instance else {
+                set(own, &of_solids, |triangle, record| surfaces[triangle].material = record);
+                continue;
+            };
+            let mesh = holder.surfaces - 1;
+            let index = match meshes.get(&(mesh, of_solids.clone())) {
+                Some(&index) => index,
+                None if taken.insert(mesh) => mesh,
+                None if copied + instanced.meshes[mesh].count as usize > most => {
+                    self.is_coarse = true;
+                    continue;
+                }
+                None => {
+                    copied += instanced.meshes[mesh].count as usize;
+                    instanced.meshes.push(instanced.meshes[mesh].clone());
+                    instanced.meshes.len() - 1
+                }
+            };
+            instanced.instances[instance].mesh = index;
+            let materials = &mut instanced.meshes[index].materials;
+            set(own, &of_solids, |triangle, record| materials[triangle] = record);
+            meshes.insert((mesh, of_solids), index);
+        }
+    }
+
+    /// Indices among `placed` of the solids of a holder.
+    fn solids_of(&self, holder: &Holder) -> impl Iterator<Item = usize> + '_ {
+        let count: usize = self.surfaces[holder.surfaces].iter().map(|own| own.solids.solids.len()).sum();
+        self.of_holders[holder.first..][..count].iter().map(|&index| index as usize)
+    }
+
+    /// Marks the records of sheets.
+    fn mark(&mut self, records: &[u32], materials: &mut [Material]) {
+        (self.open, self.inside_out) = (vec![false; materials.len()], vec![false; materials.len()]);
+        for holder in &self.holders {
+            let mut placed = self.solids_of(holder).collect::<Vec<_>>().into_iter();
+            for own in &self.surfaces[holder.surfaces] {
+                // Volume, and whether something is open, by record.
+                let mut of_records: BTreeMap<u32, (f64, bool)> = BTreeMap::new();
+                for (solid, id) in own.solids.solids.iter().zip(placed.by_ref()) {
+                    let (volume, is_open) = of_records.entry(records[id]).or_default();
+                    *volume += solid.volume;
+                    *is_open |= solid.is_open;
+                }
+                for (record, (volume, is_open)) in of_records {
+                    self.open[record as usize] |= is_open;
+                    self.inside_out[record as usize] |= !is_open && volume < 0.0;
+                }
+            }
+        }
         for (id, material) in materials.iter_mut().enumerate() {
             material.flags &= !(FLAG_SHEET | FLAG_HANGING);
             material.flags |= match (self.inside_out[id], self.open[id]) {
@@ -97,10 +261,6 @@ impl Media {
                 (_, true) => FLAG_SHEET,
                 _ => 0,
             };
-            material.priority = 0;
-        }
-        for (rank, &id) in order.iter().enumerate() {
-            materials[id].priority = rank as i32;
         }
     }
 
@@ -114,7 +274,8 @@ impl Media {
     /// What a person should repair.
     pub fn warnings(&self, scene: &Scene) -> Vec<String> {
         let named = |id: usize, what: &str| {
-            format!("{}: material {:?} has a volume, but {what}", scene.name, scene.material_names[id])
+            let name = scene.material_name(id as u32);
+            format!("{}: material {name:?} has a volume, but {what}", scene.name)
         };
         let open = (0..self.open.len()).filter(|&id| self.open[id]).map(|id| {
             let hangs = scene.materials[id].flags & FLAG_HANGING != 0;
@@ -127,22 +288,48 @@ impl Media {
         });
         let inside_out = (0..self.inside_out.len()).filter(|&id| self.inside_out[id]);
         let turned = inside_out.map(|id| named(id, "its fronts look inwards; turn its faces over"));
-        open.chain(turned).collect()
+        let coarse = self.is_coarse.then(|| {
+            let what = "so many solids of different sizes overlap that some share the priority of their material's largest";
+            format!("{}: {what}; give such solids materials with an extras.priority", scene.name)
+        });
+        let mut warnings: Vec<String> = open.chain(turned).chain(coarse).collect();
+        // Several records of one material say the same.
+        warnings.dedup();
+        warnings
     }
 }
 
-/// Triangles of each medium that there is.
+/// The triangles of each medium that there is, from whose corners `origin` (m) was subtracted.
 fn by_medium(
     materials: &[Material],
     triangles: impl Iterator<Item = (Triangle, u32)>,
-) -> impl Iterator<Item = (usize, Vec<Triangle>)> {
-    let mut all = vec![Vec::new(); materials.len()];
-    for (triangle, material) in triangles {
+    origin: DVec3,
+) -> Vec<Surface> {
+    let mut all: BTreeMap<u32, (Vec<u32>, Vec<Triangle>)> = BTreeMap::new();
+    for (id, (triangle, material)) in triangles.enumerate() {
         if materials[material as usize].is_medium() {
-            all[material as usize].push(triangle);
+            let (ids, triangles) = all.entry(material).or_default();
+            ids.push(id as u32);
+            triangles.push(triangle);
         }
     }
-    all.into_iter().enumerate().filter(|(_, triangles)| !triangles.is_empty())
+    let all: Vec<_> = all.into_iter().collect();
+    let surface = |(material, (triangles, own)): (u32, (Vec<u32>, Vec<Triangle>))| {
+        let solids = Solids::of(&own, origin);
+        Surface { material, triangles, solids }
+    };
+    all.into_par_iter().map(surface).collect()
+}
+
+/// Calls a function with each triangle of these surfaces and the record of its solid.
+fn set(surfaces: &[Surface], of_solids: &[u32], mut then: impl FnMut(usize, u32)) {
+    let mut first = 0;
+    for Surface { triangles, solids, .. } in surfaces {
+        for (&triangle, &solid) in triangles.iter().zip(&solids.of_triangle) {
+            then(triangle as usize, of_solids[first + solid as usize]);
+        }
+        first += solids.solids.len();
+    }
 }
 
 /// The box around a box that is placed (m).

@@ -26,7 +26,8 @@ pub struct SceneParts {
     pub triangles: Vec<Triangle>,
     /// What they have beside their corners, one row per triangle; `curvature` and `light` are overwritten.
     pub surfaces: Vec<TriangleSurface>,
-    /// Materials; their priorities are overwritten by a strict order, and their flags of textures by `textures`.
+    /// Materials; their priorities are overwritten by a strict order, their media by their indices, and their flags of textures
+    /// by `textures`.
     pub materials: Vec<Material>,
     /// Names of the materials.
     pub material_names: Vec<String>,
@@ -65,8 +66,9 @@ impl SceneParts {
         let (instanced, origin) = (&self.instanced, self.origin);
         // Nothing stands on a node where none moves.
         let nodes = self.motion.as_ref().and_then(|_| self.rig.at(0.0).ok()).unwrap_or_default();
-        let media = Media::of(&self.materials, &self.triangles, &self.surfaces, instanced, &nodes, origin);
-        media.rank(&mut self.materials);
+        let mut media = Media::of(&self.materials, &self.triangles, &self.surfaces, instanced, &nodes, origin);
+        let textures = &mut self.textures.materials;
+        media.rank(&mut self.materials, textures, &mut self.surfaces, &mut self.instanced);
         let dropped_triangles = self.drop_degenerate();
         self.check_counts(dropped_triangles)?;
         let bounds = self.bounds.unwrap_or_else(|| self.bounds());

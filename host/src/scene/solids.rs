@@ -6,46 +6,156 @@ use caustics_kernels::interface::triangle::Triangle;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::borders::Borders;
 use super::geometry;
+
+/// Pairs of a cavity and a solid that may hold it which are compared, at most; beyond, all closed parts are one solid.
+const MAX_PAIRS: usize = 1 << 24;
 
 /// What triangles bound.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Solids {
-    /// Whether every edge is used as often one way as the other: no border is open.
+    /// Whether every edge is covered as often one way as the other: no border is open.
     pub is_closed: bool,
-    /// What they enclose (m^3); negative where their fronts look inwards.
-    pub volume: f64,
     /// Boxes around what hangs together (m).
     pub boxes: Vec<[Vec3; 2]>,
+    /// The solids. A cavity belongs to the one that it is in; all that is open is one.
+    pub solids: Vec<Solid>,
+    /// Index of the solid that each triangle bounds.
+    pub of_triangle: Vec<u32>,
+}
+
+/// What hangs together, with its cavities.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solid {
+    /// The box around it (m).
+    pub bounds: [Vec3; 2],
+    /// Volume of its box, of the largest box of what is open (m^3).
+    pub size: f64,
+    /// What it encloses (m^3); negative where its fronts look inwards.
+    pub volume: f64,
+    /// Whether it has an open border.
+    pub is_open: bool,
 }
 
 impl Solids {
-    /// What these triangles bound. Corners are one where they are equal, or, along borders, differ by rounding.
-    pub fn of(triangles: &[Triangle]) -> Solids {
+    /// What these triangles bound, from whose corners `origin` (m) was subtracted. Corners are one where they are equal, or,
+    /// along borders, differ by rounding.
+    pub fn of(triangles: &[Triangle], origin: DVec3) -> Solids {
         let (ids, points) = welded(triangles);
-        let mut edges: Vec<[u32; 2]> =
-            ids.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).filter(|[a, b]| a != b).collect();
-        unpaired(&mut edges);
-        if !edges.is_empty() {
-            let most = points.iter().map(|p| p.abs().max_element()).fold(0.0, f32::max);
-            let near = clusters(&edges, &points, most);
-            edges = edges.iter().map(|edge| edge.map(|id| near[&id])).filter(|[a, b]| a != b).collect();
-            unpaired(&mut edges);
+        let Borders { open, joins } = Borders::of(&ids, &points, tolerance(&points, origin));
+
+        // Parts: what corners of triangles, rounding and long edges hang together.
+        let mut roots = Roots((0..points.len() as u32).collect());
+        ids.iter().flat_map(|&[a, b, c]| [[a, b], [a, c]]).chain(joins).for_each(|[a, b]| roots.join(a, b));
+        let mut of_root: HashMap<u32, usize> = HashMap::new();
+        let mut parts: Vec<Solid> = Vec::new();
+        for (id, &p) in points.iter().enumerate() {
+            let part = *of_root.entry(roots.of(id as u32)).or_insert_with(|| {
+                parts.push(Solid { bounds: [p; 2], size: 0.0, volume: 0.0, is_open: false });
+                parts.len() - 1
+            });
+            let [low, high] = &mut parts[part].bounds;
+            (*low, *high) = (low.min(p), high.max(p));
         }
-        let volume = triangles.iter().map(|triangle| {
+        let mut of_triangle = Vec::with_capacity(triangles.len());
+        for (triangle, corners) in triangles.iter().zip(&ids) {
+            let part = of_root[&roots.of(corners[0])];
             let [a, b, c] = geometry::corners(triangle);
-            a.dot(b.cross(c)) / 6.0
-        });
-        Solids { is_closed: edges.is_empty(), volume: volume.sum(), boxes: boxes(&ids, &points) }
+            parts[part].volume += a.dot(b.cross(c)) / 6.0;
+            of_triangle.push(part as u32);
+        }
+        open.iter().for_each(|[a, _]| parts[of_root[&roots.of(*a)]].is_open = true);
+        parts.iter_mut().for_each(|part| part.size = volume_of_box(&part.bounds));
+
+        let boxes = parts.iter().map(|part| part.bounds).collect();
+        let into = owners(&parts);
+        let (solids, of_part) = merged(&parts, &into);
+        of_triangle.iter_mut().for_each(|part| *part = of_part[*part as usize]);
+        Solids { is_closed: open.is_empty(), boxes, solids, of_triangle }
+    }
+}
+
+/// Distance (m) within which borders meet. Corners and the points of edges between them are rounded in the file's space and again
+/// around the origin, by less than 4 ulp in all; nothing that is 1e-5 of the whole wide is closed by it.
+fn tolerance(points: &[Vec3], origin: DVec3) -> f64 {
+    let [low, high] = geometry::box_around(points.iter().map(|p| p.as_dvec3()));
+    let most = |p: DVec3| p.abs().max_element();
+    let rounding = most(low + origin).max(most(high + origin)) * 2f64.powi(-20);
+    let own = most(low).max(most(high)) * 2f64.powi(-22);
+    rounding.min(1e-5 * low.distance(high)).max(own).max(f64::MIN_POSITIVE)
+}
+
+fn volume_of_box(&[low, high]: &[Vec3; 2]) -> f64 {
+    let DVec3 { x, y, z } = (high - low).as_dvec3();
+    x * y * z
+}
+
+/// The part that each becomes one with: what is open with the first that is, a cavity with the smallest solid around it.
+fn owners(parts: &[Solid]) -> Vec<usize> {
+    let mut into: Vec<usize> = (0..parts.len()).collect();
+    let of = |is_wanted: fn(&Solid) -> bool| -> Vec<usize> {
+        (0..parts.len()).filter(|&part| is_wanted(&parts[part])).collect()
+    };
+    let open = of(|part| part.is_open);
+    open.iter().for_each(|&part| into[part] = open[0]);
+    let cavities = of(|part| !part.is_open && part.volume < 0.0);
+    let mut solids = of(|part| !part.is_open && part.volume >= 0.0);
+    solids.sort_by(|&a, &b| parts[a].size.total_cmp(&parts[b].size));
+    if cavities.len().saturating_mul(solids.len()) > MAX_PAIRS {
+        cavities.iter().chain(&solids).for_each(|&part| into[part] = cavities[0]);
+        return into;
+    }
+    for cavity in cavities {
+        let [low, high] = parts[cavity].bounds;
+        let holds = |&&solid: &&usize| {
+            let [lower, upper] = parts[solid].bounds;
+            lower.cmple(low).all() && high.cmple(upper).all() && parts[solid].volume > -parts[cavity].volume
+        };
+        into[cavity] = solids.iter().find(holds).copied().unwrap_or(cavity);
+    }
+    into
+}
+
+/// The solids that parts make with those that they become one with, and the solid of each part.
+fn merged(parts: &[Solid], into: &[usize]) -> (Vec<Solid>, Vec<u32>) {
+    let mut solids: Vec<Solid> = Vec::new();
+    let mut of_owner = vec![u32::MAX; parts.len()];
+    let mut of_part = Vec::with_capacity(parts.len());
+    for (part, &owner) in parts.iter().zip(into) {
+        let index = &mut of_owner[owner];
+        if *index == u32::MAX {
+            *index = solids.len() as u32;
+            solids.push(*part);
+        } else {
+            let solid = &mut solids[*index as usize];
+            let ([low, high], [lower, upper]) = (part.bounds, solid.bounds);
+            solid.bounds = [low.min(lower), high.max(upper)];
+            solid.size = solid.size.max(part.size);
+            solid.volume += part.volume;
+        }
+        of_part.push(*index);
+    }
+    (solids, of_part)
+}
+
+/// Points that hang together.
+struct Roots(Vec<u32>);
+
+impl Roots {
+    /// The least of the points that hang together with this one.
+    fn of(&mut self, mut id: u32) -> u32 {
+        let Roots(parents) = self;
+        while parents[id as usize] != id {
+            parents[id as usize] = parents[parents[id as usize] as usize];
+            id = parents[id as usize];
+        }
+        id
     }
 
-    /// Volume of the largest box (m^3).
-    pub fn size(&self) -> f64 {
-        let volume = |&[low, high]: &[Vec3; 2]| {
-            let DVec3 { x, y, z } = (high - low).as_dvec3();
-            x * y * z
-        };
-        self.boxes.iter().map(volume).fold(0.0, f64::max)
+    fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.of(a), self.of(b));
+        self.0[a.max(b) as usize] = a.min(b);
     }
 }
 
@@ -68,71 +178,6 @@ fn welded(triangles: &[Triangle]) -> (Vec<[u32; 3]>, Vec<Vec3>) {
     (ids, points)
 }
 
-/// Leaves the edges that have no partner the other way round.
-fn unpaired(edges: &mut Vec<[u32; 2]>) {
-    edges.par_sort_unstable_by_key(|&[a, b]| (a.min(b), a.max(b)));
-    let same = |x: &[u32; 2], y: &[u32; 2]| x == y || *x == [y[1], y[0]];
-    *edges = edges
-        .chunk_by(same)
-        .flat_map(|chunk| {
-            let [a, b] = chunk[0];
-            let forth = chunk.iter().filter(|edge| **edge == [a, b]).count();
-            let back = chunk.len() - forth;
-            let (edge, count) = if forth > back { ([a, b], forth - back) } else { ([b, a], back - forth) };
-            std::iter::repeat_n(edge, count)
-        })
-        .collect();
-}
-
-/// Points of these edges that are one but for rounding: a few ulp of the largest coordinate, `most`.
-fn clusters(edges: &[[u32; 2]], points: &[Vec3], most: f32) -> HashMap<u32, u32> {
-    let tolerance = (f64::from(most) * 2f64.powi(-22)).max(f64::MIN_POSITIVE);
-    let cell = |p: DVec3| (p / (4.0 * tolerance)).floor().to_array().map(|x| x as i64);
-    let (mut cells, mut near) = (HashMap::new(), HashMap::new());
-    for &id in edges.iter().flatten() {
-        if near.contains_key(&id) {
-            continue;
-        }
-        let p = points[id as usize].as_dvec3();
-        let corner = |bits: u32| {
-            let side = |bit: u32| if bits & bit == 0 { -tolerance } else { tolerance };
-            cell(p + DVec3::new(side(1), side(2), side(4)))
-        };
-        let first = (0..8).find_map(|bits| cells.get(&corner(bits)).copied()).unwrap_or(id);
-        cells.entry(cell(p)).or_insert(first);
-        near.insert(id, first);
-    }
-    near
-}
-
-/// Boxes around the points that triangles join.
-fn boxes(ids: &[[u32; 3]], points: &[Vec3]) -> Vec<[Vec3; 2]> {
-    let mut parents: Vec<u32> = (0..points.len() as u32).collect();
-    fn root(parents: &mut [u32], mut id: u32) -> u32 {
-        while parents[id as usize] != id {
-            parents[id as usize] = parents[parents[id as usize] as usize];
-            id = parents[id as usize];
-        }
-        id
-    }
-    for &[a, b, c] in ids {
-        for other in [b, c] {
-            let (one, other) = (root(&mut parents, a), root(&mut parents, other));
-            parents[one.max(other) as usize] = one.min(other);
-        }
-    }
-    let mut of_root: HashMap<u32, usize> = HashMap::new();
-    let mut boxes: Vec<[Vec3; 2]> = Vec::new();
-    for (id, &p) in points.iter().enumerate() {
-        let index = *of_root.entry(root(&mut parents, id as u32)).or_insert_with(|| {
-            boxes.push([p; 2]);
-            boxes.len() - 1
-        });
-        boxes[index] = [boxes[index][0].min(p), boxes[index][1].max(p)];
-    }
-    boxes
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -152,23 +197,53 @@ mod tests {
         triangles
     }
 
+    fn solids(triangles: &[Triangle]) -> Solids {
+        Solids::of(triangles, DVec3::ZERO)
+    }
+
+    /// What all of them enclose (m^3).
+    fn volume(found: &Solids) -> f64 {
+        found.solids.iter().map(|solid| solid.volume).sum()
+    }
+
+    fn turned(triangles: Vec<Triangle>) -> Vec<Triangle> {
+        triangles.into_iter().map(|Triangle { a, b, c }| Triangle { a, b: c, c: b }).collect()
+    }
+
+    /// A cube whose faces are cut in grids of different sizes, so that corners of one lie on edges of others.
+    fn patched(counts: [u32; 6]) -> Vec<Triangle> {
+        let faces = cube(Vec3::splat(0.1));
+        let patch = |(pair, count): (&[Triangle], u32)| {
+            let [first, second] = [pair[0], pair[1]];
+            let (right, up) = (first.b - first.a, second.c - first.a);
+            let at = move |x: u32, y: u32| {
+                first.a + right * (x as f32 / count as f32) + up * (y as f32 / count as f32)
+            };
+            let square = move |id: u32| {
+                let (x, y) = (id % count, id / count);
+                let [a, b, c, d] = [at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)];
+                [Triangle { a, b, c }, Triangle { a, b: c, c: d }]
+            };
+            (0..count * count).flat_map(square).collect::<Vec<_>>()
+        };
+        faces.chunks(2).zip(counts).flat_map(patch).collect()
+    }
+
     #[test]
     fn a_closed_box_has_its_volume_and_its_place() {
-        let solids = Solids::of(&cube(Vec3::splat(2.0)));
-        assert!(solids.is_closed && (solids.volume - 1.0).abs() < 1e-6);
-        assert_eq!(solids.boxes, [[Vec3::splat(2.0), Vec3::splat(3.0)]]);
-        let inwards: Vec<_> =
-            cube(Vec3::ZERO).iter().map(|&Triangle { a, b, c }| Triangle { a, b: c, c: b }).collect();
-        assert!((Solids::of(&inwards).volume + 1.0).abs() < 1e-6);
+        let found = solids(&cube(Vec3::splat(2.0)));
+        assert!(found.is_closed && (volume(&found) - 1.0).abs() < 1e-6);
+        assert_eq!(found.boxes, [[Vec3::splat(2.0), Vec3::splat(3.0)]]);
+        assert!((volume(&solids(&turned(cube(Vec3::ZERO)))) + 1.0).abs() < 1e-6);
     }
 
     #[test]
     fn a_missing_or_turned_triangle_is_a_border() {
         let mut open = cube(Vec3::ZERO);
         let Triangle { a, b, c } = open.pop().expect("twelve");
-        assert!(!Solids::of(&open).is_closed);
+        assert!(!solids(&open).is_closed);
         open.push(Triangle { a, b: c, c: b });
-        assert!(!Solids::of(&open).is_closed);
+        assert!(!solids(&open).is_closed);
     }
 
     #[test]
@@ -176,16 +251,89 @@ mod tests {
         let mut cube = cube(Vec3::splat(0.1));
         cube[3].a.x = cube[3].a.x.next_up();
         cube[7].b.y = cube[7].b.y.next_down();
-        assert!(Solids::of(&cube).is_closed);
+        let found = solids(&cube);
+        assert!(found.is_closed && found.solids.len() == 1);
         cube[3].a.x += 1e-4;
-        assert!(!Solids::of(&cube).is_closed);
+        assert!(!solids(&cube).is_closed);
+    }
+
+    #[test]
+    fn an_edge_along_several_shorter_ones_is_no_border() {
+        // One corner on an edge; several, at the same and at other places on both sides; thirds, which are rounded.
+        for counts in [[1, 1, 2, 1, 1, 1], [2, 3, 4, 1, 5, 6], [3, 7, 11, 13, 17, 19]] {
+            let mut patched = patched(counts);
+            let found = solids(&patched);
+            assert!(found.is_closed && found.solids.len() == 1, "{counts:?}: {found:?}");
+            assert!((volume(&found) - 1.0).abs() < 1e-5);
+            // Far from the origin, where coordinates have been rounded more.
+            let origin = DVec3::splat(100.0);
+            let far = |p: Vec3| ((p.as_dvec3() + origin).as_vec3().as_dvec3() - origin).as_vec3();
+            let moved = patched.iter().map(|t| Triangle { a: far(t.a), b: far(t.b), c: far(t.c) });
+            assert!(Solids::of(&moved.collect::<Vec<_>>(), origin).is_closed, "{counts:?}");
+            // A hole remains one,
+            let lost = patched.pop().expect("many");
+            assert!(!solids(&patched).is_closed && solids(&patched).solids.iter().all(|solid| solid.is_open));
+            // as does a gap beside an edge that is wider than rounding.
+            patched.push(Triangle { c: lost.c + 1e-4, ..lost });
+            assert!(!solids(&patched).is_closed, "{counts:?}");
+        }
+    }
+
+    #[test]
+    fn a_corner_that_lies_beside_an_edge_by_rounding_opens_no_border() {
+        let mut patched = patched([1, 1, 2, 1, 1, 1]);
+        // The corners of the third face that lie amid edges, moved off them by two units in the last place.
+        let middle = |p: &Vec3| p.to_array().into_iter().filter(|x| (x - 0.6).abs() < 1e-6).count() == 1;
+        let mut moved = 0;
+        for triangle in &mut patched {
+            for p in [&mut triangle.a, &mut triangle.b, &mut triangle.c] {
+                if middle(p) {
+                    *p = p.map(|x| if (x - 1.1).abs() < 1e-6 { x.next_down().next_down() } else { x });
+                    moved += 1;
+                }
+            }
+        }
+        assert!(moved > 4 && solids(&patched).is_closed);
+    }
+
+    #[test]
+    fn edges_that_meet_only_at_their_ends_stay_open() {
+        // Without one of its faces a finely cut box is open, and so is a strip whose edges cross without a corner there.
+        let mut open = patched([4, 3, 5, 2, 6, 1]);
+        open.truncate(open.len() - 2);
+        assert!(!solids(&open).is_closed);
+        let strip = [
+            Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y },
+            Triangle { a: Vec3::new(0.5, -1.0, 0.0), b: Vec3::new(0.5, 1.0, 0.0), c: Vec3::Z },
+        ];
+        assert_eq!(solids(&strip).solids.len(), 1, "what is open is one");
+        assert!(!solids(&strip).is_closed);
     }
 
     #[test]
     fn parts_have_boxes_of_their_own() {
-        let two = [cube(Vec3::ZERO), cube(Vec3::splat(5.0))].concat();
-        let solids = Solids::of(&two);
-        assert!(solids.is_closed && solids.boxes.len() == 2);
-        assert!((solids.size() - 1.0).abs() < 1e-6);
+        let found = solids(&[cube(Vec3::ZERO), cube(Vec3::splat(5.0))].concat());
+        assert!(found.is_closed && found.boxes.len() == 2 && found.solids.len() == 2);
+        assert!(found.solids.iter().all(|solid| (solid.size - 1.0).abs() < 1e-6));
+        assert_eq!(found.of_triangle, [vec![0; 12], vec![1; 12]].concat());
+    }
+
+    #[test]
+    fn a_cavity_belongs_to_the_smallest_solid_around_it() {
+        let scaled = |triangles: Vec<Triangle>, by: f32| -> Vec<Triangle> {
+            let by = |p: Vec3| 0.5 + (p - 0.5) * by;
+            triangles.iter().map(|t| Triangle { a: by(t.a), b: by(t.b), c: by(t.c) }).collect()
+        };
+        let cube = || cube(Vec3::ZERO);
+        // A ball in the hollow of a box in a larger box, all of one material.
+        let all = [scaled(cube(), 4.0), scaled(turned(cube()), 0.5), cube(), scaled(cube(), 0.2)].concat();
+        let found = solids(&all);
+        assert_eq!((found.boxes.len(), found.solids.len()), (4, 3));
+        assert_eq!(found.of_triangle[12], found.of_triangle[24]);
+        let volumes: Vec<f64> = found.solids.iter().map(|solid| solid.volume).collect();
+        let expected = [64.0, 1.0 - 0.125, 0.008];
+        for volume in expected {
+            assert!(volumes.iter().any(|found| (found - volume).abs() < 1e-5), "{volumes:?}");
+        }
     }
 }

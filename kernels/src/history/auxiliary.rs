@@ -63,7 +63,7 @@ impl Watch for Shown<'_> {
             position: geometry.position,
             depth: *length,
             normal: shading.shading_normal,
-            material: shading.material,
+            material: self.materials[shading.material as usize].medium,
             albedo: material_of(shading, self.materials, self.features).base_color,
             motion: motion(self.pixel, point, self.instances, self.params),
             ..Auxiliary::default()

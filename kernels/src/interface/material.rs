@@ -29,6 +29,9 @@ pub struct Material {
     pub priority: i32,
     /// 20 over the Abbe number (KHR_materials_dispersion): how much `ior` differs by channel.
     pub dispersion: f32,
+    /// Index of the material that this is a record of: its own, or that of the first record where solids of one material have
+    /// several priorities.
+    pub medium: u32,
 }
 
 impl Material {
@@ -71,4 +74,4 @@ pub const FLAGS_SCATTER_TEXTURE: u32 = FLAG_COLOR_TEXTURE | FLAG_ROUGHNESS_TEXTU
 /// Some texture is looked up where a path scatters.
 pub const FLAGS_TEXTURE: u32 = FLAGS_SCATTER_TEXTURE | FLAG_EMISSIVE_TEXTURE;
 
-const _: () = assert!(size_of::<Material>() == 68);
+const _: () = assert!(size_of::<Material>() == 72);

@@ -51,6 +51,8 @@ pub fn enclosing<T: Tracer>(
     scene: SceneTables<'_>,
     tracer: &mut T,
 ) -> MediaStack {
+    // Which side was met, and where to go on.
+    let bare = Features(features.0 & Features::INSTANCES.0);
     let none = Winding { material: NONE, sum: 0 };
     let mut around = Windings { first: none, second: none, third: none, fourth: none };
     let rays = if features.has(Features::SHEETS) { 9 } else { 1 };
@@ -67,7 +69,7 @@ pub fn enclosing<T: Tracer>(
                 escaped += i32::from(!straight);
                 break;
             }
-            let here = vertex(scene, Features(0), &ray, &hit, 0.0);
+            let here = vertex(scene, bare, &ray, &hit, 0.0);
             let material = scene.materials[here.material as usize];
             let counts = (material.flags & FLAG_SHEET == 0) == straight && material.flags & FLAG_HANGING == 0;
             if material.is_medium() && counts {

@@ -60,7 +60,7 @@ pub fn reach<T: Tracer>(
                 reached.unexpected += u32::from(!sides.is_expected);
                 along = sides.along;
                 // What emits is seen, covered or not.
-                if sides.is_covered() && here.light == NONE && covered < MAX_COVERED {
+                if sides.is_covered(scene.materials) && here.light == NONE && covered < MAX_COVERED {
                     follows = true;
                     covered += 1;
                     reached.overflows += u32::from(sides.overflow);

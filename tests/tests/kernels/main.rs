@@ -5,5 +5,6 @@ mod gathers;
 mod instances;
 mod lobes;
 mod media;
+mod overlaps;
 mod textures;
 mod tracer;

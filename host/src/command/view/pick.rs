@@ -35,13 +35,13 @@ pub fn picked(scene: &Scene, camera: &SceneCamera, size: [u32; 2], place: [f64; 
         return None;
     }
     let position = scene.origin + (camera.position + direction * hit.distance).as_dvec3();
-    let material = scene.surfaces[hit.triangle as usize].material as usize;
+    let material = scene.surfaces[hit.triangle as usize].material;
     Some(Picked {
         position: position.to_array(),
         distance: f64::from(hit.distance),
         triangle: hit.triangle,
         instance: hit.instance,
-        material: scene.material_names[material].clone(),
+        material: scene.material_name(material).into(),
         node: scene.node_of(hit.instance, hit.triangle),
     })
 }

@@ -159,5 +159,6 @@ fn resolve(material: &json::Material, faults: &mut Vec<Fault>, mut warn: impl Fn
         flags,
         priority: 0,
         dispersion: 0.0,
+        medium: 0,
     }
 }

@@ -1,0 +1,210 @@
+//! Priorities of solids that overlap: among those of one number, the smaller solid's is higher. Imports interface.
+//!
+//! Kernels look priorities up by material. A material whose solids lie on both sides of another's, a marble in water on a
+//! plate of the marble's glass, therefore gets a record for each *level*: the level of a solid is one above that of every
+//! larger solid of another material that it may meet. Scenes in which materials can be ordered by their largest solid, which
+//! are most, keep one record each.
+
+use caustics_kernels::interface::material::Material;
+use glam::Vec3;
+
+/// Pairs of boxes that are compared, at most; beyond, every solid is taken to meet every other.
+const MAX_COMPARISONS: usize = 1 << 26;
+/// Pairs of solids that meet, at most, likewise.
+const MAX_MEETINGS: usize = 1 << 22;
+
+/// A solid in its place, for the order of priorities.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placed {
+    /// Index of its material.
+    pub material: u32,
+    /// Volume of its box (m^3).
+    pub size: f64,
+    /// The box (m); none of what moves or is open, which may meet anything.
+    pub bounds: Option<[Vec3; 2]>,
+}
+
+/// Volume of the largest solid of each material (m^3).
+pub fn sizes(solids: &[Placed], materials: usize) -> Vec<f64> {
+    let mut sizes = vec![0.0f64; materials];
+    solids.iter().for_each(|solid| {
+        sizes[solid.material as usize] = sizes[solid.material as usize].max(solid.size);
+    });
+    sizes
+}
+
+/// Media by rising priority: by the file's number, then the smaller largest solid, then the later material.
+pub fn by_largest(materials: &[Material], sizes: &[f64]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..materials.len()).filter(|&id| materials[id].is_medium()).collect();
+    order.sort_by(|&a, &b| {
+        let by_number = materials[a].priority.cmp(&materials[b].priority);
+        by_number.then(sizes[b].total_cmp(&sizes[a])).then(a.cmp(&b))
+    });
+    order
+}
+
+/// Level of each solid; 0 for all of a number whose materials can be ordered by their largest solid.
+pub fn levels(solids: &[Placed], materials: &[Material]) -> Vec<u32> {
+    let order = by_largest(materials, &sizes(solids, materials.len()));
+    let mut ranks = vec![0; materials.len()];
+    order.iter().enumerate().for_each(|(rank, &id)| ranks[id] = rank);
+    let number = |solid: &Placed| materials[solid.material as usize].priority;
+
+    // By rising priority, had each solid its own.
+    let mut sorted: Vec<usize> = (0..solids.len()).collect();
+    sorted.sort_by(|&a, &b| {
+        let (one, other) = (&solids[a], &solids[b]);
+        let by_number = number(one).cmp(&number(other));
+        let by_size = other.size.total_cmp(&one.size);
+        by_number.then(by_size).then(one.material.cmp(&other.material)).then(a.cmp(&b))
+    });
+    let mut levels = vec![0; solids.len()];
+    for of_number in sorted.chunk_by(|&a, &b| number(&solids[a]) == number(&solids[b])) {
+        let own: Vec<Placed> = of_number.iter().map(|&id| solids[id]).collect();
+        let (own, disagree) = levels_by_size(&own, &ranks);
+        if disagree {
+            of_number.iter().zip(own).for_each(|(&id, level)| levels[id] = level);
+        }
+    }
+    levels
+}
+
+/// Levels of solids of one number, the largest first, and whether an order of materials, by `ranks`, disagrees with them.
+fn levels_by_size(solids: &[Placed], ranks: &[usize]) -> (Vec<u32>, bool) {
+    let met = meetings(solids);
+    let may_meet_all = |solid: &Placed| solid.bounds.is_none() || met.is_none();
+    let met = met.as_deref().unwrap_or_default();
+    let (mut all, mut endless) = (Highest::default(), Highest::default());
+    let (mut levels, mut disagree, mut next) = (Vec::with_capacity(solids.len()), false, 0);
+    for (id, solid) in solids.iter().enumerate() {
+        let mut larger = if may_meet_all(solid) { all } else { endless };
+        while let Some(&[_, other]) = met.get(next).filter(|[smaller, _]| *smaller as usize == id) {
+            let material = solids[other as usize].material;
+            larger.add(material, levels[other as usize], ranks[material as usize]);
+            next += 1;
+        }
+        let level = larger.beside(solid.material).map_or(0, |level| level + 1);
+        let rank = ranks[solid.material as usize];
+        disagree |= larger.rank > rank;
+        levels.push(level);
+        all.add(solid.material, level, rank);
+        if may_meet_all(solid) {
+            endless.add(solid.material, level, rank);
+        }
+    }
+    (levels, disagree)
+}
+
+/// The highest level of a material, and of all others, among some solids; and the highest rank.
+#[derive(Clone, Copy, Default)]
+struct Highest {
+    first: Option<(u32, u32)>,
+    second: Option<(u32, u32)>,
+    rank: usize,
+}
+
+impl Highest {
+    fn add(&mut self, material: u32, level: u32, rank: usize) {
+        self.rank = self.rank.max(rank);
+        let new = Some((level, material));
+        let is_first = self.first.is_some_and(|(_, first)| first == material);
+        if self.first.is_none_or(|(highest, _)| level > highest) {
+            if !is_first {
+                self.second = self.first;
+            }
+            self.first = new;
+        } else if !is_first && self.second.is_none_or(|(highest, _)| level > highest) {
+            self.second = new;
+        }
+    }
+
+    /// The highest level of another material.
+    fn beside(&self, material: u32) -> Option<u32> {
+        [self.first, self.second]
+            .into_iter()
+            .flatten()
+            .find(|&(_, other)| other != material)
+            .map(|(level, _)| level)
+    }
+}
+
+/// Pairs of solids whose boxes meet and whose materials differ, by index: the later, then the earlier, in the order of the later.
+/// None where there are too many. Solids without a box are in none.
+fn meetings(solids: &[Placed]) -> Option<Vec<[u32; 2]>> {
+    let boxed = solids.iter().enumerate().filter_map(|(id, solid)| Some((id as u32, solid.bounds?)));
+    let mut boxed: Vec<(u32, [Vec3; 2])> = boxed.collect();
+    boxed.sort_by(|(_, [a, _]), (_, [b, _])| a.x.total_cmp(&b.x));
+    let (mut met, mut comparisons) = (Vec::new(), 0);
+    for (at, (id, [low, high])) in boxed.iter().enumerate() {
+        for (other, [lower, upper]) in &boxed[at + 1..] {
+            if lower.x > high.x {
+                break;
+            }
+            comparisons += 1;
+            let meet = low.cmple(*upper).all() && lower.cmple(*high).all();
+            if meet && solids[*id as usize].material != solids[*other as usize].material {
+                met.push([*id.max(other), *id.min(other)]);
+            }
+            if comparisons > MAX_COMPARISONS || met.len() > MAX_MEETINGS {
+                return None;
+            }
+        }
+    }
+    met.sort_unstable();
+    Some(met)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const AT: Option<[Vec3; 2]> = Some([Vec3::ZERO, Vec3::ONE]);
+    const FAR: Option<[Vec3; 2]> = Some([Vec3::splat(5.0), Vec3::splat(6.0)]);
+
+    fn of(solids: &[(u32, f64, Option<[Vec3; 2]>)], numbers: &[i32]) -> Vec<u32> {
+        let solids = solids.iter().map(|&(material, size, bounds)| Placed { material, size, bounds });
+        let medium = |&priority: &i32| Material { transmission: 1.0, priority, ..Material::default() };
+        levels(&solids.collect::<Vec<_>>(), &numbers.iter().map(medium).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn materials_that_their_largest_solids_order_have_one_level() {
+        assert_eq!(of(&[(0, 8.0, AT), (1, 4.0, AT), (1, 2.0, AT)], &[0, 0]), [0, 0, 0]);
+        // What meets nothing asks for nothing.
+        assert_eq!(of(&[(0, 8.0, FAR), (1, 4.0, AT), (1, 2.0, AT)], &[0, 0]), [0, 0, 0]);
+    }
+
+    #[test]
+    fn a_smaller_solid_that_meets_a_larger_one_is_above_it_whatever_else_is_of_its_material() {
+        assert_eq!(of(&[(0, 8.0, FAR), (1, 4.0, AT), (0, 2.0, AT)], &[0, 0]), [0, 0, 1]);
+        assert_eq!(of(&[(0, 8.0, AT), (1, 4.0, AT), (0, 2.0, AT), (1, 1.0, AT)], &[0, 0]), [0, 1, 2, 3]);
+        // Many of many sizes ask for no more than they are nested.
+        let jars = (0..100).flat_map(|id| {
+            let at = Some([Vec3::splat(2.0 * id as f32), Vec3::splat(2.0 * id as f32 + 1.0)]);
+            let size = f64::from(id + 1);
+            [(0, size, at), (1, 0.9 * size, at), (0, 0.8 * size, at)]
+        });
+        let found = of(&jars.collect::<Vec<_>>(), &[0, 0]);
+        assert!(found.chunks(3).all(|levels| levels == [0, 1, 2]), "{found:?}");
+    }
+
+    #[test]
+    fn what_moves_or_is_open_may_meet_anything() {
+        assert_eq!(of(&[(0, 8.0, AT), (1, 4.0, FAR), (0, 2.0, None)], &[0, 0]), [0, 0, 1]);
+        assert_eq!(of(&[(0, 8.0, AT), (1, 4.0, None), (0, 2.0, FAR)], &[0, 0]), [0, 1, 2]);
+    }
+
+    #[test]
+    fn numbers_of_the_file_stand_before_sizes() {
+        assert_eq!(of(&[(0, 8.0, AT), (1, 4.0, AT), (0, 2.0, AT)], &[1, 0]), [0, 0, 0]);
+        assert_eq!(of(&[(0, 8.0, AT), (1, 4.0, AT), (0, 2.0, AT)], &[7, 7]), [0, 1, 2]);
+        assert_eq!(of(&[(0, 8.0, AT), (1, 4.0, AT), (0, 2.0, AT), (2, 1.0, AT)], &[0, 0, 3]), [0, 1, 2, 0]);
+    }
+
+    #[test]
+    fn beyond_what_is_compared_every_solid_meets_every_other() {
+        let near = (0..4500).map(|id| (1 + id % 2, 4500.0 - f64::from(id), AT));
+        let solids: Vec<_> = [(0, 1e4, FAR)].into_iter().chain(near).chain([(0, 0.5, FAR)]).collect();
+        assert_eq!(of(&solids, &[0, 0, 0]), (0..4502).collect::<Vec<_>>());
+    }
+}

@@ -4,13 +4,14 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::{CameraChoice, Edits, EnvironmentMap, LoadOptions, Recorded, Scene, SceneError, Viewpoint};
+use super::{CameraChoice, Edits, EnvironmentMap, Eye, LoadOptions, Recorded, Scene, SceneError, Viewpoint};
 
 /// When a scene gets the default light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DefaultLight {
-    /// Where it has none, or neither a camera nor other light than what its materials emit: a thing rather than a scene.
+    /// Where it has none; or where no other light than what its materials emit, no camera, and nobody says where the eye stands:
+    /// a thing rather than a scene.
     #[default]
     Auto,
     /// Whatever it has.
@@ -83,16 +84,24 @@ impl Staging {
                 notes.push(format!("beside its own light: {}", scene.add_default_light()?));
             }
             // A thing rather than a scene, whose eyes or headlights glow.
-            (false, DefaultLight::Auto) if scene.cameras.is_empty() && scene.only_glows() => {
+            (false, DefaultLight::Auto)
+                if scene.cameras.is_empty() && !self.places_eye() && scene.only_glows() =>
+            {
                 let lamps = scene.add_default_light()?;
                 notes.push(format!(
-                    "no camera in {file}, and no light but what its materials emit: lit by {lamps} too; --no-default-light leaves \
-                     it as it is"
+                    "no camera in {file}, and no light but what its materials emit: lit by {lamps} too; --no-default-light, or a \
+                     camera by --from, leaves it as it is, and --default-light keeps this light"
                 ));
             }
             (false, _) => {}
         }
         Ok(())
+    }
+
+    /// Whether options or edits say where the eye stands. An orbit goes round a thing.
+    fn places_eye(&self) -> bool {
+        let is_at = matches!(self.camera, CameraChoice::Placed(Viewpoint { eye: Some(Eye::At(_)), .. }));
+        is_at || self.edits.as_ref().is_some_and(Edits::has_camera)
     }
 
     /// Name of the camera; places it where it is none of the file.

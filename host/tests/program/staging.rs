@@ -116,6 +116,46 @@ fn lamps_are_added_to_what_glows() {
     assert_eq!(code, Some(2), "{stderr}");
 }
 
+/// A file that nothing but glowing surfaces lights is a scene where somebody says where the eye stands.
+#[test]
+fn what_glows_is_left_as_it_is_where_a_camera_is_placed() {
+    let folder = changed(without_camera);
+    let (own, _) = render(&folder, "a.exr", &["--no-default-light", "--from", "-1,2,1"]);
+    let (placed, stderr) = render(&folder, "b.exr", &["--from", "-1,2,1"]);
+    assert!(!stderr.contains("lit by") && !placed.attributes.contains_key("light"), "{stderr}");
+    assert_eq!(placed.layer(""), own.layer(""));
+    let edits = "[camera]\nfrom = [-1.0, 2.0, 1.0]\nlook_at = [0.0, 0.0, 0.0]\nfov = 40.0\n";
+    std::fs::write(folder.path().join("edits.toml"), edits).unwrap();
+    let (edited, stderr) = render(&folder, "c.exr", &["--edits", "edits.toml"]);
+    assert!(!stderr.contains("lit by") && !edited.attributes.contains_key("light"), "{stderr}");
+
+    // An orbit, a field and what is looked at go with a thing, as no option does; its camera can be given again with its light.
+    for (file, options) in [
+        ("d.exr", &["--camera", "orbit:20,30"][..]),
+        ("e.exr", &["--fov", "50"]),
+        ("f.exr", &["--look-at", "0,0,0"]),
+        ("g.exr", &[]),
+    ] {
+        let (thing, stderr) = render(&folder, file, options);
+        assert!(
+            stderr.contains("lit by") && stderr.contains("--default-light keeps"),
+            "{options:?}: {stderr}"
+        );
+        let mut again: Vec<&str> = thing.attributes["camera"].split(' ').collect();
+        again.push("--default-light");
+        let (again, _) = render(&folder, &format!("again-{file}"), &again);
+        assert_eq!(again.layer(""), thing.layer(""), "{options:?}");
+    }
+
+    // A dark file gets its light wherever it is seen from.
+    let dark = changed(|json| {
+        without_camera(json);
+        without_light(json);
+    });
+    let (lit, _) = render(&dark, "a.exr", &["--from", "-1,2,1"]);
+    assert!(lit.attributes.contains_key("light"));
+}
+
 #[test]
 fn wrong_places_are_refused_with_their_option() {
     let folder = changed(|_| {});

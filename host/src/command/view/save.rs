@@ -83,14 +83,21 @@ pub struct Shot<'a> {
     pub frames: u32,
     /// Exposure of the PNG.
     pub stops: f64,
+    /// Whether the scene got the default light.
+    pub is_staged: bool,
 }
 
 /// The command that renders a picture again, with the same bits: `kept` of the command line, and what the page decided. None if
 /// no command can say it: the camera's name has a NUL.
 pub fn command(kept: &[String], wish: &Wish, cell: &Cell, shot: &Shot<'_>) -> Option<String> {
-    let Shot { camera, is_edited, time, frames, stops } = *shot;
+    let Shot { camera, is_edited, time, frames, stops, is_staged } = *shot;
     let mut words = vec!["caustics".to_string(), "render".into()];
     words.extend_from_slice(kept);
+    let is_kept = |start: &str| kept.iter().any(|word| word.starts_with(start));
+    // With a camera that is placed a thing that glows would stay as it is.
+    if is_staged && !is_kept("--default-light") {
+        words.push("--default-light".into());
+    }
     if is_edited {
         words.push(shell::option("edits", FILE)?);
     }
@@ -111,9 +118,12 @@ pub fn command(kept: &[String], wish: &Wish, cell: &Cell, shot: &Shot<'_>) -> Op
     let axes = AXES.into_iter().filter(|axis| (axis.useless)(cell).is_none());
     options.extend(axes.filter_map(|axis| spelled(axis, cell)));
     options.push(("frames".into(), frames.to_string()));
-    // One frame alone would go through the centres of its pixels.
-    if !kept.iter().any(|word| word.starts_with("--pixel-filter ")) {
+    // One frame alone would go through the centres of its pixels, and see textures by their footprints.
+    if !is_kept("--pixel-filter ") {
         options.push(("pixel-filter".into(), "box".into()));
+    }
+    if !is_kept("--texture-filter ") && !is_kept("--pixel-filter centre") {
+        options.push(("texture-filter".into(), "finest".into()));
     }
     options.push(("exposure".into(), format!("{stops:.2}")));
     for (name, value) in options {

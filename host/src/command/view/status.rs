@@ -65,6 +65,7 @@ pub fn text(said: &Said<'_>) -> String {
                 time,
                 frames,
                 stops: said.stops,
+                is_staged: scene.additions.contains_key("light"),
             };
             value["command"] = save::command(said.kept, wish, cell, &shot).into();
         }

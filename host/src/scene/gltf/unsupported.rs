@@ -113,3 +113,31 @@ fn of_material(material: &Value, note: &mut impl FnMut(String)) {
         note("specularColorFactor is not supported; rendered white".into());
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_on_scenes_lists_the_extensions_that_are_rendered_and_no_others() {
+        let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/scenes.md");
+        let page = std::fs::read_to_string(page).expect("the page");
+        let table = page.split("| extension | what is rendered | what is not |").nth(1).expect("the table");
+        let rows = table.lines().skip(2).take_while(|line| line.starts_with('|'));
+        let (mut rendered, mut left_out) = (Vec::new(), Vec::new());
+        for row in rows {
+            let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+            let prefix = cells[1].split(", ").next().and_then(|name| name.rsplit_once("_materials_"));
+            for name in cells[1].split(", ") {
+                let name = match (name.strip_prefix('_'), prefix) {
+                    (Some(end), Some((start, _))) => format!("{start}_materials_{end}"),
+                    _ => name.to_string(),
+                };
+                if cells[2].is_empty() { left_out.push(name) } else { rendered.push(name) }
+            }
+        }
+        rendered.sort();
+        assert_eq!(rendered, EXTENSIONS);
+        assert!(left_out.len() > 4 && left_out.iter().all(|name| !EXTENSIONS.contains(&name.as_str())));
+    }
+}

@@ -159,7 +159,8 @@ pub struct View {
     /// Where in a pixel its rays go [default: box where frames are averaged, else centre]
     #[arg(long, value_enum)]
     pub pixel_filter: Option<PixelFilter>,
-    /// Which level of its textures the camera sees [default: finest for reference, path and progressive, else cone]
+    /// Which level of its textures the camera sees [default: finest for reference, path, progressive, and means of frames over
+    /// whole pixels, else cone]
     #[arg(long, value_enum)]
     pub texture_filter: Option<TextureFilter>,
     /// Seed of all random numbers
@@ -181,7 +182,8 @@ pub struct View {
     /// Stand the scene on a floor, a wide grey square, so that caustics fall on something
     #[arg(long)]
     pub floor: bool,
-    /// Light the scene by a lamp and a soft sky whatever it has, as else only one without light, or a thing without a camera that glows
+    /// Light the scene by a lamp and a soft sky whatever it has, as else only one without light, or a thing that glows
+    /// where neither the file nor --from has a camera
     #[arg(long)]
     pub default_light: bool,
     /// Refuse a scene that has no light

@@ -9,6 +9,7 @@ mod corpus;
 mod crafted;
 mod denoiser;
 mod edits;
+mod filters;
 mod inspect;
 mod live;
 mod pages;

@@ -1,0 +1,162 @@
+//! Filters of pixels and of textures where nobody names them: means of frames show what the reference shows.
+
+use std::path::Path;
+
+use assert_cmd::Command;
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+use caustics::image::Channels;
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+const SIZE: usize = 32;
+/// Independent runs of each mean.
+const SEEDS: usize = 8;
+
+/// A mirror whose normal map leans every other column of texels to the left, in a dim room; what is not leant reflects a lamp. A
+/// pixel covers many columns: their mean lies level.
+fn mirror() -> TempDir {
+    let columns = image::RgbImage::from_fn(256, 4, |x, _| {
+        let lean = if x % 2 == 0 { 0.3f64 } else { -0.3 };
+        let length = (1.0 + lean * lean).sqrt();
+        image::Rgb([lean / length, 0.0, 1.0 / length].map(|part| (128.0 + 127.0 * part).round() as u8))
+    });
+    let mut png = std::io::Cursor::new(Vec::new());
+    columns.write_to(&mut png, image::ImageFormat::Png).unwrap();
+    let uri = |kind: &str, bytes: &[u8]| format!("data:{kind};base64,{}", BASE64_STANDARD.encode(bytes));
+
+    // The mirror lies on y = 0; the lamp stands where it sends the view of its middle.
+    let positions: [[f32; 3]; 8] = [
+        [-1.0, 0.0, 1.0],
+        [1.0, 0.0, 1.0],
+        [1.0, 0.0, -1.0],
+        [-1.0, 0.0, -1.0],
+        [-0.6, 1.2, -2.0],
+        [0.6, 1.2, -2.0],
+        [0.6, 2.8, -2.0],
+        [-0.6, 2.8, -2.0],
+    ];
+    let uvs: [[f32; 2]; 4] = [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]];
+    let floats = positions.as_flattened().iter().chain(uvs.as_flattened());
+    let mut bytes: Vec<u8> = floats.flat_map(|x| x.to_le_bytes()).collect();
+    bytes.extend([0u16, 1, 2, 0, 2, 3].iter().flat_map(|id| id.to_le_bytes()));
+    let view =
+        |offset: usize, length: usize| json!({ "buffer": 0, "byteOffset": offset, "byteLength": length });
+    let points = |view: usize| json!({ "bufferView": view, "componentType": 5126, "count": 4, "type": "VEC3", "min": [-1, 0, -2], "max": [1, 2.8, 1] });
+    let camera = [-(0.125f64.sqrt()), 0.0, 0.0, 0.875f64.sqrt()];
+    let document = json!({
+        "asset": { "version": "2.0" },
+        "scene": 0,
+        "scenes": [{ "nodes": [0, 1, 2], "extras": { "environment": { "color": [0.1, 0.1, 0.1] } } }],
+        "nodes": [
+            { "mesh": 0 },
+            { "mesh": 1 },
+            { "camera": 0, "translation": [0.0, 1.8, 2.0], "rotation": camera },
+        ],
+        "cameras": [{ "type": "perspective", "perspective": { "yfov": 0.7, "znear": 0.1 } }],
+        "meshes": [
+            { "primitives": [{ "attributes": { "POSITION": 0, "TEXCOORD_0": 2 }, "indices": 3, "material": 0 }] },
+            { "primitives": [{ "attributes": { "POSITION": 1 }, "indices": 3, "material": 1 }] },
+        ],
+        "materials": [
+            {
+                "pbrMetallicRoughness": { "metallicFactor": 1.0, "roughnessFactor": 0.0 },
+                "normalTexture": { "index": 0 },
+            },
+            { "emissiveFactor": [1, 1, 1], "doubleSided": true },
+        ],
+        "textures": [{ "source": 0 }],
+        "images": [{ "uri": uri("image/png", png.get_ref()) }],
+        "accessors": [
+            points(0),
+            points(1),
+            { "bufferView": 2, "componentType": 5126, "count": 4, "type": "VEC2" },
+            { "bufferView": 3, "componentType": 5123, "count": 6, "type": "SCALAR" },
+        ],
+        "bufferViews": [view(0, 48), view(48, 48), view(96, 32), view(128, 12)],
+        "buffers": [{ "byteLength": bytes.len(), "uri": uri("application/octet-stream", &bytes) }],
+    });
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("mirror.gltf"), document.to_string()).unwrap();
+    folder
+}
+
+/// The green values of a picture, and the report of its run.
+fn render(folder: &Path, options: &[&str]) -> (Vec<f32>, Value) {
+    let size = SIZE.to_string();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_caustics"));
+    command.current_dir(folder).args(["render", "mirror.gltf", "-o", "a.exr", "--force", "--json"]);
+    command
+        .args(["--runner", "cpu", "--light-paths", "500", "--width", &size, "--height", &size])
+        .args(options);
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{options:?}: {}", String::from_utf8_lossy(&output.stderr));
+    let picture = Channels::read(&folder.join("a.exr")).unwrap();
+    (picture.layer("").unwrap()[1].to_vec(), serde_json::from_slice(&output.stdout).unwrap())
+}
+
+/// Mean and standard error of a picture's middle, and of all of it, over independent runs.
+fn means(folder: &Path, options: &[&str], first: usize) -> [[f64; 2]; 2] {
+    let runs: Vec<Vec<f32>> = (first..first + SEEDS)
+        .map(|seed| render(folder, &[&["--seed", &seed.to_string()], options].concat()).0)
+        .collect();
+    let middle = |id: usize| [id % SIZE, id / SIZE].iter().all(|at| (12..20).contains(at));
+    let of = |is_in: &dyn Fn(usize) -> bool| {
+        let mean = |picture: &Vec<f32>| {
+            let values: Vec<f64> =
+                picture.iter().enumerate().filter(|&(id, _)| is_in(id)).map(|(_, &v)| v.into()).collect();
+            values.iter().sum::<f64>() / values.len() as f64
+        };
+        let of_runs: Vec<f64> = runs.iter().map(mean).collect();
+        let mean = of_runs.iter().sum::<f64>() / SEEDS as f64;
+        let square = of_runs.iter().map(|value| (value - mean).powi(2)).sum::<f64>();
+        [mean, (square / (SEEDS * (SEEDS - 1)) as f64).sqrt()]
+    };
+    [of(&middle), of(&|_| true)]
+}
+
+/// Standard errors between two means.
+fn sigmas([a, error_a]: [f64; 2], [b, error_b]: [f64; 2]) -> f64 {
+    (a - b).abs() / error_a.hypot(error_b)
+}
+
+#[test]
+fn means_of_frames_show_a_normal_mapped_mirror_as_the_reference_does() {
+    let folder = mirror();
+    let folder = folder.path();
+    let truth = means(folder, &["--method", "path", "--frames", "64"], 100);
+    for method in ["basic", "progressive", "kim2019"] {
+        let found = means(folder, &["--method", method, "--frames", "32"], 0);
+        for (region, (found, truth)) in ["middle", "all"].into_iter().zip(found.into_iter().zip(truth)) {
+            let [ratio, sigmas] = [found[0] / truth[0], sigmas(found, truth)];
+            println!("{method}, {region}: {ratio:.4}, {sigmas:.1} standard errors");
+            assert!(sigmas < 4.0, "{method}, {region}: {found:?}, reference {truth:?}");
+            assert!(truth[1].hypot(found[1]) < 0.01 * truth[0], "the test is blunt: {found:?} {truth:?}");
+        }
+    }
+    // Averaged normals would show it much brighter: this test can fail.
+    let wrong = means(folder, &["--method", "basic", "--frames", "32", "--texture-filter", "cone"], 0);
+    println!("cone: middle {:.4}, all {:.4}", wrong[0][0] / truth[0][0], wrong[1][0] / truth[1][0]);
+    assert!(sigmas(wrong[0], truth[0]) > 10.0 && sigmas(wrong[1], truth[1]) > 10.0);
+}
+
+#[test]
+fn a_frame_by_itself_and_filters_that_are_named_stay_as_they_are() {
+    let folder = mirror();
+    let folder = folder.path();
+    let filter = |options: &[&str]| render(folder, options).1["texture_filter"].clone();
+    for (options, expected) in [
+        (&["--frames", "1"][..], "cone"),
+        (&["--frames", "2"], "finest"),
+        (&["--frames", "2", "--method", "kim2019"], "finest"),
+        (&["--frames", "2", "--pixel-filter", "centre"], "cone"),
+        (&["--frames", "1", "--pixel-filter", "box"], "cone"),
+        (&["--frames", "2", "--texture-filter", "cone"], "cone"),
+        (&["--frames", "1", "--texture-filter", "finest"], "finest"),
+        (&["--frames", "1", "--method", "path"], "finest"),
+        (&["--preset", "frame"], "cone"),
+        (&[], "finest"),
+    ] {
+        assert_eq!(filter(options), expected, "{options:?}");
+    }
+}

@@ -66,7 +66,8 @@ impl SceneParts {
         let (instanced, origin) = (&self.instanced, self.origin);
         // Nothing stands on a node where none moves.
         let nodes = self.motion.as_ref().and_then(|_| self.rig.at(0.0).ok()).unwrap_or_default();
-        let mut media = Media::of(&self.materials, &self.triangles, &self.surfaces, instanced, &nodes, origin);
+        let mut media =
+            Media::of(&self.materials, &self.triangles, &self.surfaces, instanced, &nodes, origin);
         let textures = &mut self.textures.materials;
         media.rank(&mut self.materials, textures, &mut self.surfaces, &mut self.instanced);
         let dropped_triangles = self.drop_degenerate();

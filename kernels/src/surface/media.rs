@@ -235,7 +235,11 @@ mod tests {
 
     /// Five media; the later, the higher its priority. The last is a sheet.
     fn five() -> [Material; 5] {
-        let mut materials = [0, 1, 2, 3, 4].map(|priority| Material { priority, medium: priority as u32, ..Material::default() });
+        let mut materials = [0, 1, 2, 3, 4].map(|priority| Material {
+            priority,
+            medium: priority as u32,
+            ..Material::default()
+        });
         materials[4].flags = FLAG_SHEET;
         materials
     }
@@ -267,7 +271,10 @@ mod tests {
         assert!(within(&[2]).at_face(1, true, FEATURES, &materials).is_covered(&materials));
         assert!(within(&[1, 2]).at_face(1, false, FEATURES, &materials).is_covered(&materials));
         assert!(!within(&[1]).at_face(2, true, FEATURES, &materials).is_covered(&materials));
-        assert!(within(&[1]).at_face(1, true, FEATURES, &materials).is_covered(&materials), "two solids of one medium");
+        assert!(
+            within(&[1]).at_face(1, true, FEATURES, &materials).is_covered(&materials),
+            "two solids of one medium"
+        );
     }
 
     #[test]

@@ -32,7 +32,7 @@ fn blocks(text: &str) -> Vec<Block> {
         let marks: String = trimmed.chars().take_while(|mark| ['`', '~'].contains(mark)).collect();
         match &mut open {
             Some((fence, _)) if trimmed.trim_end() == fence => {
-                blocks.extend(open.take().map(|(_, block)| block))
+                blocks.extend(open.take().map(|(_, block)| block));
             }
             Some((_, block)) => block.lines.push(line.to_string()),
             None => {
@@ -44,8 +44,8 @@ fn blocks(text: &str) -> Vec<Block> {
                     blocks.push(Block { info: String::new(), lines: vec![line.to_string()], ..block });
                 } else {
                     let is_part = |c: char| c.is_alphanumeric() || "_./-".contains(c);
-                    let names = line.split(|c| !is_part(c)).filter(|name| name.ends_with(".rs"));
-                    file = names.last().map(str::to_string).or(file);
+                    let mut names = line.split(|c| !is_part(c)).filter(|name| name.ends_with(".rs"));
+                    file = names.next_back().map(str::to_string).or(file);
                 }
             }
         }

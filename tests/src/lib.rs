@@ -6,6 +6,7 @@ pub mod blocks;
 pub mod chi_square;
 pub mod compare;
 pub mod direct;
+pub mod document;
 pub mod energy;
 pub mod fading;
 pub mod fields;

@@ -22,6 +22,7 @@ mod dispersion;
 mod estimator;
 mod focus;
 mod glass;
+mod inside_glass;
 mod lights;
 mod mirror;
 mod plains;

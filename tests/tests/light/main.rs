@@ -8,6 +8,7 @@ mod environment;
 mod invariances;
 mod known_answers;
 mod modes;
+mod path_counts;
 mod samplers;
 mod split;
 mod starving;

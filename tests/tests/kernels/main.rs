@@ -6,5 +6,6 @@ mod instances;
 mod lobes;
 mod media;
 mod overlaps;
+mod primitives;
 mod textures;
 mod tracer;

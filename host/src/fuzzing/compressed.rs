@@ -124,7 +124,9 @@ fn texture(extension: &str, mime_type: &str, bytes: &[u8]) -> bool {
         "textures": [{ "extensions": { extension: { "source": 0 } } }],
         "images": [{ "bufferView": 2, "mimeType": mime_type }],
     });
-    scene::read(&beside_a_triangle(document, Value::Null, bytes)).is_ok()
+    // An image that cannot be decoded is left out with a warning.
+    let is_left_out = |scene: &scene::Scene| scene.warnings.iter().any(|warning| warning.contains("image"));
+    scene::read(&beside_a_triangle(document, Value::Null, bytes)).is_ok_and(|scene| !is_left_out(&scene))
 }
 
 /// A Radiance HDR or EXR file as the environment of a triangle.

@@ -14,6 +14,7 @@ use thiserror::Error;
 
 use crate::accumulation::{Accumulation, Shape};
 use crate::file::{self, read_file};
+use crate::memory;
 use crate::output::target::{Target, TargetError};
 use crate::sealed::{self, Unusable};
 
@@ -186,6 +187,8 @@ pub fn parse(
 ) -> Result<Checkpoint, CheckpointError> {
     let unusable = |why| CheckpointError::Unusable { path: path.into(), why };
     let damaged = |what: &str| unusable(Unusable::damaged(what));
+    // Its sums are read once more, as numbers.
+    memory::check(bytes.len() as u64).map_err(|short| unusable(Unusable::Memory(short)))?;
     let (head, payload) = sealed::open::<Head>(KIND, bytes).map_err(unusable)?;
     if let Some(Difference { name, theirs, ours }) = difference(identity, &head.identity) {
         return Err(CheckpointError::Other { path: path.into(), name, theirs, ours });

@@ -22,7 +22,12 @@ mod commands_page;
 
 fn main() -> ExitCode {
     outlive_file_limit();
-    let result = match cli::Cli::read().command {
+    end_by_code();
+    let command = cli::Cli::read().command;
+    if let Err(few) = caustics::threads::prepare() {
+        tell!("warning: {few}; this takes longer");
+    }
+    let result = match command {
         cli::Command::Render(options) => command::render::run(*options),
         cli::Command::View(options) => command::view::run(&options),
         cli::Command::Animate(options) => command::animate::run(&options),
@@ -57,11 +62,22 @@ fn outlive_file_limit() {
     }
 }
 
+/// Lets a process that gives up, because memory ran out where no budget foresaw it, end with 1 and not by a signal. Its last line says
+/// why. What a driver's compiler does is told by its signal.
+fn end_by_code() {
+    #[cfg(unix)]
+    if std::env::args_os().nth(1).is_none_or(|command| command != "device") {
+        use signal_hook::{consts::SIGABRT, flag::register_conditional_shutdown};
+        // Without it the program does what others do there.
+        let _ = register_conditional_shutdown(SIGABRT, 1, std::sync::Arc::new(true.into()));
+    }
+}
+
 /// 2 for what the command line got wrong, 4 for a device that is not there, else 1.
 fn exit_code(error: &anyhow::Error) -> u8 {
     let usage = error.is::<cli::Usage>()
         || error.downcast_ref().is_some_and(TargetError::is_usage)
-        || matches!(error.downcast_ref(), Some(SceneError::Unknown { .. } | SceneError::NotMade { .. }))
+        || error.downcast_ref().is_some_and(SceneError::is_usage)
         || error.is::<CheckpointError>();
     if usage {
         2

@@ -11,6 +11,8 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::memory::{self, Short};
+
 /// Bytes of the checksum, at the end and little-endian.
 const CHECKSUM_BYTES: usize = 4;
 /// Most bytes of a head that [`head`] reads.
@@ -22,6 +24,9 @@ pub enum Unusable {
     /// Its bytes are not those that were written.
     #[error("is damaged: {0}; remove it and begin anew")]
     Damaged(String),
+    /// It takes more memory than there is.
+    #[error("would take {0}")]
+    Memory(Short),
     /// Another version of the program wrote it, whose frames may have other bits.
     #[error("was written by {theirs}, and this is {ours}; go on with that one, or remove it and begin anew")]
     Version {
@@ -156,6 +161,7 @@ fn no(kind: &str) -> Unusable {
 
 /// The head, if this program wrote it.
 fn parse<H: DeserializeOwned>(line: &[u8]) -> Result<H, Unusable> {
+    memory::check(memory::of_json_tree(line)).map_err(Unusable::Memory)?;
     let line: Line<serde_json::Value> = serde_json::from_slice(line).map_err(Unusable::damaged)?;
     let ours = Program::this();
     if (&line.program.version, &line.program.sources) != (&ours.version, &ours.sources) {

@@ -6,6 +6,7 @@ use std::thread;
 use std::time::Duration;
 
 use anyhow::Context;
+use caustics::threads;
 
 /// Catches Ctrl-C from now on; says whether it came. Once in a process.
 pub fn watch() -> anyhow::Result<impl Fn() -> bool> {
@@ -18,7 +19,13 @@ pub fn watch() -> anyhow::Result<impl Fn() -> bool> {
         }
         tell!("interrupted: ends after the frame at hand; once more ends at once");
     };
-    ctrlc::set_handler(handler).context("cannot catch Ctrl-C")?;
+    match threads::check(1) {
+        Ok(()) => ctrlc::set_handler(handler).context("cannot catch Ctrl-C")?,
+        // A thread waits for it.
+        Err(_) => {
+            tell!("warning: Ctrl-C ends at once and saves nothing, for want of a thread that waits for it")
+        }
+    }
     Ok(move || interrupted.load(Ordering::SeqCst))
 }
 

@@ -34,6 +34,7 @@ use anyhow::Context;
 use caustics::experiment::axis::{HISTORY, PATH_HISTORY};
 use caustics::experiment::cell::Cell;
 use caustics::scene::{self, CameraChoice, Eye, Place, Staged, Viewpoint};
+use caustics::threads;
 use caustics_kernels::history::VALIDATED;
 use caustics_kernels::interface::choice::PathHistory;
 use tokio::runtime;
@@ -66,6 +67,9 @@ const MAX_FILES: usize = 4;
 
 const NO_NUMBERS: &str = "the system gives no random numbers, which a secret needs";
 
+/// Threads beside the one that renders: for Ctrl-C, for connections, and for the pictures that are packed for them.
+const THREADS: usize = 2 + PACKERS;
+
 /// Serves a page until Ctrl-C.
 pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {
     let view = &options.view;
@@ -81,6 +85,7 @@ pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {
     // A device that is not there is told now, since only a page could be told later. `auto` always finds one.
     let gather = cell.gather.filter(|_| cell.method.chooses_gather);
     pick(cell.asked_runner, &options.machine, gather)?.0.check()?;
+    threads::check(THREADS).context("a page takes threads of its own")?;
     let guard = match std::env::var(TOKEN) {
         Ok(token) => Guard::chosen(&token).map_err(|wrong| Usage(format!("{TOKEN}: {wrong}")))?,
         Err(_) => Guard::random().context(NO_NUMBERS)?,

@@ -62,8 +62,11 @@ impl Matrix {
         let others = AXES.into_iter().rev().filter(|axis| **axis != RUNNER);
         for axis in std::iter::once(&RUNNER).chain(others) {
             let mut more = Vec::new();
+            let mut seen = BTreeSet::new();
+            let mut values = self.values(axis);
+            values.retain(|value| seen.insert(*value));
             for cell in &cells {
-                for value in self.values(axis) {
+                for value in &values {
                     let mut cell = cell.clone();
                     axis.set(&mut cell, value).map_err(anyhow::Error::msg)?;
                     more.push(cell);

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use anyhow::{Context, ensure};
+use anyhow::{Context, anyhow, ensure};
 use glam::Vec3;
 
 use super::result::{CellResult, Provenance};
@@ -13,7 +13,7 @@ use crate::file;
 use crate::hash::DIGITS;
 use crate::output::png;
 use crate::output::target::Target;
-use crate::{kernels, machine};
+use crate::{kernels, machine, memory};
 
 /// Digits of identities: those of today, and those of results that were measured before.
 const LENGTHS: [usize; 2] = [DIGITS, 16];
@@ -57,6 +57,7 @@ pub fn read_file(path: &Path) -> anyhow::Result<CellResult> {
 /// The result in the bytes of a file of this stem. Its names lead nowhere but into the folder of the file: the identity is
 /// the stem, hexadecimal digits, and pictures are PNGs beside it.
 pub fn parse(bytes: &[u8], stem: &str) -> anyhow::Result<CellResult> {
+    memory::check(memory::of_json(bytes)).map_err(|short| anyhow!("it would take {short}"))?;
     let mut result: CellResult = serde_json::from_slice(bytes)?;
     result.cell.rename();
     let CellResult { identity, error, .. } = &result;

@@ -10,13 +10,15 @@ use caustics_kernels::interface::frame::FrameParams;
 
 use super::{RunError, Runner, StepTime};
 use crate::scene::instanced::Placement;
+use crate::threads;
 use caustics_kernels::declare::{BufferSpec, Step};
 
 /// The CPU with a scene's tables and a plan's buffers.
 pub struct CpuRunner {
     buffers: Buffers,
     features: Features,
-    pool: rayon::ThreadPool,
+    /// Its own threads; none where the system starts no more, and those of the process compute.
+    pool: Option<rayon::ThreadPool>,
     stop: Arc<AtomicBool>,
 }
 
@@ -28,7 +30,7 @@ impl CpuRunner {
         specs: &[BufferSpec],
         tables: &[(&'static str, &[u8])],
     ) -> Result<CpuRunner, RunError> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+        let pool = threads::pool(threads);
         let mut buffers = Buffers::default();
         for spec in specs {
             buffers.add(spec.name, spec.bytes);
@@ -43,7 +45,11 @@ impl CpuRunner {
 
 impl Runner for CpuRunner {
     fn device(&self) -> String {
-        format!("CPU, {} threads", self.pool.current_num_threads())
+        let threads = self
+            .pool
+            .as_ref()
+            .map_or_else(rayon::current_num_threads, rayon::ThreadPool::current_num_threads);
+        format!("CPU, {threads} threads")
     }
 
     fn write_at(&mut self, buffer: &str, offset: usize, bytes: &[u8]) -> Result<(), RunError> {
@@ -81,7 +87,10 @@ impl Runner for CpuRunner {
                     let on_cpu = pass.cpu.ok_or_else(no_run)?;
                     let (buffers, features, stop) = (&self.buffers, self.features, &*self.stop);
                     let call = Call { buffers, params, dispatch, features, stop };
-                    let done = self.pool.install(|| on_cpu.run(&call));
+                    let done = match &self.pool {
+                        Some(pool) => pool.install(|| on_cpu.run(&call)),
+                        None => on_cpu.run(&call),
+                    };
                     done.map_err(|source| RunError::Pass { pass: step.label(), source })?;
                 }
                 Step::Clear { buffer } => self.buffers.clear(buffer)?,

@@ -13,9 +13,6 @@ pub enum RunError {
     /// A buffer of the CPU is not there or too small.
     #[error("{0}")]
     Buffer(#[from] BufferError),
-    /// The system gives no threads.
-    #[error("cannot start threads")]
-    Threads(#[from] rayon::ThreadPoolBuildError),
     /// A pass on the CPU does not find what it binds.
     #[error("pass {pass}")]
     Pass {

@@ -10,8 +10,10 @@ use serde::{Deserialize, Serialize};
 
 use super::viewpoint::{Eye, Place, Viewpoint};
 use super::{SceneError, viewpoint};
+use crate::exact;
 use crate::file::read_head;
 use crate::hash::digest;
+use crate::memory::{self, Short};
 
 mod apply;
 mod camera;
@@ -43,8 +45,10 @@ pub struct Edits {
 #[serde(deny_unknown_fields)]
 pub struct CameraEdit {
     /// The eye (m).
+    #[serde(deserialize_with = "exact::array")]
     pub from: [f64; 3],
     /// What it looks at (m).
+    #[serde(deserialize_with = "exact::array")]
     pub look_at: [f64; 3],
     /// Vertical field of view (degrees).
     pub fov: f64,
@@ -60,13 +64,13 @@ pub struct NodeEdit {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// Place in its parent's space (m).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "exact::optional", skip_serializing_if = "Option::is_none")]
     pub translation: Option<[f64; 3]>,
     /// Rotation, a quaternion x, y, z, w of any length above 1e-6.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "exact::optional", skip_serializing_if = "Option::is_none")]
     pub rotation: Option<[f64; 4]>,
     /// Scale; zero hides a mesh.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "exact::optional", skip_serializing_if = "Option::is_none")]
     pub scale: Option<[f64; 3]>,
 }
 
@@ -93,6 +97,9 @@ pub enum EditsError {
     /// They cannot be written as TOML.
     #[error("{0}")]
     Write(#[from] toml::ser::Error),
+    /// It takes more memory than there is.
+    #[error("it would take {0}; edit fewer nodes, at fewer times")]
+    Memory(#[from] Short),
     /// A value cannot be used.
     #[error("{place} {what}")]
     Value {
@@ -108,8 +115,9 @@ impl Edits {
     ///
     /// # Errors
     ///
-    /// If it is no TOML of edits, or has values that cannot be used.
+    /// If it is no TOML of edits, has values that cannot be used, or would not fit into memory.
     pub fn parse(text: &str) -> Result<Edits, EditsError> {
+        memory::check(memory::of_toml(text))?;
         let edits: Edits = toml::from_str(text)?;
         edits.check()?;
         Ok(edits)

@@ -296,3 +296,18 @@ pub enum SceneError {
         what: &'static str,
     },
 }
+
+impl SceneError {
+    /// Whether the caller asked for what the scene does not have, rather than the scene being wrong.
+    pub fn is_usage(&self) -> bool {
+        matches!(
+            self,
+            SceneError::Unknown { .. }
+                | SceneError::NotMade { .. }
+                | SceneError::UnknownCamera { .. }
+                | SceneError::UnknownVariant { .. }
+                | SceneError::UnknownAnimation { .. }
+                | SceneError::Viewpoint { .. }
+        )
+    }
+}

@@ -3,10 +3,12 @@
 
 mod bounds;
 mod document;
+mod memory;
 mod options;
 mod outputs;
 mod terminal;
 mod textures;
+mod threads;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

@@ -23,7 +23,7 @@ const KERNELS: &[&[&str]] = &[
 
 /// Those of the host's library, then of its program.
 const HOST: &[&[&str]] = &[
-    &["caught", "hash", "memory", "shard", "shell", "text"],
+    &["caught", "exact", "hash", "memory", "shard", "shell", "text", "threads"],
     &["file", "counters", "energy", "picture", "machine"],
     &["output", "sealed", "vulkan"],
     &["kernels"],

@@ -8,6 +8,7 @@ use std::path::Path;
 use anyhow::Context;
 use caustics::checkpoint::Identity;
 use caustics::file::read_file;
+use caustics::memory;
 use caustics::output::target::Target;
 use caustics::sealed::{self, Unusable};
 use caustics::session::SessionError;
@@ -61,6 +62,8 @@ impl State {
 
     /// The same from the bytes of a file.
     fn parse(file: &[u8]) -> Result<State, Unusable> {
+        // Its buffers are there twice for a while.
+        memory::check(file.len() as u64).map_err(Unusable::Memory)?;
         let (head, mut rest) = sealed::open::<Head>(KIND, file)?;
         let mut buffers = Vec::with_capacity(head.buffers.len());
         for (name, size) in head.buffers {

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use caustics::accumulation::Shape;
 use caustics::checkpoint::{self, Difference, Head, difference};
 use caustics::output::exr;
 use caustics::output::target::Target;
@@ -91,6 +92,11 @@ fn check(parts: &[Part]) -> Result<(), Usage> {
         if let Some(Difference { name, theirs, ours }) = difference(&next.run(), &part.run()) {
             let (a, b) = (part.path.display(), next.path.display());
             return Err(Usage(format!("{a} and {b} are of two runs: {name} is {theirs:?}, and {ours:?}")));
+        }
+        let of_run = |head: &Head| Shape { first: 0, frames: 0, ..head.shape };
+        if of_run(&part.head) != of_run(&next.head) {
+            let (a, b) = (part.path.display(), next.path.display());
+            return Err(Usage(format!("{a} and {b} are of two runs: their sums differ in size")));
         }
         if part.shard == next.shard {
             let (a, b) = (part.path.display(), next.path.display());

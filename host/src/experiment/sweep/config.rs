@@ -1,19 +1,29 @@
 //! The file of a sweep: TOML. An error names the line and shows the key.
 
+use std::ops::RangeInclusive;
+
 use caustics_kernels::interface::choice::TextureFilter;
 use serde::Deserialize;
 use toml::Spanned;
 
 use super::matrix_table::MatrixTable;
 use super::value::{Count, Filter, NonEmpty, Positive, Side};
+use crate::exact;
 use crate::experiment::reference::SEED;
+use crate::memory;
 use crate::scene::{
     DefaultLight, EnvironmentMap, LoadOptions, Radiance, SceneError, TreeCache, TreeOptions, TreeQuality,
 };
 use crate::settings::Settings;
 
-/// Most cells of a file, counted before any is left out.
-const MAX_CELLS: u64 = 1_000_000;
+/// Most cells of a file, counted before any is left out: more than a year of seconds would not measure ten times as many.
+const MAX_CELLS: u64 = 100_000;
+/// Largest file (bytes).
+const MAX_BYTES: usize = 1 << 24;
+/// Last frame that is measured, at most.
+const MAX_FRAMES: u64 = 1_000_000;
+/// Frames a second that an animation may have.
+pub const FPS: RangeInclusive<f64> = 1e-3..=1e9;
 
 /// The whole file.
 #[derive(Clone, Debug, Deserialize)]
@@ -41,6 +51,7 @@ pub struct Config {
     #[serde(default)]
     pub pixel_filter: PixelFilter,
     /// Radiance behind everything (W m^-2 sr^-1); none: what the scene says.
+    #[serde(default, deserialize_with = "exact::optional")]
     pub background: Option<[f32; 3]>,
     /// Light from all around; none: what the scene says.
     pub environment: Option<EnvironmentTable>,
@@ -157,6 +168,11 @@ pub struct ErrorTable {
 impl Config {
     /// Reads the text of a file.
     pub fn parse(text: &str) -> Result<Config, String> {
+        if text.len() > MAX_BYTES {
+            return Err(format!("it has more than {MAX_BYTES} bytes; share its [[matrix]] out among files"));
+        }
+        memory::check(memory::of_toml(text))
+            .map_err(|short| format!("it would take {short}; share its [[matrix]] out among files"))?;
         let config: Config =
             toml::from_str(text).map_err(|error| error.to_string().trim_end().to_string())?;
         config.check(text)?;
@@ -201,6 +217,22 @@ impl Config {
         if last.is_none_or(|last| (self.seed..=last).contains(&SEED)) {
             return Err(format!("seed = {}: references have the seed {SEED}; give another", self.seed));
         }
+        if !FPS.contains(&self.fps.0) {
+            return Err(format!(
+                "fps = {}: give {} to {} frames a second",
+                self.fps.0,
+                FPS.start(),
+                FPS.end()
+            ));
+        }
+        let of_time = self.time.as_ref().map_or(0, |time| u64::from(time.frames.0) + u64::from(time.warm_up));
+        let of_error = self.error.as_ref().map_or(0, |error| u64::from(error.frames.0));
+        let count = u64::from(self.first_frame) + of_time.max(of_error);
+        if count > MAX_FRAMES {
+            return Err(format!(
+                "{count} frames with those before them and to warm up: at most {MAX_FRAMES}"
+            ));
+        }
         if let Some(error) = &self.error
             && let Some(frames) = &error.compared_frames
             && let Some(wrong) = frames.0.iter().find(|frame| **frame >= error.frames.0)
@@ -211,25 +243,24 @@ impl Config {
         let mut count = 0_u64;
         for matrix in &self.matrix {
             let start = matrix.span().start.min(text.len());
-            let line = 1 + text.as_bytes()[..start].iter().filter(|byte| **byte == b'\n').count();
             let matrix = matrix.get_ref();
             count = count.saturating_add(matrix.count());
-            if count > MAX_CELLS {
-                return Err(format!(
-                    "line {line}, [[matrix]]: its lists make {count} cells with those before it, and at most {MAX_CELLS} \
-                     are measured; share them out among files"
-                ));
-            }
-            if matrix.paths_keys.len() != 1 {
-                let keys = "light_paths, paths_per_pixel and equal_time_ms";
-                return Err(format!("line {line}, [[matrix]]: give one of {keys}"));
-            }
-            if !matrix.size.is_empty() && self.time.is_none() {
-                return Err(format!("line {line}, [[matrix]]: size needs a table [time]"));
-            }
-            if matrix.paths_keys == ["equal_time_ms"] && self.time.is_none() {
-                return Err(format!("line {line}, [[matrix]]: equal_time_ms needs a table [time]"));
-            }
+            let wrong = if count > MAX_CELLS {
+                format!(
+                    "its lists make {count} cells with those before it, and at most {MAX_CELLS} are measured; share them out \
+                     among files"
+                )
+            } else if matrix.paths_keys.len() != 1 {
+                "give one of light_paths, paths_per_pixel and equal_time_ms".into()
+            } else if !matrix.size.is_empty() && self.time.is_none() {
+                "size needs a table [time]".into()
+            } else if matrix.paths_keys == ["equal_time_ms"] && self.time.is_none() {
+                "equal_time_ms needs a table [time]".into()
+            } else {
+                continue;
+            };
+            let line = 1 + text.as_bytes()[..start].iter().filter(|byte| **byte == b'\n').count();
+            return Err(format!("line {line}, [[matrix]]: {wrong}"));
         }
         Ok(())
     }
@@ -301,6 +332,10 @@ mod tests {
             ("[1]", "[1]\nrunner = [\"abacus\"]", "line 9", "gpu-software"),
             ("[1]", "[1]\nsize = [[0, 36]]", "line 9", "size"),
             ("[1]", "[1]\nsize = [[64]]", "line 9", "size"),
+            ("[1]", "[1]\nsize = [[64, 36, 1]]", "line 9", "length 3"),
+            ("[1]", "[1]\nfrom = [1, 2, 3, 4]", "line 9", "length 4"),
+            ("[time]", "background = [1, 1, 1, 1]\n[time]", "line 1", "length 4"),
+            ("[1]", "[1e400]", "line 8", "paths_per_pixel"),
             ("[1]", "[1]\ngather = [\"sieve\"]", "line 9", "photons-grid"),
             ("[1]", "[1]\nneeds = [\"all\"]", "line 9", "needs is called features now"),
         ] {
@@ -314,9 +349,9 @@ mod tests {
                 format!("[{}]\nmax_bounces = [{}]\nradius_px = [{}]", values("1"), values("5"), values("1"));
             Config::parse(&GOOD.replace("[1]", &lists))
         };
-        assert!(many(100).is_ok());
-        let error = many(101).unwrap_err();
-        assert!(error.contains("line 5") && error.contains("1030301 cells"), "{error}");
+        assert!(many(46).is_ok());
+        let error = many(47).unwrap_err();
+        assert!(error.contains("line 5") && error.contains("103823 cells"), "{error}");
         assert!(Config::parse(&GOOD.replace("[time]\nwidth = 64\nheight = 36\n", "")).is_err());
         let compared = |frames: &str| {
             let error =

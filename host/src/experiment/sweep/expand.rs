@@ -1,10 +1,12 @@
 //! The cells of a sweep's file, each once, with what they are known by.
 
-use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 
+use anyhow::ensure;
 use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
 use glam::Vec3;
+use toml::Spanned;
 
 use super::config::{Config, EnvironmentTable, PixelFilter};
 use super::matrix_table::MatrixTable;
@@ -17,6 +19,9 @@ use crate::hash::digest;
 use crate::scene::{self, EnvironmentMap, Scene, Staged, Staging};
 use crate::session::RunnerChoice;
 use crate::settings::Settings;
+
+/// Scenes, each with a camera and a size, that a file may have at most: all are in memory at once.
+const MAX_PARTS: usize = 1000;
 
 /// A scene, a size, and their cells.
 #[derive(Clone, Debug)]
@@ -55,6 +60,18 @@ impl Expanded {
     ) -> anyhow::Result<Expanded> {
         let mut all = Expanded::default();
         let mut known = BTreeMap::new();
+        // Counted before any is loaded.
+        let mut parts = BTreeSet::new();
+        for matrix in config.matrix.iter().map(Spanned::get_ref) {
+            for size in timed_sizes(config, matrix) {
+                parts.extend(matrix.scene.iter().map(|scene| (scene, format!("{:?}", matrix.camera), size)));
+                ensure!(
+                    parts.len() <= MAX_PARTS,
+                    "its [[matrix]] have more than {MAX_PARTS} scenes, cameras and sizes in all; share them out among files"
+                );
+            }
+        }
+        drop(parts);
         let environment = config.environment.as_ref().map(EnvironmentTable::map).transpose()?;
         for matrix in &config.matrix {
             let matrix = matrix.get_ref();

@@ -6,6 +6,7 @@ use serde::de::{DeserializeSeed, Error, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::value::{NonEmpty, Side};
+use crate::exact::Exact;
 use crate::experiment::axis::{self, Axis, METHOD, PATHS_PER_PIXEL, spelled};
 use crate::experiment::matrix::Matrix;
 use crate::experiment::result::RENAMED;
@@ -57,7 +58,7 @@ impl<'de> Deserialize<'de> for MatrixTable {
     }
 }
 
-fn place(metres: [f64; 3]) -> Place {
+fn place(Exact(metres): Exact<f64, 3>) -> Place {
     Place(metres.into())
 }
 
@@ -80,7 +81,10 @@ impl<'de> Visitor<'de> for TableVisitor {
                 "from" => from = Some(place(map.next_value()?)),
                 "look_at" => look_at = Some(place(map.next_value()?)),
                 "fov" => fov = Some(map.next_value()?),
-                "size" => table.size = map.next_value()?,
+                "size" => {
+                    let sizes: Vec<Exact<Side, 2>> = map.next_value()?;
+                    table.size = sizes.into_iter().map(|Exact([width, height])| (width, height)).collect();
+                }
                 key => map.next_value_seed(List { table: &mut table, key })?,
             }
         }

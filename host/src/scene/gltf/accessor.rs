@@ -79,8 +79,7 @@ pub fn integers(document: &Document, index: Index<Accessor>, owner: &str) -> Res
     Ok(all)
 }
 
-/// Elements of an accessor of any type, once those of its buffer view are known to be there; nothing is read. Without a view
-/// there may be any number of them.
+/// Elements of an accessor of any type, once those of its buffer view are known to be there; nothing is read.
 pub fn count(document: &Document, index: Index<Accessor>, owner: &str) -> Result<u64, SceneError> {
     let accessor = document.get(&document.root.accessors, index, "accessor", owner)?;
     let (Some(component), Checked::Valid(shape)) = (component(accessor), accessor.type_) else {

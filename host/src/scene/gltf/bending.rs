@@ -19,6 +19,9 @@ const VERTEX_BYTES: u64 = (size_of::<Corner>() + size_of::<Pull>() + 64) as u64;
 /// What a morph target adds to a vertex, as it is read and kept (bytes).
 const DELTA_BYTES: u64 = 2 * size_of::<Delta>() as u64;
 
+/// Memory of a joint of a mesh, with its matrix as it is read and kept (bytes).
+const JOINT_BYTES: u64 = 400;
+
 /// A mesh that is bent.
 pub struct Bent {
     /// What bends it.
@@ -69,6 +72,10 @@ fn joints(
     skin: usize,
     owner: &str,
 ) -> Result<Vec<(usize, DAffine3)>, SceneError> {
+    // Each mesh has joints of its own, however many nodes have one skin.
+    let count =
+        document.sections.skins.get(skin).and_then(|skin| skin["joints"].as_array()).map_or(0, Vec::len);
+    document.take(count as u64 * JOINT_BYTES, format_args!("the {count} joints of {owner}"))?;
     let value = document.sections.skins.get(skin).cloned().unwrap_or_default();
     let label = unsupported::label("skin", skin, value["name"].as_str());
     let unusable = |document: &mut Document, what: &str| {
@@ -161,15 +168,23 @@ fn pulls(
         };
         let of = mesh::of_vertices::<4>(document, of, vertices, "joints", owner)?;
         let weights = mesh::of_vertices::<4>(document, weights, vertices, "weights of joints", owner)?;
-        for ((pull, of), weights) in pulls.iter_mut().zip(of).zip(weights) {
+        for (vertex, ((pull, of), weights)) in pulls.iter_mut().zip(of).zip(weights).enumerate() {
             for at in 0..4 {
                 let (joint, weight) = (of[at], weights[at]);
                 // Where nothing pulls, files leave any number.
                 if weight == 0.0 {
                     continue;
                 }
-                if !(weight.is_finite() && weight > 0.0 && joint >= 0.0 && (joint as usize) < joints) {
-                    let what = format!("joint {joint} of weight {weight} is none of its skin's {joints}");
+                let what = if !(weight.is_finite() && weight > 0.0) {
+                    format!("its vertex {vertex} has the weight {weight} of a joint, and weights are 0 to 1")
+                } else if !(joint >= 0.0 && (joint as usize) < joints) {
+                    format!(
+                        "its vertex {vertex} is pulled by joint {joint}, but its skin has {joints}, the first of them 0"
+                    )
+                } else {
+                    String::new()
+                };
+                if !what.is_empty() {
                     let (file, mesh) = (document.file.clone(), owner.clone());
                     return Err(SceneError::Mesh { file, mesh, what });
                 }

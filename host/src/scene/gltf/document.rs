@@ -13,7 +13,7 @@ use super::options::LoadOptions;
 use super::required::{Lack, without};
 use super::warning::Warnings;
 use super::{buffer, extension, shape, translate, unsupported, version};
-use crate::memory::{Budget, Short};
+use crate::memory::{Budget, Short, of_json_tree};
 use crate::scene::texture::Image;
 use crate::scene::{Radiance, SceneError};
 
@@ -25,6 +25,8 @@ pub struct Document {
     pub root: Root,
     /// Contents of its buffers.
     pub buffers: Vec<Vec<u8>>,
+    /// Bytes of its JSON and of its buffers, as they were read.
+    pub bytes: u64,
     /// What is not rendered.
     pub warnings: Warnings,
     /// Folder of the file, where others are looked for.
@@ -83,7 +85,8 @@ impl Document {
         let wrong = |what: String| SceneError::Document { file: file.into(), what };
         let (json, binary) = split(file, bytes)?;
         let mut budget = Budget::new();
-        budget.take(parsed_bytes(json)).map_err(|short| too_much(file, "its JSON", short))?;
+        // Sections are there twice, and so is the text.
+        budget.take(2 * of_json_tree(json)).map_err(|short| too_much(file, "its JSON", short))?;
         let mut value = parse(json).map_err(|error| wrong(error.to_string()))?;
         make_whole(&mut value);
 
@@ -91,7 +94,8 @@ impl Document {
         version::check(file, &value, options, &mut warnings)?;
         shape::check(&value).map_err(wrong)?;
         let lack = Lack::of(file, &value, options, &mut warnings)?;
-        let parsed = Parsed { value, binary, folder, budget, warnings, lack: lack.clone() };
+        let json_bytes = json.len() as u64;
+        let parsed = Parsed { value, json_bytes, binary, folder, budget, warnings, lack: lack.clone() };
         parsed.document(file, options).map_err(|error| without(lack, error))
     }
 }
@@ -99,6 +103,7 @@ impl Document {
 /// A document whose JSON has the right types.
 struct Parsed<'a> {
     value: Value,
+    json_bytes: u64,
     binary: Option<&'a [u8]>,
     folder: &'a Path,
     budget: Budget,
@@ -109,7 +114,7 @@ struct Parsed<'a> {
 impl Parsed<'_> {
     /// What its types say, with its buffers.
     fn document(self, file: &str, options: &LoadOptions) -> Result<Document, SceneError> {
-        let Parsed { mut value, binary, folder, mut budget, mut warnings, lack } = self;
+        let Parsed { mut value, json_bytes, binary, folder, mut budget, mut warnings, lack } = self;
         let wrong = |what: String| SceneError::Document { file: file.into(), what };
         translate::translate(file, &mut value, options, &mut warnings)?;
         unsupported::list(&value, &mut warnings);
@@ -145,11 +150,13 @@ impl Parsed<'_> {
         let bytes = lengths.fold(0, u64::saturating_add);
         budget.take(bytes).map_err(|short| too_much(file, "its buffers", short))?;
         let buffers = buffer::load(file, &root, &is_fallback, binary, folder)?;
+        let bytes = json_bytes + buffers.iter().map(|buffer| buffer.len() as u64).sum::<u64>();
         let (file, folder, options) = (file.into(), folder.into(), options.clone());
         Ok(Document {
             file,
             root,
             buffers,
+            bytes,
             warnings,
             folder,
             sections,
@@ -226,17 +233,6 @@ impl Document {
 fn too_much(file: &str, what: impl std::fmt::Display, short: Short) -> SceneError {
     let Short { needed, available } = short;
     SceneError::Memory { file: file.into(), what: what.to_string(), needed, available }
-}
-
-/// Memory that a parsed document takes, at most about (bytes): the least node of the tree that holds an object's members has
-/// 632, any value 32; sections are there twice, and so is the text.
-fn parsed_bytes(json: &[u8]) -> u64 {
-    let (mut objects, mut values) = (0, 0);
-    for byte in json {
-        objects += u64::from(*byte == b'{');
-        values += u64::from(matches!(byte, b',' | b'['));
-    }
-    2 * (700 * objects + 64 * values + json.len() as u64)
 }
 
 /// Brackets that stand around each other in what is read; the parser of JSON ends at 128, and glTF needs a dozen.

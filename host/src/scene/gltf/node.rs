@@ -163,7 +163,8 @@ pub fn place(document: &mut Document) -> Result<Placed, SceneError> {
         if let Some(mesh) = node.mesh.filter(|_| !is_flat) {
             let skin = node.skin.map(|skin| skin.value());
             let instance = PlacedMesh { node: label.clone(), mesh, to_world, joint, moves, skin };
-            match instancing::read(document, index.value(), &label)? {
+            let of_node = moves.then(|| bytes(&placed.rig.joints[joint].morph));
+            match instancing::read(document, index.value(), &label, of_node)? {
                 Some(places) => placed.instances(&instance, places, &document.file)?,
                 None => placed.mesh(instance),
             }
@@ -222,6 +223,12 @@ fn local(node: &JsonNode, channels: Vec<Channel>) -> Local {
         channels,
         ..Local::default()
     }
+}
+
+/// Memory of what weights the morph targets of a node (bytes).
+fn bytes(morph: &Morph) -> u64 {
+    let keys = morph.channels.iter().map(|channel| 8 * channel.times.len() + 32 * channel.values.len());
+    (16 * morph.weights.len() + keys.sum::<usize>()) as u64
 }
 
 /// How a node weights the morph targets of its mesh.

@@ -22,6 +22,9 @@ pub(super) const TRIANGLE_BYTES: u64 = 850;
 /// triangle refers to: 104 of plain ones, 128 with texture coordinates and tangents.
 const VERTEX_BYTES: u64 = 130;
 
+/// Memory of a place of a mesh that stands still and is stored once (bytes): its row, and its leaf of the tree.
+const PLACE_BYTES: u64 = 1024;
+
 /// How the meshes of a file are stored.
 pub struct Sharing {
     extents: HashMap<usize, Extent>,
@@ -69,7 +72,8 @@ impl Sharing {
     /// Takes memory for all triangles.
     fn take(&mut self, document: &mut Document, meshes: &[PlacedMesh]) -> Result<(), SceneError> {
         let mut seen = std::collections::HashSet::new();
-        let (mut stored, mut in_world, mut vertices, mut read) = (0_u64, 0_u64, 0_u64, 0_u64);
+        let (mut stored, mut in_world, mut vertices, mut read, mut places) =
+            (0_u64, 0_u64, 0_u64, 0_u64, 0_u64);
         for instance in meshes {
             let extent = self.extents[&instance.mesh.value()];
             let is_first = seen.insert(instance.mesh.value());
@@ -80,6 +84,7 @@ impl Sharing {
                 let triangles = if shares { extent.emitting } else { extent.triangles };
                 in_world = in_world.saturating_add(triangles);
             }
+            places += u64::from(shares && !instance.moves);
             if !shares || is_first || extent.emitting > 0 {
                 read = read.saturating_add(extent.vertices);
             }
@@ -97,7 +102,7 @@ impl Sharing {
             }
         }
         let triangles = stored + in_world;
-        let bytes = triangles * TRIANGLE_BYTES + vertices.saturating_mul(VERTEX_BYTES);
+        let bytes = triangles * TRIANGLE_BYTES + vertices.saturating_mul(VERTEX_BYTES) + places * PLACE_BYTES;
         document.take(bytes, format_args!("its {triangles} triangles"))?;
         self.in_world = in_world as usize;
         Ok(())

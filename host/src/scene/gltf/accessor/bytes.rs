@@ -7,7 +7,11 @@ use gltf::json::{Index, buffer};
 use crate::scene::SceneError;
 use crate::scene::gltf::document::Document;
 
-/// Bytes of each element, once all are known to lie in the view and the view in its buffer; `None` without a view.
+/// Elements at most of an accessor that no bytes stand behind, where the file has fewer bytes.
+pub const MAX_ZEROS: u64 = 1 << 16;
+
+/// Bytes of each element, once all are known to lie in the view and the view in its buffer; `None` without a view. Elements without
+/// one cost the file nothing and memory as much as others, so that there are at most as many as the file has bytes.
 pub fn elements<'a>(
     document: &'a Document,
     index: Index<Accessor>,
@@ -15,7 +19,11 @@ pub fn elements<'a>(
     owner: &str,
     size: usize,
 ) -> Result<Option<impl Iterator<Item = &'a [u8]> + use<'a>>, SceneError> {
-    let Some(view) = accessor.buffer_view else { return Ok(None) };
+    let Some(view) = accessor.buffer_view else {
+        let (count, most) = (accessor.count.0, document.bytes.max(MAX_ZEROS));
+        let what = || format!("has {count} elements without a buffer view, and at most {most} are read");
+        return if count <= most { Ok(None) } else { Err(wrong(document, index, owner, what())) };
+    };
     let span =
         Span { view, offset: accessor.byte_offset.unwrap_or_default().0, count: accessor.count.0, size };
     span.split(document, index, owner).map(Some)

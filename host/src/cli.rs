@@ -1,5 +1,6 @@
 //! The options of the command line.
 
+use std::io::Write;
 use std::path::PathBuf;
 
 use caustics::exposure::Exposure;
@@ -73,7 +74,15 @@ impl Cli {
                 let tip = format!("{old} is called {new} now");
                 error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
             }
-            error.exit()
+            let told = error.print().and_then(|()| std::io::stdout().flush());
+            match told {
+                // Help that nobody gets.
+                Err(wrong) if !error.use_stderr() && wrong.kind() != std::io::ErrorKind::BrokenPipe => {
+                    tell!("error: cannot write to stdout: {wrong}");
+                    std::process::exit(1)
+                }
+                _ => std::process::exit(error.exit_code()),
+            }
         })
     }
 }

@@ -3,6 +3,7 @@
 pub mod attributes;
 mod error;
 pub mod exr;
+mod folder;
 pub mod lock;
 pub mod png;
 pub mod target;

@@ -11,17 +11,20 @@ use caustics::experiment::table::table;
 use caustics::exposure::Exposure;
 use toml::Spanned;
 
-use super::options::{camera, check_size, color, default_light, texture_filter};
+use super::options::{
+    camera, check_environment, check_fps, check_size, color, default_light, texture_filter,
+};
 use super::say::say;
-use super::sweep::{expand, forget, measure, tasks, write_tables};
+use super::sweep::{check_tables, expand, forget, measure, tasks, write_tables};
 use crate::cli::{Bench, PixelFilter, Quantity, TextureFilter, Usage};
 
 /// Measures, writes and prints. 130 after Ctrl-C, with the cells that were done.
 pub fn run(options: &Bench) -> anyhow::Result<ExitCode> {
     let config = config(options)?;
+    let folder = options.output.as_deref();
+    folder.map_or(Ok(()), |folder| check_tables(folder, &config, &[]))?;
     let expanded = expand(&config, &options.machine)?;
     let tasks = tasks(&config, &expanded)?;
-    let folder = options.output.as_deref();
     if let Some(folder) = folder {
         create(folder)?;
         if options.force {
@@ -48,9 +51,8 @@ pub fn run(options: &Bench) -> anyhow::Result<ExitCode> {
 fn config(options: &Bench) -> anyhow::Result<Config> {
     let Bench { view, frames, .. } = options;
     let of = |quantity| options.measure.contains(&quantity);
-    if !(options.fps.is_finite() && options.fps > 0.0) {
-        return Err(Usage(format!("--fps {}: give a positive number", options.fps)).into());
-    }
+    check_fps(options.fps)?;
+    check_environment(view)?;
     if of(Quantity::Error) && !(2..=1024).contains(&options.seeds) {
         return Err(Usage(format!("--seeds {}: give 2 to 1024, a variance takes two", options.seeds)).into());
     }

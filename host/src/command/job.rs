@@ -10,7 +10,7 @@ use caustics::checkpoint::{self, Checkpoint, CheckpointError, Identity};
 use caustics::energy::Energy;
 use caustics::experiment::cell::Cell;
 use caustics::kernels;
-use caustics::output::lock::Lock;
+use caustics::output::lock::{self, Lock};
 use caustics::output::target::{Target, TargetError, remove};
 use caustics::output::{exr, png};
 use caustics::scene::{self, Staged};
@@ -75,6 +75,10 @@ impl Job {
         let force = options.force || options.resume;
         let part = Part::of(&options, &stop)?;
         let output = part.as_ref().map_or(&options.output, |part| &part.file);
+        let checkpoint = part.as_ref().map_or_else(|| checkpoint::path_of(output), |part| part.file.clone());
+        for path in [&checkpoint, &lock::path_of(output)] {
+            check_scene_files(&scene_files, "-o", path)?;
+        }
         // Its checkpoint has one name for all runs.
         let _lock = Lock::take(output)?;
         let target = if part.is_some() { None } else { Some(Target::claim(output, force)?) };
@@ -84,7 +88,6 @@ impl Job {
             // What is there then is the picture so far.
             png_target = Some(Target::claim(path, true)?);
         }
-        let checkpoint = part.as_ref().map_or_else(|| checkpoint::path_of(output), |part| part.file.clone());
         if part.is_none() && checkpoint.exists() && !force {
             return Err(TargetError::Exists(checkpoint).into());
         }

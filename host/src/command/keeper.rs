@@ -1,6 +1,6 @@
 //! What a run keeps on disk to go on from: where that fails, the run is worth less, but goes on.
 
-use std::fmt::Display;
+use super::say::told;
 
 /// Says when something cannot be kept, once for as long as it lasts.
 pub struct Keeper {
@@ -15,9 +15,9 @@ impl Keeper {
     }
 
     /// Takes note of how it went.
-    pub fn keep(&mut self, result: Result<(), impl Display>) {
+    pub fn keep(&mut self, result: anyhow::Result<()>) {
         if let (Err(error), true) = (&result, self.is_kept) {
-            tell!("warning: {} is not written, and the run goes on without: {error:#}", self.what);
+            tell!("warning: {} is not written, and the run goes on without: {}", self.what, told(error));
         }
         self.is_kept = result.is_ok();
     }

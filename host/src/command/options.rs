@@ -5,7 +5,8 @@ use std::time::Duration;
 
 use caustics::checkpoint;
 use caustics::experiment::cell::Cell;
-use caustics::scene::{self, CameraChoice, DefaultLight, EnvironmentMap, Radiance, SceneError};
+use caustics::experiment::sweep::config::FPS;
+use caustics::scene::{self, CameraChoice, DefaultLight, EnvironmentMap, Radiance};
 use caustics::settings::Settings;
 use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
 use glam::Vec3;
@@ -52,8 +53,33 @@ pub fn settings(options: &View, cell: &Cell, frames: u32) -> Result<Settings, Us
     }))
 }
 
+/// Refuses what is neither a file nor a radiance, and no place that it could have.
+pub fn check_environment(view: &View) -> Result<(), Usage> {
+    let View { environment, environment_scale: scale, environment_rotation: rotation, .. } = view;
+    let text = environment.as_deref().filter(|text| EnvironmentMap::file(text).is_none());
+    if let Some((text, Err(wrong))) = text.map(|text| (text, text.parse::<Radiance>())) {
+        return Err(Usage(format!("--environment {text}: {wrong}, or a file")));
+    }
+    if !(0.0..=1e30).contains(scale) {
+        return Err(Usage(format!("--environment-scale {scale}: give 0 to 1e30")));
+    }
+    if !rotation.is_finite() {
+        return Err(Usage(format!("--environment-rotation {rotation}: give a number of degrees")));
+    }
+    Ok(())
+}
+
+/// Refuses frames a second that no animation has.
+pub fn check_fps(fps: f64) -> Result<(), Usage> {
+    if FPS.contains(&fps) {
+        return Ok(());
+    }
+    Err(Usage(format!("--fps {fps}: give {} to {} frames a second", FPS.start(), FPS.end())))
+}
+
 /// The environment that is asked for, if one is.
-pub fn environment(view: &View) -> Result<Option<EnvironmentMap>, SceneError> {
+pub fn environment(view: &View) -> anyhow::Result<Option<EnvironmentMap>> {
+    check_environment(view)?;
     let map = view.environment.as_deref().map(EnvironmentMap::named).transpose()?;
     Ok(map.map(|map| map.placed(view.environment_scale, view.environment_rotation)))
 }

@@ -4,14 +4,17 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
+use caustics::experiment::store;
 use caustics::output::target::{Target, TargetError};
 use caustics::report::{self, Request, report};
 
+use super::options::{check_ending, same_file};
 use crate::cli::{Report, Usage};
 
 /// Reads, draws and writes.
 pub fn run(options: &Report) -> anyhow::Result<ExitCode> {
     let files = folder(&options.output)?;
+    check_inputs(options, &files)?;
     // Claimed first: nobody waits for pictures to be read only to hear that a file exists.
     let page = Target::claim(&options.output, options.force)?;
     let request = Request {
@@ -41,6 +44,34 @@ pub fn run(options: &Report) -> anyhow::Result<ExitCode> {
         files.display()
     );
     Ok(ExitCode::SUCCESS)
+}
+
+/// Refuses to write in the place of what is read: a result, or a picture beside it; or among them.
+fn check_inputs(options: &Report, files: &Path) -> Result<(), Usage> {
+    let output = options.output.display();
+    check_ending("-o", &options.output, "html")?;
+    for folder in options.folders.iter().chain(&options.baseline) {
+        let cells = store::cells(folder);
+        if [folder, &cells].into_iter().any(|folder| same_file(folder, files)) {
+            let (files, folder) = (files.display(), folder.display());
+            return Err(Usage(format!(
+                "-o {output}: its figures go into {files}, but {folder} is a folder of results that are read; give another name"
+            )));
+        }
+        let read =
+            [folder, &cells].into_iter().filter_map(|folder| folder.read_dir().ok()).flatten().flatten();
+        // A page of before may lie beside the results that it was made of.
+        let is_read = |file: &PathBuf| {
+            file.extension().is_none_or(|ending| ending != "html") && same_file(file, &options.output)
+        };
+        if let Some(file) = read.map(|entry| entry.path()).find(is_read) {
+            let file = file.display();
+            return Err(Usage(format!(
+                "-o {output}: {file} is one of the results that are read; give another name"
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// Writes the files, then the page.

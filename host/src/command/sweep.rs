@@ -14,9 +14,10 @@ use caustics::experiment::sweep::task::{Sweep, Task};
 use caustics::experiment::table::{cells_csv, frames_csv, passes_csv};
 use caustics::file::read_text;
 use caustics::output::target::{Target, TargetError, remove};
+use caustics::scene::{self, EnvironmentMap};
 
 use super::interrupt;
-use super::options::check_rays;
+use super::options::{check_rays, check_scene_files};
 use super::pick::pick;
 use super::say::say;
 use crate::cli::{self, Machine, Tracer, Usage};
@@ -31,6 +32,7 @@ pub fn run(options: &cli::Sweep) -> anyhow::Result<ExitCode> {
     let text = read_text(file).with_context(|| format!("cannot read {}", file.display()))?;
     let wrong = |what: String| Usage(format!("{}: {what}", file.display()));
     let config = Config::parse(&text).map_err(wrong)?;
+    output.map_or(Ok(()), |folder| check_tables(folder, &config, &[file]))?;
     let shard = options.sharding.found()?;
     let machine = Machine {
         tracer: Tracer::Auto,
@@ -180,6 +182,17 @@ fn join(options: &cli::Sweep, out: &Path) -> anyhow::Result<ExitCode> {
     }
     write_tables(out)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Refuses to write the tables of a folder in the place of a file that is read.
+pub fn check_tables(folder: &Path, config: &Config, others: &[&Path]) -> Result<(), Usage> {
+    let scenes = config.matrix.iter().flat_map(|matrix| &matrix.get_ref().scene);
+    let scenes: BTreeSet<PathBuf> = scenes.filter_map(|name| scene::resolve(name).ok()).collect();
+    let mut read: Vec<PathBuf> = scenes.iter().flat_map(|scene| scene::files(scene)).collect();
+    let environment = config.environment.as_ref().and_then(|table| EnvironmentMap::file(&table.source));
+    read.extend(environment.into_iter().chain(others.iter().copied()).map(Path::to_path_buf));
+    let tables = ["cells.csv", "passes.csv", "frames.csv"].map(|name| folder.join(name));
+    tables.iter().try_for_each(|table| check_scene_files(&read, "-o", table))
 }
 
 /// Writes `cells.csv`, `passes.csv` and, where scenes move, `frames.csv`: all results of the folder.

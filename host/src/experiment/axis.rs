@@ -418,6 +418,9 @@ pub fn spelled(key: &str, text: &str) -> Option<(&'static Axis, String)> {
     Some((axis, format!("{before}{text}{after}")))
 }
 
+/// Times that a frame may be asked to take (ms): up to ten minutes, of which a search renders some twenty frames.
+const TIME_MS: std::ops::RangeInclusive<f64> = 1e-3..=6e5;
+
 /// A value that earlier frames decide.
 pub const AUTO: &str = "auto";
 
@@ -427,7 +430,6 @@ impl std::str::FromStr for Paths {
     fn from_str(text: &str) -> Result<Paths, String> {
         let number =
             |text: &str| text.parse::<f64>().ok().filter(|number| number.is_finite() && *number > 0.0);
-        let none = || "it must be a positive number".to_string();
         if text.is_empty() {
             Ok(Paths::None)
         } else if text == AUTO {
@@ -436,7 +438,8 @@ impl std::str::FromStr for Paths {
             let count = count.parse().ok().filter(|count| *count > 0);
             count.map(Paths::Count).ok_or_else(|| "it must be auto or a whole number, at least 1".into())
         } else if let Some(ms) = text.strip_prefix('t').and_then(|text| text.strip_suffix("ms")) {
-            number(ms).map(Paths::Time).ok_or_else(none)
+            let ms = number(ms).filter(|ms| TIME_MS.contains(ms)).map(Paths::Time);
+            ms.ok_or_else(|| format!("it must be {} to {} ms", TIME_MS.start(), TIME_MS.end()))
         } else {
             let paths = number(text.strip_prefix('p').unwrap_or(text)).filter(|paths| *paths <= 4096.0);
             paths.map(Paths::PerPixel).ok_or_else(|| "it must be more than 0, at most 4096".into())

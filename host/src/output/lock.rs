@@ -1,12 +1,14 @@
 //! One run at a time writes a file.
 
-use std::fs::{File, OpenOptions, TryLockError};
+use std::ffi::OsString;
+use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::thread::sleep;
 use std::time::Duration;
 
+use super::folder::Folder;
 use super::target::{PREFIX, TargetError, folder};
-use crate::file::unwaiting;
 
 /// How often a lock is asked for: who tidies up holds it for a moment.
 const ATTEMPTS: u32 = 20;
@@ -17,7 +19,8 @@ const PAUSE: Duration = Duration::from_millis(10);
 /// ends, however it ends. It is removed with the right, or by a later run.
 #[derive(Debug)]
 pub struct Lock {
-    path: PathBuf,
+    folder: Arc<Folder>,
+    name: OsString,
     // Locked as long as it is open.
     _file: File,
 }
@@ -26,43 +29,35 @@ impl Lock {
     /// Takes it; an error where another run has it.
     pub fn take(output: &Path) -> Result<Lock, TargetError> {
         let fail = |source| TargetError::Write { path: output.into(), source };
-        let name = output.file_name().unwrap_or_default().to_string_lossy();
-        let path = folder(output).join(format!("{PREFIX}{name}.lock"));
+        let name = name(output);
+        let folder = Folder::open(folder(output)).map_err(fail)?;
         for _ in 0..ATTEMPTS {
-            let mut options = OpenOptions::new();
-            options.create(true).truncate(false).write(true);
-            // A pipe of this name would keep it waiting.
-            let file = unwaiting(&mut options).open(&path).map_err(fail)?;
+            let file = folder.open_or_create(&name).map_err(fail)?;
             match file.try_lock() {
                 // Who had it before may have removed it after it was opened here.
-                Ok(()) if !is_at(&file, &path) => {}
+                Ok(()) if !folder.holds(&name, &file) => {}
                 // On a drive without locks runs are not told apart.
-                Ok(()) | Err(TryLockError::Error(_)) => return Ok(Lock { path, _file: file }),
+                Ok(()) | Err(TryLockError::Error(_)) => return Ok(Lock { folder, name, _file: file }),
                 Err(TryLockError::WouldBlock) => sleep(PAUSE),
             }
         }
-        Err(TargetError::Busy { output: output.into(), lock: path })
+        Err(TargetError::Busy { output: output.into(), lock: path_of(output) })
     }
+}
+
+/// The locked file beside a file that is written.
+pub fn path_of(output: &Path) -> PathBuf {
+    folder(output).join(name(output))
+}
+
+fn name(output: &Path) -> OsString {
+    format!("{PREFIX}{}.lock", output.file_name().unwrap_or_default().to_string_lossy()).into()
 }
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        let _ = std::fs::remove_file(&self.path);
+        let _ = self.folder.remove(&self.name);
     }
-}
-
-/// Whether an open file is the one of this path.
-#[cfg(unix)]
-fn is_at(file: &File, path: &Path) -> bool {
-    use std::os::unix::fs::MetadataExt;
-    let id = |data: std::fs::Metadata| (data.dev(), data.ino());
-    file.metadata().map(id).ok() == path.metadata().map(id).ok()
-}
-
-/// Elsewhere an open file is not removed.
-#[cfg(not(unix))]
-fn is_at(_: &File, path: &Path) -> bool {
-    path.exists()
 }
 
 #[cfg(test)]

@@ -1,14 +1,16 @@
 //! A file that appears whole or not at all.
 
 use std::collections::BTreeSet;
+use std::ffi::{OsStr, OsString};
 use std::fs::File;
-use std::io::{BufWriter, ErrorKind, Write};
+use std::io::{BufWriter, ErrorKind, Seek, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 
-use tempfile::NamedTempFile;
 use thiserror::Error;
 
+use super::folder::{Entry, Folder};
 use crate::file;
 
 /// Why a file cannot be written.
@@ -68,12 +70,14 @@ fn advice(error: &std::io::Error) -> &'static str {
 /// How names of files that are not yet in their place begin.
 pub(super) const PREFIX: &str = ".caustics-";
 
-/// A file that will be written: claimed before the work for it is done, and in its place whole or not at all.
+/// A file that will be written: claimed before the work for it is done, and in its place whole or not at all. Its place is in the
+/// folder that was there when it was claimed, wherever that is by then.
 #[derive(Debug)]
 pub struct Target {
     path: PathBuf,
+    name: OsString,
     force: bool,
-    part: NamedTempFile,
+    part: Part,
 }
 
 impl Target {
@@ -85,16 +89,19 @@ impl Target {
     /// cannot be written.
     pub fn claim(path: &Path, force: bool) -> Result<Target, TargetError> {
         let path = path.to_path_buf();
-        match (path.symlink_metadata(), path.metadata()) {
-            (Ok(_), Ok(file)) if !file.is_file() => return Err(TargetError::NoFile(path)),
-            (Ok(_), Err(_)) if !force => return Err(TargetError::Dangling(path)),
-            (Ok(_), Ok(_)) if !force => return Err(TargetError::Exists(path)),
+        let Some(name) = path.file_name().map(OsStr::to_os_string) else {
+            return Err(TargetError::NoFile(path));
+        };
+        let fail = |source| TargetError::Write { path: path.clone(), source };
+        let folder = Folder::open(folder(&path)).map_err(fail)?;
+        match folder.entry(&name) {
+            Some(Entry::Other) => return Err(TargetError::NoFile(path)),
+            Some(Entry::Dangling) if !force => return Err(TargetError::Dangling(path)),
+            Some(Entry::File) if !force => return Err(TargetError::Exists(path)),
             _ => {}
         }
-        match part(folder(&path)) {
-            Ok(part) => Ok(Target { path, force, part }),
-            Err(source) => Err(TargetError::Write { path, source }),
-        }
+        let part = Part::new(folder).map_err(fail)?;
+        Ok(Target { path, name, force, part })
     }
 
     /// Writes the bytes, then renames the temporary file to the path that was claimed.
@@ -107,25 +114,24 @@ impl Target {
         mut self,
         write: impl FnOnce(&mut BufWriter<&mut File>) -> std::io::Result<()>,
     ) -> Result<(), TargetError> {
-        let fail = |path: &Path, source| TargetError::Write { path: path.into(), source };
-        let mut file = BufWriter::new(self.part.as_file_mut());
+        let mut file = BufWriter::new(&mut self.part.file);
         let written = write(&mut file).and_then(|()| file.flush());
         drop(file);
-        written.map_err(|source| fail(&self.path, source))?;
-        // A name must not be there before its bytes are, whatever happens to the machine.
-        self.part.as_file().sync_all().map_err(|source| fail(&self.path, source))?;
-        #[cfg(unix)]
-        {
-            // Temporary files are private; pictures are as public as any other new file.
-            use std::os::unix::fs::PermissionsExt;
-            let public = std::fs::Permissions::from_mode(0o644);
-            self.part.as_file().set_permissions(public).map_err(|source| fail(&self.path, source))?;
-        }
-        let done =
-            if self.force { self.part.persist(&self.path) } else { self.part.persist_noclobber(&self.path) };
-        done.map(drop).map_err(|error| match error.error.kind() {
-            std::io::ErrorKind::AlreadyExists => TargetError::Exists(self.path),
-            _ => fail(&self.path, error.error),
+        let done = written.and_then(|()| self.part.place(&self.name, self.force)).or_else(|error| {
+            // Its folder was removed, and the temporary file with it.
+            if error.kind() != ErrorKind::NotFound || !self.part.folder.is_removed() {
+                return Err(error);
+            }
+            let folder = folder(&self.path);
+            std::fs::create_dir_all(folder)?;
+            let mut again = Part::new(Folder::open(folder)?)?;
+            self.part.file.rewind()?;
+            std::io::copy(&mut self.part.file, &mut again.file)?;
+            again.place(&self.name, self.force)
+        });
+        done.map_err(|source| match source.kind() {
+            ErrorKind::AlreadyExists => TargetError::Exists(self.path.clone()),
+            _ => TargetError::Write { path: self.path.clone(), source },
         })
     }
 }
@@ -138,16 +144,60 @@ pub(super) fn folder(path: &Path) -> &Path {
     }
 }
 
-/// A temporary file that is locked as long as it is in use, and by that told from one that a killed run left.
-fn part(folder: &Path) -> std::io::Result<NamedTempFile> {
-    remove_stale(folder);
-    loop {
-        let part = tempfile::Builder::new().prefix(PREFIX).tempfile_in(folder)?;
-        // Where the system has no locks, nobody gets one to remove it either.
-        let _ = part.as_file().lock();
-        // Another run may have taken it for a stale one before it was locked.
-        if part.path().exists() {
-            return Ok(part);
+/// A temporary file that is locked as long as it is in use, and by that told from one that a killed run left. It is removed with
+/// this unless it was placed.
+#[derive(Debug)]
+struct Part {
+    folder: Arc<Folder>,
+    /// Its name; none once it has its place.
+    name: Option<OsString>,
+    file: File,
+}
+
+impl Part {
+    fn new(folder: Arc<Folder>) -> std::io::Result<Part> {
+        static COUNT: AtomicU64 = AtomicU64::new(0);
+        remove_stale(&folder.path);
+        loop {
+            let count = COUNT.fetch_add(1, Ordering::Relaxed);
+            let name = OsString::from(format!("{PREFIX}{}-{count}", std::process::id()));
+            let file = match folder.create(&name) {
+                // A killed process of this number left it.
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => continue,
+                file => file?,
+            };
+            // Where the system has no locks, nobody gets one to remove it either.
+            let _ = file.lock();
+            // Another run may have taken it for a stale one before it was locked.
+            if folder.holds(&name, &file) {
+                return Ok(Part { folder, name: Some(name), file });
+            }
+        }
+    }
+
+    /// Gives it its name.
+    fn place(&mut self, name: &OsStr, force: bool) -> std::io::Result<()> {
+        // A name must not be there before its bytes are, whatever happens to the machine.
+        self.file.sync_all()?;
+        #[cfg(unix)]
+        {
+            // Temporary files are private; pictures are as public as any other new file.
+            use std::os::unix::fs::PermissionsExt;
+            self.file.set_permissions(std::fs::Permissions::from_mode(0o644))?;
+        }
+        if let Some(part) = &self.name {
+            self.folder.rename(part, name, force)?;
+        }
+        self.name = None;
+        Ok(())
+    }
+}
+
+impl Drop for Part {
+    fn drop(&mut self) {
+        if let Some(name) = &self.name {
+            // It is not there where its folder is not.
+            let _ = self.folder.remove(name);
         }
     }
 }
@@ -176,8 +226,13 @@ fn remove_stale(folder: &Path) {
 ///
 /// If the system refuses it.
 pub fn remove(path: &Path) -> Result<(), TargetError> {
-    match std::fs::remove_file(path) {
-        Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
+    // Where the folder is that is written in.
+    let removed = match path.file_name() {
+        Some(name) => Folder::open(folder(path)).and_then(|folder| folder.remove(name)),
+        None => std::fs::remove_file(path),
+    };
+    match removed {
+        Err(source) if source.kind() != ErrorKind::NotFound => {
             Err(TargetError::Remove { path: path.into(), source })
         }
         _ => Ok(()),
@@ -217,10 +272,37 @@ mod tests {
         let target = Target::claim(&folder.path().join("a.exr"), false).unwrap();
         assert_eq!([&stale, &used, &other].map(|path| path.exists()), [false, true, true]);
         // Its own is locked too.
-        let own = File::open(target.part.path()).unwrap();
+        let own = File::open(folder.path().join(target.part.name.as_ref().unwrap())).unwrap();
         assert!(own.try_lock().is_err());
         target.finish(b"whole").unwrap();
         assert_eq!(std::fs::read(folder.path().join("a.exr")).unwrap(), b"whole");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_file_goes_where_its_folder_was_moved_and_is_there_though_its_folder_was_removed() {
+        let desk = tempfile::tempdir().unwrap();
+        let [before, after] = ["before", "after"].map(|name| desk.path().join(name));
+        std::fs::create_dir(&before).unwrap();
+        let [first, dropped] = ["a", "b"].map(|name| Target::claim(&before.join(name), false).unwrap());
+        std::fs::rename(&before, &after).unwrap();
+        // While it is in use, its path is that of the folder that was moved.
+        Target::claim(&before.join("c"), false).unwrap().finish(b"later").unwrap();
+        first.finish(b"whole").unwrap();
+        drop(dropped);
+        let files = |folder: &Path| -> BTreeSet<OsString> {
+            folder.read_dir().unwrap().map(|file| file.unwrap().file_name()).collect()
+        };
+        assert_eq!(files(&after), BTreeSet::from(["a".into(), "c".into()]));
+        assert!(!before.exists());
+
+        let removed = Target::claim(&after.join("d"), false).unwrap();
+        std::fs::remove_dir_all(&after).unwrap();
+        removed.finish(b"whole").unwrap();
+        assert_eq!(
+            (files(&after), std::fs::read(after.join("d")).unwrap()),
+            (["d".into()].into(), b"whole".into())
+        );
     }
 
     #[cfg(unix)]

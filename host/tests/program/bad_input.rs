@@ -3,6 +3,7 @@
 
 mod bounds;
 mod document;
+mod inputs;
 mod memory;
 mod options;
 mod outputs;

@@ -9,6 +9,7 @@ use caustics::checkpoint::Identity;
 use caustics::experiment::axis::{DENOISER, HISTORY, PATH_HISTORY, SAMPLER};
 use caustics::experiment::cell::Cell;
 use caustics::exposure::Exposure;
+use caustics::output::lock;
 use caustics::output::target::TargetError;
 use caustics::picture::Aov;
 use caustics::scene::Scene;
@@ -21,7 +22,7 @@ use caustics_kernels::{denoiser, history};
 use super::pattern::Pattern;
 use crate::cli::{Animate, Usage};
 use crate::command::aov;
-use crate::command::options::{check_scene_files, duration, settings};
+use crate::command::options::{check_fps, check_scene_files, duration, settings};
 
 /// Most frames of a run.
 const MAX_FRAMES: f64 = 1e6;
@@ -63,9 +64,7 @@ impl Plan {
             )
             .into());
         }
-        if !(fps.is_finite() && *fps > 0.0) {
-            return Err(Usage(format!("--fps {fps}: give a positive number")).into());
-        }
+        check_fps(*fps)?;
         let mut cell = axes.cell()?;
         if !axes.has(&HISTORY) && cell.method.lends {
             cell.history = &history::VALIDATED;
@@ -118,7 +117,7 @@ impl Plan {
             return Err(Usage(format!("{count} frames: at most {MAX_FRAMES}; give --frames A..B")).into());
         }
         self.frames = self.shard.frames(self.frames.clone()).map_err(Usage)?;
-        let whole = [self.pattern.whole("mp4"), self.state()];
+        let whole = [self.pattern.whole("mp4"), self.state(), lock::path_of(&self.state())];
         let frames = self.frames.clone().flat_map(|k| ["exr", "png"].map(|end| self.pattern.frame(k, end)));
         // Of many frames only those are looked at that share a name with a file of the scene.
         let real = files.iter().filter_map(|file| file.canonicalize().ok()).collect::<Vec<_>>();

@@ -1,6 +1,6 @@
 //! The command line.
 
-use super::{refuses, render_refuses};
+use super::{refuses, render_refuses, shell};
 
 #[test]
 fn sizes_and_counts_out_of_range_are_usage_errors() {
@@ -55,4 +55,51 @@ fn too_many_digits_of_a_frame_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let name = format!("{}.exr", "#".repeat(70_000));
     refuses(folder.path(), &["animate", "moving-caster", "-o", &name], 2, &["70000 # in a row", "####.exr"]);
+}
+
+#[test]
+fn what_no_scene_and_no_frame_can_be_is_a_usage_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let cases: [(&[&str], &str); 11] = [
+        (&["--environment", "nan,1,1"], "--environment nan,1,1"),
+        (&["--environment", "1,-1,1"], "--environment 1,-1,1"),
+        (&["--environment", "1,1,1", "--environment-scale", "nan"], "--environment-scale NaN"),
+        (&["--environment", "1,1,1", "--environment-scale", "-1"], "--environment-scale -1"),
+        (&["--environment", "1,1,1", "--environment-rotation", "inf"], "--environment-rotation inf"),
+        (&["--variant", "none"], "variant \"none\""),
+        (&["--animation", "none"], "animation \"none\""),
+        (&["--camera", "orbit:nan,0"], "orbit"),
+        (&["--fov", "1e308"], "--fov"),
+        (&["--time", "inf"], "--time inf"),
+        (&["--checkpoint-every", "1e308"], "--checkpoint-every"),
+    ];
+    for (options, words) in cases {
+        render_refuses(folder.path(), "mirror-room", options, 2, &[words]);
+    }
+    let cases: [(&[&str], &str); 9] = [
+        (&["--equal-time-ms", "1e308"], "600000 ms"),
+        (&["--equal-time-ms", "1e-308"], "0.001"),
+        (&["--fps", "1e-308"], "--fps"),
+        (&["--fps", "1e308"], "--fps"),
+        (&["--frames", "4294967290..4294967295"], "at most 1000000"),
+        (&["--warm-up", "4294967295"], "at most 1000000"),
+        (&["--environment", "nan,1,1"], "--environment nan,1,1"),
+        (&["--moment", "inf"], "moment"),
+        (&["--radius-px", "1e39"], "radius-px"),
+    ];
+    for (options, words) in cases {
+        refuses(folder.path(), &[&["bench", "ring", "--runner", "cpu"], options].concat(), 2, &[words]);
+    }
+}
+
+/// What a person asked to see and did not get is no success.
+#[test]
+#[cfg(target_os = "linux")]
+fn help_that_cannot_be_written_is_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    for option in ["--help", "--version", "render --help"] {
+        let run = shell(folder.path(), &format!("exec \"$0\" {option} >/dev/full"));
+        assert_eq!(run.code, Some(1), "{option}: {}", run.stderr);
+        assert!(run.stderr.starts_with("error: cannot write to stdout"), "{option}: {}", run.stderr);
+    }
 }

@@ -1,0 +1,147 @@
+//! Files that are read are not written over, whatever --force allows; and what a run writes goes where its folder is.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use super::{TINY, caustics, listing, refuses};
+
+/// A folder of one result, with a picture beside it.
+fn results(folder: &Path) {
+    let bench = [
+        "bench",
+        "ring",
+        "-o",
+        "res",
+        "--runner",
+        "cpu",
+        "--frames",
+        "1",
+        "--warm-up",
+        "0",
+        "--light-paths",
+        "100",
+    ];
+    let run = caustics(folder, &[&bench[..], &TINY[..4]].concat());
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+}
+
+#[test]
+fn a_report_is_written_over_no_result() {
+    let folder = tempfile::tempdir().unwrap();
+    results(folder.path());
+    let cells = folder.path().join("res/cells");
+    let cell = cells
+        .read_dir()
+        .unwrap()
+        .map(|cell| cell.unwrap().path())
+        .find(|cell| cell.extension().unwrap() == "json");
+    let cell = cell.unwrap();
+    let name = format!("res/cells/{}", cell.file_name().unwrap().to_str().unwrap());
+    let before = std::fs::read(&cell).unwrap();
+    std::fs::write(folder.path().join("scene.gltf"), "precious").unwrap();
+    for output in [&name, "res/cells.csv", "scene.gltf", "res/cells.png"] {
+        refuses(folder.path(), &["report", "res", "-o", output, "--force"], 2, &[output, ".html"]);
+    }
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink(&name, folder.path().join("soft.html")).unwrap();
+        std::fs::hard_link(&cell, folder.path().join("hard.html")).unwrap();
+        for output in ["soft.html", "hard.html"] {
+            let words = [output, "one of the results", "another name"];
+            refuses(folder.path(), &["report", "res", "-o", output, "--force"], 2, &words);
+        }
+    }
+    // The figures of a page have a folder beside it.
+    std::fs::rename(folder.path().join("res"), folder.path().join("page_files")).unwrap();
+    for arguments in [&["page_files"][..], &["page_files", "--baseline", "page_files"]] {
+        let report = [&["report", "-o", "page.html", "--force"], arguments].concat();
+        refuses(folder.path(), &report, 2, &["page_files", "results", "another name"]);
+    }
+    let cell = folder.path().join("page_files/cells").join(cell.file_name().unwrap());
+    assert_eq!(std::fs::read(cell).unwrap(), before);
+    let run = caustics(folder.path(), &["report", "page_files", "-o", "other.html"]);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+}
+
+#[test]
+fn what_a_run_leaves_beside_its_output_is_no_file_of_the_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = caustics(folder.path(), &[&["render", "ring", "-o", "sky.exr"], &TINY[..]].concat());
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let sky = std::fs::read(folder.path().join("sky.exr")).unwrap();
+    std::fs::remove_file(folder.path().join("sky.exr")).unwrap();
+    for (name, arguments) in [
+        ("o.exr.checkpoint", &["render", "ring", "-o", "o.exr"][..]),
+        (".caustics-o.exr.lock", &["render", "ring", "-o", "o.exr"]),
+        ("o.exr.checkpoint", &["reference", "ring", "-o", "o.exr", "--spp", "2"]),
+        ("o.shard-1-of-2.sums", &["render", "ring", "-o", "o.exr", "--shard", "1/2", "--frames", "2"]),
+        ("animation.state", &["animate", "moving-caster", "-o", "#.exr", "--frames", "0..2"]),
+        ("1.png", &["animate", "moving-caster", "-o", "#.exr", "--frames", "0..2", "--png"]),
+    ] {
+        std::fs::write(folder.path().join(name), &sky).unwrap();
+        let size = if arguments[0] == "reference" { &TINY[..4] } else { &TINY[..] };
+        let arguments = [arguments, size, &["--force", "--environment", name]].concat();
+        refuses(folder.path(), &arguments, 2, &[name, "is a file of the scene"]);
+        assert_eq!(std::fs::read(folder.path().join(name)).unwrap(), sky, "{arguments:?}");
+        std::fs::remove_file(folder.path().join(name)).unwrap();
+    }
+    // Nor are the tables of results.
+    std::fs::create_dir(folder.path().join("out")).unwrap();
+    std::fs::write(folder.path().join("out/cells.csv"), &sky).unwrap();
+    let bench =
+        ["bench", "ring", "-o", "out", "--runner", "cpu", "--environment", "out/cells.csv", "--force"];
+    refuses(folder.path(), &bench, 2, &["out/cells.csv", "is a file of the scene"]);
+}
+
+/// Moves or removes the folder of a run once it has claimed its files.
+#[cfg(unix)]
+fn run_and(folder: &Path, arguments: &[&str], then: impl Fn(&Path)) {
+    let out = folder.join("out");
+    std::fs::create_dir(&out).unwrap();
+    let program = Command::new(env!("CARGO_BIN_EXE_caustics"))
+        .current_dir(folder)
+        .args(arguments)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let is_part = |name: &str| name.starts_with(".caustics-");
+    while !listing(&out).iter().any(|path| is_part(&path.file_name().unwrap().to_string_lossy())) {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    then(&out);
+    let output = program.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+#[cfg(unix)]
+fn a_folder_that_moves_while_a_run_writes_keeps_the_result() {
+    for (arguments, files) in [
+        (
+            &["render", "ring", "-o", "out/a.exr", "--png", "out/a.png", "--frames", "4"][..],
+            &["a.exr", "a.png"][..],
+        ),
+        (&["render", "ring", "-o", "out/a.exr", "--shard", "1/2", "--frames", "8"], &["a.shard-1-of-2.sums"]),
+        (&["animate", "moving-caster", "-o", "out/#.exr", "--frames", "0..3"], &["0.exr", "1.exr", "2.exr"]),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let moved = folder.path().join("moved");
+        let arguments = [arguments, &TINY].concat();
+        run_and(folder.path(), &arguments, |out| std::fs::rename(out, &moved).unwrap());
+        let names: Vec<_> = moved.read_dir().unwrap().map(|file| file.unwrap().file_name()).collect();
+        let mut names: Vec<_> = names.iter().map(|name| name.to_string_lossy().into_owned()).collect();
+        names.sort();
+        assert_eq!(names, files, "{arguments:?}");
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn a_folder_that_is_removed_while_a_run_writes_is_made_anew_for_the_result() {
+    let folder = tempfile::tempdir().unwrap();
+    let render = [&["render", "ring", "-o", "out/a.exr", "--png", "out/a.png"], &TINY[..]].concat();
+    run_and(folder.path(), &render, |out| std::fs::remove_dir_all(out).unwrap());
+    let out = folder.path().join("out");
+    assert_eq!(listing(&out), [out.join("a.exr"), out.join("a.png")].into());
+}

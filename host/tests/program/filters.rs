@@ -63,7 +63,12 @@ fn mirror() -> TempDir {
                 "pbrMetallicRoughness": { "metallicFactor": 1.0, "roughnessFactor": 0.0 },
                 "normalTexture": { "index": 0 },
             },
-            { "emissiveFactor": [1, 1, 1], "doubleSided": true },
+            {
+                "emissiveFactor": [1, 1, 1],
+                "doubleSided": true,
+                "pbrMetallicRoughness": { "metallicFactor": 0.0, "baseColorFactor": [0, 0, 0, 1] },
+                "extensions": { "KHR_materials_specular": { "specularFactor": 0.0 } },
+            },
         ],
         "textures": [{ "source": 0 }],
         "images": [{ "uri": uri("image/png", png.get_ref()) }],
@@ -155,7 +160,7 @@ fn a_frame_by_itself_and_filters_that_are_named_stay_as_they_are() {
         (&["--frames", "1", "--texture-filter", "finest"], "finest"),
         (&["--frames", "1", "--method", "path"], "finest"),
         (&["--preset", "frame"], "cone"),
-        (&[], "finest"),
+        (&["--preset", "preview"], "finest"),
     ] {
         assert_eq!(filter(options), expected, "{options:?}");
     }

@@ -6,7 +6,8 @@ use assert_cmd::Command;
 use caustics::sealed;
 use serde_json::Value;
 
-const RUN: [&str; 14] = [
+/// Frames that leave nothing to each other.
+const RUN: [&str; 16] = [
     "render",
     "mirror-room",
     "--frames",
@@ -17,6 +18,8 @@ const RUN: [&str; 14] = [
     "18",
     "--light-paths",
     "500",
+    "--emission",
+    "aimed",
     "--runner",
     "cpu",
     "-o",

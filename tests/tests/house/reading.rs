@@ -6,8 +6,8 @@ use crate::rings::files;
 
 /// Calls that read whatever a path leads to.
 const CALLS: [&str; 4] = ["fs::read(", "fs::read_to_string(", "File::open(", "OpenOptions::new()"];
-/// The place itself; two that ask the system about itself, by paths of their own; a lock that is written; a test of its own.
-const ALLOWED: [&str; 5] = ["commands_page.rs", "file.rs", "machine.rs", "memory.rs", "output/lock.rs"];
+/// The place itself; two that ask the system about itself, by paths of their own; a lock that is written; tests of pages.
+const ALLOWED: [&str; 5] = ["commands_page", "file.rs", "machine.rs", "memory.rs", "output/lock.rs"];
 
 /// The first of the calls in a source, its tests and comments aside.
 fn call(source: &str) -> Option<&'static str> {
@@ -23,7 +23,7 @@ fn every_reader_of_the_host_goes_through_one_file() {
     for file in files(&src) {
         let name = file.strip_prefix(&src).unwrap().to_string_lossy().replace('\\', "/");
         let text = std::fs::read_to_string(&file).unwrap();
-        if let Some(call) = call(&text).filter(|_| !ALLOWED.contains(&name.as_str())) {
+        if let Some(call) = call(&text).filter(|_| !ALLOWED.iter().any(|allowed| name.starts_with(allowed))) {
             found.push(format!("{name}: {call}"));
         }
     }

@@ -46,5 +46,5 @@ pub fn write(pattern: &Pattern, frames: &Range<u32>, fps: f64, path: &Path) -> a
     if !output.status.success() {
         bail!("ffmpeg failed: {}", String::from_utf8_lossy(&output.stderr).trim());
     }
-    Ok(target.finish(&std::fs::read(&part).context("ffmpeg wrote no video")?)?)
+    Ok(target.finish(&read_file(&part).context("ffmpeg wrote no video")?)?)
 }

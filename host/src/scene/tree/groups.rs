@@ -96,7 +96,10 @@ mod tests {
     fn boxes_of_one_hash_are_grouped_by_their_bits() {
         let step = |hash: u64, word: u32| (hash ^ u64::from(word)).wrapping_mul(FACTOR).rotate_left(29);
         let mut upper: BTreeMap<u32, (u64, u32)> = BTreeMap::new();
-        let mut pairs = (1..1 << 20).filter_map(|low: u32| {
+        let mut pairs = (1..1 << 20).filter_map(|index: u32| {
+            // Scattered: multiples of the factor are as far from each other as they can be.
+            let low = (index ^ index << 13).wrapping_mul(0x2c1b_3c6d);
+            let low = low ^ low >> 15;
             let found = (step(step(0, low), 0), low);
             Some((found, upper.insert((found.0 >> 32) as u32, found)?))
         });

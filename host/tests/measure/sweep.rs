@@ -344,8 +344,8 @@ fn what_is_wrong_is_named_with_file_line_and_key() {
 
 #[test]
 fn a_time_that_cannot_be_met_is_said_in_the_result() {
-    // No frame takes a nanosecond, on any machine.
-    let desk = Desk::new(&matrix("method = [\"basic\", \"path\"]\nequal_time_ms = 1e-6"));
+    // No frame takes a microsecond, on any machine.
+    let desk = Desk::new(&matrix("method = [\"basic\", \"path\"]\nequal_time_ms = 1e-3"));
     desk.sweep(&["e.toml", "-o", "out"]);
     let results = desk.results("out");
     assert_eq!(results.len(), 2);

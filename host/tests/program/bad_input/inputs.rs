@@ -96,7 +96,7 @@ fn what_a_run_leaves_beside_its_output_is_no_file_of_the_scene() {
 
 /// Moves or removes the folder of a run once it has claimed its files.
 #[cfg(unix)]
-fn run_and(folder: &Path, arguments: &[&str], then: impl Fn(&Path)) {
+fn run_and(folder: &Path, arguments: &[&str], parts: usize, then: impl Fn(&Path)) {
     let out = folder.join("out");
     std::fs::create_dir(&out).unwrap();
     let program = Command::new(env!("CARGO_BIN_EXE_caustics"))
@@ -106,7 +106,9 @@ fn run_and(folder: &Path, arguments: &[&str], then: impl Fn(&Path)) {
         .spawn()
         .unwrap();
     let is_part = |name: &str| name.starts_with(".caustics-");
-    while !listing(&out).iter().any(|path| is_part(&path.file_name().unwrap().to_string_lossy())) {
+    let part_count =
+        || listing(&out).iter().filter(|path| is_part(&path.file_name().unwrap().to_string_lossy())).count();
+    while part_count() < parts {
         std::thread::sleep(Duration::from_millis(1));
     }
     then(&out);
@@ -128,7 +130,7 @@ fn a_folder_that_moves_while_a_run_writes_keeps_the_result() {
         let folder = tempfile::tempdir().unwrap();
         let moved = folder.path().join("moved");
         let arguments = [arguments, &TINY].concat();
-        run_and(folder.path(), &arguments, |out| std::fs::rename(out, &moved).unwrap());
+        run_and(folder.path(), &arguments, 1, |out| std::fs::rename(out, &moved).unwrap());
         let names: Vec<_> = moved.read_dir().unwrap().map(|file| file.unwrap().file_name()).collect();
         let mut names: Vec<_> = names.iter().map(|name| name.to_string_lossy().into_owned()).collect();
         names.sort();
@@ -141,7 +143,8 @@ fn a_folder_that_moves_while_a_run_writes_keeps_the_result() {
 fn a_folder_that_is_removed_while_a_run_writes_is_made_anew_for_the_result() {
     let folder = tempfile::tempdir().unwrap();
     let render = [&["render", "ring", "-o", "out/a.exr", "--png", "out/a.png"], &TINY[..]].concat();
-    run_and(folder.path(), &render, |out| std::fs::remove_dir_all(out).unwrap());
+    // The lock and a part of each file: a folder that gets another while it is removed is not empty.
+    run_and(folder.path(), &render, 3, |out| std::fs::remove_dir_all(out).unwrap());
     let out = folder.path().join("out");
     assert_eq!(listing(&out), [out.join("a.exr"), out.join("a.png")].into());
 }

@@ -129,24 +129,21 @@ fn sparse_accessors_out_of_bounds_are_refused() {
 fn zeros_without_a_buffer_are_bounded() {
     // No byte of the file stands behind so many vertices and normals.
     let positions = json!({ "componentType": 5126, "count": 1_u64 << 50, "type": "VEC3" });
-    refuses(load_with("/accessors/0", positions), &["reads more than", "vertices"]);
-    let normals = json!({ "componentType": 5126, "count": 1_u64 << 50, "type": "VEC3" });
+    refuses(load_with("/accessors/0", positions), &["accessor 0", "elements without a buffer view"]);
+    let normals = json!({ "componentType": 5126, "count": 1 << 16, "type": "VEC3" });
     refuses(load_with("/accessors/1", normals), &["normals", "3 positions"]);
 }
 
 /// Counts whose bytes would wrap round to few.
 #[test]
 fn counts_beyond_all_memory_are_refused() {
-    if crate::memory::available().is_none() {
-        return;
-    }
     let count = 1_u64 << 59;
     let mut document = tiny();
     for accessor in [0, 1] {
         document["accessors"][accessor] = json!({ "componentType": 5126, "count": count, "type": "VEC3" });
     }
     document["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = json!(0);
-    refuses(load(&document, &tiny_binary()), &["memory"]);
+    refuses(load(&document, &tiny_binary()), &["elements without a buffer view"]);
 
     let mut document = tiny();
     document["accessors"].as_array_mut().unwrap().extend([
@@ -157,7 +154,7 @@ fn counts_beyond_all_memory_are_refused() {
         "samplers": [{ "input": 3, "output": 4 }],
         "channels": [{ "sampler": 0, "target": { "node": 0, "path": "translation" } }],
     }]);
-    refuses(load(&document, &tiny_binary()), &["memory"]);
+    refuses(load(&document, &tiny_binary()), &["elements without a buffer view"]);
 }
 
 /// A mesh of many vertices and one triangle in many places: little memory, and days of reading.
@@ -166,9 +163,9 @@ fn meshes_that_are_read_too_often_are_refused() {
     let mut document = tiny();
     for accessor in [0, 1] {
         document["accessors"][accessor] =
-            json!({ "componentType": 5126, "count": 1_u64 << 21, "type": "VEC3" });
+            json!({ "componentType": 5126, "count": 1_u64 << 16, "type": "VEC3" });
     }
-    let places = 2 + (1 << 10);
+    let places = 2 + (1 << 15);
     document["nodes"].as_array_mut().unwrap().extend((2..places).map(|_| json!({ "mesh": 0 })));
     document["scenes"][0]["nodes"] = (0..places).collect();
     refuses(load(&document, &tiny_binary()), &["reads more than", "vertices"]);

@@ -113,7 +113,7 @@ fn caustics_of_few_light_paths_have_the_energy_of_many() {
     have_one_energy(&scene, &[aimed, guided, kept], &[0.01, 0.1, 1.0], 8000.0, 24, 0.15);
 }
 
-mod long {
+mod release {
     use super::*;
 
     #[test]

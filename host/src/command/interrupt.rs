@@ -23,7 +23,7 @@ pub fn watch() -> anyhow::Result<impl Fn() -> bool> {
         Ok(()) => ctrlc::set_handler(handler).context("cannot catch Ctrl-C")?,
         // A thread waits for it.
         Err(_) => {
-            tell!("warning: Ctrl-C ends at once and saves nothing, for want of a thread that waits for it")
+            tell!("warning: Ctrl-C ends at once and saves nothing, for want of a thread that waits for it");
         }
     }
     Ok(move || interrupted.load(Ordering::SeqCst))

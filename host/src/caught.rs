@@ -32,7 +32,7 @@ pub fn caught<T>(decode: impl FnOnce() -> T + UnwindSafe) -> Option<T> {
 mod tests {
     use super::*;
 
-    /// What panics of this test print, another process tells.
+    /// Panics in a process of its own, whose output the test below reads.
     #[test]
     #[ignore = "started by the test below"]
     fn child() {

@@ -252,7 +252,7 @@ impl Job {
     }
 }
 
-/// What of a checkpoint cannot be gone on from is the file's fault.
+/// Turns a checkpoint that a run cannot resume from into an error of its file.
 fn damaged(path: &Path, error: SessionError) -> anyhow::Error {
     match error {
         SessionError::State { .. } | SessionError::NotFinite { .. } => {

@@ -79,7 +79,7 @@ impl State {
     }
 }
 
-/// What of a state cannot be gone on from is the file's fault.
+/// Turns a state that a run cannot resume from into an error of its file.
 pub fn damaged(path: &Path, error: SessionError) -> anyhow::Error {
     match error {
         SessionError::State { .. } | SessionError::NotFinite { .. } => {

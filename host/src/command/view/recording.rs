@@ -1,4 +1,4 @@
-//! What moves while it is recorded, as keys that hold only what changed.
+//! Recording of moving nodes and the camera, as keys that hold only what changed.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +18,7 @@ struct Held<T> {
     written: f64,
 }
 
-/// What a node was last recorded with.
+/// The last recorded edit of a node.
 #[derive(Clone, Copy, Debug, Default)]
 struct HeldNode {
     translation: Option<Held<[f64; 3]>>,

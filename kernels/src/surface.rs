@@ -55,8 +55,9 @@ pub mod vertex;
 
 use crate::interface::features::Features;
 use crate::interface::material::Material;
-use crate::math::mean;
+use crate::math::{mean, warp};
 use crate::surface::class::Classes;
+use crate::surface::dispersion::Indices;
 use caustics_kernel_macros::shared;
 pub use lobes::may_be_wide;
 use lobes::{Chances, ROUGH_FACETS, SMOOTH_FACETS};
@@ -72,8 +73,12 @@ pub struct Bsdf {
     to_previous: Vec3,
     /// Index on the path's side over index behind.
     pub eta: f32,
+    /// Of each channel.
+    etas: Vec3,
     /// Whether the glass has facets.
     rough_glass: bool,
+    /// Whether each of these reflects or transmits by its own Fresnel reflectance: `chances.glass` is that of both.
+    by_facet: bool,
     features: Features,
     chances: Chances,
     reflection_class: Classes,
@@ -110,26 +115,43 @@ pub struct Sampled {
 }
 
 impl Bsdf {
-    /// The mixture of `classes`' lobes. `eta` = index on the path's side over index behind the surface.
+    /// The mixture of `classes`' lobes. Where `divides`, something is divided by `class_chance`, and classes are chosen by it.
     #[shared]
     pub fn new(
         material: Material,
         to_previous: Vec3,
-        eta: f32,
+        indices: Indices,
         specular_roughness: f32,
         classes: Classes,
+        divides: bool,
         features: Features,
     ) -> (Self, GlassInterface) {
+        let Indices { eta, etas, .. } = indices;
         let reflection_class = class::reflection(material.roughness, specular_roughness);
         let rough_glass = features.has(Features::ROUGH_GLASS) && rough_glass::is_rough(&material, eta);
+        let follows_both = classes.has(reflection_class) && classes.has(Classes::SPECULAR);
+        let by_facet = rough_glass && follows_both && (!divides || reflection_class == Classes::SPECULAR);
         let chances = Chances::default();
-        let mut bsdf = Bsdf { material, to_previous, eta, rough_glass, features, chances, reflection_class };
+        let mut bsdf = Bsdf {
+            material,
+            to_previous,
+            eta,
+            etas,
+            rough_glass,
+            by_facet,
+            features,
+            chances,
+            reflection_class,
+        };
 
         // Weigh each lobe by what it is about to scatter.
         let mut chances = bsdf.chances_of_reflections(classes);
-        let mut glass = GlassInterface { eta, reflectance: 0.0 };
+        let mut glass = GlassInterface { indices, reflectance: 0.0, reflectances: Vec3::ZERO };
         let cos = to_previous.z;
-        if rough_glass {
+        if by_facet {
+            let reflected = glass::reflectance(&material, cos, eta);
+            chances.glass = bsdf.glass_share() * (reflected + (1.0 - reflected) * mean(material.base_color));
+        } else if rough_glass {
             let reflected = rough_glass::reflection_chance(&material, cos, eta);
             if classes.has(reflection_class) {
                 chances.gloss = bsdf.glass_share() * reflected;
@@ -139,9 +161,16 @@ impl Bsdf {
             }
         } else if features.has(Features::GLASS) && classes.has(Classes::SPECULAR) && bsdf.glass_share() > 0.0
         {
-            glass.reflectance = glass::reflectance(&material, cos, eta);
-            let passed = (1.0 - glass.reflectance) * mean(material.base_color);
-            chances.glass = bsdf.glass_share() * (glass.reflectance + passed);
+            if features.has(Features::DISPERSION) && indices.is_dispersive {
+                let reflectances = dispersion::reflectances(cos, etas);
+                let passed = material.base_color * (Vec3::ONE - reflectances);
+                glass.reflectances = reflectances;
+                chances.glass = bsdf.glass_share() * indices.mean(reflectances + passed);
+            } else {
+                glass.reflectance = glass::reflectance(&material, cos, eta);
+                let passed = (1.0 - glass.reflectance) * mean(material.base_color);
+                chances.glass = bsdf.glass_share() * (glass.reflectance + passed);
+            }
         }
         bsdf.chances = chances.normalised();
         (bsdf, glass)
@@ -169,7 +198,20 @@ impl Bsdf {
         (rough && class.has(self.reflection_class)) || (self.rough_glass && class.has(Classes::SPECULAR))
     }
 
-    /// Chance that `sample` takes a lobe of this class.
+    /// Whether any lobe that is not specular scatters.
+    #[inline]
+    pub fn receives(&self) -> bool {
+        let mut chance = self.chances.diffuse();
+        if self.reflection_class == Classes::NON_SPECULAR {
+            chance += self.chances.reflections();
+            if self.by_facet {
+                chance += self.chances.glass;
+            }
+        }
+        chance > 0.0
+    }
+
+    /// Probability that `sample` takes a lobe of this class, of a mixture that `divides`.
     #[inline]
     pub fn class_chance(&self, class: Classes) -> f32 {
         let mut chance = if class.has(self.reflection_class) { self.chances.reflections() } else { 0.0 };
@@ -193,10 +235,12 @@ impl Bsdf {
         }
         if direction.z <= 0.0 {
             if self.rough_glass && direction.z < 0.0 && class.has(Classes::SPECULAR) {
-                let (passed, density) =
-                    rough_glass::eval(&self.material, self.to_previous, direction, self.eta);
-                f = self.material.base_color * (self.glass_share() * passed);
-                pdf = self.chances.glass * density;
+                let passed = rough_glass::eval(&self.material, self.to_previous, direction, self.eta);
+                f = self.material.base_color * (self.glass_share() * passed.f);
+                pdf = self.chances.glass * passed.pdf_solid_angle;
+                if self.by_facet {
+                    pdf *= rough_glass::shares(passed.reflectance, mean(self.material.base_color)).1;
+                }
             }
             return Evaluated { f, pdf_solid_angle: pdf };
         }
@@ -209,9 +253,15 @@ impl Bsdf {
             let reflected = ggx::visible_pdf(self.to_previous, half, alpha);
             let mut sum = self.eval_facets(facets, reflected, cos_half);
             if self.rough_glass {
-                let share = self.glass_share() * glass::reflectance(&self.material, cos_half, self.eta);
+                let reflectance = glass::reflectance(&self.material, cos_half, self.eta);
+                let mut chance = self.chances.gloss;
+                if self.by_facet {
+                    let tint = mean(self.material.base_color);
+                    chance = self.chances.glass * rough_glass::shares(reflectance, tint).0;
+                }
+                let share = self.glass_share() * reflectance;
                 sum.f += Vec3::splat(share * facets);
-                sum.pdf_solid_angle += self.chances.gloss * reflected;
+                sum.pdf_solid_angle += chance * reflected;
             }
             (f, pdf) = (sum.f, sum.pdf_solid_angle);
         }
@@ -243,8 +293,16 @@ impl Bsdf {
     #[shared]
     pub fn sample(self, glass: GlassInterface, u: Vec4) -> Sampled {
         let reflections = self.chances.reflections();
-        let into_glass = u.x >= reflections + self.chances.diffuse() && self.chances.glass > 0.0;
+        let before_glass = reflections + self.chances.diffuse();
+        let into_glass = u.x >= before_glass && self.chances.glass > 0.0;
         if self.features.has(Features::GLASS) && into_glass && !self.rough_glass {
+            if self.features.has(Features::DISPERSION) && glass.indices.is_dispersive {
+                let (tint, share) = (self.material.base_color, self.glass_share());
+                let GlassInterface { indices, reflectances, .. } = glass;
+                let chance = self.chances.glass;
+                let to_previous = self.to_previous;
+                return dispersion::sample(tint, to_previous, indices, reflectances, share, chance, u.w, u.y);
+            }
             return glass::sample(&self.material, self.to_previous, glass, self.chances.glass, u.w);
         }
 
@@ -266,16 +324,26 @@ impl Bsdf {
         // Everything else is weighed with all non-delta lobes of its class.
         let mut class = Classes::NON_SPECULAR;
         let mut roughness = 1.0;
-        let transmitted = self.rough_glass && into_glass;
+        let mut transmitted = self.rough_glass && into_glass;
         let direction;
-        if transmitted {
-            class = Classes::SPECULAR;
+        if self.features.has(ROUGH_FACETS) && (reflect || transmitted) {
             roughness = self.material.roughness;
-            direction = rough_glass::sample(&self.material, self.to_previous, self.eta, u.y, u.z);
-        } else if self.features.has(ROUGH_FACETS) && reflect {
-            class = self.reflection_class;
-            roughness = self.material.roughness;
-            direction = ggx::sample(self.to_previous, ggx::alpha(roughness), u.y, u.z);
+            let half = warp::visible_ggx_normal(self.to_previous, ggx::alpha(roughness), u.y, u.z);
+            if transmitted && self.by_facet {
+                // What is left of the choice among lobes is uniform again.
+                let choice = (u.x - before_glass) / self.chances.glass;
+                let cos_half = self.to_previous.dot(half);
+                let reflectance = glass::reflectance(&self.material, cos_half, self.eta);
+                let tint = mean(self.material.base_color);
+                transmitted = choice >= rough_glass::shares(reflectance, tint).0;
+            }
+            if transmitted {
+                class = Classes::SPECULAR;
+                direction = rough_glass::refracted(&self.material, self.to_previous, self.eta, half);
+            } else {
+                class = self.reflection_class;
+                direction = ggx::mirrored(self.to_previous, half);
+            }
         } else {
             direction = self.sample_diffuse(u);
         }
@@ -301,7 +369,9 @@ impl Bsdf {
 #[derive(Clone, Copy, Debug)]
 pub struct GlassInterface {
     /// Index on the path's side over index behind.
-    pub eta: f32,
-    /// Share that is reflected.
+    pub indices: Indices,
+    /// Share that is reflected, where all channels are refracted alike.
     pub reflectance: f32,
+    /// That of each channel, where they are not.
+    pub reflectances: Vec3,
 }

@@ -10,6 +10,7 @@ use crate::math::frame::ShadingFrame;
 use crate::math::max_abs;
 use crate::surface::Bsdf;
 use crate::surface::class::Classes;
+use crate::surface::dispersion::Indices;
 use crate::surface::fold::folded;
 use spirv_std::glam::Vec3;
 
@@ -59,7 +60,9 @@ impl Receiver {
         // What is seen is above the face.
         let to_viewer = folded(frame.to_local(shading.to_viewer), true);
         let classes = Classes::NON_SPECULAR;
-        let (surface, _) = Bsdf::new(material, to_viewer, shading.eta, specular_roughness, classes, features);
+        let indices = Indices::of(shading.eta);
+        let (surface, _) =
+            Bsdf::new(material, to_viewer, indices, specular_roughness, classes, false, features);
         Receiver { frame, surface }
     }
 

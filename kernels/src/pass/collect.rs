@@ -29,10 +29,10 @@ use crate::math::rng::{Rng, Stream};
 use crate::math::sampler::next4;
 use crate::seam::{Atomics, Slots, scratch};
 use crate::surface::class::Classes;
-use crate::surface::dispersion::{Channel, is_mixed, part};
+use crate::surface::dispersion::{Channel, is_mixed, needs_channel, part};
 use crate::surface::may_be_wide;
 use crate::surface::media::MediaStack;
-use crate::surface::scatter::{BsdfSample, ScatteringVertex, disperses};
+use crate::surface::scatter::{BsdfSample, ScatteringVertex};
 use crate::surface::textured::{material_at, packed};
 use crate::surface::turn::normal_changes;
 use crate::surface::vertex::{Vertex, vertex};
@@ -83,6 +83,12 @@ impl Beyond {
     #[inline(always)]
     fn is_lit(self) -> bool {
         self.finds != Classes::NONE
+    }
+
+    /// Whether a collection point at the end of the prefix takes light, divided by the probability of its class.
+    #[inline(always)]
+    fn divides(self) -> bool {
+        self.finds != Classes::ALL
     }
 
     /// What the light paths of a frame leave to it.
@@ -404,7 +410,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                     (follows, finds) = (beyond.follows, beyond.finds);
                 }
                 let mut channel = Channel::GREEN;
-                if disperses(&here, scene.materials, media, features) {
+                if needs_channel(&here, &material, scene.materials, media, features) {
                     let mixed = is_mixed(throughput);
                     let u = if mixed { next4(&mut rng, &params.sequence).x } else { 0.0 };
                     (channel, throughput) = part(throughput, u);
@@ -427,8 +433,10 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                     material,
                     scene.materials,
                     media,
+                    throughput,
                     channel,
                     follows,
+                    prefix && beyond.divides(),
                     params.specular_roughness,
                     features,
                 );

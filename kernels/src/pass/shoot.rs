@@ -16,9 +16,9 @@ use crate::math::is_finite;
 use crate::math::rng::{Rng, Stream};
 use crate::seam::Atomics;
 use crate::surface::class::Classes;
-use crate::surface::dispersion::{Channel, is_mixed, part};
+use crate::surface::dispersion::{Channel, is_mixed, needs_channel, part};
 use crate::surface::media::MediaStack;
-use crate::surface::scatter::{BsdfSample, ScatteringVertex, disperses};
+use crate::surface::scatter::{BsdfSample, ScatteringVertex};
 use crate::surface::textured::material_at;
 use crate::surface::vertex::vertex;
 use crate::trace::Tracer;
@@ -175,7 +175,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
             followed = Classes::SPECULAR;
         }
         let mut channel = Channel::GREEN;
-        if disperses(&here, scene.materials, media, features) {
+        if needs_channel(&here, &material, scene.materials, media, features) {
             let u = if is_mixed(flux) { rng.next4().x } else { 0.0 };
             (channel, flux) = part(flux, u);
         }
@@ -184,8 +184,10 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
             material,
             scene.materials,
             media,
+            flux,
             channel,
             followed,
+            false,
             params.specular_roughness,
             features,
         );
@@ -193,7 +195,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
         // Points see textures at a coarser level, where the surface may scatter although it does not here.
         let textured = features.has(Features::TEXTURES | Features::NORMAL_MAPS)
             && material.flags & FLAGS_SCATTER_TEXTURE != 0;
-        let receives = textured || scattering.bsdf.class_chance(Classes::NON_SPECULAR) > 0.0;
+        let receives = textured || scattering.bsdf.receives();
         if caustic && receives && cos_arriving > 0.0 {
             deposits += 1;
             receive.receive(

@@ -15,9 +15,9 @@ use crate::math::rng::{Rng, Stream};
 use crate::math::warp;
 use crate::seam::Slots;
 use crate::surface::class::Classes;
-use crate::surface::dispersion::{Channel, part};
+use crate::surface::dispersion::{Channel, needs_channel, part};
 use crate::surface::media::MediaStack;
-use crate::surface::scatter::{ScatteringVertex, disperses};
+use crate::surface::scatter::ScatteringVertex;
 use crate::surface::textured::material_at;
 use crate::surface::vertex::vertex;
 use crate::trace::Tracer;
@@ -100,7 +100,7 @@ pub fn scatter(
     let material = material_at(scene, &here, features);
     let all = Classes::ALL;
     let (mut channel, mut carried) = (Channel::GREEN, Vec3::ONE);
-    if disperses(&here, scene.materials, media, features) {
+    if needs_channel(&here, &material, scene.materials, media, features) {
         (channel, carried) = part(carried, input.uniform[3]);
     }
     let scattering = ScatteringVertex::new(
@@ -108,8 +108,10 @@ pub fn scatter(
         material,
         scene.materials,
         media,
+        carried,
         channel,
         all,
+        true,
         params.specular_roughness,
         features,
     );

@@ -5,10 +5,11 @@
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
+use crate::interface::features::Features;
 use crate::interface::material::FLAG_THIN;
 use crate::math::trig::sin_cos_turns;
 use crate::surface::class::Classes;
-use crate::surface::{Bsdf, ggx, glass, rough_glass};
+use crate::surface::{Bsdf, dispersion, ggx, glass, rough_glass};
 use spirv_std::glam::Vec3;
 
 /// What is a line a lobe: sums over those that reflect, glass aside.
@@ -63,8 +64,11 @@ pub fn albedo(bsdf: &Bsdf, classes: Classes, u: f32, v: f32) -> Vec3 {
         sum += smooth(bsdf);
     }
     if !rough_glass && passes {
-        let reflected = glass::reflectance(material, cos, eta);
-        sum += (Vec3::splat(reflected) + material.base_color * (1.0 - reflected)) * passing;
+        let mut reflected = Vec3::splat(glass::reflectance(material, cos, eta));
+        if bsdf.features.has(Features::DISPERSION) && material.is_medium() {
+            reflected = dispersion::reflectances(cos, bsdf.etas);
+        }
+        sum += (reflected + material.base_color * (Vec3::ONE - reflected)) * passing;
     }
     if !facets {
         return sum;

@@ -1,15 +1,28 @@
 //! Dispersion: media that bend colours differently (KHR_materials_dispersion).
 //!
-//! A path that meets one goes on with one channel alone, drawn in proportion to what each carries and divided by its
-//! chance: all channels together still carry what they did. From there on no other channel carries anything, so that what
-//! a path carries says which it has, and the next such medium finds nothing left to draw.
+//! A path that enters one goes on with one channel alone, sampled in proportion to what each carries and divided by its
+//! probability: all channels together still carry what they did. From there on no other channel carries anything, so that
+//! what a path carries says which it has, and the next such medium finds nothing left to sample.
+//!
+//! A smooth face reflects all channels the same way: it reflects by the mean of their Fresnel reflectances, weighted by what the
+//! path carries of each, and the channel is sampled once the path is transmitted ([`sample`]). So the other lobes of the surface, its
+//! collection points and its deposits keep all channels too. The facets of a rough face refract each channel to directions of
+//! its own, and no lobe there is free of the index: a path has its channel before it scatters ([`needs_channel`], [`part`]). Wrong: what
+//! such a face reflects shows the noise of single channels.
 //!
 //! Channels and no wavelengths: a light path and a camera path that meet multiply what they carry channel by channel, and would
 //! have to be of one wavelength to give what a single path finds. The formula is that of the extension's text, whose three
 //! indices are those of the Fraunhofer lines C, d and F. Wrong: a point source shows three images and no continuum.
 
+use crate::interface::features::Features;
 use crate::interface::material::Material;
+use crate::surface::class::Classes;
+use crate::surface::media::MediaStack;
+use crate::surface::vertex::Vertex;
+use crate::surface::{Sampled, fresnel, ggx};
 use spirv_std::glam::Vec3;
+#[cfg(target_arch = "spirv")]
+use spirv_std::num_traits::Float;
 
 /// The channel that a path has, by its place among the indices of refraction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +42,126 @@ impl Channel {
         let half_spread = (material.ior - 1.0) * (0.025 * material.dispersion);
         (material.ior + self.0 * half_spread).max(1.0)
     }
+
+    /// 1 where it is this one, else 0.
+    #[inline(always)]
+    fn is(self, other: Channel) -> f32 {
+        if self.0 == other.0 { 1.0 } else { 0.0 }
+    }
+}
+
+/// Indices of refraction at a face, of the path's side over the side behind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Indices {
+    /// Of the channel that the path has, or of green.
+    pub eta: f32,
+    /// Of each channel; all `eta` unless `is_dispersive`.
+    pub etas: Vec3,
+    /// Share of each channel in what the path carries; they sum to 1. Read only where `is_dispersive`.
+    pub carried: Vec3,
+    /// Whether the path may still carry several channels, which the face refracts differently.
+    pub is_dispersive: bool,
+}
+
+impl Indices {
+    /// The same index for all channels.
+    #[inline(always)]
+    pub fn of(eta: f32) -> Indices {
+        Indices { eta, etas: Vec3::splat(eta), carried: Vec3::ZERO, is_dispersive: false }
+    }
+
+    /// Of a smooth face between two media, for a path that carries `throughput`.
+    #[inline(always)]
+    pub fn of_channels(
+        before: MediaStack,
+        behind: MediaStack,
+        throughput: Vec3,
+        features: Features,
+        materials: &[Material],
+    ) -> Indices {
+        let etas = before.iors(features, materials) / behind.iors(features, materials);
+        let sum = throughput.element_sum();
+        let carried = if sum > 0.0 { throughput / sum } else { Vec3::splat(1.0 / 3.0) };
+        Indices { eta: etas.y, etas, carried, is_dispersive: true }
+    }
+
+    /// Mean over channels of a share, by what the path carries of each.
+    #[inline(always)]
+    pub fn mean(&self, shares: Vec3) -> f32 {
+        self.carried.dot(shares)
+    }
+}
+
+/// Fresnel reflectance of each channel, by its index of refraction.
+#[inline(always)]
+pub fn reflectances(cos: f32, etas: Vec3) -> Vec3 {
+    let Vec3 { x: red, y: green, z: blue } = etas;
+    Vec3::new(fresnel::dielectric(cos, red), fresnel::dielectric(cos, green), fresnel::dielectric(cos, blue))
+}
+
+/// Whether the face at `vertex`, met inside `media`, refracts channels differently and is rough: a path has its channel before it
+/// scatters there.
+#[inline(always)]
+pub fn needs_channel(
+    vertex: &Vertex,
+    material: &Material,
+    materials: &[Material],
+    media: MediaStack,
+    features: Features,
+) -> bool {
+    if !features.has(Features::DISPERSION)
+        || material.roughness < ggx::DELTA_ROUGHNESS
+        || !materials[vertex.material as usize].is_medium()
+    {
+        return false;
+    }
+    let around = media.settled(features, materials);
+    let sides = around.at_face(vertex.material, vertex.front, features, materials);
+    sides.before.disperses(materials) || sides.behind.disperses(materials)
+}
+
+/// Samples a smooth face that refracts channels differently: `u` chooses to reflect or to transmit, `v` the channel of what is
+/// transmitted. `reflectances` are those of the channels, `share` is the share of glass and `chance` the probability of the
+/// lobe among all.
+#[inline(always)]
+pub fn sample(
+    tint: Vec3,
+    to_previous: Vec3,
+    indices: Indices,
+    reflectances: Vec3,
+    share: f32,
+    chance: f32,
+    u: f32,
+    v: f32,
+) -> Sampled {
+    let passed = tint * (Vec3::ONE - reflectances);
+    let (reflected_mean, passed_mean) = (indices.mean(reflectances), indices.mean(passed));
+    let reflect_chance = reflected_mean / (reflected_mean + passed_mean);
+    let cos = to_previous.z;
+    let reflected = Sampled {
+        direction: Vec3::new(-to_previous.x, -to_previous.y, cos),
+        weight: reflectances * (share / (chance * reflect_chance)),
+        pdf_solid_angle: 0.0,
+        class: Classes::SPECULAR,
+        transmitted: false,
+        straight: false,
+        eta: indices.eta,
+        roughness: 0.0,
+    };
+    if u < reflect_chance {
+        return reflected;
+    }
+
+    // The channel, in proportion to what the path carries of each behind the face.
+    let (channel, single) = part(indices.carried * passed, v);
+    let one = Vec3::new(channel.is(Channel::RED), channel.is(Channel::GREEN), channel.is(Channel::BLUE));
+    let scale = share / (chance * (1.0 - reflect_chance));
+    let weight = one * (single.element_sum() * scale / indices.carried.dot(one));
+    let eta = indices.etas.dot(one);
+    // Snell's law: the tangential part scales with eta.
+    let cos_behind = (1.0 - eta * eta * (1.0 - cos * cos)).max(0.0).sqrt();
+    let direction = Vec3::new(-eta * to_previous.x, -eta * to_previous.y, -cos_behind);
+    Sampled { direction: direction.normalize(), weight, transmitted: true, eta, ..reflected }
 }
 
 /// Whether several channels carry something.

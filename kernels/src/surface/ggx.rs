@@ -3,7 +3,7 @@
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
-use crate::math::{PI, warp};
+use crate::math::PI;
 use spirv_std::glam::Vec3;
 
 /// Reflections of a lower perceptual roughness are delta lobes.
@@ -45,15 +45,14 @@ pub fn eval(to_previous: Vec3, direction: Vec3, half: Vec3, alpha: f32) -> f32 {
     distribution(half, alpha) * shadowing / (4.0 * to_previous.z * direction.z)
 }
 
-/// pdf_solid_angle of `sample` for the direction mirrored at `half`.
+/// Density (1/sr) of directions mirrored at visible microfacet normals, for that of `half`.
 #[inline]
 pub fn visible_pdf(to_previous: Vec3, half: Vec3, alpha: f32) -> f32 {
     distribution(half, alpha) / ((1.0 + lambda(to_previous.z, alpha)) * 4.0 * to_previous.z)
 }
 
-/// A direction mirrored at a visible microfacet normal; may point below the surface.
+/// The direction mirrored at a microfacet normal; may point below the surface.
 #[inline]
-pub fn sample(to_previous: Vec3, alpha: f32, u: f32, v: f32) -> Vec3 {
-    let half = warp::visible_ggx_normal(to_previous, alpha, u, v);
+pub fn mirrored(to_previous: Vec3, half: Vec3) -> Vec3 {
     half * (2.0 * to_previous.dot(half)) - to_previous
 }

@@ -55,7 +55,7 @@ pub fn sample(material: &Material, to_previous: Vec3, glass: GlassInterface, cha
     let tint = material.base_color;
     let passed = (1.0 - glass.reflectance) * crate::math::mean(tint);
     let reflect_chance = glass.reflectance / (glass.reflectance + passed);
-    let cos = to_previous.z;
+    let (cos, eta) = (to_previous.z, glass.indices.eta);
     let reflected = Sampled {
         direction: Vec3::new(-to_previous.x, -to_previous.y, cos),
         weight: Vec3::splat(share * glass.reflectance / (chance * reflect_chance)),
@@ -63,7 +63,7 @@ pub fn sample(material: &Material, to_previous: Vec3, glass: GlassInterface, cha
         class: Classes::SPECULAR,
         transmitted: false,
         straight: false,
-        eta: glass.eta,
+        eta,
         roughness: 0.0,
     };
     if u < reflect_chance {
@@ -81,7 +81,7 @@ pub fn sample(material: &Material, to_previous: Vec3, glass: GlassInterface, cha
         };
     }
     // Snell: the tangential part scales with eta.
-    let cos_behind = (1.0 - glass.eta * glass.eta * (1.0 - cos * cos)).max(0.0).sqrt();
-    let direction = Vec3::new(-glass.eta * to_previous.x, -glass.eta * to_previous.y, -cos_behind);
+    let cos_behind = (1.0 - eta * eta * (1.0 - cos * cos)).max(0.0).sqrt();
+    let direction = Vec3::new(-eta * to_previous.x, -eta * to_previous.y, -cos_behind);
     Sampled { direction: direction.normalize(), weight, transmitted: true, ..reflected }
 }

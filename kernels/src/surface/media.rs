@@ -198,6 +198,16 @@ impl MediaStack {
         if features.has(Features::DISPERSION) { channel.ior(material) } else { material.ior }
     }
 
+    /// That of each channel.
+    #[inline(always)]
+    pub fn iors(self, features: Features, materials: &[Material]) -> Vec3 {
+        Vec3::new(
+            self.ior(Channel::RED, features, materials),
+            self.ior(Channel::GREEN, features, materials),
+            self.ior(Channel::BLUE, features, materials),
+        )
+    }
+
     /// Whether the medium here bends channels differently.
     #[inline(always)]
     pub fn disperses(self, materials: &[Material]) -> bool {

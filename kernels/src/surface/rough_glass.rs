@@ -3,12 +3,18 @@
 //! Reflection shares the facets of the other reflections. All f here are those of flux, whose integral over cos is the
 //! share that passes; radiance takes eta^2 besides (see `collect`). A rough thin wall passes its reflection lobe
 //! mirrored through its plane, as glTF says.
+//!
+//! The lobe samples a visible facet and reflects by that facet's Fresnel reflectance [Walter et al. 2007, 5.3]: a white sample weighs
+//! what the masking leaves, never more than 1, and a path of many bounces as well. Where reflection and transmission are of
+//! different classes, a collection point divides by the probability of its class; that of a choice by facet is an integral without
+//! a closed form. There alone, on a camera prefix, [`reflection_chance`] chooses before the facet, and weights exceed 1.
+//!
+//! Scattering is single, as glTF defines the lobe: what a facet sends to other facets is lost.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
 use crate::interface::material::{FLAG_THIN, Material};
-use crate::math::warp;
 use crate::surface::{ggx, glass};
 use spirv_std::glam::Vec3;
 
@@ -22,20 +28,45 @@ pub fn is_rough(material: &Material, eta: f32) -> bool {
     material.transmission > 0.0 && material.roughness >= ggx::DELTA_ROUGHNESS && bends
 }
 
-/// Chance to choose reflection: about what the visible facets reflect, never so near 0 or 1 that a rare facet of the
-/// other kind would carry a large weight.
+/// Probability to choose reflection before the facet is known. Any value is unbiased; with the square root of the mean
+/// square of what facets reflect, over the sum of that and of the root for transmission, the second moment of weights is least.
+/// This is a fit to it over all cosines, roughnesses from 0.1 to 1 and eta from 1/2.4 to 2.4: the mean of three
+/// reflectances around the mean cosine of visible facets. The second moment stays below 1.9, and is 5 % above the least one in the mean
+/// (`the_choice_before_the_facet_is_near_the_best_one`).
 #[inline]
 pub fn reflection_chance(material: &Material, cos: f32, eta: f32) -> f32 {
-    let spread = ggx::alpha(material.roughness);
-    let around = glass::reflectance(material, (cos - spread).max(0.0), eta)
-        + glass::reflectance(material, cos, eta)
-        + glass::reflectance(material, (cos + spread).min(1.0), eta);
-    0.02 + 0.31 * around
+    let alpha = ggx::alpha(material.roughness);
+    let mean = (cos * cos + 0.4 * alpha * (1.0 - cos * cos)).sqrt();
+    let spread = (0.9 * alpha + 0.28 * material.roughness * (1.0 - cos)).min(0.34);
+    let around = glass::reflectance(material, (mean - spread).max(0.0), eta)
+        + glass::reflectance(material, mean.min(1.0), eta)
+        + glass::reflectance(material, (mean + spread).min(1.0), eta);
+    0.05 + 0.3 * around
 }
 
-/// f (1/sr) of transmission before tint, and pdf_solid_angle of `sample`, towards a direction behind (z < 0).
+/// Shares by which a facet of this reflectance reflects and transmits; what is transmitted is tinted by `tint` in the mean. They
+/// sum to 1.
 #[inline]
-pub fn eval(material: &Material, to_previous: Vec3, direction: Vec3, eta: f32) -> (f32, f32) {
+pub fn shares(reflectance: f32, tint: f32) -> (f32, f32) {
+    let passed = (1.0 - reflectance) * tint;
+    let sum = (reflectance + passed).max(f32::MIN_POSITIVE);
+    (reflectance / sum, passed / sum)
+}
+
+/// Transmission towards one direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Transmitted {
+    /// f (1/sr) before tint.
+    pub f: f32,
+    /// Density with which visible facets refract to that direction.
+    pub pdf_solid_angle: f32,
+    /// Fresnel reflectance of the facet that does.
+    pub reflectance: f32,
+}
+
+/// Transmission towards a direction behind (z < 0).
+#[inline]
+pub fn eval(material: &Material, to_previous: Vec3, direction: Vec3, eta: f32) -> Transmitted {
     let alpha = ggx::alpha(material.roughness);
     let mirrored = Vec3::new(direction.x, direction.y, -direction.z);
     let (mut half, mut stretch) = ((to_previous + mirrored).normalize(), 1.0);
@@ -49,21 +80,20 @@ pub fn eval(material: &Material, to_previous: Vec3, direction: Vec3, eta: f32) -
         }
         let (cos, cos_behind) = (to_previous.dot(half), -direction.dot(half));
         if cos <= 0.0 || cos_behind <= 0.0 {
-            return (0.0, 0.0);
+            return Transmitted::default();
         }
         // d half / d direction is cos_behind / |along|^2, where mirroring has 1 / (4 cos).
         stretch = 4.0 * cos * cos_behind / square;
     }
-    let passed = 1.0 - glass::reflectance(material, to_previous.dot(half), eta);
-    let f = passed * stretch * ggx::eval(to_previous, mirrored, half, alpha);
-    (f, stretch * ggx::visible_pdf(to_previous, half, alpha))
+    let reflectance = glass::reflectance(material, to_previous.dot(half), eta);
+    let f = (1.0 - reflectance) * stretch * ggx::eval(to_previous, mirrored, half, alpha);
+    Transmitted { f, pdf_solid_angle: stretch * ggx::visible_pdf(to_previous, half, alpha), reflectance }
 }
 
-/// A direction refracted at a visible facet. It may leave on the near side, and does where the facet reflects totally:
+/// The direction that a facet refracts to. It may leave on the near side, and does where the facet reflects totally:
 /// then nothing passes.
 #[inline]
-pub fn sample(material: &Material, to_previous: Vec3, eta: f32, u: f32, v: f32) -> Vec3 {
-    let half = warp::visible_ggx_normal(to_previous, ggx::alpha(material.roughness), u, v);
+pub fn refracted(material: &Material, to_previous: Vec3, eta: f32, half: Vec3) -> Vec3 {
     let cos = to_previous.dot(half);
     if material.flags & FLAG_THIN != 0 {
         let reflected = half * (2.0 * cos) - to_previous;

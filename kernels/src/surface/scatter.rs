@@ -6,11 +6,11 @@ use crate::interface::ray::Ray;
 use crate::math::frame::ShadingFrame;
 use crate::math::offset;
 use crate::surface::class::Classes;
-use crate::surface::dispersion::Channel;
+use crate::surface::dispersion::{Channel, Indices};
 use crate::surface::fold::folded;
 use crate::surface::media::MediaStack;
 use crate::surface::vertex::Vertex;
-use crate::surface::{Bsdf, Evaluated, GlassInterface, Sampled};
+use crate::surface::{Bsdf, Evaluated, GlassInterface, Sampled, ggx};
 use spirv_std::glam::{Vec3, Vec4};
 
 /// A vertex that is about to scatter.
@@ -40,42 +40,44 @@ pub struct BsdfSample {
     pub media_overflow: bool,
 }
 
-/// Whether the surface at `vertex`, met inside `media`, bends channels differently: a path there goes on with one.
-#[inline(always)]
-pub fn disperses(vertex: &Vertex, materials: &[Material], media: MediaStack, features: Features) -> bool {
-    if !features.has(Features::DISPERSION) || !materials[vertex.material as usize].is_medium() {
-        return false;
-    }
-    let around = media.settled(features, materials);
-    let sides = around.at_face(vertex.material, vertex.front, features, materials);
-    sides.before.disperses(materials) || sides.behind.disperses(materials)
-}
-
 impl ScatteringVertex {
-    /// The scattering of `channel` at `vertex`, inside `media`, with the lobes of `classes`.
+    /// The scattering at `vertex`, inside `media`, with the lobes of `classes`, of a path that carries `throughput` (up to a
+    /// factor), and `channel` alone where that matters (`needs_channel`). `divides` as for [`Bsdf::new`].
     #[inline(always)]
     pub fn new(
         vertex: Vertex,
         material: Material,
         materials: &[Material],
         media: MediaStack,
+        throughput: Vec3,
         channel: Channel,
         classes: Classes,
+        divides: bool,
         specular_roughness: f32,
         features: Features,
     ) -> Self {
         let frame = ShadingFrame::new(vertex.shading_normal);
-        let mut eta = 1.0;
+        let mut indices = Indices::of(1.0);
         let around = media.settled(features, materials);
         let (mut media, mut behind, mut media_overflow) = (around, around, false);
         if features.has(Features::GLASS) && materials[vertex.material as usize].is_medium() {
             let sides = around.at_face(vertex.material, vertex.front, features, materials);
             (media, behind, media_overflow) = (sides.before, sides.behind, sides.overflow);
-            eta = media.ior(channel, features, materials) / behind.ior(channel, features, materials);
+            let smooth = material.roughness < ggx::DELTA_ROUGHNESS;
+            if features.has(Features::DISPERSION)
+                && smooth
+                && (media.disperses(materials) || behind.disperses(materials))
+            {
+                indices = Indices::of_channels(media, behind, throughput, features, materials);
+            } else {
+                let eta = media.ior(channel, features, materials) / behind.ior(channel, features, materials);
+                indices = Indices::of(eta);
+            }
         }
         // Paths come from above the face.
         let to_previous = folded(frame.to_local(vertex.to_previous), true);
-        let (bsdf, glass) = Bsdf::new(material, to_previous, eta, specular_roughness, classes, features);
+        let (bsdf, glass) =
+            Bsdf::new(material, to_previous, indices, specular_roughness, classes, divides, features);
         ScatteringVertex { vertex, bsdf, frame, glass, media, behind, media_overflow }
     }
 

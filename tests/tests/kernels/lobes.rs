@@ -1,7 +1,9 @@
 //! Lobes through `Bsdf`: energy, reciprocity, and every sampler against its density.
 
+mod dispersion;
 mod furnace;
 mod lights;
+mod moments;
 mod samplers;
 
 use caustics_kernels::interface::features::Features;
@@ -10,7 +12,8 @@ use caustics_kernels::math::frame::ShadingFrame;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::warp::cosine_hemisphere;
 use caustics_kernels::surface::class::Classes;
-use caustics_kernels::surface::{Bsdf, fresnel};
+use caustics_kernels::surface::dispersion::Indices;
+use caustics_kernels::surface::{Bsdf, GlassInterface, fresnel};
 use caustics_tests::scenes::{coated, glass, lambert, metal, pane};
 use glam::Vec3;
 
@@ -18,9 +21,14 @@ fn viewer(cos: f32) -> Vec3 {
     Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos)
 }
 
+/// All lobes of a material, seen from a direction; with `divides`, their choice has a known probability for each class.
+fn seen_from(material: Material, to_previous: Vec3, eta: f32, divides: bool) -> (Bsdf, GlassInterface) {
+    Bsdf::new(material, to_previous, Indices::of(eta), 0.25, Classes::ALL, divides, Features::ALL)
+}
+
 /// Mean weight of samples seen at `cos` (the directional albedo), and its standard error.
 fn albedo(material: Material, cos: f32) -> (f64, f64) {
-    let (surface, glass) = Bsdf::new(material, viewer(cos), 1.0, 0.25, Classes::ALL, Features::ALL);
+    let (surface, glass) = seen_from(material, viewer(cos), 1.0, false);
     let count = 100_000;
     let (mut sum, mut squares) = (0.0, 0.0);
     for path in 0..count {
@@ -64,8 +72,7 @@ fn delta_mirror_and_glass_lose_nothing() {
         let (mean, _) = albedo(metal(1.0, 0.0), cos);
         assert!((mean - 1.0).abs() < 1e-5, "mirror {cos}: {mean}");
         for eta in [1.0 / 1.5, 1.5, 1.33 / 1.5] {
-            let (surface, interface) =
-                Bsdf::new(glass(1.5), viewer(cos), eta, 0.25, Classes::ALL, Features::ALL);
+            let (surface, interface) = seen_from(glass(1.5), viewer(cos), eta, false);
             let mut reflected = 0;
             for path in 0..20_000 {
                 let sampled = surface.sample(interface, Rng::new(Stream::Camera, 2, path, 0).next4());
@@ -145,7 +152,7 @@ fn lobes_are_reciprocal() {
                 continue;
             }
             let f = |from: Vec3, to: Vec3| {
-                let (surface, _) = Bsdf::new(material, from, 1.0, 0.25, Classes::ALL, Features::ALL);
+                let (surface, _) = seen_from(material, from, 1.0, false);
                 surface.eval(to, Classes::SPECULAR).f.x + surface.eval(to, Classes::NON_SPECULAR).f.x
             };
             let (there, back) = (f(a, b), f(b, a));
@@ -169,11 +176,7 @@ fn rough_transmission_is_reciprocal_but_for_the_square_of_the_index() {
     ];
     for (material, eta) in cases {
         let f = |from: Vec3, to: Vec3, eta: f32| {
-            Bsdf::new(material, from, eta, 0.25, Classes::ALL, Features::ALL)
-                .0
-                .eval(to, Classes::SPECULAR)
-                .f
-                .x
+            seen_from(material, from, eta, false).0.eval(to, Classes::SPECULAR).f.x
         };
         let (mut compared, mut worst) = (0, 0.0_f32);
         for path in 0..50_000 {

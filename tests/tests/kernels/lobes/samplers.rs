@@ -1,6 +1,5 @@
 //! Every lobe, mixture and warp against its density by chi-square, and weights against f cos / pdf.
 
-use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::{PI, warp};
@@ -10,7 +9,7 @@ use caustics_tests::chi_square::{Fit, SphereCells};
 use caustics_tests::scenes::{coated, glass, lambert, metal, pane};
 use glam::Vec3;
 
-use super::viewer;
+use super::{seen_from, viewer};
 
 const CELLS: SphereCells = SphereCells { rows: 48, columns: 24 };
 const SAMPLES: u32 = 200_000;
@@ -49,8 +48,24 @@ fn half_of_all(roughness: f32) -> Material {
     Material { metallic: 0.3, transmission: 0.5, ..coated(0.6, roughness) }
 }
 
-fn seen_from(material: Material, cos: f32, eta: f32) -> (Bsdf, GlassInterface) {
-    Bsdf::new(material, viewer(cos), eta, 0.25, Classes::ALL, Features::ALL)
+/// Every case, seen at every cosine, by both ways to choose among the lobes of rough glass.
+fn seen(cosines: &[f32]) -> Vec<(String, Material, Bsdf, GlassInterface)> {
+    let mut all = Vec::new();
+    for (name, material, eta) in cases() {
+        for &cos in cosines {
+            let (surface, interface) = seen_from(material, viewer(cos), eta, false);
+            all.push((format!("{name}, cos {cos}"), material, surface, interface));
+            if is_rough_glass(&material) {
+                let (surface, interface) = seen_from(material, viewer(cos), eta, true);
+                all.push((format!("{name}, cos {cos}, by class"), material, surface, interface));
+            }
+        }
+    }
+    all
+}
+
+fn is_rough_glass(material: &Material) -> bool {
+    material.transmission > 0.0 && material.roughness > 0.0
 }
 
 /// Counts of a class's non-delta samples by cell, all on the side that they claim to leave to.
@@ -83,18 +98,18 @@ fn samples_follow_their_density() {
 }
 
 fn densities_hold(cosines: &[f32]) {
-    for (name, material, eta) in cases() {
-        for &cos in cosines {
-            let (surface, interface) = seen_from(material, cos, eta);
-            for class in [Classes::SPECULAR, Classes::NON_SPECULAR] {
-                if surface.class_chance(class) == 0.0 {
-                    continue;
-                }
-                let seen = count(&surface, interface, class);
-                let fit = Fit::of(&seen, &expect(&surface, class, material.roughness));
-                println!("{name}, cos {cos}, class {}: {:.0} of {}", class.0, fit.chi_square, fit.cells);
-                assert!(fit.passes(), "{name}, cos {cos}, class {}: {fit:?}", class.0);
+    for (name, material, surface, interface) in seen(cosines) {
+        for class in [Classes::SPECULAR, Classes::NON_SPECULAR] {
+            let counts = count(&surface, interface, class);
+            // A class without a lobe that has a width: nothing may be sampled, and nothing expected.
+            if counts.iter().all(|count| *count == 0) {
+                let towards = [Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.6, 0.0, -0.8)];
+                assert!(towards.iter().all(|d| surface.eval(*d, class).pdf_solid_angle == 0.0), "{name}");
+                continue;
             }
+            let fit = Fit::of(&counts, &expect(&surface, class, material.roughness));
+            println!("{name}, class {}: {:.0} of {}", class.0, fit.chi_square, fit.cells);
+            assert!(fit.passes(), "{name}, class {}: {fit:?}", class.0);
         }
     }
 }
@@ -103,11 +118,11 @@ fn densities_hold(cosines: &[f32]) {
 #[test]
 fn detects_samples_of_another_roughness() {
     for (material, eta) in [(metal(0.9, 0.4), 1.0), (Material { roughness: 0.4, ..glass(1.5) }, 1.0 / 1.5)] {
-        let (surface, interface) = seen_from(material, 0.5, eta);
+        let (surface, interface) = seen_from(material, viewer(0.5), eta, true);
         let other = Material { roughness: 0.42, ..material };
         for class in [Classes::SPECULAR, Classes::NON_SPECULAR] {
             if surface.class_chance(class) > 0.1 {
-                let expected = expect(&seen_from(other, 0.5, eta).0, class, 0.4);
+                let expected = expect(&seen_from(other, viewer(0.5), eta, true).0, class, 0.4);
                 assert!(!Fit::of(&count(&surface, interface, class), &expected).passes());
             }
         }
@@ -119,7 +134,7 @@ fn detects_samples_of_another_roughness() {
 fn classes_are_taken_by_their_chance() {
     for (name, material, eta) in cases() {
         for cos in [0.98, 0.15] {
-            let (surface, interface) = seen_from(material, cos, eta);
+            let (surface, interface) = seen_from(material, viewer(cos), eta, true);
             let class_of =
                 |path| surface.sample(interface, Rng::new(Stream::Light, 6, path, 0).next4()).class;
             let taken = (0..SAMPLES).filter(|&path| class_of(path) == Classes::SPECULAR).count();
@@ -136,28 +151,25 @@ fn classes_are_taken_by_their_chance() {
 /// A sample's weight is f cos / pdf of its own class, to an ulp or two.
 #[test]
 fn weights_are_f_cos_over_pdf_of_their_class() {
-    for (name, material, eta) in cases() {
+    for (name, material, surface, interface) in seen(&[0.98, 0.5, 0.15]) {
         // A delta lobe has no density.
         if material.transmission == 1.0 && material.roughness == 0.0 {
             continue;
         }
         let mut weighed = 0;
-        for cos in [0.98, 0.5, 0.15] {
-            let (surface, interface) = seen_from(material, cos, eta);
-            for path in 0..20_000 {
-                let sampled = surface.sample(interface, Rng::new(Stream::Light, 5, path, 0).next4());
-                if sampled.pdf_solid_angle == 0.0 || sampled.transmitted != (sampled.direction.z < 0.0) {
-                    continue;
-                }
-                weighed += 1;
-                let lobes = surface.eval(sampled.direction, sampled.class);
-                assert_eq!(lobes.pdf_solid_angle, sampled.pdf_solid_angle, "{name}");
-                let weight = lobes.f * sampled.direction.z.abs() / lobes.pdf_solid_angle;
-                let most = weight.max_element().max(1e-6);
-                assert!((weight - sampled.weight).abs().max_element() <= 1e-6 * most, "{name}: {sampled:?}");
+        for path in 0..20_000 {
+            let sampled = surface.sample(interface, Rng::new(Stream::Light, 5, path, 0).next4());
+            if sampled.pdf_solid_angle == 0.0 || sampled.transmitted != (sampled.direction.z < 0.0) {
+                continue;
             }
+            weighed += 1;
+            let lobes = surface.eval(sampled.direction, sampled.class);
+            assert_eq!(lobes.pdf_solid_angle, sampled.pdf_solid_angle, "{name}");
+            let weight = lobes.f * sampled.direction.z.abs() / lobes.pdf_solid_angle;
+            let most = weight.max_element().max(1e-6);
+            assert!((weight - sampled.weight).abs().max_element() <= 1e-6 * most, "{name}: {sampled:?}");
         }
-        assert!(weighed > 10_000, "{name}: {weighed}");
+        assert!(weighed > 1_000, "{name}: {weighed}");
     }
 }
 

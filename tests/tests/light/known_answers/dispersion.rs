@@ -2,7 +2,14 @@
 
 use caustics::settings::Settings;
 use caustics_kernels::interface::choice::Caustics;
+use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_kernels::interface::material::Material;
+use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
+use caustics_kernels::light::emit::{EmissionSample, Emit};
+use caustics_kernels::math::rng::Rng;
+use caustics_kernels::pass::shoot::receive::Receive;
+use caustics_kernels::pass::shoot::shoot;
+use caustics_kernels::surface::scatter::BsdfSample;
 use caustics_tests::direct::*;
 use caustics_tests::energy::ledger;
 use caustics_tests::scenes::*;
@@ -169,4 +176,150 @@ fn the_ledger_of_dispersive_glass_closes() {
     println!("{energy:?}");
     // As of the sky: noise of what the floor scatters.
     assert!(energy.residual.abs() < 4e-3, "{energy:?}");
+}
+
+/// Light that the scene's own lights start on the left of the scene: the beam's.
+struct OfBeam<'a, E>(&'a E);
+
+impl<E: Emit> Emit for OfBeam<'_, E> {
+    fn sample(&self, rng: &mut Rng) -> EmissionSample {
+        loop {
+            let leaving = self.0.sample(rng);
+            if leaving.ray.origin.x < -1.2 {
+                return leaving;
+            }
+        }
+    }
+}
+
+/// Directions in which light enters the prism and leaves it again, by the channel that it has.
+#[derive(Default)]
+struct Images(Vec<(usize, DVec3, DVec3)>);
+
+impl Receive for Images {
+    /// The direction from the light, and faces passed.
+    type Way = (Vec3, u32);
+
+    fn start(&mut self, way: &mut (Vec3, u32), leaving: &EmissionSample) {
+        *way = (leaving.ray.direction, 0);
+    }
+
+    fn scatter(&mut self, way: &mut (Vec3, u32), departure: &BsdfSample, _: Vec3) {
+        way.1 += u32::from(departure.sampled.transmitted);
+    }
+
+    fn receive(&mut self, way: &mut (Vec3, u32), geometry: DepositGeometry, light: DepositLight) {
+        if (geometry.scatterings, way.1) == (2, 2) {
+            let channel = (0..3).find(|&channel| light.flux[channel] > 0.0).expect("it carries light");
+            assert_eq!(light.flux[channel], light.flux.element_sum(), "a path has one channel");
+            self.0.push((channel, way.0.as_dvec3(), -light.to_light.as_dvec3()));
+        }
+    }
+}
+
+/// The three images of the beam in the scene `prism` are deviated by 2 asin(n sin(A / 2)) - A at the least, and at any incidence by
+/// Snell's law at both faces, each within 0.02 degrees.
+#[test]
+fn images_of_the_scene_prism_are_deviated_by_their_index() {
+    let scene = committed("prism");
+    let world = World::new(&scene, &settings(8, 8, 1));
+    let (mut tracer, mut tally, mut images) = (world.tracer(), Tally::default(), Images::default());
+    let by_power = world.by_power();
+    for path in 0..40_000 {
+        let (params, features, tables) = (&world.params, world.features, world.tables());
+        shoot(path, params, features, tables, &OfBeam(&by_power), &mut tracer, &mut images, &mut tally);
+    }
+    // The prism of `scenes/src/prism.rs`: turned by -0.6, its faces look up at 150 and 30 degrees from that.
+    let (turn, ior) = (-0.6, 1.6);
+    let normal = |angle: f64| DVec2::from_angle(angle.to_radians() + turn).extend(0.0);
+    let refracted = |direction: DVec3, normal: DVec3, eta: f64| {
+        let cos = -direction.dot(normal);
+        direction * eta + normal * (eta * cos - (1.0 - eta * eta * (1.0 - cos * cos)).sqrt())
+    };
+    let tolerance = 0.02_f64.to_radians();
+    for (channel, n) in indices(ior).into_iter().enumerate() {
+        let of_channel: Vec<_> = images.0.iter().filter(|image| image.0 == channel).collect();
+        let (mut least, mut worst) = (f64::MAX, 0.0_f64);
+        for (_, entering, leaving) in &of_channel {
+            let inside = refracted(*entering, normal(150.0), 1.0 / n);
+            let expected = refracted(inside, -normal(30.0), n);
+            worst = worst.max(expected.angle_between(*leaving));
+            least = least.min(entering.angle_between(*leaving));
+        }
+        let known = 2.0 * (n * (0.5 * FRAC_PI_3).sin()).asin() - FRAC_PI_3;
+        println!(
+            "n = {n:.3}: {} paths, least deviation {:.4}, known {:.4}; off Snell's law by {worst:.1e}",
+            of_channel.len(),
+            least.to_degrees(),
+            known.to_degrees()
+        );
+        assert!(of_channel.len() > 1_000);
+        assert!((least - known).abs() < tolerance && worst < tolerance, "{channel}: {least} {known} {worst}");
+    }
+}
+
+/// A light's highlight on dispersive glass has the hue of its Fresnel reflectances after 32 frames: each reflection shows all channels.
+#[test]
+fn a_highlight_on_dispersive_glass_has_its_hue_after_32_frames() {
+    let mut b = Builder::default();
+    // What enters is absorbed, so that the ball's back shows nothing of the lamp.
+    let ball = b.material(Material { absorption: Vec3::splat(20.0), ..flint(1.5) });
+    let lamp = b.material(emitter(50.0));
+    b.sphere(ball, DVec3::ZERO, 1.0, 192, 96);
+    // Seen in the front of the ball under 30 degrees.
+    let (to_lamp, to_eye) = (DVec3::new(3.0_f64.sqrt() / 2.0, 0.0, 0.5), DVec3::Z);
+    let across = DVec3::new(0.5, 0.0, -3.0_f64.sqrt() / 2.0);
+    b.panel(lamp, 6.0 * to_lamp, 2.5 * DVec3::Y, 2.5 * across);
+    b.camera(6.0 * to_eye, DVec3::ZERO, 0.45);
+    let scene = b.build();
+    let (side, middle) = (64, (0.5_f64, 0.0));
+    let settings = Settings { pixel_filter: PIXEL_FILTER_BOX, ..settings(side, side, 1) };
+    let frames = render(&scene, &settings, "photons-grid", None, 0, 32);
+    // The pixels around the place of mirror reflection, where the lamp's image covers 14 x 11.
+    let scale = 0.5 * f64::from(side) / (0.5_f64 * 0.45).tan();
+    let (column, row) = (
+        0.5 * f64::from(side) + scale * middle.0 / (6.0 - 0.75_f64.sqrt()),
+        0.5 * f64::from(side) - scale * middle.1,
+    );
+    let mut sum = DVec3::ZERO;
+    let mut seen = 0;
+    for (picture, _) in &frames {
+        for y in -4..=4 {
+            for x in -4..=4 {
+                let (x, y) = (column as i32 + x, row as i32 + y);
+                sum += picture.path[(y * side as i32 + x) as usize].as_dvec3();
+                seen += 1;
+            }
+        }
+    }
+    let mean = sum / f64::from(seen);
+    let expected = DVec3::from(indices(1.5).map(|ior| 50.0 * reflectance(ior, 30.0_f64.to_radians())));
+    println!("{mean:.4?} of {expected:.4?}");
+    // A path in 25 reflects, some hundred of these: the brightness has a deviation of 10 %, the hue has none.
+    assert!((mean.y / expected.y - 1.0).abs() < 0.3, "the highlight is not where it is looked for");
+    let hue = (mean / mean.y) / (expected / expected.y);
+    assert!((hue - 1.0).abs().max_element() < 0.01, "{hue}");
+    assert!((expected / expected.y - 1.0).abs().max_element() > 0.05, "hues differ");
+}
+
+/// A surface that is smooth dispersive glass in part has collection points of all channels.
+#[test]
+fn collection_points_on_dispersive_glass_keep_all_channels() {
+    let mut b = Builder::default();
+    let material = Material { transmission: 0.5, base_color: Vec3::splat(0.8), ..flint(1.5) };
+    let block = b.material(material);
+    b.block(block, DVec3::splat(-1.0), DVec3::new(1.0, 0.0, 1.0), false);
+    b.light(DVec3::new(0.0, 1.0, 0.0), 1.0);
+    b.camera(DVec3::new(0.0, 3.0, 0.0), DVec3::ZERO, 0.3);
+    let scene = b.build();
+    let world = World::new(&scene, &settings(32, 32, 1));
+    let points = world.collect();
+    let first = points.iter().filter(|collected| collected.point.geometry.depth == 1);
+    let mut count = 0;
+    for collected in first {
+        let throughput = collected.point.shading.throughput;
+        assert!(throughput.min_element() > 0.0, "{throughput}");
+        count += 1;
+    }
+    assert!(count > 300, "{count}");
 }

@@ -4,8 +4,18 @@ use caustics::scene::Scene;
 use caustics::settings::Settings;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::{FLAG_THIN, Material};
-use caustics_kernels::surface::Bsdf;
+use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
+use caustics_kernels::interface::ray::Ray;
+use caustics_kernels::light::emit::EmissionSample;
+use caustics_kernels::math::rng::Stream;
+use caustics_kernels::pass::collect::watch::{CollectionPoint, Watch};
+use caustics_kernels::pass::collect::{Beyond, Start, follow};
+use caustics_kernels::pass::shoot::receive::Receive;
+use caustics_kernels::pass::shoot::shoot;
 use caustics_kernels::surface::class::Classes;
+use caustics_kernels::surface::dispersion::Indices;
+use caustics_kernels::surface::scatter::BsdfSample;
+use caustics_kernels::surface::{Bsdf, GlassInterface};
 use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
@@ -19,10 +29,15 @@ fn seen(scene: &Scene, side: u32, max_bounces: u32) -> (f64, f64) {
     mean_and_error(&values)
 }
 
+/// All lobes of a material at normal incidence.
+fn seen_from_above(material: Material, eta: f32) -> (Bsdf, GlassInterface) {
+    Bsdf::new(material, Vec3::Z, Indices::of(eta), 0.25, Classes::ALL, false, Features::ALL)
+}
+
 /// Mean weight of what this material transmits at normal incidence.
 fn transmitted(material: Material, eta: f32) -> f64 {
     use caustics_kernels::math::rng::{Rng, Stream};
-    let (surface, glass) = Bsdf::new(material, Vec3::Z, eta, 0.25, Classes::ALL, Features::ALL);
+    let (surface, glass) = seen_from_above(material, eta);
     let weights = (0..1_000_000).map(|path| {
         let sampled = surface.sample(glass, Rng::new(Stream::Light, 3, path, 0).next4());
         if sampled.transmitted { f64::from(sampled.weight.x) } else { 0.0 }
@@ -51,7 +66,7 @@ fn lamps_show_their_radiance(cases: &[(f32, bool)]) {
         let scene = b.build();
         let eta: f32 = if thin { 1.0 } else { 1.0 / 1.5 };
         // What is reflected shows the lamps above the plane.
-        let (surface, interface) = Bsdf::new(material, Vec3::Z, eta, 0.25, Classes::ALL, Features::ALL);
+        let (surface, interface) = seen_from_above(material, eta);
         let reflected: f64 = (0..1_000_000)
             .map(|path| {
                 use caustics_kernels::math::rng::{Rng, Stream};
@@ -89,7 +104,7 @@ fn point_light_behind_rough_glass_is_connected_to_and_absorbed() {
     // The frame's tangents turn around the normal, which changes nothing here: the view is along it.
     let local = Vec3::new(to_light.x, to_light.z, to_light.y).normalize();
     let eta = 1.0 / 1.5;
-    let (surface, _) = Bsdf::new(material, Vec3::Z, eta, 0.25, Classes::ALL, Features::ALL);
+    let (surface, _) = seen_from_above(material, eta);
     let f = f64::from(surface.eval(local, Classes::SPECULAR).f.x);
     assert!(f > 0.02, "the test has lost its subject: {f}");
     let expected = f * f64::from(eta * eta) * cos * 3.0 / square;
@@ -130,6 +145,99 @@ fn the_class_of_rough_glass_moves_light_between_layers_only() {
     println!("caustics {below_caustics:.5} and {above_caustics:.5}");
     assert!((above_caustics / below_caustics - 1.0).abs() > 0.02, "the test has lost its subject");
     near("rough glass by class", (below, below_error.hypot(above_error)), above, 5e-3 * above);
+}
+
+/// Throughputs of camera paths where they leave the scene.
+#[derive(Default)]
+struct Escapes(Vec<f64>);
+
+impl Watch for Escapes {
+    type Kept = ();
+
+    fn collect(&mut self, (): &mut (), _: &CollectionPoint) {}
+    fn end(&mut self, (): &mut (), _: Vec3) {}
+    fn escape(&mut self, _: &Ray, throughput: Vec3) {
+        self.0.push(f64::from(throughput.x));
+    }
+}
+
+/// The most flux that a light path had, over what it started with.
+#[derive(Default)]
+struct Fluxes(Vec<f64>);
+
+impl Receive for Fluxes {
+    type Way = f32;
+
+    fn start(&mut self, way: &mut f32, leaving: &EmissionSample) {
+        *way = leaving.flux.x;
+    }
+    fn scatter(&mut self, way: &mut f32, _: &BsdfSample, flux: Vec3) {
+        self.0.push(f64::from(flux.x / *way));
+    }
+    fn receive(&mut self, _: &mut f32, _: DepositGeometry, _: DepositLight) {}
+}
+
+/// In a white furnace a path through white rough glass weighs what masking leaves, however often it is scattered: the second moment of
+/// paths without light sampling is at most 1. So it is behind a collection point and for light paths. Chosen before the facet, as
+/// prefixes are, weights are seen to grow.
+#[test]
+fn weights_of_paths_through_white_rough_glass_do_not_grow() {
+    let furnace = |roughness: f32, beyond: Beyond| {
+        let mut b = Builder::default();
+        let frosted = b.material(Material { roughness, ..glass(1.5) });
+        b.sphere(frosted, DVec3::ZERO, 1.0, 96, 48);
+        b.camera(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, 0.3);
+        let scene = b.build();
+        let mut world = World::new(&scene, &Settings { max_bounces: 64, ..settings(128, 128, 20_000) });
+        // The scene has no light to take the unit from.
+        world.params.quantum = 2.0f32.powi(-40);
+        let (mut tracer, mut tally, mut escapes) = (world.tracer(), Tally::default(), Escapes::default());
+        for pixel in 0..world.params.pixel_count() {
+            let start = Start::of(Stream::Reference, pixel, &world.params);
+            follow(
+                start,
+                beyond,
+                &world.params,
+                world.features,
+                world.tables(),
+                &mut tracer,
+                &mut escapes,
+                &mut tally,
+            );
+        }
+        let paths = f64::from(world.params.pixel_count());
+        let mean = escapes.0.iter().sum::<f64>() / paths;
+        let second = escapes.0.iter().map(|throughput| throughput * throughput).sum::<f64>() / paths;
+        let beam = Beam {
+            centre: Vec3::new(0.0, 0.0, 4.0),
+            direction: Vec3::NEG_Z,
+            axes: [0.9 * Vec3::X, 0.9 * Vec3::Y],
+            round: true,
+            irradiance: 1.0,
+        };
+        let mut fluxes = Fluxes::default();
+        for path in 0..20_000 {
+            let features = world.features;
+            let tables = world.tables();
+            shoot(path, &world.params, features, tables, &beam, &mut tracer, &mut fluxes, &mut tally);
+        }
+        let largest = fluxes.0.iter().fold(0.0, |largest: f64, flux| largest.max(*flux));
+        println!(
+            "roughness {roughness}, {beyond:?}: mean {mean:.4}, second moment {second:.4}, light paths at most {largest:.4}"
+        );
+        (mean, second, largest)
+    };
+    for roughness in [0.1, 0.2, 0.3, 0.5, 1.0] {
+        let (mean, second, largest) = furnace(roughness, Beyond::ALL);
+        // The camera sees the ball alone. Facets f / pdf in f32: 1e-3 a scattering.
+        assert!(
+            mean < 1.0 && second <= mean + 0.005 && largest < 1.01,
+            "{roughness}: {mean} {second} {largest}"
+        );
+    }
+    // Of a prefix that may end at a point, before that is reached.
+    let (mean, second, _) = furnace(0.5, Beyond { follows: Classes::ALL, finds: Classes::NON_SPECULAR });
+    assert!(second > 1.1 * mean, "a choice before the facet is noisier: {mean} {second}");
 }
 
 mod long {

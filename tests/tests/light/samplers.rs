@@ -232,7 +232,7 @@ mod release {
     use super::*;
 
     #[test]
-    #[ignore = "ten repeats to a standard error of 2e-4: three quarters of an hour on two cores"]
+    #[ignore = "ten repeats to a standard error of 2e-4: ten minutes on two cores"]
     fn sobol_is_unbiased_on_rough_glass_to_a_thousandth() {
         sobol_is_unbiased(2600, 10, 2e-4, 1e-3);
     }

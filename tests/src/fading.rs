@@ -39,10 +39,37 @@ pub enum Fade {
     OneOfTwo(f64, f64),
     /// The lamp moves away, to so many times its distance.
     Away(f64),
-    /// The intensity of a point light is multiplied by this in each frame.
-    Point(f64),
-    /// The intensity of a spot light is.
-    Spot(f64),
+    /// The intensity of a punctual light is multiplied by this in each frame.
+    Power(Punctual, f64),
+}
+
+/// A light without extent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Punctual {
+    /// A point light.
+    Point,
+    /// One of two point lights, equal at first.
+    OneOfTwoPoints,
+    /// A spot light.
+    Spot,
+    /// A directional light.
+    Sun,
+}
+
+impl Punctual {
+    /// The lights of a scene: the first fades.
+    fn lights(self) -> Vec<Value> {
+        let point = json!({ "type": "point", "intensity": 60.0 });
+        match self {
+            Punctual::Point => vec![point],
+            Punctual::OneOfTwoPoints => vec![point.clone(), point],
+            Punctual::Spot => {
+                let cone = json!({ "innerConeAngle": 0.1, "outerConeAngle": 0.3 });
+                vec![json!({ "type": "spot", "intensity": 60.0, "spot": cone })]
+            }
+            Punctual::Sun => vec![json!({ "type": "directional", "intensity": 4.0 })],
+        }
+    }
 }
 
 /// A scene with a fade.
@@ -66,13 +93,8 @@ impl Fading {
         if self.caster == Caster::Glass {
             make_glass(&mut document);
         }
-        match self.fade {
-            Fade::Point(_) => replace_lamp(&mut document, json!({ "type": "point", "intensity": 60.0 })),
-            Fade::Spot(_) => {
-                let cone = json!({ "innerConeAngle": 0.1, "outerConeAngle": 0.3 });
-                replace_lamp(&mut document, json!({ "type": "spot", "intensity": 60.0, "spot": cone }));
-            }
-            _ => {}
+        if let Fade::Power(punctual, _) = self.fade {
+            replace_lamp(&mut document, punctual.lights());
         }
         let path = copy.path().join("scene.gltf");
         std::fs::write(&path, document.to_string()).expect("a file");
@@ -92,7 +114,7 @@ impl Fading {
             Fade::OneOfTwo(from, to) => [scaled(SECOND_LAMP, from), scaled(SECOND_LAMP, to)],
             Fade::Away(factor) => [placed(1.0), placed(factor)],
             // A key that changes nothing: lights can be written anew only where something is animated.
-            Fade::Point(_) | Fade::Spot(_) => [placed(1.0), placed(1.0)],
+            Fade::Power(..) => [placed(1.0), placed(1.0)],
         };
         let eyes = [[0.0, 2.3, 1.3], [0.4, 2.2, 1.4]];
         let camera = |from| CameraEdit { from, look_at: [0.0; 3], fov: 40.0 };
@@ -109,10 +131,8 @@ impl Fading {
     fn pose(&self, scene: &mut Scene, frame: u32) {
         let before = f64::from(frame.saturating_sub(1));
         let power = |factor: f64| factor.powf(f64::from(frame) - before) as f32;
-        if let (Fade::Point(factor) | Fade::Spot(factor), Some(motion)) = (&self.fade, &mut scene.motion) {
-            for light in &mut motion.lights {
-                light.what.intensity *= power(*factor);
-            }
+        if let (Fade::Power(_, factor), Some(motion)) = (&self.fade, &mut scene.motion) {
+            motion.lights[0].what.intensity *= power(*factor);
         }
         scene.pose(f64::from(frame) / FPS).expect("a pose");
     }
@@ -171,15 +191,24 @@ fn make_glass(document: &mut Value) {
     document["extensionsUsed"] = used.map(|name| format!("KHR_materials_{name}")).to_vec().into();
 }
 
-/// Puts a punctual light where the lamp was, turned to the ring.
-fn replace_lamp(document: &mut Value, light: Value) {
-    document["nodes"][LAMP] = json!({
-        "name": "lamp",
-        "translation": [2.6, 2.6, 0.0],
-        "rotation": [-0.5, 0.5, 0.0, std::f64::consts::FRAC_1_SQRT_2],
-        "extensions": { "KHR_lights_punctual": { "light": 0 } },
-    });
-    document["extensions"] = json!({ "KHR_lights_punctual": { "lights": [light] } });
+/// Puts punctual lights where the lamp was, turned to the ring; the second one across the scene.
+fn replace_lamp(document: &mut Value, lights: Vec<Value>) {
+    let node = |x: f64, light: usize| {
+        let half_root = std::f64::consts::FRAC_1_SQRT_2;
+        json!({
+            "translation": [x, 2.6, 0.0],
+            "rotation": [-0.5, 0.5f64.copysign(x), 0.0, half_root],
+            "extensions": { "KHR_lights_punctual": { "light": light } },
+        })
+    };
+    document["nodes"][LAMP] = node(2.6, 0);
+    if lights.len() > 1 {
+        let nodes = document["nodes"].as_array_mut().expect("nodes");
+        nodes.push(node(-2.6, 1));
+        let added = json!(nodes.len() - 1);
+        document["scenes"][0]["nodes"].as_array_mut().expect("roots").push(added);
+    }
+    document["extensions"] = json!({ "KHR_lights_punctual": { "lights": lights } });
     let used = document["extensionsUsed"].as_array_mut().expect("extensions");
     used.push(json!("KHR_lights_punctual"));
 }

@@ -27,8 +27,9 @@ use validate::VALIDATE;
 
 /// Share of the light that is lost a frame, above which nothing is lent.
 const MAX_LOST: f32 = 0.25;
-/// Share of the light by which that of a place which fades may be late. Promised are 0.02: few paths see less of a fade than there is.
-const MAX_LATE: f32 = 0.015;
+/// Share of the light by which that of a place which fades may be late. Promised are 0.02: few paths see less of a fade than there is,
+/// and paths of unlike flux scatter though they fade alike.
+const MAX_LATE: f32 = 0.013;
 
 #[cfg(not(target_arch = "spirv"))]
 /// Light of the nearest previous point, counted by the frames that it holds, as far as light paths with the same random

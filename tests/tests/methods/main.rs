@@ -11,6 +11,7 @@ mod fireflies;
 mod guided;
 mod inspect;
 mod kim2019;
+mod mirrored;
 mod path_history;
 mod reuse;
 mod stability;

@@ -1,0 +1,150 @@
+//! Things that move, seen in mirrors: a history costs no more there than it gives, of caustics and of path-traced light.
+
+use caustics::accumulation::Accumulation;
+use caustics::picture::Picture;
+use caustics::scene::Scene;
+use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
+use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::history::VALIDATED;
+use caustics_kernels::interface::choice::{PathHistory, Sampler};
+use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
+use caustics_kernels::method::basic::BASIC;
+use caustics_tests::moving::{Moving, moving_mirror};
+use glam::Vec3;
+
+const FPS: f64 = 24.0;
+const WIDTH: u32 = 96;
+const HEIGHT: u32 = 60;
+/// Frames that are compared with the truth: the last of so many.
+const COMPARED: u32 = 4;
+const FRAMES: u32 = 16;
+/// Depth of a collection point that is seen in a mirror.
+const MIRRORED: f32 = 2.0;
+
+fn settings(seed: u32) -> Settings {
+    Settings { width: WIDTH, height: HEIGHT, light_paths: WIDTH * HEIGHT / 2, seed, ..Settings::default() }
+}
+
+fn with_histories(settings: Settings) -> Settings {
+    Settings { history: &VALIDATED, path_history: PathHistory::Validated, ..settings }
+}
+
+fn open(scene: &Scene, settings: &Settings) -> Session {
+    let features = scene.features(settings.specular_roughness);
+    let cpu = RunnerChoice::Cpu { threads: 0 };
+    Session::new(&cpu, scene, &scene.cameras[0], settings, &BASIC, &PHOTONS_GRID, features)
+        .expect("a session opens")
+}
+
+/// The last frames of an animation.
+fn animation(scene: &Scene, settings: &Settings) -> Vec<Picture> {
+    let mut scene = scene.clone();
+    scene.pose(0.0).expect("a pose");
+    let mut session = open(&scene, settings);
+    let frame = |frame: u32| {
+        scene.pose(f64::from(frame) / FPS).expect("a pose");
+        session.pose(&scene, &scene.cameras[0].clone()).expect("a pose");
+        session.frame(frame).expect("a frame runs");
+        session.picture().expect("a picture")
+    };
+    (0..FRAMES).map(frame).skip((FRAMES - COMPARED) as usize).collect()
+}
+
+/// A layer of a picture.
+type Layer = fn(&Picture) -> &Vec<Vec3>;
+
+/// Means of many frames of each of the last poses, over whole pixels.
+fn truth(scene: &Scene, samples: u32) -> Vec<Picture> {
+    let mut scene = scene.clone();
+    let many = Settings {
+        light_paths: 4 * WIDTH * HEIGHT,
+        pixel_filter: PIXEL_FILTER_BOX,
+        sampler: Sampler::Sobol,
+        ..settings(77)
+    };
+    let mean = |frame: u32| {
+        scene.pose(f64::from(frame) / FPS).expect("a pose");
+        let mut session = open(&scene, &many);
+        let mut sum = Accumulation::default();
+        for frame in 0..samples {
+            session.frame(frame).expect("a frame runs");
+            sum.add(&session.picture().expect("a picture"));
+        }
+        sum.mean()
+    };
+    (FRAMES - COMPARED..FRAMES).map(mean).collect()
+}
+
+/// Sum of squared differences of what displays can show, where `seen` shows the mirror.
+fn squares(pictures: &[Picture], truth: &[Picture], seen: &[Picture], layer: Layer) -> f64 {
+    let of_picture = |((picture, truth), seen): ((&Picture, &Picture), &Picture)| -> f64 {
+        let pixels = layer(picture).iter().zip(layer(truth)).zip(&seen.depth);
+        let mirrored = pixels.filter(|(_, depth)| **depth == MIRRORED);
+        mirrored.map(|((a, b), _)| f64::from((a.min(Vec3::ONE) - b.min(Vec3::ONE)).length_squared())).sum()
+    };
+    pictures.iter().zip(truth).zip(seen).map(of_picture).sum()
+}
+
+/// Squared error of caustics and of path-traced light in mirrors, with histories over without.
+fn errors_over_none(scene: &Scene, samples: u32, seeds: u32) -> [f64; 2] {
+    let truth = truth(scene, samples);
+    let layers: [Layer; 2] = [|picture| &picture.caustics, |picture| &picture.path];
+    let mut sums = [[0.0; 2]; 2];
+    for seed in 0..seeds {
+        let none = animation(scene, &settings(seed));
+        let kept = animation(scene, &with_histories(settings(seed)));
+        let mirrored = none[0].depth.iter().filter(|depth| **depth == MIRRORED).count();
+        assert!(mirrored > none[0].depth.len() / 3, "{mirrored} pixels show the mirror");
+        for (layer, sums) in layers.into_iter().zip(&mut sums) {
+            sums[0] += squares(&none, &truth, &none, layer);
+            sums[1] += squares(&kept, &truth, &none, layer);
+        }
+    }
+    sums.map(|[none, kept]| kept / none)
+}
+
+/// Half the width of the lamps (times 0.05 m): light of a small one has sharp caustics, light of a wide one is noise.
+const LAMPS: [f64; 2] = [1.0, 16.0];
+
+/// Error of path-traced light that has no noise, over that without a history, at most: edges of shadows that move blur by a pixel or
+/// two, which costs about what a mean over pixels gives to frames that see pixel centres alone.
+const MAX_WITHOUT_NOISE: f64 = 1.1;
+
+/// Compares in scenes by their names.
+fn cost_less_than_they_give(scenes: &[(&str, &dyn Fn(f64) -> Scene)], samples: u32, seeds: u32) {
+    let mut wrong = Vec::new();
+    for (name, scene) in scenes {
+        for lamp in LAMPS {
+            let [caustics, path] = errors_over_none(&scene(lamp), samples, seeds);
+            let line = format!(
+                "{name}, lamp {lamp}: squared error of caustics {caustics:.3}, of other light {path:.3}"
+            );
+            println!("{line}");
+            let most = if lamp > 1.0 { 1.0 } else { MAX_WITHOUT_NOISE };
+            if caustics >= 1.0 || path >= most {
+                wrong.push(line);
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn histories_of_a_caster_that_moves_in_a_mirror_cost_less_than_they_give() {
+    let scene = |lamp| Moving::MetalCaster.in_a_mirror(lamp);
+    cost_less_than_they_give(&[("MetalCaster", &scene)], 12, 1);
+}
+
+mod release {
+    use super::*;
+
+    #[test]
+    #[ignore = "14 scenes: two minutes"]
+    fn histories_of_all_that_moves_in_a_mirror_cost_less_than_they_give() {
+        for moving in Moving::ALL {
+            cost_less_than_they_give(&[(&format!("{moving:?}"), &|lamp| moving.in_a_mirror(lamp))], 128, 3);
+        }
+        cost_less_than_they_give(&[("Mirror", &moving_mirror)], 128, 3);
+    }
+}

@@ -10,7 +10,7 @@ use caustics_kernels::method::basic::BASIC;
 use serde_json::{Value, json};
 
 use crate::frames::sums;
-use crate::scenes::copied;
+use crate::scenes::{copied, make_glass};
 use crate::statistics::Mean;
 
 /// Frames a second.
@@ -175,20 +175,6 @@ impl Fading {
 /// The camera that keys move, if there are any: the last one.
 fn last_camera(scene: &Scene) -> SceneCamera {
     scene.cameras.last().expect("a camera").clone()
-}
-
-fn make_glass(document: &mut Value) {
-    document["materials"][1] = json!({
-        "name": "ring",
-        "extensions": {
-            "KHR_materials_ior": { "ior": 1.5 },
-            "KHR_materials_transmission": { "transmissionFactor": 1.0 },
-            "KHR_materials_volume": { "thicknessFactor": 0.01 },
-        },
-        "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 0.0 },
-    });
-    let used = ["specular", "emissive_strength", "ior", "transmission", "volume"];
-    document["extensionsUsed"] = used.map(|name| format!("KHR_materials_{name}")).to_vec().into();
 }
 
 /// Puts punctual lights where the lamp was, turned to the ring; the second one across the scene.

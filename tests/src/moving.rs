@@ -8,7 +8,7 @@ use caustics_kernels::history::{History, NONE};
 use serde_json::{Value, json};
 
 use crate::frames::{Frames, sums};
-use crate::scenes::copied;
+use crate::scenes::{copied, make_glass};
 use crate::statistics::Mean;
 
 /// What moves, by 0.6 m in a second.
@@ -66,20 +66,7 @@ impl Moving {
                     );
                 }
             }
-            Moving::GlassCaster => {
-                let glass = json!({
-                    "name": "ring",
-                    "extensions": {
-                        "KHR_materials_ior": { "ior": 1.5 },
-                        "KHR_materials_transmission": { "transmissionFactor": 1.0 },
-                        "KHR_materials_volume": { "thicknessFactor": 0.01 },
-                    },
-                    "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 0.0 },
-                });
-                document["materials"][1] = glass;
-                let used = ["specular", "emissive_strength", "ior", "transmission", "volume"];
-                document["extensionsUsed"] = used.map(|name| format!("KHR_materials_{name}")).to_vec().into();
-            }
+            Moving::GlassCaster => make_glass(&mut document),
             Moving::Lamp => carry(&mut document, 2),
             Moving::Camera => carry(&mut document, 3),
         }

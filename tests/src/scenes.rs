@@ -9,7 +9,7 @@ use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAG_THIN, Mat
 use caustics_kernels::interface::texture::{MaterialTextures, WRAP_REPEAT};
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::{DVec3, Vec2, Vec3};
-use serde_json::Value;
+use serde_json::{Value, json};
 use tempfile::TempDir;
 
 /// Plain Lambert of this albedo.
@@ -335,6 +335,21 @@ pub fn copied(name: &str) -> (TempDir, Value) {
     }
     let text = std::fs::read(copy.path().join("scene.gltf")).expect("a document");
     (copy, serde_json::from_slice(&text).expect("JSON"))
+}
+
+/// Makes the ring of `moving-caster` or `light-off` one of glass.
+pub fn make_glass(document: &mut Value) {
+    document["materials"][1] = json!({
+        "name": "ring",
+        "extensions": {
+            "KHR_materials_ior": { "ior": 1.5 },
+            "KHR_materials_transmission": { "transmissionFactor": 1.0 },
+            "KHR_materials_volume": { "thicknessFactor": 0.01 },
+        },
+        "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 0.0 },
+    });
+    let used = ["specular", "emissive_strength", "ior", "transmission", "volume"];
+    document["extensionsUsed"] = used.map(|name| format!("KHR_materials_{name}")).to_vec().into();
 }
 
 fn folder(name: &str) -> PathBuf {

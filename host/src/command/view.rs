@@ -67,8 +67,9 @@ const MAX_FILES: usize = 4;
 
 const NO_NUMBERS: &str = "the system gives no random numbers, which a secret needs";
 
-/// Threads beside the one that renders: for Ctrl-C, for connections, and for the pictures that are packed for them.
-const THREADS: usize = 2 + PACKERS;
+/// Threads beside the one that renders: for Ctrl-C, for the end of a program that hangs then, for connections, and for the
+/// pictures that are packed for them.
+const THREADS: usize = 3 + PACKERS;
 
 /// Serves a page until Ctrl-C.
 pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {

@@ -6,16 +6,9 @@ use crate::checkpoint::{self, Head};
 use crate::sealed;
 use crate::shard::Shard;
 
-/// A shard of any run and shape, as `merge` reads it; and, since hardly any bytes have the right checksum, what they are with it:
-/// a line of JSON, the head, and sums.
+/// A shard of any run and shape, as `merge` reads it.
 pub fn shard(bytes: &[u8]) -> bool {
-    let end = bytes.iter().position(|&byte| byte == b'\n').unwrap_or(bytes.len());
-    let (head, sums) = bytes.split_at(end);
-    let head: Option<serde_json::Value> = serde_json::from_slice(head).ok();
-    let sealed = head.and_then(|head| {
-        sealed::seal(checkpoint::KIND, &head, |bytes| bytes.extend(sums.iter().skip(1))).ok()
-    });
-    accepts(bytes) | sealed.is_some_and(|bytes| accepts(&bytes))
+    super::accepts_as_is_or_sealed(bytes, accepts)
 }
 
 fn accepts(bytes: &[u8]) -> bool {

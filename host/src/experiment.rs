@@ -1,9 +1,10 @@
 //! Experiments: scenes rendered in several ways, and what each costs and how far off it is.
 //!
-//! `cell` is a way to render, `axis` what can vary of it, `cell_axes` what the axes say of a cell, `matrix` all combinations; `plan` says what is measured, `measure`
-//! renders the frames of all cells in turn, `reference` keeps the truth of each frame, `error` has the measures that hold
-//! pictures against it; `row` is a frame of a cell, `timing`, `cost` and `result` what is left of all of them, `store` and
-//! `table` keep and show it. `sweep` does all of it, from a file or from the options of `bench`.
+//! `cell` is a way to render, `axis` what can vary of it, `cell_axes` what the axes say of a cell, `limits` how large a frame may
+//! be, `matrix` all combinations; `plan` says what is measured, `measure` renders the frames of all cells in turn, `reference`
+//! keeps the truth of each frame, `error` has the measures that hold pictures against it; `row` is a frame of a cell, `timing`,
+//! `cost` and `result` what is left of all of them, `store` and `table` keep and show it. `sweep` does all of it, from a file or
+//! from the options of `bench`.
 
 pub mod axis;
 pub mod cell;
@@ -12,6 +13,7 @@ pub mod cost;
 pub mod error;
 pub mod gain;
 pub mod identity;
+pub mod limits;
 pub mod matrix;
 pub mod measure;
 pub mod memory;

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use caustics::checkpoint;
 use caustics::experiment::cell::Cell;
+use caustics::experiment::limits;
 use caustics::experiment::sweep::config::FPS;
 use caustics::scene::{self, CameraChoice, DefaultLight, EnvironmentMap, Radiance};
 use caustics::settings::Settings;
@@ -12,10 +13,6 @@ use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
 use glam::Vec3;
 
 use crate::cli::{Common, PixelFilter, TextureFilter, Usage, View};
-
-/// Largest side (px), and largest area, that a frame may have.
-const MAX_SIDE: u32 = 16_384;
-const MAX_AREA: u32 = 1 << 26;
 
 /// Checks the options that no type can. Of several frames rays go anywhere in a pixel where nobody says where.
 pub fn settings(options: &View, cell: &Cell, frames: u32) -> Result<Settings, Usage> {
@@ -86,27 +83,12 @@ pub fn environment(view: &View) -> anyhow::Result<Option<EnvironmentMap>> {
 
 /// Refuses a picture without pixels, or too large a one.
 pub fn check_size(width: u32, height: u32) -> Result<(), Usage> {
-    let within = |side| (1..=MAX_SIDE).contains(&side);
-    if !within(width) || !within(height) || width * height > MAX_AREA {
-        return Err(Usage(format!(
-            "--width {width} --height {height}: each side must be 1 to {MAX_SIDE} px, and the area at most \
-             {MAX_AREA} px"
-        )));
-    }
-    Ok(())
+    limits::check_size(width, height).map_err(Usage)
 }
 
 /// Refuses more rays a frame than the kernels count in 32 bits.
 pub fn check_rays(cell: &Cell, width: u32, height: u32) -> Result<(), Usage> {
-    let (light_paths, max_bounces) = (cell.paths.count(width, height), cell.max_bounces);
-    let rays = |paths: u32| u64::from(paths) * u64::from(max_bounces + 1);
-    if rays(width * height) > u64::from(u32::MAX) || rays(light_paths) > u64::from(u32::MAX) {
-        return Err(Usage(format!(
-            "{light_paths} light paths at {width}x{height} px with {max_bounces} bounces: more than 2^32 rays a frame; \
-             give fewer --light-paths, pixels, or --max-bounces, and average --frames"
-        )));
-    }
-    Ok(())
+    limits::check_rays(cell, width, height).map_err(Usage)
 }
 
 /// A texture filter as kernels know it.

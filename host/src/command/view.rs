@@ -23,6 +23,8 @@ mod share;
 mod shared;
 mod site;
 mod status;
+#[cfg(test)]
+mod taken;
 mod wheel;
 mod wish;
 

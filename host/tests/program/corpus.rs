@@ -71,6 +71,11 @@ fn shards_replay() {
     replay("shard", fuzzing::shard);
 }
 
+#[test]
+fn cached_trees_replay() {
+    replay("tree", fuzzing::tree);
+}
+
 /// Every target has a corpus that a test above replays, and is in the manifest of `fuzz/`.
 #[test]
 fn every_target_of_fuzzing_has_a_corpus_that_is_replayed() {
@@ -83,7 +88,7 @@ fn every_target_of_fuzzing_has_a_corpus_that_is_replayed() {
     let (targets, corpora) = (names("targets"), names("corpus"));
     assert!(targets.len() > 10, "{targets:?}");
     assert!(targets.is_subset(&corpora), "{targets:?}, {corpora:?}");
-    let texts = [include_str!("corpus.rs"), include_str!("../../src/command/view/wish/tests.rs")];
+    let texts = [include_str!("corpus.rs"), include_str!("../../src/command/view/taken.rs")];
     for name in &corpora {
         let calls = [format!("replay(\"{name}\", "), format!("fuzz/corpus/{name}\"")];
         let is_replayed = texts.iter().any(|text| calls.iter().any(|call| text.contains(call)));

@@ -1,17 +1,14 @@
 //! The scene as a person edits it: a node that is grabbed for the first time has the scene read again, so that it can move.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use caustics::scene::{CameraChoice, CameraEdit, Edits, Eye, FileNode, Key, NodeEdit, Scene};
+use caustics::scene::{CameraChoice, CameraEdit, Edits, Eye, FileNode, Key, Scene};
 use glam::DAffine3;
 use serde::Serialize;
 
+use super::wish::NodeEdits;
 use crate::cli::Viewer;
 use crate::command::open::staged;
-
-/// Edits by the index of their node.
-pub type NodeEdits = BTreeMap<usize, NodeEdit>;
 
 /// A scene, and the edits that it stands at.
 pub struct Edited {

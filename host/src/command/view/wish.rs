@@ -1,27 +1,30 @@
 //! What is wanted of the picture, and the messages of the page that change it.
 
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use caustics::experiment::axis::{Axis, HISTORY, PATH_HISTORY};
 use caustics::experiment::cell::Cell;
+use caustics::experiment::limits::{check_rays, check_size};
 use caustics::exposure::Exposure;
 use caustics::scene::{CameraChoice, Edits, NodeEdit, Place};
 use caustics::text::cut;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::edited::NodeEdits;
 use super::look::{Layer, Look};
-use crate::command::options::{check_rays, check_size};
 
 /// What moves counts as moving for so long after it last did.
 const SETTLES: Duration = Duration::from_millis(250);
 /// Nodes that can be moved, at most.
-const MAX_EDITS: usize = 1000;
+pub const MAX_EDITS: usize = 1000;
 /// Characters of a message that are repeated to who sent it, at most.
 const MAX_ERROR: usize = 400;
 /// Frames a second that one can ask for.
-const RATES: std::ops::RangeInclusive<f64> = 0.1..=240.0;
+pub const RATES: std::ops::RangeInclusive<f64> = 0.1..=240.0;
+
+/// Edits by the index of their node.
+pub type NodeEdits = BTreeMap<usize, NodeEdit>;
 
 /// What the picture is held against.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -215,16 +218,16 @@ impl Wish {
         let cell = self.cells.get_mut(usize::from(side)).ok_or("there are two sides, 0 and 1")?;
         let mut changed = cell.clone();
         axis.set(&mut changed, value).map_err(|wrong| format!("{}: {wrong}", axis.head))?;
-        check_rays(&changed, self.size[0], self.size[1]).map_err(|wrong| wrong.to_string())?;
+        check_rays(&changed, self.size[0], self.size[1])?;
         *cell = changed;
         Ok(())
     }
 
     fn resize(&mut self, size: [u32; 2]) -> Result<(), String> {
         let [width, height] = size;
-        check_size(width, height).map_err(|wrong| wrong.to_string())?;
+        check_size(width, height)?;
         for cell in &self.cells {
-            check_rays(cell, width, height).map_err(|wrong| wrong.to_string())?;
+            check_rays(cell, width, height)?;
         }
         self.size = size;
         Ok(())
@@ -253,6 +256,3 @@ pub fn still(cell: &Cell) -> Cell {
     }
     cell.effective()
 }
-
-#[cfg(test)]
-mod tests;

@@ -34,7 +34,7 @@ fn a_lamp_that_shrinks_or_grows_is_shown_as_bright_as_it_is() {
     keeps_up(&still(Caster::Metal, Fade::Lamp(0.25, 1.0)), 2);
 }
 
-/// Of a point light's 4096 validation paths eight meet the ring. When two had to agree near by, 1.17 and 0.75 of the caustics were
+/// Of a point light's 4096 validation paths eight meet the ring. When two had to agree near by, 1.16 and 0.75 of the caustics were
 /// shown.
 #[test]
 fn a_point_light_that_fades_or_grows_is_shown_as_bright_as_it_is() {

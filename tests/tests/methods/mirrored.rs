@@ -16,7 +16,7 @@ use glam::Vec3;
 const FPS: f64 = 24.0;
 const WIDTH: u32 = 96;
 const HEIGHT: u32 = 60;
-/// Frames that are compared with the truth: the last of so many.
+/// Frames that are compared with the reference: the last of so many.
 const COMPARED: u32 = 4;
 const FRAMES: u32 = 16;
 /// Depth of a collection point that is seen in a mirror.
@@ -55,7 +55,7 @@ fn animation(scene: &Scene, settings: &Settings) -> Vec<Picture> {
 type Layer = fn(&Picture) -> &Vec<Vec3>;
 
 /// Means of many frames of each of the last poses, over whole pixels.
-fn truth(scene: &Scene, samples: u32) -> Vec<Picture> {
+fn reference(scene: &Scene, samples: u32) -> Vec<Picture> {
     let mut scene = scene.clone();
     let many = Settings {
         light_paths: 4 * WIDTH * HEIGHT,
@@ -77,18 +77,18 @@ fn truth(scene: &Scene, samples: u32) -> Vec<Picture> {
 }
 
 /// Sum of squared differences of what displays can show, where `seen` shows the mirror.
-fn squares(pictures: &[Picture], truth: &[Picture], seen: &[Picture], layer: Layer) -> f64 {
-    let of_picture = |((picture, truth), seen): ((&Picture, &Picture), &Picture)| -> f64 {
-        let pixels = layer(picture).iter().zip(layer(truth)).zip(&seen.depth);
+fn squares(pictures: &[Picture], reference: &[Picture], seen: &[Picture], layer: Layer) -> f64 {
+    let of_picture = |((picture, reference), seen): ((&Picture, &Picture), &Picture)| -> f64 {
+        let pixels = layer(picture).iter().zip(layer(reference)).zip(&seen.depth);
         let mirrored = pixels.filter(|(_, depth)| **depth == MIRRORED);
         mirrored.map(|((a, b), _)| f64::from((a.min(Vec3::ONE) - b.min(Vec3::ONE)).length_squared())).sum()
     };
-    pictures.iter().zip(truth).zip(seen).map(of_picture).sum()
+    pictures.iter().zip(reference).zip(seen).map(of_picture).sum()
 }
 
 /// Squared error of caustics and of path-traced light in mirrors, with histories over without.
 fn errors_over_none(scene: &Scene, samples: u32, seeds: u32) -> [f64; 2] {
-    let truth = truth(scene, samples);
+    let reference = reference(scene, samples);
     let layers: [Layer; 2] = [|picture| &picture.caustics, |picture| &picture.path];
     let mut sums = [[0.0; 2]; 2];
     for seed in 0..seeds {
@@ -97,18 +97,18 @@ fn errors_over_none(scene: &Scene, samples: u32, seeds: u32) -> [f64; 2] {
         let mirrored = none[0].depth.iter().filter(|depth| **depth == MIRRORED).count();
         assert!(mirrored > none[0].depth.len() / 3, "{mirrored} pixels show the mirror");
         for (layer, sums) in layers.into_iter().zip(&mut sums) {
-            sums[0] += squares(&none, &truth, &none, layer);
-            sums[1] += squares(&kept, &truth, &none, layer);
+            sums[0] += squares(&none, &reference, &none, layer);
+            sums[1] += squares(&kept, &reference, &none, layer);
         }
     }
     sums.map(|[none, kept]| kept / none)
 }
 
-/// Half the width of the lamps (times 0.05 m): light of a small one has sharp caustics, light of a wide one is noise.
+/// Widths of the lamp over that in the file: path-traced light of the first has no noise, that of the second is noise.
 const LAMPS: [f64; 2] = [1.0, 16.0];
 
-/// Error of path-traced light that has no noise, over that without a history, at most: edges of shadows that move blur by a pixel or
-/// two, which costs about what a mean over pixels gives to frames that see pixel centres alone.
+/// Largest squared error of path-traced light without noise, over that without a history. Edges of shadows that move blur by a pixel
+/// or two, which costs about as much as frames that see pixel centres alone differ from whole pixels.
 const MAX_WITHOUT_NOISE: f64 = 1.1;
 
 /// Compares in scenes by their names.

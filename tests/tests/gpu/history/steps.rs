@@ -98,9 +98,10 @@ fn cells(twin: &mut Twin) -> Vec<Difference> {
     // A path that diverges changes by all of its light, which is that of a mark in the mean.
     let squares = (light as f64 / marks as f64 * light as f64) as usize;
     type Of = fn(&Cell) -> i64;
-    let sums: [(&str, Of, usize, f64, &'static str); 5] = [
+    let sums: [(&str, Of, usize, f64, &'static str); 6] = [
         ("marks", |cell| cell.marks, marks, 2.0e-3, paths),
         ("moved", |cell| cell.moved, moved, rounded, rounds),
+        ("changes", |cell| cell.changes, marks, 2.0e-3, paths),
         ("light before", |cell| cell.before, light, 2.0e-3, paths),
         ("change", |cell| cell.change, light, 2.0e-3, paths),
         ("squares", |cell| cell.squares, squares, 2.0e-3, paths),
@@ -116,6 +117,7 @@ fn cells(twin: &mut Twin) -> Vec<Difference> {
 struct Cell {
     marks: i64,
     moved: i64,
+    changes: i64,
     before: i64,
     change: i64,
     squares: i64,
@@ -124,8 +126,8 @@ struct Cell {
 impl Cell {
     fn new(words: &[u32]) -> Cell {
         let long = |low: usize| (u64::from(words[low + 1]) << 32 | u64::from(words[low])) as i64;
-        let [marks, moved] = [words[0], words[1]].map(i64::from);
-        Cell { marks, moved, before: long(2), change: long(4), squares: long(6) }
+        let [marks, moved, changes] = [words[0], words[1], words[2]].map(i64::from);
+        Cell { marks, moved, changes, before: long(3), change: long(5), squares: long(7) }
     }
 }
 

@@ -285,6 +285,7 @@ pub fn documents() -> Vec<PathBuf> {
         "docs",
         "experiments",
         "experiments/results",
+        "fuzz",
         "tests/corpus",
         "tests/browser",
         "scenes",

@@ -43,7 +43,7 @@ fn every_way_finds_the_same_light() {
     for (name, scene, frames) in [
         ("few", room_of_lamps(2).build(), 120),
         ("five", spot.build(), 120),
-        ("many", all.build(), 180),
+        ("many", all.build(), 400),
         ("sky", sky.build(), 50),
     ] {
         let power = blocks(&scene, Connections::Power, frames);

@@ -47,7 +47,7 @@ fn a_page_without_threads_says_what_it_takes() {
     let folder = tempfile::tempdir().unwrap();
     let run = run_with_stacks(folder.path(), STACKS[0], "view ring --port 0 --runner cpu");
     assert_eq!(run.code, Some(1), "{}", run.stderr);
-    for words in ["error: a page takes threads of its own", "start 0 of 6 threads", "pids"] {
+    for words in ["error: a page takes threads of its own", "start 0 of 7 threads", "pids"] {
         assert!(run.stderr.contains(words), "{words}: {}", run.stderr);
     }
 }

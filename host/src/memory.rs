@@ -3,10 +3,13 @@
 use std::fmt;
 use std::path::Path;
 
+/// Memory that no estimate may give out (bytes): for stacks of threads, and for what is too small to be estimated.
+const RESERVE: u64 = 4 << 20;
+
 /// Memory that this process can still take (bytes): of the machine, of every control group around it (a container's limit),
-/// and of its address space. None where the system does not say.
+/// and of its address space, without a reserve for small allocations. None where the system does not say.
 pub fn available() -> Option<u64> {
-    available_in(Path::new("/"))
+    available_in(Path::new("/")).map(|bytes| bytes.saturating_sub(RESERVE))
 }
 
 /// Memory that a process can still take (bytes), as a file system with these root folders tells it.

@@ -1,6 +1,8 @@
 //! Memory as a CPU reads it at random: a table may stand in huge pages, so that where a page is need not be looked up for every node
 //! of a large tree. Imports memmap2.
 
+use std::io;
+
 use bytemuck::{AnyBitPattern, NoUninit, Pod, Zeroable, cast_slice, cast_slice_mut};
 use memmap2::MmapMut;
 
@@ -27,15 +29,22 @@ enum Place {
 }
 
 impl Memory {
-    /// So many bytes; the system has them, or the program ends as where any memory is not to be had.
-    pub fn zeros(bytes: usize) -> Memory {
+    /// This many bytes.
+    ///
+    /// # Errors
+    ///
+    /// If the system does not give them.
+    pub fn zeros(bytes: usize) -> io::Result<Memory> {
         let place = if bytes < HUGE_PAGE {
-            Place::Heap(vec![Line::zeroed(); bytes.div_ceil(size_of::<Line>())])
+            let count = bytes.div_ceil(size_of::<Line>());
+            let mut lines = Vec::new();
+            lines.try_reserve_exact(count).map_err(|_| io::ErrorKind::OutOfMemory)?;
+            lines.resize(count, Line::zeroed());
+            Place::Heap(lines)
         } else {
-            let pages = MmapMut::map_anon(bytes);
-            Place::Pages(pages.unwrap_or_else(|error| panic!("{bytes} bytes of memory: {error}")))
+            Place::Pages(MmapMut::map_anon(bytes)?)
         };
-        Memory { place, bytes }
+        Ok(Memory { place, bytes })
     }
 
     /// Asks for huge pages, where there are, for what is written from now on: good for what will be read at random, and a waste where
@@ -74,7 +83,7 @@ mod tests {
     #[test]
     fn memory_is_zeros_that_keep_what_is_written() {
         for bytes in [0, 24, (1 << 21) - 8, (1 << 21) + 24] {
-            let mut memory = Memory::zeros(bytes);
+            let mut memory = Memory::zeros(bytes).unwrap();
             let words = memory.edit::<u64>();
             assert_eq!(words.len(), bytes / 8);
             assert!(words.iter().all(|&word| word == 0));
@@ -84,5 +93,10 @@ mod tests {
                 assert_eq!(memory.read::<u8>()[bytes - 8], 7);
             }
         }
+    }
+
+    #[test]
+    fn more_than_an_address_space_is_an_error() {
+        assert!(Memory::zeros(1 << 62).is_err());
     }
 }

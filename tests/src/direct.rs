@@ -256,7 +256,7 @@ pub fn gather(
         ("deposit_light", cast_slice(&deposits.light)),
     ];
     for (name, bytes) in tables {
-        memory.add(name, bytes.len());
+        memory.add(name, bytes.len()).expect("memory");
         memory.write(name, 0, bytes).expect("it fits");
     }
     for step in steps {

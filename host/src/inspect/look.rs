@@ -26,7 +26,7 @@ impl Group {
     fn new(paths: Range<u32>, starts: &Starts) -> Result<Group, BufferError> {
         let mut buffers = Buffers::default();
         for (name, bytes) in starts {
-            buffers.add(name, bytes.len());
+            buffers.add(name, bytes.len())?;
             buffers.write(name, 0, bytes)?;
         }
         Ok(Group { paths, starts: buffers })

@@ -33,10 +33,10 @@ impl CpuRunner {
         let pool = threads::pool(threads);
         let mut buffers = Buffers::default();
         for spec in specs {
-            buffers.add(spec.name, spec.bytes);
+            buffers.add(spec.name, spec.bytes)?;
         }
         for (name, bytes) in tables {
-            buffers.add(name, bytes.len());
+            buffers.add(name, bytes.len())?;
             buffers.write(name, 0, bytes)?;
         }
         Ok(CpuRunner { buffers, features, pool, stop: Arc::default() })

@@ -68,6 +68,13 @@ impl OnCpu {
 pub enum BufferError {
     /// None has this name.
     Unknown(String),
+    /// The system has no memory for it.
+    NoMemory {
+        /// Name of the buffer.
+        buffer: String,
+        /// Its size (bytes).
+        bytes: usize,
+    },
     /// Bytes do not fit.
     TooSmall {
         /// Name of the buffer.
@@ -85,6 +92,12 @@ impl fmt::Display for BufferError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             BufferError::Unknown(name) => write!(f, "there is no buffer {name:?}"),
+            BufferError::NoMemory { buffer, bytes } => {
+                write!(
+                    f,
+                    "the system has no {bytes} bytes of memory for buffer {buffer:?}; make the frame or the scene smaller"
+                )
+            }
             BufferError::TooSmall { buffer, size, offset, bytes } => {
                 write!(f, "{bytes} bytes from {offset} on do not fit buffer {buffer:?} of {size}")
             }
@@ -104,8 +117,17 @@ pub struct Buffers {
 
 impl Buffers {
     /// Adds a buffer of zeros.
-    pub fn add(&mut self, name: &str, bytes: usize) {
-        self.buffers.insert(name.to_string(), AtomicRefCell::new(Memory::zeros(bytes)));
+    ///
+    /// # Errors
+    ///
+    /// If the system has no memory for it.
+    pub fn add(&mut self, name: &str, bytes: usize) -> Result<(), BufferError> {
+        let buffer = name.to_string();
+        let Ok(memory) = Memory::zeros(bytes) else {
+            return Err(BufferError::NoMemory { buffer, bytes });
+        };
+        self.buffers.insert(buffer, AtomicRefCell::new(memory));
+        Ok(())
     }
 
     fn find(&self, name: &str) -> Result<&AtomicRefCell<Memory>, BufferError> {

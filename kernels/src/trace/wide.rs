@@ -51,14 +51,14 @@ pub struct WideTree {
 }
 
 impl WideTree {
-    /// Opens the largest children of each node until eight are there. None where this CPU lacks AVX2, or if rays would need more
-    /// room than their stack has.
+    /// Opens the largest children of each node until eight are there. None where this CPU lacks AVX2, where there is no
+    /// memory for it, or if rays would need more room than their stack has.
     pub fn new(nodes: &[TreeNode], instances: &[Instance]) -> Option<WideTree> {
         if nodes.is_empty() || !has_avx2() {
             return None;
         }
         // None of its nodes becomes two, and not all become one: what is left is never touched.
-        let wide = Memory::zeros(nodes.len() * size_of::<WideNode>());
+        let wide = Memory::zeros(nodes.len() * size_of::<WideNode>()).ok()?;
         wide.in_huge_pages();
         let mut making = Making { nodes, wide, rooms: Vec::new(), made: vec![NONE; nodes.len()] };
         making.root(0);

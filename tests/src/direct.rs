@@ -242,7 +242,7 @@ pub fn gather(
     steps.extend(gathers::exchange(variant, &params));
     let mut memory = Buffers::default();
     for spec in buffers(&steps, &params) {
-        memory.add(spec.name, spec.bytes);
+        memory.add(spec.name, spec.bytes).expect("memory");
     }
     let order: Vec<u32> = (0..params.width).collect();
     let state = [deposits.len(), 0, 0, 0];

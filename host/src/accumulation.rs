@@ -220,13 +220,13 @@ impl Accumulation {
         path.iter().enumerate().map(move |(i, path)| (path + caustic(i)) * scale)
     }
 
-    /// All sums as slices of numbers, in the order that [`Accumulation::of`] takes them: for a checkpoint.
+    /// All sums as slices of numbers, in the order that [`Accumulation::from_values`] takes them: for a checkpoint.
     pub fn parts(&self) -> impl Iterator<Item = &[f64]> {
         self.sums.iter().chain(&self.spread).chain([&self.shown]).map(Vec::as_slice)
     }
 
     /// Sums of this shape from numbers in the order of [`Accumulation::parts`]; `None` if there are more or fewer than it has.
-    pub fn of(shape: Shape, mut values: impl ExactSizeIterator<Item = f64>) -> Option<Accumulation> {
+    pub fn from_values(shape: Shape, mut values: impl ExactSizeIterator<Item = f64>) -> Option<Accumulation> {
         let of_spread = 3usize.checked_mul(shape.batches.max(1) as usize)?;
         let of_layers = if shape.gathers { 9 } else { 3 } + if shape.auxiliary { SHOWN } else { 0 };
         let per_pixel = of_spread.checked_add(of_layers)?;
@@ -322,7 +322,7 @@ mod tests {
         }
         assert!((few.variance().unwrap()[0].x - independent.variance().unwrap()[0].x).abs() < 1e-6);
         let values: Vec<f64> = sums.parts().flatten().copied().collect();
-        assert_eq!(Accumulation::of(sums.shape, values.into_iter()), Some(sums));
+        assert_eq!(Accumulation::from_values(sums.shape, values.into_iter()), Some(sums));
         // Frames 1 to 3 of two batches: 3, and 4 and 6, whose mean is 13 / 3.
         let mut part = Accumulation::from_frame(1, 2);
         for path in [4.0, 3.0, 6.0] {
@@ -354,7 +354,7 @@ mod tests {
         assert_eq!((mean.normal[0], mean.albedo[0]), (Vec3::Y, Vec3::splat(0.5)));
         assert_eq!((mean.position[0], mean.motion[0]), (Vec3::X * 3.0, Vec2::new(3.0, 1.0)));
         let values: Vec<f64> = sums.parts().flatten().copied().collect();
-        assert_eq!(Accumulation::of(sums.shape, values.into_iter()), Some(sums));
+        assert_eq!(Accumulation::from_values(sums.shape, values.into_iter()), Some(sums));
     }
 
     #[test]

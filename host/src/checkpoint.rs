@@ -217,7 +217,7 @@ pub fn parse(
     if !values.clone().all(f64::is_finite) {
         return Err(damaged("its sums are not finite"));
     }
-    let sums = Accumulation::of(theirs, values).filter(|_| rest.is_empty());
+    let sums = Accumulation::from_values(theirs, values).filter(|_| rest.is_empty());
     let sums = sums.ok_or_else(|| damaged("its sums are too many or too few"))?;
     Ok(Checkpoint { sums, spent: Duration::from_secs_f64(seconds), about, state })
 }
@@ -329,6 +329,6 @@ mod tests {
             }
         }
         let huge = Shape { width: 1 << 63, height: 1 << 62, ..fine };
-        assert!(Accumulation::of(huge, std::iter::empty::<f64>()).is_none());
+        assert!(Accumulation::from_values(huge, std::iter::empty::<f64>()).is_none());
     }
 }

@@ -243,7 +243,7 @@ impl Loading {
             variant: self.variant.clone(),
             animation: self.animation.clone(),
             copies: self.copies,
-            tree: TreeOptions { quality: self.tree_quality, cache: TreeCache::of_user() },
+            tree: TreeOptions { quality: self.tree_quality, cache: TreeCache::for_user() },
             ..LoadOptions::default()
         }
     }

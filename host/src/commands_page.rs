@@ -29,22 +29,24 @@ stdout or to files, messages to stderr.
 | 130 | interrupted; what was done is written |
 ";
 
-/// A variant's name, what it is, what it costs and where it is wrong.
-type Row = [&'static str; 4];
+/// A variant's name, description, cost and limitations.
+type VariantRecord = [&'static str; 4];
 
 /// The kinds of variants, by the title of their section.
-fn kinds() -> Vec<(&'static str, Vec<Row>)> {
-    macro_rules! rows {
+fn kinds() -> Vec<(&'static str, Vec<VariantRecord>)> {
+    macro_rules! records {
         ($all:expr) => {
-            $all.iter().map(|variant| [variant.name, variant.about, variant.cost, variant.wrong]).collect()
+            $all.iter()
+                .map(|variant| [variant.name, variant.description, variant.cost, variant.limitations])
+                .collect()
         };
     }
     vec![
-        ("Methods", rows!(method::ALL)),
-        ("Gathers", rows!(variant::ALL)),
-        ("Emissions", rows!(emission::ALL)),
-        ("Histories", rows!(history::ALL)),
-        ("Denoisers", rows!(denoiser::ALL)),
+        ("Methods", records!(method::ALL)),
+        ("Gathers", records!(variant::ALL)),
+        ("Emissions", records!(emission::ALL)),
+        ("Histories", records!(history::ALL)),
+        ("Denoisers", records!(denoiser::ALL)),
     ]
 }
 
@@ -55,19 +57,19 @@ fn page(command: &Command) -> String {
     for command in command.get_subcommands() {
         section(&mut page, "caustics", command, &kinds);
     }
-    for (title, rows) in &kinds {
+    for (title, records) in &kinds {
         write!(page, "\n## {title}\n\n| name | what it is | cost | where it is wrong |\n|---|---|---|---|\n")
             .unwrap();
-        for row in rows {
-            let [about, cost, wrong] = [row[1], row[2], row[3]].map(cell);
-            writeln!(page, "| `{}` | {about} | {cost} | {wrong} |", row[0]).unwrap();
+        for record in records {
+            let [description, cost, limitations] = [record[1], record[2], record[3]].map(cell);
+            writeln!(page, "| `{}` | {description} | {cost} | {limitations} |", record[0]).unwrap();
         }
     }
     page
 }
 
 /// A command with its options, or the commands below it.
-fn section(page: &mut String, parent: &str, command: &Command, kinds: &[(&str, Vec<Row>)]) {
+fn section(page: &mut String, parent: &str, command: &Command, kinds: &[(&str, Vec<VariantRecord>)]) {
     if command.is_hide_set() {
         return;
     }
@@ -75,8 +77,8 @@ fn section(page: &mut String, parent: &str, command: &Command, kinds: &[(&str, V
     let shown: Vec<&Arg> = command.get_arguments().filter(|arg| !arg.is_hide_set()).collect();
     let places: Vec<String> = shown.iter().filter(|arg| arg.is_positional()).map(|arg| names(arg)).collect();
     write!(page, "\n## {}\n\n", [&path[..], &places.join(" ")].join(" ").trim_end()).unwrap();
-    if let Some(about) = command.get_about() {
-        writeln!(page, "{about}.").unwrap();
+    if let Some(description) = command.get_about() {
+        writeln!(page, "{description}.").unwrap();
     }
     if let Some(examples) = command.get_before_help().map(ToString::to_string) {
         let lines: Vec<&str> = examples.lines().skip(1).map(str::trim).collect();
@@ -118,16 +120,18 @@ fn names(arg: &Arg) -> String {
 }
 
 /// The values that an argument takes, if they can be listed: a kind of variants by its section, others one by one.
-fn values(arg: &Arg, kinds: &[(&str, Vec<Row>)]) -> String {
+fn values(arg: &Arg, kinds: &[(&str, Vec<VariantRecord>)]) -> String {
     let values = if arg.get_action().takes_values() { arg.get_possible_values() } else { Vec::new() };
     let shown: Vec<_> = values.iter().filter(|value| !value.is_hide_set()).collect();
     if shown.is_empty() {
         return String::new();
     }
-    let is_kind = |rows: &[Row]| shown.iter().map(|value| value.get_name()).eq(rows.iter().map(|row| row[0]));
-    let list: Vec<String> = match kinds.iter().find(|(_, rows)| is_kind(rows)) {
-        Some((title, rows)) => {
-            let names: Vec<_> = rows.iter().map(|row| format!("`{}`", row[0])).collect();
+    let is_kind = |records: &[VariantRecord]| {
+        shown.iter().map(|value| value.get_name()).eq(records.iter().map(|record| record[0]))
+    };
+    let list: Vec<String> = match kinds.iter().find(|(_, records)| is_kind(records)) {
+        Some((title, records)) => {
+            let names: Vec<_> = records.iter().map(|record| format!("`{}`", record[0])).collect();
             return format!(": {} ([{title}](#{}))", names.join(", "), title.to_lowercase());
         }
         None => shown

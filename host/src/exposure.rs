@@ -29,7 +29,7 @@ impl FromStr for Exposure {
 
 impl Exposure {
     /// The stops for a picture.
-    pub fn of(self, picture: &Picture) -> f64 {
+    pub fn stops_for(self, picture: &Picture) -> f64 {
         self.stops(picture.beauty().iter().map(|color| color.as_dvec3()))
     }
 

@@ -27,8 +27,8 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>> {
 /// # Errors
 ///
 /// Those of [`read_file`].
-pub fn read_head(path: &Path, most: u64) -> Result<Vec<u8>> {
-    read_open(&open(path)?, most)
+pub fn read_head(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
+    read_open(&open(path)?, max_bytes)
 }
 
 /// Opens a regular file for reading. Neither this nor reading it waits for anybody.
@@ -52,8 +52,8 @@ pub fn open(path: &Path) -> Result<File> {
 /// # Errors
 ///
 /// If the system cannot read it, or memory does not hold it.
-pub fn read_open(file: &File, most: u64) -> Result<Vec<u8>> {
-    let length = file.metadata()?.len().min(most);
+pub fn read_open(file: &File, max_bytes: u64) -> Result<Vec<u8>> {
+    let length = file.metadata()?.len().min(max_bytes);
     if length > LARGE
         && let Some(available) = memory::available().filter(|&available| length > available)
     {

@@ -46,7 +46,7 @@ pub struct Need {
 
 impl Need {
     /// What frames of these settings need. A GPU has its buffers in memory of its own.
-    pub fn of(method: &Method, parts: Parts, largest: FrameParams, tables: u64, on_gpu: bool) -> Need {
+    pub fn for_frame(method: &Method, parts: Parts, largest: FrameParams, tables: u64, on_gpu: bool) -> Need {
         let bytes = |params: FrameParams| -> u64 {
             let buffers = frame_buffers(method, parts, &params);
             buffers.iter().map(|BufferSpec { bytes, .. }| *bytes as u64).sum()
@@ -110,7 +110,7 @@ mod tests {
             cell_mask: 1023,
             ..FrameParams::default()
         };
-        Need::of(&BASIC, Parts::from(&PHOTONS_GRID), params, 1000, false)
+        Need::for_frame(&BASIC, Parts::from(&PHOTONS_GRID), params, 1000, false)
     }
 
     #[test]

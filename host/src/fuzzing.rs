@@ -111,7 +111,7 @@ pub fn result(bytes: &[u8]) -> bool {
             pictures: 4,
             output: "a.html".into(),
         };
-        report::of_results(vec![plain(&result), result], &request).is_ok()
+        report::from_results(vec![plain(&result), result], &request).is_ok()
     })
 }
 

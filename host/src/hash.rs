@@ -17,7 +17,7 @@ pub struct Digest(Hasher);
 
 impl Digest {
     /// The digest of these parts, in hexadecimal digits.
-    pub fn of<'a>(parts: impl IntoIterator<Item = &'a [u8]>) -> String {
+    pub fn hex<'a>(parts: impl IntoIterator<Item = &'a [u8]>) -> String {
         let mut digest = Digest::default();
         parts.into_iter().for_each(|part| digest.add(part));
         digest.finish()
@@ -41,7 +41,7 @@ impl Digest {
 
 /// BLAKE3 of a text, in hexadecimal digits.
 pub fn digest(text: &str) -> String {
-    Digest::of([text.as_bytes()])
+    Digest::hex([text.as_bytes()])
 }
 
 /// FNV-1a of bytes, in hexadecimal digits.
@@ -64,20 +64,20 @@ mod tests {
             "af1349b9f5f9a1a6a0404dea36dcc9499bcb25c9adc112b7cc9a93cae41f3262"
         );
         let whole = [&3u64.to_le_bytes()[..], b"abc", &0u64.to_le_bytes()].concat();
-        assert_eq!(Digest::of([&b"abc"[..], b""]), blake3::hash(&whole).to_hex().as_str());
+        assert_eq!(Digest::hex([&b"abc"[..], b""]), blake3::hash(&whole).to_hex().as_str());
         assert_eq!(digest("abc").len(), DIGITS);
     }
 
     #[test]
     fn digest_differs_for_every_flipped_bit_and_every_border_of_parts() {
         let bytes: Vec<u8> = (0..2 * MANY + 13).map(|at| (at % 251) as u8).collect();
-        let whole = Digest::of([&bytes[..]]);
+        let whole = Digest::hex([&bytes[..]]);
         for bit in [0, 63, 64, 8 * MANY - 1, 8 * MANY, 8 * bytes.len() - 1] {
             let mut flipped = bytes.clone();
             flipped[bit / 8] ^= 1 << (bit % 8);
-            assert_ne!(Digest::of([&flipped[..]]), whole, "bit {bit}");
+            assert_ne!(Digest::hex([&flipped[..]]), whole, "bit {bit}");
         }
-        let of = |parts: &[&str]| Digest::of(parts.iter().map(|part| part.as_bytes()));
+        let of = |parts: &[&str]| Digest::hex(parts.iter().map(|part| part.as_bytes()));
         assert_ne!(of(&["ab", "c"]), of(&["a", "bc"]));
         assert_ne!(of(&["a"]), of(&["a", ""]));
     }

@@ -19,7 +19,7 @@ fn available_in(root: &Path) -> Option<u64> {
     let machine = proc("meminfo").and_then(|text| field(&text, "MemAvailable:")).map(|kib| kib << 10);
     let space = proc("self/limits").and_then(|text| field(&text, "Max address space"));
     let mapped = proc("self/status").and_then(|text| field(&text, "VmSize:")).map(|kib| kib << 10);
-    let space = space.zip(mapped).map(|(most, used)| most.saturating_sub(used));
+    let space = space.zip(mapped).map(|(limit, used)| limit.saturating_sub(used));
     let groups = proc("self/cgroup").unwrap_or_default();
     let groups = groups.lines().filter_map(|line| Group::find(line)?.available(&read));
     machine.into_iter().chain(space).chain(groups).min()
@@ -138,7 +138,7 @@ const TOML_TOKEN_BYTES: u64 = 120;
 const TOML_TABLE_BYTES: u64 = 930;
 
 /// Memory that a text takes while it is read as TOML, at most about (bytes).
-pub fn of_toml(text: &str) -> u64 {
+pub fn toml_parse_bytes(text: &str) -> u64 {
     let text = text.as_bytes();
     let is_next = |mut at: usize, wanted: u8| {
         while matches!(text.get(at), Some(b' ' | b'\t')) {
@@ -174,13 +174,13 @@ pub fn of_toml(text: &str) -> u64 {
 const JSON_TOKEN_BYTES: u64 = 50;
 
 /// Memory that a text takes while it is read as JSON of a known structure, at most about (bytes).
-pub fn of_json(text: &[u8]) -> u64 {
+pub fn json_parse_bytes(text: &[u8]) -> u64 {
     tokens(text) * JSON_TOKEN_BYTES + 2 * text.len() as u64
 }
 
 /// Memory that a text takes as a tree of all its JSON, at most about (bytes): the least node of the tree that holds an object's members
 /// has 632, any value 32.
-pub fn of_json_tree(text: &[u8]) -> u64 {
+pub fn json_tree_bytes(text: &[u8]) -> u64 {
     let (mut objects, mut values) = (0, 0);
     for byte in text {
         objects += u64::from(*byte == b'{');
@@ -287,13 +287,16 @@ mod tests {
 
     #[test]
     fn texts_count_by_what_they_make() {
-        let [line, dotted, number] = ["a = 1\n", "a.b = 1\n", "a = 0.1\n"].map(of_toml);
+        let [line, dotted, number] = ["a = 1\n", "a.b = 1\n", "a = 0.1\n"].map(toml_parse_bytes);
         assert_eq!(dotted - line, 2 * TOML_TOKEN_BYTES + TOML_TABLE_BYTES + 4);
         assert_eq!(number - line, 2 * TOML_TOKEN_BYTES + 4);
-        assert_eq!(of_toml("[1.1]\n") - of_toml("[1]\n"), 2 * TOML_TOKEN_BYTES + TOML_TABLE_BYTES + 4);
-        assert!(of_toml("x={1.1=0}") > of_toml("x=[1.1,0]"));
-        assert_eq!(of_json(b"[0,0]"), 5 * JSON_TOKEN_BYTES + 10);
-        assert_eq!(of_json_tree(b"[{},0]"), 700 + 128 + 6);
+        assert_eq!(
+            toml_parse_bytes("[1.1]\n") - toml_parse_bytes("[1]\n"),
+            2 * TOML_TOKEN_BYTES + TOML_TABLE_BYTES + 4
+        );
+        assert!(toml_parse_bytes("x={1.1=0}") > toml_parse_bytes("x=[1.1,0]"));
+        assert_eq!(json_parse_bytes(b"[0,0]"), 5 * JSON_TOKEN_BYTES + 10);
+        assert_eq!(json_tree_bytes(b"[{},0]"), 700 + 128 + 6);
     }
 
     #[test]

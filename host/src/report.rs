@@ -101,17 +101,17 @@ pub fn report(request: &Request) -> anyhow::Result<Report> {
         [] => Default::default(),
         folders => load::load(folders)?,
     };
-    let report = of_cells(&cells, &before, request)?;
+    let report = from_cells(&cells, &before, request)?;
     Ok(Report { warnings: [warnings, of_before, report.warnings].concat(), ..report })
 }
 
 /// Makes the report of results that lie in no folder.
-pub(crate) fn of_results(results: Vec<CellResult>, request: &Request) -> anyhow::Result<Report> {
+pub(crate) fn from_results(results: Vec<CellResult>, request: &Request) -> anyhow::Result<Report> {
     let measured = |result| Measured { result, folder: "/no folder".into() };
-    of_cells(&results.into_iter().map(measured).collect::<Vec<_>>(), &[], request)
+    from_cells(&results.into_iter().map(measured).collect::<Vec<_>>(), &[], request)
 }
 
-fn of_cells(cells: &[Measured], before: &[Measured], request: &Request) -> anyhow::Result<Report> {
+fn from_cells(cells: &[Measured], before: &[Measured], request: &Request) -> anyhow::Result<Report> {
     let names = Names::new(cells);
     let scenes = scene::scenes(cells);
     let mut report = Report { cells: cells.len(), ..Report::default() };
@@ -134,7 +134,7 @@ fn of_cells(cells: &[Measured], before: &[Measured], request: &Request) -> anyho
     }
     for scene in &scenes {
         let content =
-            of_scene(scene, &names.among(&scene.cells), &mut pictures, request.pictures, &mut report)?;
+            scene_section(scene, &names.among(&scene.cells), &mut pictures, request.pictures, &mut report)?;
         sections.push(Section { id: format!("scene-{}", scene.slug), title: scene.title.clone(), content });
     }
     if let Some((figures, table)) = growth::growth(cells) {
@@ -179,7 +179,7 @@ fn of_cells(cells: &[Measured], before: &[Measured], request: &Request) -> anyho
 
 /// All that is known of a scene, in the order of its questions: which is best, what does it look like, why does it
 /// take that long, what are the numbers.
-fn of_scene(
+fn scene_section(
     scene: &Scene,
     names: &Names,
     pictures: &mut Pictures,

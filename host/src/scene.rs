@@ -185,7 +185,7 @@ impl Scene {
     }
 
     /// Rows that its light table can have at most, at any time.
-    pub(crate) fn most_lights(&self) -> usize {
+    pub(crate) fn max_light_count(&self) -> usize {
         let lamps = |motion: &Motion| self.emitters.len() + motion.lights.len() + 1;
         self.motion.as_ref().map_or(0, lamps).max(self.lights.len())
     }
@@ -197,7 +197,7 @@ impl Scene {
 
     /// Its software tracer; `CUT_OUTS` and `INSTANCES` decide whether it looks for holes and for instances.
     pub fn tracer(&self, features: Features) -> BvhTracer<'_> {
-        let cut_outs = CutOuts::of(self.tables(), features);
+        let cut_outs = CutOuts::new(self.tables(), features);
         BvhTracer { nodes: &self.nodes, blocks: &self.blocks, cut_outs }
     }
 

@@ -16,7 +16,7 @@ use crate::memory::{self, Short};
 /// Bytes of the checksum, at the end and little-endian.
 const CHECKSUM_BYTES: usize = 4;
 /// Most bytes of a head that [`head`] reads.
-const MOST_HEAD: u64 = 1 << 24;
+const MAX_HEAD_BYTES: u64 = 1 << 24;
 
 /// Why such a file cannot be used, whatever run it belongs to.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -141,7 +141,7 @@ pub fn open<'a, H: DeserializeOwned>(kind: &str, bytes: &'a [u8]) -> Result<(H, 
 /// The head of a file of this kind, of which no more is read: whether the rest is whole, [`open`] says.
 pub fn head<H: DeserializeOwned>(kind: &str, file: impl Read) -> std::io::Result<Result<H, Unusable>> {
     let (mut first, mut line) = (Vec::new(), Vec::new());
-    let mut file = BufReader::new(file.take(MOST_HEAD));
+    let mut file = BufReader::new(file.take(MAX_HEAD_BYTES));
     file.read_until(b'\n', &mut first)?;
     if first != first_line(kind).as_bytes() {
         return Ok(Err(no(kind)));
@@ -161,7 +161,7 @@ fn no(kind: &str) -> Unusable {
 
 /// The head, if this program wrote it.
 fn parse<H: DeserializeOwned>(line: &[u8]) -> Result<H, Unusable> {
-    memory::check(memory::of_json_tree(line)).map_err(Unusable::Memory)?;
+    memory::check(memory::json_tree_bytes(line)).map_err(Unusable::Memory)?;
     let line: Line<serde_json::Value> = serde_json::from_slice(line).map_err(Unusable::damaged)?;
     let ours = Program::this();
     if (&line.program.version, &line.program.sources) != (&ours.version, &ours.sources) {

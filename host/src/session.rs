@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use bytemuck::cast_slice;
 use caustics_kernels::gather::accumulator;
 use caustics_kernels::gather::variant::Variant;
-use caustics_kernels::interface::auxiliary::Auxiliary as AuxiliaryRow;
+use caustics_kernels::interface::auxiliary::Auxiliary as AuxiliaryRecord;
 use caustics_kernels::interface::balance::Balance;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::{Camera, FrameParams};
@@ -193,7 +193,7 @@ pub fn open(
     let mut tables = scene.buffers();
     // Lights go out and on again: the table has room for all.
     let mut lights = scene.lights.clone();
-    lights.resize(scene.most_lights(), Light::default());
+    lights.resize(scene.max_light_count(), Light::default());
     for (_, bytes) in tables.iter_mut().filter(|(name, _)| *name == "lights") {
         *bytes = cast_slice(&lights);
     }
@@ -263,7 +263,7 @@ impl Session {
         {
             return Err(SessionError::RayQueries { gather: variant.name });
         }
-        let settings = settings.clone().of(method);
+        let settings = settings.clone().for_method(method);
         if !method.takes_emission(settings.emission) {
             return Err(SessionError::Emission { method: method.name, emission: settings.emission.name });
         }
@@ -275,7 +275,7 @@ impl Session {
         let on_gpu = matches!(choice, RunnerChoice::Gpu { .. });
         let check = |count: u32| {
             let tile = tiled(count).params(0, largest);
-            Need::of(method, parts, tile, scene_bytes, on_gpu).check_available(&settings)
+            Need::for_frame(method, parts, tile, scene_bytes, on_gpu).check_available(&settings)
         };
         let has_history = parts.history.settings.is_some() || parts.keeps_path;
         let of_history = if has_history { Features::HISTORY } else { Features(0) };
@@ -592,8 +592,8 @@ impl Session {
         let path = self.read_first("path_radiance", pixels)?;
         let mut auxiliary = Auxiliary::default();
         if self.parts.auxiliary {
-            let rows: Vec<AuxiliaryRow> = self.read_first("auxiliary", pixels)?;
-            auxiliary = Auxiliary::new(&rows, self.origin);
+            let records: Vec<AuxiliaryRecord> = self.read_first("auxiliary", pixels)?;
+            auxiliary = Auxiliary::new(&records, self.origin);
         }
         if !self.method.gathers {
             return Ok(Picture { width, height, path, auxiliary, ..Picture::default() });
@@ -674,7 +674,7 @@ impl Session {
             let (params, pixels) = (self.tiles.params(tile, self.params), self.tiles.pixels(tile));
             self.runner.write("path_radiance", cast_slice(&picture.path[pixels.clone()]))?;
             self.runner.write("caustic_radiance", cast_slice(&caustics[pixels.clone()]))?;
-            self.runner.run(&params, &[Step::of(&DISPLAY, &params)])?;
+            self.runner.run(&params, &[Step::new(&DISPLAY, &params)])?;
             colors.append(&mut self.read_first("display_color", pixels.len())?);
         }
         Ok(colors)

@@ -117,7 +117,7 @@ const MAX_CELLS: u32 = 1 << 20;
 
 impl Settings {
     /// These settings, with the method's choice wherever a field is `None` that a method decides.
-    pub fn of(self, method: &Method) -> Settings {
+    pub fn for_method(self, method: &Method) -> Settings {
         Settings { texture_filter: self.texture_filter.or(Some(method.texture_filter)), ..self }
     }
 

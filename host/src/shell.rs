@@ -64,14 +64,14 @@ impl Quotes {
     fn needed(bytes: &[u8]) -> Quotes {
         // An empty word needs some; zsh takes `=name` for the path of a program.
         let is_bare = bytes.first().is_some_and(|first| !b"=+".contains(first));
-        let least = if is_bare { Quotes::None } else { Quotes::Single };
-        let needed = bytes.iter().map(Quotes::of).fold(least, Quotes::max);
+        let min_quotes = if is_bare { Quotes::None } else { Quotes::Single };
+        let needed = bytes.iter().map(Quotes::for_byte).fold(min_quotes, Quotes::max);
         // Expanded in double quotes.
         let expands = || bytes.iter().any(|byte| b"\"$`".contains(byte));
         if needed == Quotes::Double && expands() { Quotes::Escapes } else { needed }
     }
 
-    fn of(byte: &u8) -> Quotes {
+    fn for_byte(byte: &u8) -> Quotes {
         match byte {
             b'0'..=b'9' | b'A'..=b'Z' | b'a'..=b'z' => Quotes::None,
             b'-' | b'_' | b'.' | b'/' | b',' | b':' | b'=' | b'+' | b'@' | b'%' => Quotes::None,
@@ -90,7 +90,7 @@ fn enclosed(open: &str, bytes: &[u8], close: &str) -> String {
     text.push_str(open);
     for byte in bytes {
         let is_itself = match open {
-            "$'" => Quotes::of(byte) <= Quotes::Single,
+            "$'" => Quotes::for_byte(byte) <= Quotes::Single,
             _ => true,
         };
         match is_itself {

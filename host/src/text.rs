@@ -27,19 +27,19 @@ fn is_active(character: char) -> bool {
 
 /// At most this many characters and a note: what is too long loses its middle, since who is named stands at the
 /// beginning of a message and what to do at its end.
-pub fn cut(text: &str, most: usize) -> String {
+pub fn cut(text: &str, max_chars: usize) -> String {
     // As many bytes are at least as many characters.
-    if text.len() <= most {
+    if text.len() <= max_chars {
         return text.into();
     }
     let count = text.chars().count();
-    if count <= most {
+    if count <= max_chars {
         return text.into();
     }
-    let tail = most / 3;
-    let head: String = text.chars().take(most - tail).collect();
+    let tail = max_chars / 3;
+    let head: String = text.chars().take(max_chars - tail).collect();
     let rest: String = text.chars().skip(count - tail).collect();
-    format!("{head} [{} characters left out] {rest}", count - most)
+    format!("{head} [{} characters left out] {rest}", count - max_chars)
 }
 
 #[cfg(test)]

@@ -31,7 +31,7 @@ pub fn closest_hits_per_second(
     let settings = Settings { width: SIDE, height: SIDE, ..Settings::default() };
     let params = FrameParams { light_path_batch: SIDE * SIDE, ..settings.params(scene, camera, 0) };
     let pixels = params.pixel_count() as usize;
-    let (collect, hit) = (Step::of(&COLLECT, &params), Step::of(&STEP_HIT, &params));
+    let (collect, hit) = (Step::new(&COLLECT, &params), Step::new(&STEP_HIT, &params));
     let mut runner = open(choice, scene, features, &buffers(&[collect, hit], &params))?;
     runner.write("pixel_order", cast_slice(&pixel_order(SIDE, SIDE)))?;
     runner.run(&params, &[collect])?;

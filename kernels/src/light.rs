@@ -23,7 +23,7 @@ use spirv_std::glam::{Vec3, Vec4};
 macro_rules! types {
     (
         $(#[$about_area:meta])* $area:ident $area_bit:ident $area_name:literal;
-        $($(#[$about:meta])* $file:ident $bit:ident $name:literal;)*
+        $($(#[$doc:meta])* $file:ident $bit:ident $name:literal;)*
     ) => {
         pub mod $area;
         $(pub mod $file;)*

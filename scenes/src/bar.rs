@@ -59,8 +59,8 @@ impl Scatter {
     }
 
     /// Uniform within this distance of zero, in 2000 steps.
-    fn within(&mut self, most: f64) -> f64 {
-        (self.pick(2001) as f64 / 1000.0 - 1.0) * most
+    fn within(&mut self, max_offset: f64) -> f64 {
+        (self.pick(2001) as f64 / 1000.0 - 1.0) * max_offset
     }
 }
 
@@ -74,12 +74,12 @@ fn put(document: &mut Document, name: &str, shape: Shape, [x, height, z]: [f64; 
 fn fill_shelves(document: &mut Document, scatter: &mut Scatter, glasses: &Glasses, bottles: &[Shape]) {
     let middle = 0.5 * (SHELF_Z[0] + SHELF_Z[1]);
     for (row, height) in SHELVES.into_iter().enumerate() {
-        let (pitch, most) = if row < 2 { (0.124, 0.006) } else { (0.100, 0.003) };
+        let (pitch, max_offset) = if row < 2 { (0.124, 0.006) } else { (0.100, 0.003) };
         for ends in POSTS.windows(2) {
             let (from, to) = (ends[0] + POST + 0.085, ends[1] - POST - 0.085);
             let count = ((to - from) / pitch).floor();
             for k in 0..=count as u32 {
-                let x = from + (to - from) * f64::from(k) / count + scatter.within(most);
+                let x = from + (to - from) * f64::from(k) / count + scatter.within(max_offset);
                 let place = [x, height, middle + scatter.within(0.02)];
                 if row < 2 {
                     // Runs of one kind, as bars have them; the carafe is rare.

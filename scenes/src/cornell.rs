@@ -28,10 +28,10 @@ pub struct Detail {
 
 impl Detail {
     /// Walls of two triangles and smooth balls: 8 thousand triangles.
-    pub const USUAL: Detail = Detail { walls: 1, balls: 32 };
+    pub const DEFAULT: Detail = Detail { walls: 1, balls: 32 };
 
     /// About this many triangles, half of them in the five walls and half in the two balls.
-    pub fn of(triangles: u32) -> Detail {
+    pub fn with_triangles(triangles: u32) -> Detail {
         let half = f64::from(triangles) / 2.0;
         // Two triangles a square of a wall; 4 rows² of a ball.
         Detail { walls: (half / 10.0).sqrt().round() as u32, balls: (half / 8.0).sqrt().round() as u32 }
@@ -87,7 +87,7 @@ mod tests {
     #[test]
     fn a_number_of_triangles_is_nearly_met() {
         for triangles in [1_000, 10_000, 100_000, 1_000_000] {
-            let Detail { walls, balls } = Detail::of(triangles);
+            let Detail { walls, balls } = Detail::with_triangles(triangles);
             // A row at each pole has one triangle a segment instead of two.
             let count = 10 * walls.pow(2) + 2 * (4 * balls.pow(2) - 4 * balls);
             assert!((f64::from(count) / f64::from(triangles) - 1.0).abs() < 0.12, "{count} for {triangles}");

@@ -19,48 +19,48 @@ pub struct CorpusFile {
     /// Its name, with the ending that says what it is.
     pub name: &'static str,
     /// What it has.
-    pub about: &'static str,
+    pub description: &'static str,
     make: fn() -> Small,
 }
 
 /// All files.
 pub const ALL: [CorpusFile; 32] = [
-    of("plain.gltf", "neither camera nor light; its buffer is a data URI", nodes::plain),
-    of("negative-scale.gltf", "a scale of -1, and a mirror by a matrix", nodes::negative_scale),
-    of("shared-mesh.gltf", "one mesh on many nodes, at several depths", nodes::shared_mesh),
-    of("several-scenes.gltf", "three scenes; the second is the default", nodes::several_scenes),
-    of("no-scene.gltf", "nodes and no scene", nodes::no_scene),
-    of("unused.gltf", "nodes, meshes, materials, cameras of no scene", nodes::unused),
-    of("unicode.gltf", "names in many scripts, extras of every type", nodes::unicode),
-    of("lights.gltf", "a camera; point, spot and directional lights", nodes::lights),
-    of("animation.gltf", "a node that turns (LINEAR), one that jumps (STEP)", nodes::animation),
-    of("strips-fans.gltf", "strips and fans, with and without indices", geometry::strips_fans),
-    of("no-normals.gltf", "positions alone: no normals, indices, material", geometry::no_normals),
-    of("small-types.gltf", "integers of a byte, normalised; interleaved", geometry::small_types),
-    of("far.gltf", "a thing of 2 mm, 30 km from the origin", geometry::far),
-    of("sheet.gltf", "bounds without a depth", geometry::sheet),
-    of("packed.glb", "a binary container with its picture inside", surfaces::packed),
-    of("mask.gltf", "holes by alpha (MASK), seen from both sides", surfaces::mask),
-    of("normal-map.gltf", "a normal map with a scale, without tangents", surfaces::normal_map),
-    of("texture-transform.gltf", "KHR_texture_transform", surfaces::texture_transform),
-    of("glass.gltf", "transmission, volume, index of refraction; a metal", surfaces::glass),
-    of("dispersion.gltf", "KHR_materials_dispersion: a ball in the sun", surfaces::dispersion),
-    of("emissive.gltf", "KHR_materials_emissive_strength, the only light", surfaces::emissive),
-    of("blend.gltf", "alphaMode BLEND, by factor and texture", extensions::blend),
-    of("environment.gltf", "`extras.environment` of the scene", extensions::environment),
-    of("sparse.gltf", "sparse accessors, one without a view", extensions::sparse),
-    of("variants.gltf", "KHR_materials_variants, none chosen", extensions::variants),
-    of("clearcoat.gltf", "KHR_materials_clearcoat, smooth and rough", extensions::clearcoat),
-    of("specular-glossiness.gltf", "the extension of that name", extensions::specular_glossiness),
-    of("unlit.gltf", "KHR_materials_unlit beside the same, lit", extensions::unlit),
-    of("vertex-colors.gltf", "COLOR_0 that varies, and that does not", extensions::vertex_colors),
-    of("instancing.gltf", "EXT_mesh_gpu_instancing", extensions::instancing),
-    of("second-coordinates.gltf", "TEXCOORD_1; no source", extensions::second_coordinates),
-    of("left-out.gltf", "points, lines, what nobody knows, empty scenes", extensions::left_out),
+    entry("plain.gltf", "neither camera nor light; its buffer is a data URI", nodes::plain),
+    entry("negative-scale.gltf", "a scale of -1, and a mirror by a matrix", nodes::negative_scale),
+    entry("shared-mesh.gltf", "one mesh on many nodes, at several depths", nodes::shared_mesh),
+    entry("several-scenes.gltf", "three scenes; the second is the default", nodes::several_scenes),
+    entry("no-scene.gltf", "nodes and no scene", nodes::no_scene),
+    entry("unused.gltf", "nodes, meshes, materials, cameras of no scene", nodes::unused),
+    entry("unicode.gltf", "names in many scripts, extras of every type", nodes::unicode),
+    entry("lights.gltf", "a camera; point, spot and directional lights", nodes::lights),
+    entry("animation.gltf", "a node that turns (LINEAR), one that jumps (STEP)", nodes::animation),
+    entry("strips-fans.gltf", "strips and fans, with and without indices", geometry::strips_fans),
+    entry("no-normals.gltf", "positions alone: no normals, indices, material", geometry::no_normals),
+    entry("small-types.gltf", "integers of a byte, normalised; interleaved", geometry::small_types),
+    entry("far.gltf", "a thing of 2 mm, 30 km from the origin", geometry::far),
+    entry("sheet.gltf", "bounds without a depth", geometry::sheet),
+    entry("packed.glb", "a binary container with its picture inside", surfaces::packed),
+    entry("mask.gltf", "holes by alpha (MASK), seen from both sides", surfaces::mask),
+    entry("normal-map.gltf", "a normal map with a scale, without tangents", surfaces::normal_map),
+    entry("texture-transform.gltf", "KHR_texture_transform", surfaces::texture_transform),
+    entry("glass.gltf", "transmission, volume, index of refraction; a metal", surfaces::glass),
+    entry("dispersion.gltf", "KHR_materials_dispersion: a ball in the sun", surfaces::dispersion),
+    entry("emissive.gltf", "KHR_materials_emissive_strength, the only light", surfaces::emissive),
+    entry("blend.gltf", "alphaMode BLEND, by factor and texture", extensions::blend),
+    entry("environment.gltf", "`extras.environment` of the scene", extensions::environment),
+    entry("sparse.gltf", "sparse accessors, one without a view", extensions::sparse),
+    entry("variants.gltf", "KHR_materials_variants, none chosen", extensions::variants),
+    entry("clearcoat.gltf", "KHR_materials_clearcoat, smooth and rough", extensions::clearcoat),
+    entry("specular-glossiness.gltf", "the extension of that name", extensions::specular_glossiness),
+    entry("unlit.gltf", "KHR_materials_unlit beside the same, lit", extensions::unlit),
+    entry("vertex-colors.gltf", "COLOR_0 that varies, and that does not", extensions::vertex_colors),
+    entry("instancing.gltf", "EXT_mesh_gpu_instancing", extensions::instancing),
+    entry("second-coordinates.gltf", "TEXCOORD_1; no source", extensions::second_coordinates),
+    entry("left-out.gltf", "points, lines, what nobody knows, empty scenes", extensions::left_out),
 ];
 
-const fn of(name: &'static str, about: &'static str, make: fn() -> Small) -> CorpusFile {
-    CorpusFile { name, about, make }
+const fn entry(name: &'static str, description: &'static str, make: fn() -> Small) -> CorpusFile {
+    CorpusFile { name, description, make }
 }
 
 impl CorpusFile {
@@ -91,7 +91,7 @@ All are CC0, as far as anybody can own a box.
 | file | what it has |
 |---|---|
 ";
-    let rows: String = ALL.iter().map(|file| format!("| {} | {} |\n", file.name, file.about)).collect();
+    let rows: String = ALL.iter().map(|file| format!("| {} | {} |\n", file.name, file.description)).collect();
     format!("{head}{rows}{OTHERS}")
 }
 

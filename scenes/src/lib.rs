@@ -115,11 +115,11 @@ fn files(name: &str) -> Option<Vec<(&'static str, Vec<u8>)>> {
         "moving-receiver" => (moving::moving_receiver(), include_str!("notes/moving-receiver.md")),
         "sliding-receiver" => (moving::sliding_receiver(), include_str!("notes/sliding-receiver.md")),
         "camera-cut" => (moving::camera_cut(), include_str!("notes/camera-cut.md")),
-        "cornell-box" => (cornell::build(Detail::USUAL), include_str!("notes/cornell-box.md")),
-        "cornell-1k" => (cornell::build(Detail::of(1_000)), CORNELL_CUT),
-        "cornell-10k" => (cornell::build(Detail::of(10_000)), CORNELL_CUT),
-        "cornell-100k" => (cornell::build(Detail::of(100_000)), CORNELL_CUT),
-        "cornell-1m" => (cornell::build(Detail::of(1_000_000)), CORNELL_CUT),
+        "cornell-box" => (cornell::build(Detail::DEFAULT), include_str!("notes/cornell-box.md")),
+        "cornell-1k" => (cornell::build(Detail::with_triangles(1_000)), CORNELL_CUT),
+        "cornell-10k" => (cornell::build(Detail::with_triangles(10_000)), CORNELL_CUT),
+        "cornell-100k" => (cornell::build(Detail::with_triangles(100_000)), CORNELL_CUT),
+        "cornell-1m" => (cornell::build(Detail::with_triangles(1_000_000)), CORNELL_CUT),
         "still-life" => {
             let (document, pictures) = still_life::build();
             images = pictures;

@@ -17,7 +17,7 @@ SCHEMES = ("light", "dark")
 # A finger's width by Apple and Google is 44 to 48 px, by WCAG 2.2 at least 24; what is in rows here has 36.
 SMALLEST_TARGET_PX = 36
 # WCAG AA for text of this size.
-LEAST_CONTRAST = 4.5
+MIN_CONTRAST = 4.5
 
 failures = []
 
@@ -84,7 +84,7 @@ CONTRASTS = """() => {
 
 def check_colours(page, scheme, name):
     for selector, contrast in page.evaluate(CONTRASTS).items():
-        check(contrast >= LEAST_CONTRAST, f"{name}: contrast of {selector} is {contrast:.2f}")
+        check(contrast >= MIN_CONTRAST, f"{name}: contrast of {selector} is {contrast:.2f}")
     red = page.evaluate("Number(getComputedStyle(document.body).backgroundColor.match(/\\d+/)[0])")
     check((red > 200) == (scheme == "light"), f"{name}: the page is not {scheme}")
 

@@ -51,7 +51,7 @@ impl Blocks {
     }
 
     /// The same with the means of batches, which frames took in turns, in place of frames.
-    pub fn of_batches(&self, batches: usize) -> Blocks {
+    pub fn batch_means(&self, batches: usize) -> Blocks {
         let mean = |batch: usize| {
             let rows: Vec<&Vec<f64>> = self.frames.iter().skip(batch).step_by(batches).collect();
             let mean_of = |block| rows.iter().map(|row| row[block]).sum::<f64>() / rows.len() as f64;
@@ -62,13 +62,13 @@ impl Blocks {
 
     /// Mean of one block over the frames.
     pub fn block(&self, block: usize) -> Mean {
-        Mean::of(&self.frames.iter().map(|frame| frame[block]).collect::<Vec<_>>())
+        Mean::from_samples(&self.frames.iter().map(|frame| frame[block]).collect::<Vec<_>>())
     }
 
     /// Mean of all blocks.
     pub fn whole(&self) -> Mean {
         let mean = |frame: &Vec<f64>| frame.iter().sum::<f64>() / frame.len() as f64;
-        Mean::of(&self.frames.iter().map(mean).collect::<Vec<_>>())
+        Mean::from_samples(&self.frames.iter().map(mean).collect::<Vec<_>>())
     }
 
     /// Block by block: this minus `truth` over the standard error of the difference.

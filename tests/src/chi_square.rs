@@ -24,7 +24,7 @@ pub struct Fit {
 
 impl Fit {
     /// Counts against expectations, cell by cell.
-    pub fn of(seen: &[u32], expected: &[f64]) -> Fit {
+    pub fn new(seen: &[u32], expected: &[f64]) -> Fit {
         assert_eq!(seen.len(), expected.len());
         let (mut chi_square, mut cells, mut few, mut few_expected) = (0.0, 0.0, 0.0, 0.0);
         for (&n, &e) in seen.iter().zip(expected) {
@@ -70,7 +70,7 @@ impl SphereCells {
     }
 
     /// The cell of a unit direction.
-    pub fn of(&self, direction: Vec3) -> usize {
+    pub fn cell_index(&self, direction: Vec3) -> usize {
         let d = direction.as_dvec3();
         let row = (0.5 * (1.0 - d.z) * self.rows as f64) as usize;
         let column = ((d.y.atan2(d.x) / TAU + 0.5) * self.columns as f64) as usize;
@@ -108,21 +108,21 @@ mod tests {
         let mut seen = vec![0; CELLS.count()];
         for path in 0..200_000 {
             let u = Rng::new(Stream::Light, 77, path, 0).next4();
-            seen[CELLS.of(uniform_sphere(u.x, u.y))] += 1;
+            seen[CELLS.cell_index(uniform_sphere(u.x, u.y))] += 1;
         }
         seen
     }
 
     #[test]
     fn uniform_directions_fit_equal_cells() {
-        let fit = Fit::of(&seen(), &CELLS.integrate([1, 1], |_| 200_000.0 / (4.0 * PI)));
+        let fit = Fit::new(&seen(), &CELLS.integrate([1, 1], |_| 200_000.0 / (4.0 * PI)));
         assert!(fit.passes(), "{fit:?}");
     }
 
     #[test]
     fn detects_a_density_off_by_three_percent_on_one_side() {
         let lopsided = |d: Vec3| (1.0 + 0.03 * f64::from(d.z.signum())) * 200_000.0 / (4.0 * PI);
-        assert!(!Fit::of(&seen(), &CELLS.integrate([1, 1], lopsided)).passes());
+        assert!(!Fit::new(&seen(), &CELLS.integrate([1, 1], lopsided)).passes());
     }
 
     #[test]
@@ -130,8 +130,8 @@ mod tests {
         let upper = |d: Vec3| if d.z > 0.0 { 100_000.0 / (2.0 * PI) } else { 0.0 };
         let mut seen = seen();
         seen[CELLS.count() / 2..].fill(0);
-        assert!(Fit::of(&seen, &CELLS.integrate([1, 1], upper)).passes());
+        assert!(Fit::new(&seen, &CELLS.integrate([1, 1], upper)).passes());
         seen[CELLS.count() - 1] = 25;
-        assert!(!Fit::of(&seen, &CELLS.integrate([1, 1], upper)).passes());
+        assert!(!Fit::new(&seen, &CELLS.integrate([1, 1], upper)).passes());
     }
 }

@@ -1,4 +1,4 @@
-//! Compares what two runners computed: slices of floats, of words, or rows of them by field.
+//! Compares what two runners computed: slices of floats, of words, or records of them by field.
 
 use crate::fields::{Field, Fields, Kind};
 use caustics_kernels::interface::packed::from_signed_shares;
@@ -121,7 +121,7 @@ fn float_element(left: &[f32], right: &[f32], tolerance: &Tolerance) -> (f32, f3
     }
     // Equal infinities are equal; their difference would be NaN.
     let absolute = pairs().map(|(a, b)| if a == b { 0.0 } else { (a - b).abs() }).fold(0.0, f32::max);
-    let largest = left.iter().chain(right).fold(0.0f32, |most, value| most.max(value.abs()));
+    let largest = left.iter().chain(right).fold(0.0f32, |largest, value| largest.max(value.abs()));
     let relative = if absolute == 0.0 { 0.0 } else { absolute / largest };
     let allowed = tolerance.absolute + tolerance.relative * largest;
     // An infinite magnitude makes `allowed` infinite, and so must not excuse the difference.
@@ -145,8 +145,8 @@ pub fn words(name: &str, components: usize, left: &[u32], right: &[u32], toleran
     difference
 }
 
-/// Compares rows field by field; `tolerance` says what a float field may do. Words must agree.
-pub fn rows<T: Fields>(
+/// Compares records field by field; `tolerance` says what a float field may do. Words must agree.
+pub fn records<T: Fields>(
     left: &[T],
     right: &[T],
     words_tolerance: Tolerance,
@@ -171,11 +171,12 @@ pub fn rows<T: Fields>(
     T::FIELDS.iter().map(compare).collect()
 }
 
-/// The words of one field of all rows.
-fn column<T: Fields>(rows: &[T], field: &Field) -> Vec<u32> {
+/// The words of one field of all records.
+fn column<T: Fields>(records: &[T], field: &Field) -> Vec<u32> {
     let range = field.first..field.first + field.words;
-    let words =
-        rows.iter().flat_map(|row| &bytemuck::cast_slice::<T, u32>(std::slice::from_ref(row))[range.clone()]);
+    let words = records
+        .iter()
+        .flat_map(|record| &bytemuck::cast_slice::<T, u32>(std::slice::from_ref(record))[range.clone()]);
     words.copied().collect()
 }
 

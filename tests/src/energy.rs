@@ -47,5 +47,5 @@ pub fn ledgers<E: Emit + Sync>(world: &World<'_>, emit: &E, frames: Range<u32>) 
 
 /// Mean over frames of a share of what was emitted.
 pub fn share(ledgers: &[Energy], part: impl Fn(&Energy) -> f64) -> Mean {
-    Mean::of(&ledgers.iter().map(|energy| part(energy) / energy.emitted).collect::<Vec<_>>())
+    Mean::from_samples(&ledgers.iter().map(|energy| part(energy) / energy.emitted).collect::<Vec<_>>())
 }

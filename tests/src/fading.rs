@@ -150,7 +150,7 @@ impl Fading {
                 ratios.push(kept / none);
             }
         }
-        ratios.map(|ratios| Mean::of(&ratios))
+        ratios.map(|ratios| Mean::from_samples(&ratios))
     }
 
     fn energies(&self, start: &Scene, settings: &Settings) -> [f64; 2] {

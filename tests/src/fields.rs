@@ -40,11 +40,11 @@ pub trait Fields: Pod {
 
 /// Lists the fields of a row: `name(.inner): words kind`.
 macro_rules! fields {
-    ($row:ty { $($($part:ident).+: $words:literal $kind:ident,)+ }) => {
-        impl Fields for $row {
+    ($record:ty { $($($part:ident).+: $words:literal $kind:ident,)+ }) => {
+        impl Fields for $record {
             const FIELDS: &'static [Field] = &[$(Field {
                 name: stringify!($($part).+),
-                first: offset_of!($row, $($part).+) / 4,
+                first: offset_of!($record, $($part).+) / 4,
                 words: $words,
                 kind: Kind::$kind,
             }),+];

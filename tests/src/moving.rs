@@ -194,5 +194,5 @@ pub fn kept<const N: usize>(
             ratios.push(energy(history) / none);
         }
     }
-    ratios.map(|ratios| Mean::of(&ratios))
+    ratios.map(|ratios| Mean::from_samples(&ratios))
 }

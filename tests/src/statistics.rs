@@ -11,7 +11,7 @@ pub struct Mean {
 
 impl Mean {
     /// The mean of independent samples, at least two.
-    pub fn of(samples: &[f64]) -> Mean {
+    pub fn from_samples(samples: &[f64]) -> Mean {
         let n = samples.len() as f64;
         let value = samples.iter().sum::<f64>() / n;
         let variance = samples.iter().map(|sample| (sample - value).powi(2)).sum::<f64>() / (n - 1.0);
@@ -36,14 +36,14 @@ mod tests {
 
     #[test]
     fn means_within_their_errors_agree() {
-        let (a, b) = (Mean::of(&[1.0, 1.2, 0.8, 1.0]), Mean::of(&[1.1, 1.3, 0.9, 1.0]));
+        let (a, b) = (Mean::from_samples(&[1.0, 1.2, 0.8, 1.0]), Mean::from_samples(&[1.1, 1.3, 0.9, 1.0]));
         assert!((a.error - (0.08f64 / 3.0 / 4.0).sqrt()).abs() < 1e-12);
         assert!(a.agrees(&b, 3.0));
     }
 
     #[test]
     fn detects_a_mean_five_errors_away() {
-        let (a, b) = (Mean::of(&[1.0, 1.2, 0.8, 1.0]), Mean::of(&[2.0, 2.2, 1.8, 2.0]));
+        let (a, b) = (Mean::from_samples(&[1.0, 1.2, 0.8, 1.0]), Mean::from_samples(&[2.0, 2.2, 1.8, 2.0]));
         assert!(!a.agrees(&b, 3.0) && a.sigmas(&b) > 5.0);
         assert!(!a.agrees(&Mean { value: f64::NAN, error: 1.0 }, 3.0));
     }

@@ -99,7 +99,7 @@ enum Starts<'a> {
 
 impl<'a> Starts<'a> {
     /// None of an emission that is not listed here, a new one, say.
-    fn of(emission: &Emission, power: ByPower<'a>) -> Option<Starts<'a>> {
+    fn for_emission(emission: &Emission, power: ByPower<'a>) -> Option<Starts<'a>> {
         match emission.name {
             name if name == POWER.name => Some(Starts::Power(power)),
             name if name == AIMED.name => Some(Starts::Aimed(Aimed { power })),
@@ -165,7 +165,8 @@ impl<'a> Paths<'a> {
     fn follow(&self, path: u32, rng: Rng, emission: &Emission, attempt: u32) -> (Vec<Deposit>, Vec<Answer>) {
         let (mut tracer, mut keep) = (self.tracer(attempt), Keep(vec![]));
         let (params, features, scene) = (self.params, self.features, self.tables());
-        let emit = Starts::of(emission, ByPower::new(scene, params, features)).expect("a known emission");
+        let emit =
+            Starts::for_emission(emission, ByPower::new(scene, params, features)).expect("a known emission");
         let ignore = &mut Ignore(None);
         follow(path, rng, params, features, scene, &emit, &mut tracer, &mut keep, ignore);
         (keep.0, tracer.answers)
@@ -173,7 +174,7 @@ impl<'a> Paths<'a> {
 
     /// Whether its light paths can be traced here; else they are only compared.
     pub fn starts_are_known(&self) -> bool {
-        Starts::of(self.emission, ByPower::new(self.tables(), self.params, self.features)).is_some()
+        Starts::for_emission(self.emission, ByPower::new(self.tables(), self.params, self.features)).is_some()
     }
 
     /// The deposits of every light path, with their path.

@@ -61,7 +61,7 @@ impl Twin {
         // Some emissions aim at them.
         let params = FrameParams { casters: scene.casters(settings.specular_roughness), ..params };
         let frame = frame_buffers(&params);
-        let steps = STEP_PASSES.map(|pass| Step::of(pass, &FrameParams::default()));
+        let steps = STEP_PASSES.map(|pass| Step::new(pass, &FrameParams::default()));
         let of_steps = buffers(&steps, &FrameParams { light_path_batch: STEPS as u32, ..params });
         let all: Vec<_> = frame.iter().chain(&of_steps).copied().collect();
         let open = |choice: &RunnerChoice| {
@@ -103,22 +103,22 @@ impl Twin {
     }
 
     /// Writes the head of a buffer of both.
-    pub fn write<T: Pod>(&mut self, buffer: &str, rows: &[T]) {
-        self.cpu.write(buffer, cast_slice(rows)).expect("the CPU has the buffer");
-        self.gpu.write(buffer, cast_slice(rows)).expect("the GPU has the buffer");
+    pub fn write<T: Pod>(&mut self, buffer: &str, records: &[T]) {
+        self.cpu.write(buffer, cast_slice(records)).expect("the CPU has the buffer");
+        self.gpu.write(buffer, cast_slice(records)).expect("the GPU has the buffer");
     }
 
-    /// The first `count` rows of a buffer, the CPU's and the GPU's.
+    /// The first `count` records of a buffer, the CPU's and the GPU's.
     pub fn head<T: Pod>(&mut self, buffer: &str, count: usize) -> (Vec<T>, Vec<T>) {
-        let (mut cpu, mut gpu) = self.rows(buffer);
+        let (mut cpu, mut gpu) = self.records(buffer);
         cpu.truncate(count);
         gpu.truncate(count);
         (cpu, gpu)
     }
 
-    /// All rows of a buffer, the CPU's and the GPU's.
-    pub fn rows<T: Pod>(&mut self, buffer: &str) -> (Vec<T>, Vec<T>) {
-        (rows(&mut *self.cpu, buffer), rows(&mut *self.gpu, buffer))
+    /// All records of a buffer, the CPU's and the GPU's.
+    pub fn records<T: Pod>(&mut self, buffer: &str) -> (Vec<T>, Vec<T>) {
+        (records(&mut *self.cpu, buffer), records(&mut *self.gpu, buffer))
     }
 
     /// Gives the GPU the CPU's contents of all that these steps bind.
@@ -130,8 +130,8 @@ impl Twin {
     }
 }
 
-/// All rows of a runner's buffer.
-pub fn rows<T: Pod>(runner: &mut dyn Runner, buffer: &str) -> Vec<T> {
+/// All records of a runner's buffer.
+pub fn records<T: Pod>(runner: &mut dyn Runner, buffer: &str) -> Vec<T> {
     let bytes = runner.read(buffer).unwrap_or_else(|error| panic!("reading {buffer}: {error:#}"));
     bytemuck::pod_collect_to_vec(&bytes)
 }
@@ -147,13 +147,13 @@ const STEP_PASSES: [&Pass; 4] = [&STEP_SAMPLE, &STEP_HIT, &STEP_SCATTER, &STEP_E
 
 /// The buffers of every gather, history, denoiser and emission, each as large as any asks for.
 pub fn frame_buffers(params: &FrameParams) -> Vec<BufferSpec> {
-    let usual = Parts::from(&variant::PHOTONS_GRID);
-    let gathers = variant::ALL.iter().map(|gather| Parts { gather, ..usual });
-    let histories = history::ALL.iter().map(|&history| Parts { history, ..usual });
-    let denoisers = denoiser::ALL.iter().map(|&denoiser| Parts { denoiser, ..usual });
-    let emissions = emission::ALL.iter().map(|&emission| Parts { emission, ..usual });
+    let default = Parts::from(&variant::PHOTONS_GRID);
+    let gathers = variant::ALL.iter().map(|gather| Parts { gather, ..default });
+    let histories = history::ALL.iter().map(|&history| Parts { history, ..default });
+    let denoisers = denoiser::ALL.iter().map(|&denoiser| Parts { denoiser, ..default });
+    let emissions = emission::ALL.iter().map(|&emission| Parts { emission, ..default });
     let learning =
-        [Parts { balances: true, bounds: true, keeps_path: true, widens: true, auxiliary: true, ..usual }];
+        [Parts { balances: true, bounds: true, keeps_path: true, widens: true, auxiliary: true, ..default }];
     let all = gathers.chain(histories).chain(denoisers).chain(emissions).chain(learning);
     let steps_of = |parts| [look_back(parts, params), BASIC.frame_steps(parts, params)].concat();
     let steps: Vec<Step> = all.flat_map(steps_of).collect();

@@ -13,9 +13,9 @@ caustics_kernels::shoot_pass!("shoot.even", |power| Even(power));
 #[cfg(not(target_arch = "spirv"))]
 pub const EVEN: Emission = Emission {
     name: "even",
-    about: "as many paths from every light: a toy",
+    description: "as many paths from every light: a toy",
     cost: "nothing",
-    wrong: "noise where lights differ",
+    limitations: "noise where lights differ",
     aims: false,
     weighs: false,
     prepare: |_| Vec::new(),

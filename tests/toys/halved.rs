@@ -8,8 +8,8 @@ use caustics_kernels::method::basic::BASIC;
 /// OurBasic with discs of half the radius.
 pub const HALVED: Method = Method {
     name: "halved",
-    about: "OurBasic with discs of half the radius: a toy",
-    wrong: "twice the noise",
+    description: "OurBasic with discs of half the radius: a toy",
+    limitations: "twice the noise",
     frame: |params, index| FrameParams { frame: index, radius_px: 0.5 * params.radius_px, ..params },
     ..BASIC
 };

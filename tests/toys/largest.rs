@@ -6,10 +6,10 @@ use super::pixels::Pixels;
 /// Largest difference of a channel.
 pub static LARGEST: Metric = Metric {
     name: "largest",
-    about: "Largest difference of a channel: a toy",
+    description: "Largest difference of a channel: a toy",
     unit: "unit",
     better: Better::Lower,
-    wrong: "one pixel decides it",
+    limitations: "one pixel decides it",
     compute: |comparison| Ok(comparison.mean(largest)),
 };
 

@@ -10,10 +10,10 @@ use spirv_std::glam::Vec3;
 #[cfg(not(target_arch = "spirv"))]
 pub const PAIRS: Denoiser = Denoiser {
     name: "pairs",
-    about: "the mean of each two pixels: a toy",
+    description: "the mean of each two pixels: a toy",
     cost: "a read and a write of 12 bytes a pixel",
-    wrong: "everything is blurred",
-    steps: |params| vec![Step::of(&DENOISE_PAIRS, params)],
+    limitations: "everything is blurred",
+    steps: |params| vec![Step::new(&DENOISE_PAIRS, params)],
 };
 
 /// Two pixels, one pair an invocation.

@@ -17,11 +17,11 @@ use spirv_std::glam::Vec3;
 #[cfg(not(target_arch = "spirv"))]
 pub const SAME_PIXEL: History = History {
     name: "same-pixel",
-    about: "half of the same pixel's last light: a toy",
+    description: "half of the same pixel's last light: a toy",
     cost: "a read of 44 bytes a pixel",
-    wrong: "wherever anything moves",
-    settings: Some(HistorySettings { reach: 1.0, lag: 0.0, most_samples: 1.0, demodulates: 0 }),
-    before: |params| vec![Step::of(&REUSE_SAME_PIXEL, params)],
+    limitations: "wherever anything moves",
+    settings: Some(HistorySettings { reach: 1.0, lag: 0.0, max_samples: 1.0, demodulates: 0 }),
+    before: |params| vec![Step::new(&REUSE_SAME_PIXEL, params)],
     resolve: &RESOLVE_HISTORY,
     forget: &[],
     keeps: &["history_points", "history_mean"],

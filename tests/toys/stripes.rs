@@ -24,9 +24,9 @@ fn stripe(x: f32) -> i32 {
 impl Index for Stripes {
     const VARIANT: Variant = Variant {
         name: "stripes",
-        about: "deposits in stripes along x: a toy",
+        description: "deposits in stripes along x: a toy",
         cost: "a pass over the deposits to count, one to fill; a point reads every deposit of its stripes",
-        wrong: "slow everywhere",
+        limitations: "slow everywhere",
         batch: &[
             Stage::Clear(0),
             Stage::Run(0, "count", Over::Deposits),

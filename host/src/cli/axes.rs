@@ -76,7 +76,9 @@ fn keys<C: Axes>() -> impl Iterator<Item = (&'static str, &'static str, &'static
 
 impl<C: Axes> clap::Args for AxisOptions<C> {
     fn augment_args(command: Command) -> Command {
-        keys::<C>().fold(command, |command, (key, about, axis)| command.arg(option::<C>(key, about, axis)))
+        keys::<C>().fold(command, |command, (key, description, axis)| {
+            command.arg(option::<C>(key, description, axis))
+        })
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -84,18 +86,18 @@ impl<C: Axes> clap::Args for AxisOptions<C> {
     }
 }
 
-fn option<C: Axes>(key: &'static str, about: &str, axis: &'static Axis) -> Arg {
-    let mut help = about.to_string();
+fn option<C: Axes>(key: &'static str, description: &str, axis: &'static Axis) -> Arg {
+    let mut help = description.to_string();
     if C::LISTS {
         help += "; several with commas between";
     }
-    let usual = axis.usual;
-    if !usual.is_empty() && (*axis != PATHS_PER_PIXEL || key == "light_paths") {
-        help += &format!(" [default: {usual}]");
+    let default = axis.default;
+    if !default.is_empty() && (*axis != PATHS_PER_PIXEL || key == "light_paths") {
+        help += &format!(" [default: {default}]");
     }
     let parser: ValueParser = match axis.values {
         Values::Names(names) => {
-            let value = |(name, about)| PossibleValue::new(name).help(about);
+            let value = |(name, description)| PossibleValue::new(name).help(description);
             PossibleValuesParser::new(names().into_iter().map(value)).into()
         }
         Values::Numbers(_) => ValueParser::new(move |text: &str| match spelled(key, text) {
@@ -142,9 +144,9 @@ impl<C: Axes> AxisOptions<C> {
     }
 
     /// The same with other values where none was given.
-    pub fn cell_of(&self, usual: &[(&Axis, &str)]) -> Result<Cell, Usage> {
-        let mut cell = Cell::of(&BASIC);
-        let values = AXES.into_iter().map(|axis| (axis, axis.usual)).chain(usual.iter().copied());
+    pub fn cell_of(&self, default: &[(&Axis, &str)]) -> Result<Cell, Usage> {
+        let mut cell = Cell::new(&BASIC);
+        let values = AXES.into_iter().map(|axis| (axis, axis.default)).chain(default.iter().copied());
         for (axis, value) in values {
             axis.set(&mut cell, value).map_err(Usage)?;
         }
@@ -155,10 +157,10 @@ impl<C: Axes> AxisOptions<C> {
         for axis in AXES.into_iter().filter(|axis| self.has(axis)) {
             let value = axis.get(&cell);
             let names = match axis.values {
-                Values::Names(_) => value != axis.none,
-                Values::Numbers(_) => value == AUTO && axis.usual != AUTO,
+                Values::Names(_) => value != axis.neutral,
+                Values::Numbers(_) => value == AUTO && axis.default != AUTO,
             };
-            if let Some(why) = (axis.useless)(&cell).filter(|_| names) {
+            if let Some(why) = (axis.not_applicable)(&cell).filter(|_| names) {
                 let (option, method) = (axis.option(), cell.method.name);
                 return Err(Usage(format!(
                     "--{option} {value}: --method {method} {why}; use --method basic"

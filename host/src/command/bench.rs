@@ -64,7 +64,7 @@ fn config(options: &Bench) -> anyhow::Result<Config> {
     matrix.scene = vec![options.scene.clone()];
     matrix.camera = camera(view)?;
     if !options.axes.has(&PATHS_PER_PIXEL) {
-        matrix.add("light_paths", PATHS_PER_PIXEL.usual).map_err(Usage)?;
+        matrix.add("light_paths", PATHS_PER_PIXEL.default).map_err(Usage)?;
     }
     let Exposure::Stops(exposure) = view.exposure else {
         return Err(

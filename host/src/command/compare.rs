@@ -46,7 +46,7 @@ pub fn run(options: &Compare) -> anyhow::Result<ExitCode> {
     let of_reference = estimates.pop().ok_or_else(|| Usage("no files".into()))?;
     let exposure = options.exposure.stops(of_reference.mean.values.iter().copied());
     let viewing = Viewing { encoding, exposure, pixels_per_degree: options.pixels_per_degree };
-    let report = MetricReport::of(&estimates, &of_reference, &viewing);
+    let report = MetricReport::new(&estimates, &of_reference, &viewing);
 
     match (map, &report.map) {
         (Some(target), Some(map)) => {
@@ -136,7 +136,7 @@ impl<'a> Frame<'a> {
         }
         let name = self.layer;
         let inner = if name == "beauty" && picture.layer(name).is_none() { "" } else { name };
-        Estimate::of_layer(picture, inner, self.region).ok_or_else(|| {
+        Estimate::from_layer(picture, inner, self.region).ok_or_else(|| {
             let known = picture.layer_names().join(", ");
             Usage(format!("--layer {name}: {file} has no such layer; it has {known}"))
         })

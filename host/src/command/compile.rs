@@ -21,7 +21,7 @@ use super::say::say;
 use crate::cli::{self, Usage};
 use figures::Figures;
 use one::Compiled;
-use report::{Job, Report, Row};
+use report::{EntryPointRecord, Job, Report};
 
 /// Roughness up to which reflections are specular, as `render` has it by default.
 const SPECULAR_ROUGHNESS: f32 = 0.25;
@@ -36,9 +36,9 @@ pub fn run(options: &cli::Device) -> anyhow::Result<ExitCode> {
     let modules = suitable(&device, &modules);
     let jobs = jobs(&modules, &features(&options.features)?, &options.pass)?;
     let program = std::env::current_exe().context("finding the program itself, to start it anew")?;
-    let entry_points: Vec<Row> =
+    let entry_points: Vec<EntryPointRecord> =
         jobs.into_par_iter().map(|job| compile(&program, device.index, job)).collect();
-    let failed = entry_points.iter().filter(|row| row.error.is_some()).count();
+    let failed = entry_points.iter().filter(|record| record.error.is_some()).count();
     let modules = modules.iter().map(|&(name, words)| (name, hash(words))).collect();
     let report = Report { device, modules, entry_points };
     if options.json {
@@ -107,7 +107,7 @@ fn jobs(
 }
 
 /// Compiles an entry point in a process of its own, which is this program or one that does as it does.
-fn compile(program: &Path, device: usize, job: Job) -> Row {
+fn compile(program: &Path, device: usize, job: Job) -> EntryPointRecord {
     let one = format!("{}/{}/{}", job.module, job.entry, job.feature_bits);
     let output = Command::new(program)
         .args(["device", "--compile", "--device", &device.to_string(), "--one", &one])
@@ -119,12 +119,12 @@ fn compile(program: &Path, device: usize, job: Job) -> Row {
         Err(error) => Err(format!("{}: {error}", program.display())),
         Ok(output) => outcome(output.status, &output.stdout, &output.stderr),
     };
-    let figures = Figures::of(compiled.as_ref().map_or(&[], |compiled| &compiled.executables));
+    let figures = Figures::from_executables(compiled.as_ref().map_or(&[], |compiled| &compiled.executables));
     let (compiled, error) = match compiled {
         Ok(compiled) => (Some(compiled), None),
         Err(error) => (None, Some(error)),
     };
-    Row { job, figures, compiled, error }
+    EntryPointRecord { job, figures, compiled, error }
 }
 
 /// What a process left: its last line of output, or the reason why there is none.
@@ -173,12 +173,12 @@ mod tests {
                 *) echo '{"compile_ms": 2.5, "executables": []}';;
             esac"#,
         );
-        let rows: Vec<_> = ["before", "dies", "fails", "silent", "behind"]
+        let records: Vec<_> = ["before", "dies", "fails", "silent", "behind"]
             .map(|entry| compile(&program, 0, job(entry)))
             .into();
-        let errors: Vec<_> = rows.iter().map(|row| row.error.as_deref().unwrap_or("")).collect();
+        let errors: Vec<_> = records.iter().map(|record| record.error.as_deref().unwrap_or("")).collect();
         assert!(errors[0].is_empty() && errors[4].is_empty(), "{errors:?}");
-        assert_eq!(rows[4].compiled.as_ref().unwrap().compile_ms, 2.5);
+        assert_eq!(records[4].compiled.as_ref().unwrap().compile_ms, 2.5);
         assert!(errors[1].contains("crashed") && errors[1].contains("SEGV"), "{errors:?}");
         assert!(errors[1].contains("in nir_lower"), "{errors:?}");
         assert_eq!(errors[2], "no such thing");
@@ -186,7 +186,7 @@ mod tests {
         let report = Report {
             device: report::test_device(),
             modules: vec![("base.spv", "0123".into())],
-            entry_points: rows,
+            entry_points: records,
         };
         let text = report::text(&report);
         assert!(text.contains("base.spv dies, features all: the driver's compiler crashed"), "{text}");
@@ -195,8 +195,8 @@ mod tests {
 
     #[test]
     fn a_program_that_is_not_there_is_named() {
-        let row = compile(Path::new("/no/such/program"), 0, job("any"));
-        assert!(row.error.unwrap().contains("/no/such/program"));
+        let record = compile(Path::new("/no/such/program"), 0, job("any"));
+        assert!(record.error.unwrap().contains("/no/such/program"));
     }
 
     #[test]

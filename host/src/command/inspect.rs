@@ -47,7 +47,7 @@ pub fn run(options: &Inspect) -> anyhow::Result<ExitCode> {
     let frames = frame.checked_add(1).ok_or_else(|| Usage(format!("--frame {frame}: give a smaller one")))?;
     let method = cell.method;
     let settings = settings(view, &cell, preset.frames().max(frames))?;
-    let settings = Settings { batches: BATCHES, ..settings.of(method) };
+    let settings = Settings { batches: BATCHES, ..settings.for_method(method) };
     if !time.is_finite() {
         return Err(Usage(format!("--time {time}: give a number of seconds")).into());
     }

@@ -59,7 +59,7 @@ impl Job {
         let Job { common: options, settings, cell, time, stop } = self;
         let method = cell.method;
         let auxiliary = !options.aov.is_empty();
-        let settings = Settings { batches: BATCHES, auxiliary, ..settings.of(method) };
+        let settings = Settings { batches: BATCHES, auxiliary, ..settings.for_method(method) };
         if !time.is_finite() {
             return Err(Usage(format!("--time {time}: give a number of seconds")).into());
         }
@@ -73,7 +73,7 @@ impl Job {
         }
         let is_interrupted = interrupt::watch()?;
         let force = options.force || options.resume;
-        let part = Part::of(&options, &stop)?;
+        let part = Part::from_options(&options, &stop)?;
         let output = part.as_ref().map_or(&options.output, |part| &part.file);
         let checkpoint = part.as_ref().map_or_else(|| checkpoint::path_of(output), |part| part.file.clone());
         for path in [&checkpoint, &lock::path_of(output)] {
@@ -189,7 +189,7 @@ impl Job {
         let variance = sums.variance().map(|variance| (variance, frames));
         // What follows takes memory of its own.
         drop(sums);
-        let stops = options.view.exposure.of(&picture);
+        let stops = options.view.exposure.stops_for(&picture);
         let colors = match &png_target {
             Some(_) => {
                 session.expose(stops as f32);

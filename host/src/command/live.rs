@@ -17,7 +17,7 @@ use super::options::duration;
 use crate::cli::{Common, Usage};
 
 /// Time between the pictures that tev is sent, where nobody says.
-const USUAL: Duration = Duration::from_secs(2);
+const DEFAULT_INTERVAL: Duration = Duration::from_secs(2);
 /// Longest time that is waited for tev.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// The channels that it is sent.
@@ -41,7 +41,7 @@ impl Live {
         }
         let png = options.png.clone().filter(|_| refresh.is_some());
         Ok(Live {
-            every: refresh.unwrap_or(USUAL),
+            every: refresh.unwrap_or(DEFAULT_INTERVAL),
             last: None,
             png: png.map(|path| (path, Keeper::new("the PNG of the picture so far"))),
             viewer: options.tev.as_deref().map(|at| Viewer::open(at, &options.output)).transpose()?,
@@ -81,7 +81,7 @@ impl Live {
 
 /// Writes the PNG of a picture so far in the place of the one before. Its colours are those of the device to a step or so.
 fn write(path: &Path, picture: &Picture, exposure: Exposure) -> anyhow::Result<()> {
-    let scale = exposure.of(picture).exp2() as f32;
+    let scale = exposure.stops_for(picture).exp2() as f32;
     let colors: Vec<_> = picture.beauty().into_iter().map(|color| tone_mapped(color, scale)).collect();
     let bytes = png::encode(picture.width as u32, picture.height as u32, &colors)?;
     Ok(Target::claim(path, true)?.finish(&bytes)?)

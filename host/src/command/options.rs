@@ -192,7 +192,8 @@ pub fn default_light(view: &View) -> DefaultLight {
 /// Which camera is meant.
 pub fn camera(view: &View) -> Result<CameraChoice, Usage> {
     let View { camera, from, look_at, fov, .. } = view;
-    CameraChoice::of(camera.as_deref(), *from, *look_at, *fov).map_err(|wrong| Usage(format!("--{wrong}")))
+    CameraChoice::from_options(camera.as_deref(), *from, *look_at, *fov)
+        .map_err(|wrong| Usage(format!("--{wrong}")))
 }
 
 /// A time that a person gave (s).

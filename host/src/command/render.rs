@@ -17,19 +17,19 @@ pub fn way(
 ) -> Result<(Cell, Preset), Usage> {
     let says_how = has_frames || axes.says_how();
     // Frames that nobody asked for by name are as `bench` and `animate` have them, to be averaged.
-    let usual = preset.or((!says_how).then_some(Preset::Preview)).map_or(vec![], Preset::values);
+    let defaults = preset.or((!says_how).then_some(Preset::Preview)).map_or(vec![], Preset::values);
     let preset = preset.unwrap_or(if says_how { Preset::Frame } else { Preset::Preview });
-    Ok((axes.cell_of(&usual)?, preset))
+    Ok((axes.cell_of(&defaults)?, preset))
 }
 
 /// Averages frames of a method.
 pub fn run(options: Render) -> anyhow::Result<ExitCode> {
     let Render { common, axes, time, preset, frames } = options;
     let (cell, preset) = way(&axes, preset, frames.is_some())?;
-    let most = frames.unwrap_or(preset.frames());
-    let settings = settings(&common.view, &cell, most)?;
+    let max_frames = frames.unwrap_or(preset.frames());
+    let settings = settings(&common.view, &cell, max_frames)?;
     // A number of frames is a number of frames.
     let relative_error = preset.relative_error().filter(|_| frames.is_none());
-    let stop = Stop { frames: Some(most), relative_error, ..Stop::default() };
+    let stop = Stop { frames: Some(max_frames), relative_error, ..Stop::default() };
     Job { common, settings, cell, time, stop }.run()
 }

@@ -6,7 +6,7 @@ use std::io::Write;
 use caustics::text::{cut, printable};
 
 /// Characters of a message at most: a few lines.
-const MOST: usize = 1200;
+const MAX_CHARS: usize = 1200;
 
 /// Writes a line to stdout; a reader that has seen enough is no failure. What is no JSON must be cut before.
 pub fn say(line: impl Display) -> std::io::Result<()> {
@@ -18,7 +18,7 @@ pub fn say(line: impl Display) -> std::io::Result<()> {
 
 /// Writes a message to stderr, see `tell!`.
 pub fn tell(message: Arguments<'_>) {
-    let message = printable(&cut(&message.to_string(), MOST));
+    let message = printable(&cut(&message.to_string(), MAX_CHARS));
     // Nobody may be there to read it; that is no reason to stop.
     let _ = writeln!(std::io::stderr(), "{message}");
 }

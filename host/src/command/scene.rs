@@ -50,14 +50,14 @@ fn make(name: &str, output: Option<&Path>, force: bool) -> anyhow::Result<()> {
 fn list() -> std::io::Result<()> {
     let there = scene::names();
     let is_there = |name: &str| there.iter().any(|n| n == name);
-    let about = |name: &str| caustics_scenes::description(name).unwrap_or_default();
+    let description = |name: &str| caustics_scenes::description(name).unwrap_or_default();
     for name in caustics_scenes::NAMES {
         let missing = if is_there(name) { "" } else { " (not made yet: caustics scene make)" };
-        say(format_args!("{name:14} {}{missing}", about(name)))?;
+        say(format_args!("{name:14} {}{missing}", description(name)))?;
     }
     for name in caustics_scenes::ON_DEMAND {
         let how = if is_there(name) { String::new() } else { format!(": caustics scene make {name}") };
-        say(format_args!("{name:14} {} (made on demand{how})", about(name)))?;
+        say(format_args!("{name:14} {} (made on demand{how})", description(name)))?;
     }
     let known = [&caustics_scenes::NAMES[..], &caustics_scenes::ON_DEMAND].concat();
     for name in there.iter().filter(|name| !known.contains(&name.as_str())) {

@@ -31,7 +31,7 @@ pub struct Part {
 
 impl Part {
     /// The part that the options ask for, if not all; `stop` says how many frames all are.
-    pub fn of(options: &Common, stop: &Stop) -> Result<Option<Part>, Usage> {
+    pub fn from_options(options: &Common, stop: &Stop) -> Result<Option<Part>, Usage> {
         let shard = options.sharding.asked()?;
         if !shard.is_part() {
             return Ok(None);
@@ -112,7 +112,7 @@ mod tests {
                                 path_history: *path_history,
                                 paths,
                                 radius,
-                                ..Cell::of(method)
+                                ..Cell::new(method)
                             };
                             let cell = cell.effective();
                             let lends = method.kept(cell.parts()).next().is_some();

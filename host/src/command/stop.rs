@@ -19,9 +19,10 @@ pub struct Stop {
 impl Stop {
     /// How much of the run is done; 1 and above: all of it.
     pub fn progress(&self, frames: u32, spent: Duration, relative_error: f64) -> f64 {
-        let by_frames = self.frames.map(|most| f64::from(frames) / f64::from(most));
+        let by_frames = self.frames.map(|limit| f64::from(frames) / f64::from(limit));
         // A mean without a variance is of no use.
-        let by_time = self.time.filter(|_| frames >= 2).map(|most| spent.as_secs_f64() / most.as_secs_f64());
+        let by_time =
+            self.time.filter(|_| frames >= 2).map(|limit| spent.as_secs_f64() / limit.as_secs_f64());
         // Few frames may all have missed a small light, and know nothing of their error.
         let known = frames >= if relative_error > 0.0 { MIN_FRAMES } else { 16 * MIN_FRAMES };
         let by_error = self.relative_error.filter(|_| known).map(|target| target / relative_error);

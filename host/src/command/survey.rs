@@ -66,7 +66,7 @@ impl Outcome {
 
 /// A file of the survey.
 #[derive(Debug, Serialize)]
-struct Row {
+struct FileRecord {
     file: String,
     outcome: Outcome,
     /// Why it fails.
@@ -86,21 +86,21 @@ pub fn run(options: &cli::Survey) -> anyhow::Result<ExitCode> {
     let program = std::env::current_exe().context("this program has no file")?;
     let (bar, done) = (bar(), AtomicU64::new(0));
     let total = bar.length().unwrap_or(1);
-    let rows: Vec<Row> = files
+    let records: Vec<FileRecord> = files
         .par_iter()
         .map(|file| {
-            let row = survey(&program, file, &options.folder, options.render, limit);
+            let record = survey(&program, file, &options.folder, options.render, limit);
             bar.set_position(total * (done.fetch_add(1, Ordering::Relaxed) + 1) / files.len() as u64);
-            row
+            record
         })
         .collect();
     bar.finish_and_clear();
     if options.json {
-        say(serde_json::to_string_pretty(&json!({ "files": rows, "summary": summary(&rows) }))?)?;
+        say(serde_json::to_string_pretty(&json!({ "files": records, "summary": summary(&records) }))?)?;
     } else {
-        say(table(&rows).trim_end())?;
+        say(table(&records).trim_end())?;
     }
-    let fails = rows.iter().any(|row| row.outcome == Outcome::Fails);
+    let fails = records.iter().any(|record| record.outcome == Outcome::Fails);
     Ok(if options.fail && fails { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
@@ -122,10 +122,16 @@ fn find(folder: &Path, files: &mut Vec<PathBuf>) -> std::io::Result<()> {
 }
 
 /// Loads a file, and renders it if that is asked for.
-fn survey(program: &Path, file: &Path, folder: &Path, renders: bool, limit: std::time::Duration) -> Row {
+fn survey(
+    program: &Path,
+    file: &Path,
+    folder: &Path,
+    renders: bool,
+    limit: std::time::Duration,
+) -> FileRecord {
     let start = Instant::now();
     let name = file.strip_prefix(folder).unwrap_or(file).display().to_string();
-    let mut row = Row {
+    let mut record = FileRecord {
         file: name,
         outcome: Outcome::Loads,
         error: None,
@@ -134,27 +140,27 @@ fn survey(program: &Path, file: &Path, folder: &Path, renders: bool, limit: std:
         seconds: 0.0,
     };
     let info = run_alone(program, &["scene", "info", "--json", "--"], file, limit);
-    let tried = info.and_then(|ended| read_info(&ended, &mut row)).and_then(|()| match renders {
+    let tried = info.and_then(|ended| read_info(&ended, &mut record)).and_then(|()| match renders {
         true => render(program, file, limit),
         false => Ok(()),
     });
-    row.outcome = match &tried {
+    record.outcome = match &tried {
         Err(_) => Outcome::Fails,
-        Ok(()) if row.warnings.is_empty() => Outcome::Loads,
+        Ok(()) if record.warnings.is_empty() => Outcome::Loads,
         Ok(()) => Outcome::Warns,
     };
-    row.error = tried.err().map(|error| cause(&error, file));
-    row.seconds = (100.0 * start.elapsed().as_secs_f64()).round() / 100.0;
-    row
+    record.error = tried.err().map(|error| cause(&error, file));
+    record.seconds = (100.0 * start.elapsed().as_secs_f64()).round() / 100.0;
+    record
 }
 
 /// What `scene info --json` says of a file.
-fn read_info(ended: &Ended, row: &mut Row) -> Result<(), String> {
+fn read_info(ended: &Ended, record: &mut FileRecord) -> Result<(), String> {
     ended.fault().map_or(Ok(()), Err)?;
     let info: Value = serde_json::from_slice(&ended.stdout).map_err(|error| error.to_string())?;
-    row.triangles = info["triangles"].as_u64().unwrap_or(0);
+    record.triangles = info["triangles"].as_u64().unwrap_or(0);
     let warnings = info["warnings"].as_array().into_iter().flatten().filter_map(Value::as_str);
-    row.warnings = warnings.map(Into::into).collect();
+    record.warnings = warnings.map(Into::into).collect();
     Ok(())
 }
 
@@ -182,21 +188,21 @@ fn fault_of<'a>(values: impl Iterator<Item = &'a f32> + Clone) -> Result<(), Str
 }
 
 /// How many files fail and warn, by what.
-fn summary(rows: &[Row]) -> Value {
+fn summary(records: &[FileRecord]) -> Value {
     let mut causes: BTreeMap<(&str, String), usize> = BTreeMap::new();
-    for row in rows {
-        if let Some(error) = &row.error {
+    for record in records {
+        if let Some(error) = &record.error {
             *causes.entry(("fails", kind(error))).or_default() += 1;
         }
         let mut kinds: Vec<String> =
-            row.warnings.iter().map(|warning| kind(&cause(warning, Path::new(&row.file)))).collect();
+            record.warnings.iter().map(|warning| kind(&cause(warning, Path::new(&record.file)))).collect();
         kinds.sort();
         kinds.dedup();
         for kind in kinds {
             *causes.entry(("warns", kind)).or_default() += 1;
         }
     }
-    let count = |outcome| rows.iter().filter(|row| row.outcome == outcome).count();
+    let count = |outcome| records.iter().filter(|record| record.outcome == outcome).count();
     let mut causes: Vec<_> = causes.into_iter().collect();
     causes.sort_by(|((a, _), m), ((b, _), n)| a.cmp(b).then(n.cmp(m)));
     let causes: Vec<Value> = causes
@@ -204,25 +210,25 @@ fn summary(rows: &[Row]) -> Value {
         .map(|((what, cause), files)| json!({ "what": what, "cause": cause, "files": files }))
         .collect();
     json!({
-        "files": rows.len(), "loads": count(Outcome::Loads), "warns": count(Outcome::Warns),
+        "files": records.len(), "loads": count(Outcome::Loads), "warns": count(Outcome::Warns),
         "fails": count(Outcome::Fails), "causes": causes,
     })
 }
 
 /// The survey for people.
-fn table(rows: &[Row]) -> String {
+fn table(records: &[FileRecord]) -> String {
     let mut text = String::new();
-    for row in rows {
-        let more = match (&row.error, row.warnings.len()) {
+    for record in records {
+        let more = match (&record.error, record.warnings.len()) {
             (Some(error), _) => format!(": {}", cut(error, 200).replace('\n', " ")),
             (None, 0) => String::new(),
             (None, 1) => ": 1 warning".into(),
             (None, count) => format!(": {count} warnings"),
         };
-        let file = cut(&row.file, 120).replace('\n', "\\n");
-        let _ = writeln!(text, "{} {:7.2} s  {file}{more}", row.outcome.name(), row.seconds);
+        let file = cut(&record.file, 120).replace('\n', "\\n");
+        let _ = writeln!(text, "{} {:7.2} s  {file}{more}", record.outcome.name(), record.seconds);
     }
-    let summary = summary(rows);
+    let summary = summary(records);
     let _ = writeln!(
         text,
         "\n{} files: {} load, {} load with warnings, {} fail",
@@ -249,7 +255,7 @@ mod tests {
 
     #[test]
     fn a_file_counts_once_for_each_kind_of_warning() {
-        let row = |error: Option<&str>, warnings: &[&str]| Row {
+        let record = |error: Option<&str>, warnings: &[&str]| FileRecord {
             file: "a.gltf".into(),
             outcome: if error.is_some() { Outcome::Fails } else { Outcome::Warns },
             error: error.map(Into::into),
@@ -257,21 +263,21 @@ mod tests {
             triangles: 1,
             seconds: 0.5,
         };
-        let rows = [
-            row(
+        let records = [
+            record(
                 None,
                 &["x/a.gltf: node \"u\": its skin is left out", "x/a.gltf: node 3: its skin is left out"],
             ),
-            row(None, &["x/a.gltf: node 7: its skin is left out"]),
-            row(Some("accessor 3 is too short"), &[]),
+            record(None, &["x/a.gltf: node 7: its skin is left out"]),
+            record(Some("accessor 3 is too short"), &[]),
         ];
-        let summary = summary(&rows);
+        let summary = summary(&records);
         assert_eq!((&summary["warns"], &summary["fails"]), (&json!(2), &json!(1)));
         let causes = json!([
             { "what": "fails", "cause": "accessor N is too short", "files": 1 },
             { "what": "warns", "cause": "its skin is left out", "files": 2 },
         ]);
         assert_eq!(summary["causes"], causes);
-        assert!(table(&rows).contains("3 files: 0 load, 2 load with warnings, 1 fail"));
+        assert!(table(&records).contains("3 files: 0 load, 2 load with warnings, 1 fail"));
     }
 }

@@ -156,8 +156,8 @@ pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {
 /// How to render where nobody says: with histories while something moves.
 fn cell(options: &Viewer) -> Result<Cell, Usage> {
     let histories = [(&HISTORY, VALIDATED.name), (&PATH_HISTORY, PathHistory::Validated.name())];
-    let usual: Vec<_> = histories.into_iter().filter(|_| !options.axes.says_how()).collect();
-    options.axes.cell_of(&usual)
+    let defaults: Vec<_> = histories.into_iter().filter(|_| !options.axes.says_how()).collect();
+    options.axes.cell_of(&defaults)
 }
 
 /// The camera; one that was placed, by where it is.

@@ -17,18 +17,18 @@ pub struct Axis {
     pub key: &'static str,
     /// Head of its column in a report.
     pub head: &'static str,
-    /// What it is, as the help of an option says it.
-    pub about: &'static str,
+    /// Description, as the help of an option prints it.
+    pub description: &'static str,
     /// The values that it may have.
     pub values: Values,
-    /// Its value where nobody gives one; empty where the machine decides.
-    pub usual: &'static str,
-    /// Its value in cells that have no use for it.
-    pub none: &'static str,
+    /// Default value; empty where the machine decides.
+    pub default: &'static str,
+    /// Neutral value: that of cells to which it does not apply.
+    pub neutral: &'static str,
     /// How a report tells its values apart.
     pub shown: Shown,
-    /// Why a cell has no use for another value than `none`, if it has none.
-    pub useless: fn(&Cell) -> Option<&'static str>,
+    /// Why it does not apply to a cell; none where it does.
+    pub not_applicable: fn(&Cell) -> Option<&'static str>,
     get: fn(&Cell) -> String,
     set: fn(&mut Cell, &str) -> Result<(), String>,
 }
@@ -90,7 +90,7 @@ impl Axis {
     /// # Errors
     /// What it must be.
     pub fn check(&self, value: &str) -> Result<(), String> {
-        self.set(&mut Cell::of(&method::basic::BASIC), value)
+        self.set(&mut Cell::new(&method::basic::BASIC), value)
     }
 
     /// Its option without the leading dashes.
@@ -104,18 +104,18 @@ impl Axis {
     }
 }
 
-/// What is common to the rows of choices: the values of a field of [`Cell`] that is an enum with `ALL`, `name`, `about` and `find`.
+/// What is common to the rows of choices: the values of a field of [`Cell`] that is an enum with `ALL`, `name`, `description` and `find`.
 macro_rules! chosen {
     ($field:ident: $choice:ident) => {
         Axis {
             key: stringify!($field),
             head: stringify!($field),
-            about: "",
-            values: Values::Names(|| $choice::ALL.iter().map(|of| (of.name(), of.about())).collect()),
-            usual: "",
-            none: "",
+            description: "",
+            values: Values::Names(|| $choice::ALL.iter().map(|of| (of.name(), of.description())).collect()),
+            default: "",
+            neutral: "",
             shown: Shown::Color,
-            useless: |_| None,
+            not_applicable: |_| None,
             get: |cell| cell.$field.name().into(),
             set: |cell, name| found($choice::find(name), &mut cell.$field),
         }
@@ -145,12 +145,12 @@ pub static AXES: [&Axis; 15] = [
 pub static METHOD: Axis = Axis {
     key: "method",
     head: "method",
-    about: "How to render",
-    values: Values::Names(|| method::ALL.iter().map(|of| (of.name, of.about)).collect()),
-    usual: "basic",
-    none: "basic",
+    description: "How to render",
+    values: Values::Names(|| method::ALL.iter().map(|of| (of.name, of.description)).collect()),
+    default: "basic",
+    neutral: "basic",
     shown: Shown::Color,
-    useless: |_| None,
+    not_applicable: |_| None,
     get: |cell| cell.method.name.into(),
     set: |cell, name| found(method::find(name), &mut cell.method),
 };
@@ -159,12 +159,12 @@ pub static METHOD: Axis = Axis {
 pub static GATHER: Axis = Axis {
     key: "gather",
     head: "gather",
-    about: "How deposits and collection points meet [default: points-rt with ray queries, points-bvh on other GPUs, photons-grid on a CPU]",
-    values: Values::Names(|| variant::ALL.iter().map(|of| (of.name, of.about)).collect()),
-    usual: "",
-    none: "",
+    description: "How deposits and collection points meet [default: points-rt with ray queries, points-bvh on other GPUs, photons-grid on a CPU]",
+    values: Values::Names(|| variant::ALL.iter().map(|of| (of.name, of.description)).collect()),
+    default: "",
+    neutral: "",
     shown: Shown::Shape,
-    useless: |cell| {
+    not_applicable: |cell| {
         (!cell.method.chooses_gather).then_some("brings deposits and points together in its own way")
     },
     get: |cell| cell.gather_name().into(),
@@ -183,10 +183,10 @@ pub static GATHER: Axis = Axis {
 
 /// Which light is the light paths'.
 pub static CAUSTICS: Axis = Axis {
-    about: "Which light is a caustic, found by light paths",
-    usual: "first",
-    none: "first",
-    useless: |cell| (!cell.method.gathers).then_some("shoots no light paths"),
+    description: "Which light is a caustic, found by light paths",
+    default: "first",
+    neutral: "first",
+    not_applicable: |cell| (!cell.method.gathers).then_some("shoots no light paths"),
     ..chosen!(caustics: Caustics)
 };
 
@@ -194,12 +194,12 @@ pub static CAUSTICS: Axis = Axis {
 pub static EMISSION: Axis = Axis {
     key: "emission",
     head: "emission",
-    about: "How light paths start",
-    values: Values::Names(|| emission::ALL.iter().map(|of| (of.name, of.about)).collect()),
-    usual: "guided",
-    none: "power",
+    description: "How light paths start",
+    values: Values::Names(|| emission::ALL.iter().map(|of| (of.name, of.description)).collect()),
+    default: "guided",
+    neutral: "power",
     shown: Shown::Color,
-    useless: |cell| {
+    not_applicable: |cell| {
         (!cell.method.chooses_emission).then_some("starts light paths in its own way, or has none")
     },
     get: |cell| cell.emission.name.into(),
@@ -208,18 +208,18 @@ pub static EMISSION: Axis = Axis {
 
 /// How camera paths find lights.
 pub static CONNECTIONS: Axis = Axis {
-    about: "How camera paths find lights, up to the collection point",
-    usual: "resampled",
-    none: "resampled",
+    description: "How camera paths find lights, up to the collection point",
+    default: "resampled",
+    neutral: "resampled",
     shown: Shown::Words("connect-", |value| format!("connections {value}")),
     ..chosen!(connections: Connections)
 };
 
 /// Where the numbers of camera paths come from.
 pub static SAMPLER: Axis = Axis {
-    about: "Where the random numbers of camera paths come from",
-    usual: "sobol",
-    none: "sobol",
+    description: "Where the random numbers of camera paths come from",
+    default: "sobol",
+    neutral: "sobol",
     shown: Shown::Words("", |value| format!("{value} samples")),
     ..chosen!(sampler: Sampler)
 };
@@ -228,12 +228,12 @@ pub static SAMPLER: Axis = Axis {
 pub static HISTORY: Axis = Axis {
     key: "history",
     head: "history",
-    about: "What the frame before lends to collection points",
-    values: Values::Names(|| history::ALL.iter().map(|of| (of.name, of.about)).collect()),
-    usual: "none",
-    none: "none",
+    description: "What the frame before lends to collection points",
+    values: Values::Names(|| history::ALL.iter().map(|of| (of.name, of.description)).collect()),
+    default: "none",
+    neutral: "none",
     shown: Shown::Color,
-    useless: |cell| (!cell.method.lends).then_some("takes no light from the frame before"),
+    not_applicable: |cell| (!cell.method.lends).then_some("takes no light from the frame before"),
     get: |cell| cell.history.name.into(),
     set: |cell, name| found(history::find(name), &mut cell.history),
 };
@@ -241,11 +241,11 @@ pub static HISTORY: Axis = Axis {
 /// What the frame before lends of path-traced light.
 pub static PATH_HISTORY: Axis = Axis {
     head: "path history",
-    about: "What the frame before lends of the light that camera paths found",
-    usual: "none",
-    none: "none",
+    description: "What the frame before lends of the light that camera paths found",
+    default: "none",
+    neutral: "none",
     shown: Shown::Color,
-    useless: |cell| {
+    not_applicable: |cell| {
         let converges = cell.method.converges.then_some("converges: its frames are averaged");
         converges
             .or((!cell.method.gathers).then_some("makes no collection points, which a history looks for"))
@@ -255,10 +255,10 @@ pub static PATH_HISTORY: Axis = Axis {
 
 /// What is done about rare bright samples of camera paths.
 pub static FIREFLIES: Axis = Axis {
-    about: "What is done about rare bright samples of camera paths",
-    usual: "kept",
-    none: "kept",
-    useless: |cell| cell.method.converges.then_some("converges, and must lose no light"),
+    description: "What is done about rare bright samples of camera paths",
+    default: "kept",
+    neutral: "kept",
+    not_applicable: |cell| cell.method.converges.then_some("converges, and must lose no light"),
     ..chosen!(fireflies: Fireflies)
 };
 
@@ -266,12 +266,14 @@ pub static FIREFLIES: Axis = Axis {
 pub static DENOISER: Axis = Axis {
     key: "denoiser",
     head: "denoiser",
-    about: "What smooths the path-traced part, caustics excepted",
-    values: Values::Names(|| denoiser::ALL.iter().map(|of| (of.name, of.about)).collect()),
-    usual: "none",
-    none: "none",
+    description: "What smooths the path-traced part, caustics excepted",
+    values: Values::Names(|| denoiser::ALL.iter().map(|of| (of.name, of.description)).collect()),
+    default: "none",
+    neutral: "none",
     shown: Shown::Color,
-    useless: |cell| (!cell.method.gathers).then_some("makes no collection points, which a denoiser looks at"),
+    not_applicable: |cell| {
+        (!cell.method.gathers).then_some("makes no collection points, which a denoiser looks at")
+    },
     get: |cell| cell.denoiser.name.into(),
     set: |cell, name| found(denoiser::find(name), &mut cell.denoiser),
 };
@@ -280,12 +282,12 @@ pub static DENOISER: Axis = Axis {
 pub static RUNNER: Axis = Axis {
     key: "runner",
     head: "runner",
-    about: "Where to run",
+    description: "Where to run",
     values: Values::Names(|| RUNNERS.to_vec()),
-    usual: "auto",
-    none: "auto",
+    default: "auto",
+    neutral: "auto",
     shown: Shown::Words("", str::to_string),
-    useless: |_| None,
+    not_applicable: |_| None,
     get: |cell| runner_name(&cell.runner).into(),
     set: |cell, name| {
         found(RUNNERS.iter().map(|(known, _)| *known).find(|known| *known == name), &mut cell.asked_runner)
@@ -294,9 +296,9 @@ pub static RUNNER: Axis = Axis {
 
 /// Which kernel code is alive.
 pub static FEATURES: Axis = Axis {
-    about: "Which kernel code is alive",
-    usual: "scene",
-    none: "scene",
+    description: "Which kernel code is alive",
+    default: "scene",
+    neutral: "scene",
     shown: Shown::Words("", |value| format!("{value} features")),
     ..chosen!(features: FeatureChoice)
 };
@@ -305,15 +307,15 @@ pub static FEATURES: Axis = Axis {
 pub static PATHS_PER_PIXEL: Axis = Axis {
     key: "paths_per_pixel",
     head: "paths/px",
-    about: "Light paths a pixel and frame",
+    description: "Light paths a pixel and frame",
     values: Values::Numbers("more than 0, at most 4096"),
-    usual: "auto",
-    none: "",
+    default: "auto",
+    neutral: "",
     shown: Shown::Words("", |value| {
         let unit = if value == "1" { "path/px" } else { "paths/px" };
         format!("{value} {unit}")
     }),
-    useless: |cell| (!cell.method.gathers).then_some("shoots no light paths"),
+    not_applicable: |cell| (!cell.method.gathers).then_some("shoots no light paths"),
     get: |cell| cell.paths.to_string(),
     set: |cell, text| {
         cell.paths = text.parse()?;
@@ -325,13 +327,13 @@ pub static PATHS_PER_PIXEL: Axis = Axis {
 pub static RADIUS_PX: Axis = Axis {
     key: "radius_px",
     head: "radius [px]",
-    about: "Radius of collection points; 1 gives a disc the area of its pixel's footprint, auto that and up to three times the \
+    description: "Radius of collection points; 1 gives a disc the area of its pixel's footprint, auto that and up to three times the \
             radius where the last frame's deposits were few",
     values: Values::Numbers("auto or a positive number"),
-    usual: "1",
-    none: "1",
+    default: "1",
+    neutral: "1",
     shown: Shown::Words("r", |value| format!("radius {value} px")),
-    useless: |cell| match cell.radius {
+    not_applicable: |cell| match cell.radius {
         _ if !cell.method.gathers => Some("makes no collection points"),
         Radius::Auto if !cell.method.chooses_gather => Some("has no discs that could widen"),
         _ => None,
@@ -355,12 +357,12 @@ pub static RADIUS_PX: Axis = Axis {
 pub static MAX_BOUNCES: Axis = Axis {
     key: "max_bounces",
     head: "bounces",
-    about: "Scattering vertices between eye and light, at most",
+    description: "Scattering vertices between eye and light, at most",
     values: Values::Numbers("1 to 64"),
-    usual: "5",
-    none: "5",
+    default: "5",
+    neutral: "5",
     shown: Shown::Words("b", |value| format!("{value} bounces")),
-    useless: |_| None,
+    not_applicable: |_| None,
     get: |cell| cell.max_bounces.to_string(),
     set: |cell, text| {
         let bounces = text.parse().ok().filter(|bounces| (1..=64).contains(bounces));
@@ -397,8 +399,8 @@ pub const PATHS_SPELLINGS: [(&str, &str, [&str; 2]); 2] = [
 pub fn keys() -> impl Iterator<Item = (&'static str, &'static str, &'static Axis)> {
     let of_axis = |axis: &'static Axis| {
         let others = PATHS_SPELLINGS.into_iter().filter(move |_| *axis == PATHS_PER_PIXEL);
-        std::iter::once((axis.key, axis.about, axis))
-            .chain(others.map(move |(key, about, _)| (key, about, axis)))
+        std::iter::once((axis.key, axis.description, axis))
+            .chain(others.map(move |(key, description, _)| (key, description, axis)))
     };
     AXES.into_iter().flat_map(of_axis)
 }
@@ -471,12 +473,12 @@ mod tests {
     #[test]
     fn every_axis_takes_its_own_values_and_no_others() {
         for axis in AXES {
-            axis.check(axis.usual).unwrap();
-            axis.check(axis.none).unwrap();
+            axis.check(axis.default).unwrap();
+            axis.check(axis.neutral).unwrap();
             if let Values::Names(names) = axis.values {
-                for (name, about) in names() {
+                for (name, description) in names() {
                     axis.check(name).unwrap();
-                    assert!(about.len() > 3, "{name} of {axis:?} says what it is");
+                    assert!(description.len() > 3, "{name} of {axis:?} says what it is");
                 }
             }
             let wrong = axis.check("sieve").unwrap_err();
@@ -501,7 +503,7 @@ mod tests {
             (&RADIUS_PX, "auto"),
             (&MAX_BOUNCES, "9"),
         ] {
-            let mut cell = Cell::of(&method::basic::BASIC);
+            let mut cell = Cell::new(&method::basic::BASIC);
             axis.set(&mut cell, value).unwrap();
             assert_eq!(axis.get(&cell), value);
         }

@@ -4,7 +4,7 @@ use caustics_kernels::denoiser::Denoiser;
 use caustics_kernels::emission::Emission;
 use caustics_kernels::gather::variant::{self, Variant};
 use caustics_kernels::history::History;
-use caustics_kernels::interface::balance::MOST_PATHS;
+use caustics_kernels::interface::balance::MAX_PATHS;
 use caustics_kernels::interface::choice::{Caustics, Connections, Fireflies, PathHistory, Sampler};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::method::{Method, Parts};
@@ -110,7 +110,7 @@ impl FeatureChoice {
     }
 
     /// What it is.
-    pub fn about(self) -> &'static str {
+    pub fn description(self) -> &'static str {
         match self {
             FeatureChoice::Scene => "What the scene needs",
             FeatureChoice::All => "All of it",
@@ -127,7 +127,7 @@ impl Paths {
             Paths::Count(count) => count,
             Paths::PerPixel(paths) => (paths * pixels).round().max(1.0) as u32,
             Paths::Time(_) => pixels as u32,
-            Paths::Auto => pixels as u32 * MOST_PATHS,
+            Paths::Auto => pixels as u32 * MAX_PATHS,
         }
     }
 }
@@ -193,7 +193,7 @@ pub fn has_ray_queries(runner: &RunnerChoice) -> bool {
 
 /// The gather of a runner where nobody asks for another. Where a disc takes most of the deposits, a GPU waits for its invocation
 /// alone: there deposits search the points.
-pub fn usual_gather(runner: &RunnerChoice) -> &'static Variant {
+pub fn default_gather(runner: &RunnerChoice) -> &'static Variant {
     match runner {
         RunnerChoice::Cpu { .. } => &variant::PHOTONS_GRID,
         RunnerChoice::Gpu { hardware: false, .. } => &variant::POINTS_BVH,

@@ -5,7 +5,7 @@ use caustics_kernels::method::Method;
 use caustics_kernels::{denoiser, emission, history};
 
 use super::axis::{AXES, HISTORY, METHOD, PATHS_PER_PIXEL, Shown};
-use super::cell::{Cell, FeatureChoice, Paths, Radius, usual_gather};
+use super::cell::{Cell, FeatureChoice, Paths, Radius, default_gather};
 use super::result::CellConfig;
 use crate::scene::Scene;
 use crate::session::RunnerChoice;
@@ -13,12 +13,12 @@ use crate::settings::Settings;
 
 impl Cell {
     /// A method by itself: no history, no filter, one light path a pixel, on all cores of the CPU.
-    pub fn of(method: &'static Method) -> Cell {
+    pub fn new(method: &'static Method) -> Cell {
         let runner = RunnerChoice::Cpu { threads: 0 };
         let cell = Cell {
             name: String::new(),
             method,
-            gather: Some(usual_gather(&runner)),
+            gather: Some(default_gather(&runner)),
             emission: &emission::GUIDED,
             caustics: Settings::default().caustics,
             connections: Settings::default().connections,
@@ -41,9 +41,9 @@ impl Cell {
     /// The same frames with all that its method does not look at set aside: cells of one effect are one cell.
     pub fn effective(mut self) -> Cell {
         for axis in AXES {
-            if (axis.useless)(&self).is_some() {
+            if (axis.not_applicable)(&self).is_some() {
                 // A value that an axis has itself is one that it takes.
-                let _ = axis.set(&mut self, axis.none);
+                let _ = axis.set(&mut self, axis.neutral);
             }
         }
         self
@@ -59,8 +59,9 @@ impl Cell {
     /// Method, history, and whatever else has a colour and is not as usual: `basic-paper`, `basic-paper-atrous`.
     fn short_name(&self) -> String {
         let colored = AXES.into_iter().filter(|axis| matches!(axis.shown, Shown::Color));
-        let colored = colored.filter(|axis| **axis == HISTORY || (axis.useless)(self).is_none());
-        let said = colored.filter(|axis| [&METHOD, &HISTORY].contains(axis) || axis.get(self) != axis.usual);
+        let colored = colored.filter(|axis| **axis == HISTORY || (axis.not_applicable)(self).is_none());
+        let said =
+            colored.filter(|axis| [&METHOD, &HISTORY].contains(axis) || axis.get(self) != axis.default);
         said.map(|axis| axis.get(self)).collect::<Vec<_>>().join("-")
     }
 
@@ -75,7 +76,7 @@ impl Cell {
                 (f64::from(self.paths.count(width, height)) / pixels).to_string()
             }
         };
-        let mut config = CellConfig::of(&scene.name, camera);
+        let mut config = CellConfig::new(&scene.name, camera);
         for axis in AXES {
             config.set(axis, &axis.get(self));
         }
@@ -90,7 +91,7 @@ pub fn name_all(cells: &mut [Cell]) {
     let mut names: Vec<String> = cells.iter().map(Cell::short_name).collect();
     for axis in AXES.into_iter().filter(|axis| !matches!(axis.shown, Shown::Color)) {
         let letters = if let Shown::Words(letters, _) = axis.shown { letters } else { "" };
-        let text = |cell: &Cell| match (axis.useless)(cell) {
+        let text = |cell: &Cell| match (axis.not_applicable)(cell) {
             Some(_) => String::new(),
             None => format!("{letters}{}", axis.get(cell)),
         };
@@ -124,20 +125,20 @@ mod tests {
             gather: variant::find("brute"),
             paths: Paths::Count(7),
             radius: Radius::Px(3.0),
-            ..Cell::of(method)
+            ..Cell::new(method)
         };
-        assert_eq!(fancy(&PATH).effective().key(), Cell::of(&PATH).key());
+        assert_eq!(fancy(&PATH).effective().key(), Cell::new(&PATH).key());
         assert_eq!(fancy(&BASIC).effective().key(), fancy(&BASIC).key());
-        assert_ne!(fancy(&BASIC).key(), Cell::of(&BASIC).key());
+        assert_ne!(fancy(&BASIC).key(), Cell::new(&BASIC).key());
     }
 
     #[test]
     fn names_say_what_differs() {
         let mut cells = [
-            Cell::of(&BASIC),
-            Cell { paths: Paths::PerPixel(0.5), gather: variant::find("brute"), ..Cell::of(&BASIC) },
-            Cell { denoiser: &denoiser::ATROUS, ..Cell::of(&BASIC) },
-            Cell::of(&PATH),
+            Cell::new(&BASIC),
+            Cell { paths: Paths::PerPixel(0.5), gather: variant::find("brute"), ..Cell::new(&BASIC) },
+            Cell { denoiser: &denoiser::ATROUS, ..Cell::new(&BASIC) },
+            Cell::new(&PATH),
         ];
         name_all(&mut cells);
         let names = cells.each_ref().map(|cell| cell.name.as_str());

@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 use super::cell::Cell;
 use super::memory::memory;
 use super::plan::Plan;
-use super::row::Row;
+use super::record::FrameRecord;
 use crate::scene::Scene;
 use caustics_kernels::history;
 use caustics_kernels::method::frame::work;
@@ -43,21 +43,22 @@ pub struct Cost {
     pub expected_ms: Option<f64>,
 }
 
-/// Costs of the passes of a cell that the model knows, of its rows; `hits_per_s` is the rate of the tracer alone. None
+/// Costs of the passes of a cell that the model knows, of its records; `hits_per_s` is the rate of the tracer alone. None
 /// where the plan's camera is not there.
 pub fn costs(
     plan: &Plan,
     scene: &Scene,
     cell: &Cell,
-    rows: &[&Row],
+    records: &[&FrameRecord],
     hits_per_s: f64,
 ) -> Option<BTreeMap<String, Cost>> {
     let without_history = memory(plan, &Cell { history: &history::NONE, ..cell.clone() }, scene)?;
     let memory = memory(plan, cell, scene)?;
-    let frames = rows.len() as f64;
-    let count = |name: &str| rows.iter().filter_map(|row| row.get(name)).sum::<f64>() / frames;
+    let frames = records.len() as f64;
+    let count = |name: &str| records.iter().filter_map(|record| record.get(name)).sum::<f64>() / frames;
     let ms = |kind: Work| {
-        let passes = rows.iter().flat_map(|row| row.passes()).filter(|(pass, _)| work(pass) == Some(kind));
+        let passes =
+            records.iter().flat_map(|record| record.passes()).filter(|(pass, _)| work(pass) == Some(kind));
         passes.map(|(_, ms)| ms).sum::<f64>() / frames
     };
     let pixels = f64::from(plan.settings.width) * f64::from(plan.settings.height);

@@ -26,10 +26,10 @@ pub struct Measure {
     pub key: &'static str,
     /// Its name in tables and on axes.
     pub head: &'static str,
-    /// What it is, in one line.
-    pub about: &'static str,
-    /// Where it misleads.
-    pub wrong: &'static str,
+    /// Description, in one line.
+    pub description: &'static str,
+    /// Limitations: where it misleads.
+    pub limitations: &'static str,
     /// Whether a report draws speed against it.
     pub charted: bool,
     /// Its value; none where a picture is not finite, or what it is relative to is black or absent.
@@ -47,7 +47,7 @@ pub struct Found {
 
 impl Found {
     /// The mean of values that are all there; one a seed.
-    fn of(values: impl Iterator<Item = Option<f64>>) -> Option<Found> {
+    fn from_seeds(values: impl Iterator<Item = Option<f64>>) -> Option<Found> {
         let values = values.collect::<Option<Vec<f64>>>()?;
         let count = values.len() as f64;
         let value = values.iter().sum::<f64>() / count;
@@ -87,8 +87,8 @@ pub static MEASURES: [&Measure; 10] = [
 pub static FLIP: Measure = Measure {
     key: "flip",
     head: "FLIP",
-    about: "Mean FLIP, the difference that a person sees between picture and reference, 0 to 1",
-    wrong: "it forgives light that is lost evenly: look at relMSE beside it",
+    description: "Mean FLIP, the difference that a person sees between picture and reference, 0 to 1",
+    limitations: "it forgives light that is lost evenly: look at relMSE beside it",
     charted: true,
     of: |seen| seen.mean(|now| Some(now.flip_map(seen.truth, seen.exposure)?.mean())),
 };
@@ -97,8 +97,8 @@ pub static FLIP: Measure = Measure {
 pub static FLIP_CAUSTIC_REGION: Measure = Measure {
     key: "flip_caustic_region",
     head: "FLIP in the caustic region",
-    about: "Mean FLIP of the picture over the pixels in which caustics are a fifth of the reference's light",
-    wrong: "caustics that are where the reference has none are not seen",
+    description: "Mean FLIP of the picture over the pixels in which caustics are a fifth of the reference's light",
+    limitations: "caustics that are where the reference has none are not seen",
     charted: true,
     of: |seen| {
         seen.mean(|now| {
@@ -112,8 +112,8 @@ pub static FLIP_CAUSTIC_REGION: Measure = Measure {
 pub static FLIP_CAUSTICS: Measure = Measure {
     key: "flip_caustics",
     head: "FLIP of caustics",
-    about: "Mean FLIP of the caustics over the reference's other light",
-    wrong: "caustics of a part of the picture are averaged with the rest of it",
+    description: "Mean FLIP of the caustics over the reference's other light",
+    limitations: "caustics of a part of the picture are averaged with the rest of it",
     charted: true,
     of: |seen| seen.mean(|now| flip(now.caustics_in_place.as_ref()?, &seen.truth.whole, seen.exposure)),
 };
@@ -122,8 +122,8 @@ pub static FLIP_CAUSTICS: Measure = Measure {
 pub static RELMSE: Measure = Measure {
     key: "relmse",
     head: "relMSE",
-    about: "Relative mean squared error of the picture",
-    wrong: "ten pixels can be nine tenths of it",
+    description: "Relative mean squared error of the picture",
+    limitations: "ten pixels can be nine tenths of it",
     charted: true,
     of: |seen| seen.mean(|now| relative(&now.whole, &seen.truth.whole)),
 };
@@ -132,8 +132,8 @@ pub static RELMSE: Measure = Measure {
 pub static RELMSE_TRIMMED: Measure = Measure {
     key: "relmse_trimmed",
     head: "trimmed relMSE",
-    about: "Relative mean squared error of the picture, without the worst 0.1 % of the pixels",
-    wrong: "fireflies are left out",
+    description: "Relative mean squared error of the picture, without the worst 0.1 % of the pixels",
+    limitations: "fireflies are left out",
     charted: true,
     of: |seen| seen.mean(|now| finite(relmse::trimmed(&errors(&now.whole, &seen.truth.whole)?))),
 };
@@ -142,8 +142,8 @@ pub static RELMSE_TRIMMED: Measure = Measure {
 pub static RELMSE_TRIMMED_CAUSTIC_REGION: Measure = Measure {
     key: "relmse_trimmed_caustic_region",
     head: "trimmed relMSE in the caustic region",
-    about: "The same over the pixels in which caustics are a fifth of the reference's light",
-    wrong: "caustics that are where the reference has none are not seen; fireflies are left out",
+    description: "The same over the pixels in which caustics are a fifth of the reference's light",
+    limitations: "caustics that are where the reference has none are not seen; fireflies are left out",
     charted: true,
     of: |seen| {
         seen.mean(|now| {
@@ -157,8 +157,8 @@ pub static RELMSE_TRIMMED_CAUSTIC_REGION: Measure = Measure {
 pub static RELMSE_CAUSTICS: Measure = Measure {
     key: "relmse_caustics",
     head: "relMSE of caustics",
-    about: "Relative mean squared error of the layer of caustics",
-    wrong: "dim places weigh as much as bright ones",
+    description: "Relative mean squared error of the layer of caustics",
+    limitations: "dim places weigh as much as bright ones",
     charted: true,
     of: |seen| seen.mean(|now| relative(now.caustics.as_ref()?, seen.truth.caustics.as_ref()?)),
 };
@@ -167,8 +167,8 @@ pub static RELMSE_CAUSTICS: Measure = Measure {
 pub static FLICKER: Measure = Measure {
     key: "flicker",
     head: "flicker",
-    about: "FLIP between a frame and the one before, beyond that of the reference",
-    wrong: "what is steadily wrong does not flicker",
+    description: "FLIP between a frame and the one before, beyond that of the reference",
+    limitations: "what is steadily wrong does not flicker",
     charted: false,
     of: |seen| {
         let change =
@@ -181,8 +181,8 @@ pub static FLICKER: Measure = Measure {
 pub static FLICKER_CAUSTICS: Measure = Measure {
     key: "flicker_caustics",
     head: "flicker of caustics",
-    about: "Flicker of the caustics over the reference's other light",
-    wrong: "what is steadily wrong does not flicker",
+    description: "Flicker of the caustics over the reference's other light",
+    limitations: "what is steadily wrong does not flicker",
     charted: false,
     of: |seen| {
         let change = |now: &MeasuredPicture, before: &MeasuredPicture| {
@@ -196,8 +196,8 @@ pub static FLICKER_CAUSTICS: Measure = Measure {
 pub static CAUSTICS_VARIANCE: Measure = Measure {
     key: "caustics_variance_radiance2",
     head: "variance",
-    about: "Variance of the caustics' radiance between seeds, mean over pixels and channels (W^2 m^-4 sr^-2)",
-    wrong: "light that is lost in every run has no variance",
+    description: "Variance of the caustics' radiance between seeds, mean over pixels and channels (W^2 m^-4 sr^-2)",
+    limitations: "light that is lost in every run has no variance",
     charted: false,
     of: |seen| {
         let layers: Vec<&[Vec3]> = seen.now.iter().map(|now| now.radiance.as_slice()).collect();
@@ -227,14 +227,14 @@ impl<'a> Seen<'a> {
 
     /// The mean over the seeds, if all have a value.
     fn mean(&self, of: impl Fn(&MeasuredPicture) -> Option<f64>) -> Option<Found> {
-        Found::of(self.now.iter().map(of))
+        Found::from_seeds(self.now.iter().map(of))
     }
 
     /// The mean change since the frame before, beyond that of the reference.
     fn change(&self, of: &dyn Fn(&MeasuredPicture, &MeasuredPicture) -> Option<f64>) -> Option<Found> {
         let truth = of(self.truth, self.truth_before?)?;
         let pairs = self.now.iter().zip(self.before);
-        Found::of(pairs.map(|(now, before)| Some(of(now, before)? - truth)))
+        Found::from_seeds(pairs.map(|(now, before)| Some(of(now, before)? - truth)))
     }
 }
 
@@ -276,7 +276,7 @@ impl MeasuredPicture {
         let split = !picture.caustics.is_empty();
         let whole = of(picture.beauty());
         let caustics = split.then(|| of(picture.caustics.clone()));
-        let region = caustics.as_ref().and_then(|caustics| CausticRegion::of(&whole, caustics));
+        let region = caustics.as_ref().and_then(|caustics| CausticRegion::new(&whole, caustics));
         MeasuredPicture {
             whole,
             caustics,
@@ -309,7 +309,7 @@ fn relative(image: &Pixels, reference: &Pixels) -> Option<f64> {
 
 /// Relative squared error of each pixel, if there is something to relate it to.
 fn errors(image: &Pixels, reference: &Pixels) -> Option<Vec<f64>> {
-    (relmse::least_square(reference) > 0.0).then(|| relmse::errors(image, reference))
+    (relmse::min_square(reference) > 0.0).then(|| relmse::errors(image, reference))
 }
 
 fn finite(value: f64) -> Option<f64> {
@@ -419,9 +419,12 @@ mod tests {
         let values = [1.0, 2.0, 6.0].map(Some);
         // Deviations -2, -1 and 3 of the mean 3.
         let expected = Found { value: 3.0, standard_error: Some((14.0_f64 / 6.0).sqrt()) };
-        assert_eq!(Found::of(values.into_iter()), Some(expected));
-        assert_eq!(Found::of([Some(2.0)].into_iter()), Some(Found { value: 2.0, standard_error: None }));
-        assert_eq!(Found::of([Some(2.0), None].into_iter()), None);
-        assert_eq!(Found::of(std::iter::empty()), None);
+        assert_eq!(Found::from_seeds(values.into_iter()), Some(expected));
+        assert_eq!(
+            Found::from_seeds([Some(2.0)].into_iter()),
+            Some(Found { value: 2.0, standard_error: None })
+        );
+        assert_eq!(Found::from_seeds([Some(2.0), None].into_iter()), None);
+        assert_eq!(Found::from_seeds(std::iter::empty()), None);
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::axis::{AXES, Axis, RUNNER};
-use super::cell::{Cell, has_ray_queries, runner_name, usual_gather};
+use super::cell::{Cell, default_gather, has_ray_queries, runner_name};
 use super::cell_axes::name_all;
 use crate::session::RunnerChoice;
 
@@ -36,7 +36,7 @@ impl Matrix {
     /// The values of an axis.
     pub fn values(&self, axis: &Axis) -> Vec<&str> {
         let given = self.lists.get(axis.key);
-        given.map_or(vec![axis.usual], |list| list.iter().map(String::as_str).collect())
+        given.map_or(vec![axis.default], |list| list.iter().map(String::as_str).collect())
     }
 
     /// Whether an axis was given values.
@@ -58,7 +58,7 @@ impl Matrix {
         &self,
         runner: &mut dyn FnMut(&str) -> anyhow::Result<RunnerChoice>,
     ) -> anyhow::Result<Cells> {
-        let mut cells = vec![Cell::of(&caustics_kernels::method::basic::BASIC)];
+        let mut cells = vec![Cell::new(&caustics_kernels::method::basic::BASIC)];
         let others = AXES.into_iter().rev().filter(|axis| **axis != RUNNER);
         for axis in std::iter::once(&RUNNER).chain(others) {
             let mut more = Vec::new();
@@ -77,7 +77,7 @@ impl Matrix {
         let mut all = Cells::default();
         for cell in cells {
             let runner = runner(cell.asked_runner)?;
-            let gather = cell.gather.unwrap_or_else(|| usual_gather(&runner));
+            let gather = cell.gather.unwrap_or_else(|| default_gather(&runner));
             let cell = Cell { gather: Some(gather), runner, ..cell }.effective();
             if let Some(gather) = cell.gather.filter(|gather| gather.hardware)
                 && !has_ray_queries(&cell.runner)

@@ -14,8 +14,8 @@ use super::cell::Cell;
 use super::error::{MEASURES, MeasuredPicture, Seen};
 use super::identity;
 use super::plan::Plan;
+use super::record::FrameRecord;
 use super::reference::References;
-use super::row::Row;
 use crate::metric::error_map::ErrorMap;
 use crate::picture::Picture;
 use crate::scene::Scene;
@@ -48,7 +48,7 @@ pub struct Shown {
     pub error_map: Option<Vec<Vec3>>,
 }
 
-/// What is left of a cell beside its rows.
+/// What is left of a cell beside its records.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// Device and driver.
@@ -57,7 +57,7 @@ pub struct Outcome {
     pub shown: Option<Shown>,
 }
 
-/// Measures every frame of some cells and hands the rows of each frame to `each`. What is left of the cells, in their
+/// Measures every frame of some cells and hands the records of each frame to `each`. What is left of the cells, in their
 /// order; none where it was stopped.
 ///
 /// # Errors
@@ -68,7 +68,7 @@ pub fn measure(
     cells: &[Cell],
     references: Option<&References>,
     stopped: &dyn Fn() -> bool,
-    each: &mut dyn FnMut(Vec<Row>) -> anyhow::Result<()>,
+    each: &mut dyn FnMut(Vec<FrameRecord>) -> anyhow::Result<()>,
 ) -> anyhow::Result<Option<Vec<Outcome>>> {
     let mut scene = identity::posed(scene, plan.time_of(plan.frames.start))?;
     let mut runs: Vec<Run> = cells.iter().map(|cell| open(plan, &scene, cell)).collect::<Result<_, _>>()?;
@@ -88,16 +88,16 @@ pub fn measure(
         let start = Instant::now();
         scene.pose(plan.time_of(frame))?;
         let animate_ms = ms(start);
-        let mut rows = vec![Row::default(); runs.len()];
+        let mut records = vec![FrameRecord::default(); runs.len()];
         for turn in 0..runs.len() {
             let index = (turn + count) % runs.len();
             let run = &mut runs[index];
-            rows[index] = Row {
+            records[index] = FrameRecord {
                 frame,
                 cell: run.cell.name.clone(),
                 values: [("turn".to_string(), turn as f64)].into(),
             };
-            render(plan, &scene, run, &mut rows[index], animate_ms)?;
+            render(plan, &scene, run, &mut records[index], animate_ms)?;
         }
         if let Some(references) = references {
             for session in runs.iter_mut().flat_map(|run| run.sessions.iter_mut().skip(1)) {
@@ -107,8 +107,8 @@ pub fn measure(
             if plan.compares(frame) {
                 let picture = references.load(frame)?;
                 let truth = Truth { measured: MeasuredPicture::new(&picture, &picture), picture };
-                for (run, row) in runs.iter_mut().zip(&mut rows) {
-                    compare(plan, run, row, &truth, truth_before.as_ref())?;
+                for (run, record) in runs.iter_mut().zip(&mut records) {
+                    compare(plan, run, record, &truth, truth_before.as_ref())?;
                 }
                 truth_before = Some(truth.measured);
             } else {
@@ -116,7 +116,7 @@ pub fn measure(
                 truth_before = None;
             }
         }
-        each(rows)?;
+        each(records)?;
     }
     let outcome = |run: Run| {
         let device = run.sessions.first().map(Session::device).unwrap_or_default();
@@ -137,35 +137,42 @@ fn open(plan: &Plan, scene: &Scene, cell: &Cell) -> anyhow::Result<Run> {
 }
 
 /// Renders the frame with the first seed: times and counters.
-fn render(plan: &Plan, scene: &Scene, run: &mut Run, row: &mut Row, animate_ms: f64) -> anyhow::Result<()> {
+fn render(
+    plan: &Plan,
+    scene: &Scene,
+    run: &mut Run,
+    record: &mut FrameRecord,
+    animate_ms: f64,
+) -> anyhow::Result<()> {
     let Some(session) = run.sessions.first_mut() else { return Ok(()) };
     let start = Instant::now();
     session.pose(scene, scene.camera(Some(&plan.camera))?)?;
     let pose_ms = ms(start);
     let start = Instant::now();
-    let times = session.frame(row.frame)?;
+    let times = session.frame(record.frame)?;
     let frame_ms = ms(start);
     if plan.time {
-        row.set("total_ms", Some(animate_ms + pose_ms + frame_ms));
+        record.set("total_ms", Some(animate_ms + pose_ms + frame_ms));
         for step in times {
-            *row.values.entry(format!("pass.{}_ms", step.pass)).or_default() += 1e3 * step.time.as_secs_f64();
+            *record.values.entry(format!("pass.{}_ms", step.pass)).or_default() +=
+                1e3 * step.time.as_secs_f64();
         }
     }
     let counters = session.counters()?;
     let faults = [Counter::DepositsDropped, Counter::Clamped, Counter::NonFinite, Counter::MediaOverflow];
-    row.set("faults", Some(faults.map(|fault| counters.get(fault) as f64).iter().sum()));
+    record.set("faults", Some(faults.map(|fault| counters.get(fault) as f64).iter().sum()));
     for (name, counter) in [
         ("camera_rays", Counter::CameraRays),
         ("shadow_rays", Counter::ShadowRays),
         ("light_rays", Counter::LightRays),
         ("light_paths", Counter::LightPaths),
     ] {
-        row.set(name, Some(counters.get(counter) as f64));
+        record.set(name, Some(counters.get(counter) as f64));
     }
     // Read once: it takes time between the turns.
-    if plan.time && row.frame + 1 == plan.frames.end && run.cell.method.gathers {
+    if plan.time && record.frame + 1 == plan.frames.end && run.cell.method.gathers {
         let points: Vec<PointGeometry> = session.read("point_geometry")?;
-        row.set("points", Some(points.iter().filter(|point| point.exists()).count() as f64));
+        record.set("points", Some(points.iter().filter(|point| point.exists()).count() as f64));
     }
     Ok(())
 }
@@ -174,7 +181,7 @@ fn render(plan: &Plan, scene: &Scene, run: &mut Run, row: &mut Row, animate_ms: 
 fn compare(
     plan: &Plan,
     run: &mut Run,
-    row: &mut Row,
+    record: &mut FrameRecord,
     truth: &Truth,
     truth_before: Option<&MeasuredPicture>,
 ) -> anyhow::Result<()> {
@@ -185,10 +192,10 @@ fn compare(
     let seen = Seen { now: &now, before: &run.before, truth: &truth.measured, truth_before, exposure };
     for measure in MEASURES {
         let found = (measure.of)(&seen);
-        row.set(measure.key, found.map(|found| found.value));
-        row.set(&measure.standard_error_key(), found.and_then(|found| found.standard_error));
+        record.set(measure.key, found.map(|found| found.value));
+        record.set(&measure.standard_error_key(), found.and_then(|found| found.standard_error));
     }
-    if row.frame + 1 == plan.frames.end
+    if record.frame + 1 == plan.frames.end
         && let (Some(session), [picture, ..], [first, ..]) =
             (run.sessions.first_mut(), &pictures[..], &now[..])
     {

@@ -12,7 +12,7 @@ use anyhow::Context;
 use bytemuck::pod_collect_to_vec;
 use glam::Vec3;
 
-use super::cell::{Cell, usual_gather};
+use super::cell::{Cell, default_gather};
 use super::identity::{self, pose};
 use super::plan::Plan;
 use crate::accumulation::{Accumulation, BATCHES};
@@ -157,7 +157,7 @@ impl<'a> References<'a> {
             camera,
             &self.settings,
             &PROGRESSIVE,
-            usual_gather(runner),
+            default_gather(runner),
             features,
         )?;
         let mut sums = Accumulation::in_batches(self.settings.batches_of_frames());

@@ -56,7 +56,7 @@ pub const RENAMED: [(&str, &str); 2] = [("filter", "denoiser"), ("needs", "featu
 
 impl CellConfig {
     /// A scene and a camera; no axis has a value yet.
-    pub fn of(scene: &str, camera: &str) -> CellConfig {
+    pub fn new(scene: &str, camera: &str) -> CellConfig {
         CellConfig { scene: scene.into(), camera: camera.into(), ..CellConfig::default() }
     }
 

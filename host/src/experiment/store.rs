@@ -57,7 +57,7 @@ pub fn read_file(path: &Path) -> anyhow::Result<CellResult> {
 /// The result in the bytes of a file of this stem. Its names lead nowhere but into the folder of the file: the identity is
 /// the stem, hexadecimal digits, and pictures are PNGs beside it.
 pub fn parse(bytes: &[u8], stem: &str) -> anyhow::Result<CellResult> {
-    memory::check(memory::of_json(bytes)).map_err(|short| anyhow!("it would take {short}"))?;
+    memory::check(memory::json_parse_bytes(bytes)).map_err(|short| anyhow!("it would take {short}"))?;
     let mut result: CellResult = serde_json::from_slice(bytes)?;
     result.cell.rename();
     let CellResult { identity, error, .. } = &result;

@@ -93,7 +93,7 @@ fn errors(lines: &mut Lines, results: &[(String, CellResult)]) {
 
 /// The result that differs in its history only, and has none.
 fn baseline<'a>(result: &CellResult, results: &'a [(String, CellResult)]) -> Option<&'a CellResult> {
-    let wanted = result.cell.clone().with(&HISTORY, HISTORY.none);
+    let wanted = result.cell.clone().with(&HISTORY, HISTORY.neutral);
     results.iter().map(|(_, other)| other).find(|other| other.cell == wanted)
 }
 
@@ -165,11 +165,11 @@ pub fn passes_csv(results: &[CellResult]) -> anyhow::Result<Vec<u8>> {
     ]))?;
     for result in results {
         for (pass, of) in result.time.iter().flat_map(|time| &time.pass_ms) {
-            let mut row = vec![result.identity.clone(), result.cell.scene.clone()];
-            row.extend(AXES.map(|axis| result.cell.text(axis)));
-            row.push(pass.clone());
-            row.extend([of.median, of.lower, of.upper].map(|ms| ms.to_string()));
-            table.write_record(&row)?;
+            let mut record = vec![result.identity.clone(), result.cell.scene.clone()];
+            record.extend(AXES.map(|axis| result.cell.text(axis)));
+            record.push(pass.clone());
+            record.extend([of.median, of.lower, of.upper].map(|ms| ms.to_string()));
+            table.write_record(&record)?;
         }
     }
     Ok(table.into_inner()?)
@@ -187,12 +187,12 @@ pub fn frames_csv(results: &[CellResult]) -> anyhow::Result<Option<Vec<u8>>> {
     )?;
     for result in results {
         for frame in &result.frames {
-            let mut row = vec![result.identity.clone(), result.cell.scene.clone()];
-            row.extend(AXES.map(|axis| result.cell.text(axis)));
-            row.push(frame.frame.to_string());
-            row.push(text(frame.total_ms));
-            row.extend(MEASURES.map(|measure| text(frame.get(measure))));
-            table.write_record(&row)?;
+            let mut record = vec![result.identity.clone(), result.cell.scene.clone()];
+            record.extend(AXES.map(|axis| result.cell.text(axis)));
+            record.push(frame.frame.to_string());
+            record.push(text(frame.total_ms));
+            record.extend(MEASURES.map(|measure| text(frame.get(measure))));
+            table.write_record(&record)?;
         }
     }
     Ok(Some(table.into_inner()?))
@@ -238,14 +238,14 @@ pub fn cells_csv(results: &[CellResult]) -> anyhow::Result<Vec<u8>> {
     table.write_record(heads)?;
     for result in results {
         let CellResult { identity, cell, time, error, provenance: from, note, .. } = result;
-        let mut row = vec![identity.clone(), cell.scene.clone(), cell.camera.clone()];
-        row.extend(AXES.map(|axis| cell.text(axis)));
-        row.extend(TIMES.map(|(_, of)| text(time.as_ref().and_then(of))));
-        row.extend(COMPARED.map(|(_, of)| text(error.as_ref().and_then(of))));
-        row.extend(MEASURES.map(|measure| text(error.as_ref().and_then(|error| error.get(measure)))));
-        row.extend([from.device.clone(), from.commit.clone()]);
-        row.extend([from.wall_s.to_string(), from.unix_s.to_string(), note.clone().unwrap_or_default()]);
-        table.write_record(&row)?;
+        let mut record = vec![identity.clone(), cell.scene.clone(), cell.camera.clone()];
+        record.extend(AXES.map(|axis| cell.text(axis)));
+        record.extend(TIMES.map(|(_, of)| text(time.as_ref().and_then(of))));
+        record.extend(COMPARED.map(|(_, of)| text(error.as_ref().and_then(of))));
+        record.extend(MEASURES.map(|measure| text(error.as_ref().and_then(|error| error.get(measure)))));
+        record.extend([from.device.clone(), from.commit.clone()]);
+        record.extend([from.wall_s.to_string(), from.unix_s.to_string(), note.clone().unwrap_or_default()]);
+        table.write_record(&record)?;
     }
     Ok(table.into_inner()?)
 }

@@ -7,8 +7,8 @@ use caustics_kernels::declare::Work;
 use super::cell::Cell;
 use super::memory::memory;
 use super::plan::Plan;
+use super::record::FrameRecord;
 use super::result::{CellTime, Quartiles};
-use super::row::Row;
 use crate::metric::percentile::quantile;
 use crate::scene::Scene;
 use caustics_kernels::method::frame::work;
@@ -20,27 +20,36 @@ const GATHER: [Work; 2] = [Work::Index, Work::Gather];
 /// Work that traces the rays that are counted.
 const TRACERS: [Work; 2] = [Work::Camera, Work::Light];
 
-/// Times of a cell, of the rows of all cells of a run; the scene is posed at the first frame. None without timed frames.
-pub fn cell_time(plan: &Plan, scene: &Scene, cell: &Cell, first: &Cell, rows: &[Row]) -> Option<CellTime> {
-    let of = |cell: &Cell| -> BTreeMap<u32, &Row> {
-        let own = rows.iter().filter(|row| row.cell == cell.name && row.get("total_ms").is_some());
-        own.map(|row| (row.frame, row)).collect()
+/// Times of a cell, of the records of all cells of a run; the scene is posed at the first frame. None without timed frames.
+pub fn cell_time(
+    plan: &Plan,
+    scene: &Scene,
+    cell: &Cell,
+    first: &Cell,
+    records: &[FrameRecord],
+) -> Option<CellTime> {
+    let of = |cell: &Cell| -> BTreeMap<u32, &FrameRecord> {
+        let own =
+            records.iter().filter(|record| record.cell == cell.name && record.get("total_ms").is_some());
+        own.map(|record| (record.frame, record)).collect()
     };
     let (own, firsts) = (of(cell), of(first));
-    let total = |row: &Row| row.get("total_ms").unwrap_or_default();
-    let totals: Vec<f64> = own.values().map(|row| total(row)).collect();
+    let total = |record: &FrameRecord| record.get("total_ms").unwrap_or_default();
+    let totals: Vec<f64> = own.values().map(|record| total(record)).collect();
     let ratios: Vec<f64> =
-        own.iter().filter_map(|(frame, row)| Some(total(row) / total(firsts.get(frame)?))).collect();
+        own.iter().filter_map(|(frame, record)| Some(total(record) / total(firsts.get(frame)?))).collect();
 
-    let names: BTreeSet<&str> = own.values().flat_map(|row| row.passes().map(|(name, _)| name)).collect();
+    let names: BTreeSet<&str> =
+        own.values().flat_map(|record| record.passes().map(|(name, _)| name)).collect();
     // A pass that a frame does without took no time there.
     let times = |name: &str| -> Vec<f64> {
-        own.values().map(|row| row.get(&format!("pass.{name}_ms")).unwrap_or(0.0)).collect()
+        own.values().map(|record| record.get(&format!("pass.{name}_ms")).unwrap_or(0.0)).collect()
     };
     let pass_ms = names.iter().map(|&name| Some((name.to_string(), quartiles(&times(name))?)));
     let pass_ms = pass_ms.collect::<Option<BTreeMap<_, _>>>()?;
 
-    let mean = |name: &str| own.values().filter_map(|row| row.get(name)).sum::<f64>() / own.len() as f64;
+    let mean =
+        |name: &str| own.values().filter_map(|record| record.get(name)).sum::<f64>() / own.len() as f64;
     // Rates are of the medians: a frame that was disturbed says nothing of them.
     let rate = |amount: f64, chosen: &dyn Fn(&str) -> bool| {
         let ms: f64 = pass_ms.iter().filter(|(name, _)| chosen(name)).map(|(_, of)| of.median).sum();
@@ -49,7 +58,7 @@ pub fn cell_time(plan: &Plan, scene: &Scene, cell: &Cell, first: &Cell, rows: &[
     let is = |name: &str, of: &[Work]| work(name).is_some_and(|work| of.contains(&work));
     let settings = cell.settings(&plan.settings);
     let rays = mean("camera_rays") + mean("shadow_rays") + mean("light_rays");
-    let points = own.values().find_map(|row| row.get("points")).unwrap_or(0.0);
+    let points = own.values().find_map(|record| record.get("points")).unwrap_or(0.0);
     Some(CellTime {
         width: settings.width,
         height: settings.height,
@@ -100,7 +109,7 @@ mod tests {
         }
     }
 
-    fn row(cell: &str, frame: u32, slow: f64) -> Row {
+    fn record(cell: &str, frame: u32, slow: f64) -> FrameRecord {
         let values = [
             ("total_ms", 11.0),
             ("pass.collect_ms", 4.0),
@@ -119,20 +128,20 @@ mod tests {
         ];
         let counts = counts.into_iter().chain((frame == 3).then_some(("points", 800.0)));
         let values = times.into_iter().chain(counts.map(|(name, count)| (name.to_string(), count))).collect();
-        Row { frame, cell: cell.into(), values }
+        FrameRecord { frame, cell: cell.into(), values }
     }
 
     #[test]
     fn rates_are_those_of_the_passes_that_do_the_work() {
-        let [first, other] = ["first", "other"].map(|name| Cell { name: name.into(), ..Cell::of(&BASIC) });
+        let [first, other] = ["first", "other"].map(|name| Cell { name: name.into(), ..Cell::new(&BASIC) });
         let plan = plan();
         // The machine slows down by half in the last frame.
         let slow = [1.0, 1.0, 1.0, 1.5];
-        let rows: Vec<Row> = (0..4)
+        let records: Vec<FrameRecord> = (0..4)
             .zip(slow)
-            .flat_map(|(frame, slow)| [row("first", frame, 2.0 * slow), row("other", frame, slow)])
+            .flat_map(|(frame, slow)| [record("first", frame, 2.0 * slow), record("other", frame, slow)])
             .collect();
-        let time = cell_time(&plan, &Scene::default(), &other, &first, &rows).unwrap();
+        let time = cell_time(&plan, &Scene::default(), &other, &first, &records).unwrap();
         assert_eq!(time.total_ms, Quartiles { lower: 11.0, median: 11.0, upper: 12.375 });
         assert_eq!(time.ratio_to_first, Some(0.5));
         assert_eq!((time.rays, time.rays_per_s), (6000.0, 1e6), "6000 in collect and shoot");
@@ -141,15 +150,15 @@ mod tests {
         assert_eq!((time.light_paths, time.frames), (1000, 4));
 
         // Kim's method gathers at no point.
-        let rows: Vec<Row> = rows
+        let records: Vec<FrameRecord> = records
             .into_iter()
-            .map(|mut row| {
-                row.values.retain(|name, _| !name.contains("gather") && !name.contains("index"));
-                row.set("pass.splat.kim2019_ms", Some(1.0));
-                row
+            .map(|mut record| {
+                record.values.retain(|name, _| !name.contains("gather") && !name.contains("index"));
+                record.set("pass.splat.kim2019_ms", Some(1.0));
+                record
             })
             .collect();
-        let time = cell_time(&plan, &Scene::default(), &other, &first, &rows).unwrap();
+        let time = cell_time(&plan, &Scene::default(), &other, &first, &records).unwrap();
         assert_eq!(time.points_per_s, None);
         assert!(cell_time(&plan, &Scene::default(), &other, &first, &[]).is_none());
     }

@@ -13,7 +13,7 @@ pub fn path(view: View<'_>, pixel: u32, has_point: bool) -> CameraPath {
     let View { scene, params, features } = view;
     let (stream, beyond) =
         if has_point { (Stream::Camera, Beyond::NOTHING) } else { (Stream::Reference, Beyond::ALL) };
-    let start = Start::of(stream, pixel, params);
+    let start = Start::new(stream, pixel, params);
     let (mut tracer, mut record) = (scene.tracer(features), Record::new(view));
     let tables = scene.tables();
     follow(start, beyond, params, features, tables, &mut tracer, &mut record, &mut Uncounted);

@@ -90,7 +90,7 @@ impl Taker<'_> {
     pub fn sum(&self, found: &[Found]) -> ([f32; 3], [f32; 3]) {
         let params = self.view.params;
         let flux: Vec3 = found.iter().map(Found::flux).sum();
-        let add = |sum: Sum, found: &Found| sum.plus(Sum::of(found.value, params.inverse_quantum()));
+        let add = |sum: Sum, found: &Found| sum.plus(Sum::new(found.value, params.inverse_quantum()));
         let Sum { red, green, blue, .. } = found.iter().fold(Sum::default(), add);
         let value = Vec3::from_array([red, green, blue].map(|sum| sum.to_f32(params.quantum)));
         (flux.to_array(), self.radiance(value).to_array())
@@ -121,9 +121,9 @@ impl Found {
     }
 }
 
-/// At most `most` deposits, in their order: half of them spread evenly, half by what they give.
-pub fn choose(found: &[Found], most: usize) -> Vec<Found> {
-    if found.len() <= most {
+/// At most `max_count` deposits, in their order: half of them spread evenly, half by what they give.
+pub fn choose(found: &[Found], max_count: usize) -> Vec<Found> {
+    if found.len() <= max_count {
         return found.to_vec();
     }
     let gives = |found: &Found| f64::from(found.value.element_sum());
@@ -132,15 +132,15 @@ pub fn choose(found: &[Found], most: usize) -> Vec<Found> {
         let (share, even) = (gives(deposit) / total, 1.0 / found.len() as f64);
         0.5 * (even + if share.is_finite() { share } else { even })
     };
-    // Systematic sampling: the deposits whose shares hold one of `most` equidistant numbers.
+    // Systematic sampling: the deposits whose shares hold one of `max_count` equidistant numbers.
     let mut below = 0.0;
-    let number = |below: f64| (below * most as f64 + 0.5).floor();
+    let number = |below: f64| (below * max_count as f64 + 0.5).floor();
     let is_chosen = |deposit: &&Found| {
         let before = below;
         below += share(deposit);
         number(below) > number(before)
     };
-    found.iter().filter(is_chosen).take(most).copied().collect()
+    found.iter().filter(is_chosen).take(max_count).copied().collect()
 }
 
 #[cfg(test)]
@@ -156,8 +156,9 @@ mod tests {
             value: Vec3::splat(value),
         };
         let even: Vec<Found> = (0..1001).map(|path| found(path, 1.0)).collect();
-        let paths =
-            |found: &[Found], most| choose(found, most).iter().map(|found| found.path).collect::<Vec<_>>();
+        let paths = |found: &[Found], max_count| {
+            choose(found, max_count).iter().map(|found| found.path).collect::<Vec<_>>()
+        };
         assert_eq!(paths(&even, 4), [125, 375, 625, 875]);
         assert_eq!(paths(&even[..3], 4), [0, 1, 2]);
         assert_eq!(paths(&even, 0), [0; 0]);

@@ -2,7 +2,7 @@
 
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::interface::light::Light as Row;
+use caustics_kernels::interface::light::Light as LightRecord;
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
 use caustics_kernels::interface::ray::{Hit, Ray};
 use caustics_kernels::light::emit::{EmissionSample, Emit};
@@ -88,7 +88,7 @@ pub fn path(view: View<'_>, emit: &(dyn Emit + Sync), found: &Found) -> LightPat
 /// The light that a path starts from. Starts do not say it: it is told by where they are.
 fn light(view: View<'_>, leaving: &EmissionSample) -> Option<Light> {
     let (ray, rows) = (&leaving.ray, &view.scene.lights);
-    let is_it = |row: &Row| match row.kind {
+    let is_it = |row: &LightRecord| match row.kind {
         kind if kind == Features::ENVIRONMENT.0 => leaving.area > 0.0,
         _ if row.is_parallel() => leaving.area > 0.0 && row.direction == ray.direction,
         _ => row.triangle == NONE && row.position == ray.origin,

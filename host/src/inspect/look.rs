@@ -88,14 +88,14 @@ impl Session {
         &mut self,
         last: &Last,
         taker: &Taker<'_>,
-        most: usize,
+        max_count: usize,
     ) -> Result<(Deposits, Vec<LightPath>), SessionError> {
         let groups = if taker.geometry.exists() { self.groups(last)? } else { Vec::new() };
         let mut found: Vec<Found> = Vec::new();
         for Group { paths, starts } in &groups {
             self.emit(taker.view, starts, |emit| found.extend(taker.find(paths.clone(), emit)))?;
         }
-        let some = choose(&found, most);
+        let some = choose(&found, max_count);
         let mut light_paths = Vec::with_capacity(some.len());
         for Group { paths, starts } in &groups {
             let own = some.iter().filter(|found| paths.contains(&found.path));

@@ -19,7 +19,7 @@ use super::event::{Event, event, passed};
 use super::view::View;
 
 /// Faces that a segment is followed through at most: a bound for loops alone.
-const MOST_PASSED: usize = 256;
+const MAX_PASSED: usize = 256;
 
 /// The vertices of a path, so far.
 pub struct Record<'a> {
@@ -79,10 +79,10 @@ impl<'a> Record<'a> {
             return;
         }
         let (tables, bare) = (scene.tables(), Features(features.0 & Features::INSTANCES.0));
-        let cut_outs = CutOuts::of(tables, features);
+        let cut_outs = CutOuts::new(tables, features);
         let mut tracer = scene.tracer(bare);
         let (mut part, mut way) = (*ray, 0.0);
-        for _ in 0..MOST_PASSED {
+        for _ in 0..MAX_PASSED {
             let face = tracer.closest(&part);
             let is_end = (face.triangle, face.instance) == (hit.triangle, hit.instance);
             way += face.distance;

@@ -9,10 +9,10 @@ use super::{flip_ldr, relmse};
 /// FLIP at one exposure, over the caustic region.
 pub static FLIP_LDR_CAUSTIC_REGION: Metric = Metric {
     name: "flip_ldr_caustic_region",
-    about: "What a person sees of the difference at one exposure, mean over the caustic region",
+    description: "What a person sees of the difference at one exposure, mean over the caustic region",
     unit: "1",
     better: Better::Lower,
-    wrong: "caustics that are where the reference has none are not seen",
+    limitations: "caustics that are where the reference has none are not seen",
     compute: |comparison| {
         let map = flip_ldr::map(comparison);
         let region = region(comparison)?;
@@ -23,25 +23,25 @@ pub static FLIP_LDR_CAUSTIC_REGION: Metric = Metric {
 /// Relative mean squared error over the caustic region.
 pub static RELMSE_CAUSTIC_REGION: Metric = Metric {
     name: "relmse_caustic_region",
-    about: "Relative mean squared error over the caustic region",
+    description: "Relative mean squared error over the caustic region",
     unit: "1",
     better: Better::Lower,
-    wrong: "caustics that are where the reference has none are not seen; one firefly can be most of it",
+    limitations: "caustics that are where the reference has none are not seen; one firefly can be most of it",
     compute: |comparison| errors(comparison, relmse::relmse),
 };
 
 /// Relative mean squared error over the caustic region, without its worst 0.1 % of the pixels.
 pub static RELMSE_TRIMMED_CAUSTIC_REGION: Metric = Metric {
     name: "relmse_trimmed_caustic_region",
-    about: "Relative mean squared error over the caustic region, without its worst 0.1 % of the pixels",
+    description: "Relative mean squared error over the caustic region, without its worst 0.1 % of the pixels",
     unit: "1",
     better: Better::Lower,
-    wrong: "caustics that are where the reference has none are not seen; fireflies are left out",
+    limitations: "caustics that are where the reference has none are not seen; fireflies are left out",
     compute: |comparison| errors(comparison, relmse::trimmed),
 };
 
 /// Least part of a pixel's luminance that caustics have in the region.
-const LEAST_PART: f64 = 0.2;
+const MIN_PART: f64 = 0.2;
 
 /// Pixels in which caustics are a large part of the light.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,9 +51,9 @@ pub struct CausticRegion {
 
 impl CausticRegion {
     /// The region of a picture whose caustics are known; none if it has no pixels.
-    pub fn of(whole: &Pixels, caustics: &Pixels) -> Option<CausticRegion> {
+    pub fn new(whole: &Pixels, caustics: &Pixels) -> Option<CausticRegion> {
         let pairs = whole.values.iter().zip(&caustics.values).enumerate();
-        let is_in = |light: f64, caustics: f64| caustics > 0.0 && caustics >= LEAST_PART * light;
+        let is_in = |light: f64, caustics: f64| caustics > 0.0 && caustics >= MIN_PART * light;
         let pixels = pairs
             .filter(|(_, (whole, caustics))| is_in(luminance(**whole), luminance(**caustics)))
             .map(|(pixel, _)| pixel)
@@ -76,7 +76,7 @@ impl CausticRegion {
 fn region(comparison: &Comparison<'_>) -> Result<CausticRegion, NoValue> {
     let region = comparison.shared(|Comparison { reference, .. }| {
         let caustics = reference.caustics.as_ref();
-        caustics.and_then(|caustics| CausticRegion::of(&reference.mean, caustics))
+        caustics.and_then(|caustics| CausticRegion::new(&reference.mean, caustics))
     });
     (*region).clone().ok_or(NoValue::NoCausticRegion)
 }

@@ -88,14 +88,14 @@ pub enum Better {
 pub struct Metric {
     /// Name in reports and on the command line.
     pub name: &'static str,
-    /// What it measures, in a line.
-    pub about: &'static str,
+    /// Description, in one line.
+    pub description: &'static str,
     /// Its unit; "1" for a plain number, "unit" stands for that of the layer.
     pub unit: &'static str,
     /// Which values are good.
     pub better: Better,
-    /// Where its value misleads, in a line.
-    pub wrong: &'static str,
+    /// Limitations: where its value misleads, in one line.
+    pub limitations: &'static str,
     /// Its value.
     pub compute: fn(&Comparison<'_>) -> Value,
 }

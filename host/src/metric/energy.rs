@@ -8,34 +8,34 @@ use super::pixels::{Estimate, Pixels, mean_of};
 /// Sum of the image over the sum of the reference.
 pub static ENERGY_RATIO: Metric = Metric {
     name: "energy_ratio",
-    about: "Sum of the image over the sum of the reference",
+    description: "Sum of the image over the sum of the reference",
     unit: "1",
     better: Better::NearOne,
-    wrong: "what is too bright here and too dark there cancels",
-    compute: |comparison| Ok(of(comparison).ratio),
+    limitations: "what is too bright here and too dark there cancels",
+    compute: |comparison| Ok(shared_energy(comparison).ratio),
 };
 
 /// Distance of the energy ratio from 1.
 pub static ENERGY_ERROR: Metric = Metric {
     name: "energy_error",
-    about: "Distance of the energy ratio from 1",
+    description: "Distance of the energy ratio from 1",
     unit: "1",
     better: Better::Lower,
-    wrong: "what is too bright here and too dark there cancels",
-    compute: |comparison| Ok((of(comparison).ratio - 1.0).abs()),
+    limitations: "what is too bright here and too dark there cancels",
+    compute: |comparison| Ok((shared_energy(comparison).ratio - 1.0).abs()),
 };
 
 /// Standard error of the energy ratio.
 pub static ENERGY_STANDARD_ERROR: Metric = Metric {
     name: "energy_standard_error",
-    about: "Standard error of the energy ratio",
+    description: "Standard error of the energy ratio",
     unit: "1",
     better: Better::Lower,
-    wrong: "pixels of a variance layer are taken as independent",
-    compute: |comparison| of(comparison).standard_error.ok_or(NoValue::NoNoise),
+    limitations: "pixels of a variance layer are taken as independent",
+    compute: |comparison| shared_energy(comparison).standard_error.ok_or(NoValue::NoNoise),
 };
 
-fn of(comparison: &Comparison<'_>) -> Energy {
+fn shared_energy(comparison: &Comparison<'_>) -> Energy {
     *comparison.shared(|Comparison { runs, reference, .. }| energy(runs, reference))
 }
 

@@ -16,10 +16,10 @@ use crate::image::Encoding;
 /// What a person sees of the difference at the exposure that shows it most.
 pub static FLIP_HDR: Metric = Metric {
     name: "flip_hdr",
-    about: "What a person sees of the difference at the exposure that shows it most",
+    description: "What a person sees of the difference at the exposure that shows it most",
     unit: "1",
     better: Better::Lower,
-    wrong: "a firefly is no worse than a pixel that is white",
+    limitations: "a firefly is no worse than a pixel that is white",
     compute: value,
 };
 
@@ -57,7 +57,7 @@ pub struct Exposures {
 impl Exposures {
     /// Exposures at which a reference can be looked at; `None` if all of it is black. In a picture more than
     /// half black the median is that of the other pixels.
-    pub fn of(reference: &Pixels) -> Option<Exposures> {
+    pub fn from_reference(reference: &Pixels) -> Option<Exposures> {
         let mut luminances: Vec<f64> =
             reference.values.iter().map(|&value| color::luminance(value)).collect();
         luminances.sort_by(f64::total_cmp);
@@ -100,7 +100,7 @@ fn knee() -> f64 {
 
 /// The largest FLIP of every pixel over all exposures; `None` if the reference is black.
 pub fn flip_hdr(image: &Pixels, reference: &Pixels, pixels_per_degree: f64) -> Option<ErrorMap> {
-    let maps = Exposures::of(reference)?.all().map(|stops| {
+    let maps = Exposures::from_reference(reference)?.all().map(|stops| {
         let shown = |picture: &Pixels| picture.map(|value| expose(value, stops));
         flip(&shown(image), &shown(reference), pixels_per_degree)
     });
@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn exposures_show_the_brightest_and_the_median_at_85_percent() {
-        let exposures = Exposures::of(&grey(&[8.0, 1.0, 0.25])).unwrap();
+        let exposures = Exposures::from_reference(&grey(&[8.0, 1.0, 0.25])).unwrap();
         for (value, stops) in [(8.0, exposures.start), (1.0, exposures.stop)] {
             assert!((expose(DVec3::splat(value), stops).x - 0.85).abs() < 1e-12);
         }
@@ -131,9 +131,9 @@ mod tests {
 
     #[test]
     fn pictures_mostly_black_are_exposed_for_what_is_not() {
-        let exposures = Exposures::of(&grey(&[0.0, 0.0, 0.0, 4.0, 1.0])).unwrap();
+        let exposures = Exposures::from_reference(&grey(&[0.0, 0.0, 0.0, 4.0, 1.0])).unwrap();
         assert_eq!((exposures.stop - exposures.start).round(), 0.0);
         assert_eq!(exposures.count, 2);
-        assert_eq!(Exposures::of(&grey(&[0.0, -1.0])), None);
+        assert_eq!(Exposures::from_reference(&grey(&[0.0, -1.0])), None);
     }
 }

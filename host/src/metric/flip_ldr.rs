@@ -13,10 +13,10 @@ use crate::image::Encoding;
 /// What a person sees of the difference on a display, at one exposure.
 pub static FLIP_LDR: Metric = Metric {
     name: "flip_ldr",
-    about: "What a person sees of the difference on a display, at one exposure",
+    description: "What a person sees of the difference on a display, at one exposure",
     unit: "1",
     better: Better::Lower,
-    wrong: "what the exposure makes white or black is not seen",
+    limitations: "what the exposure makes white or black is not seen",
     compute: |comparison| map(comparison).0.as_ref().map(ErrorMap::mean).ok_or(NoValue::NoImage),
 };
 

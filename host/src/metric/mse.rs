@@ -6,10 +6,10 @@ use super::pixels::Pixels;
 /// Mean squared error.
 pub static MSE: Metric = Metric {
     name: "mse",
-    about: "Mean squared error",
+    description: "Mean squared error",
     unit: "unit^2",
     better: Better::Lower,
-    wrong: "bright pixels decide it, and it grows with the exposure",
+    limitations: "bright pixels decide it, and it grows with the exposure",
     compute: |comparison| Ok(comparison.mean(mse)),
 };
 

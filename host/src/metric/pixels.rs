@@ -48,7 +48,7 @@ impl Region {
 impl Pixels {
     /// A layer (see [`Channels::layer`]) within a region, which must be within the picture; display colours are
     /// decoded to display-linear ones. `None` if the picture has no such layer.
-    pub fn of_layer(picture: &Channels, layer: &str, region: Region) -> Option<Pixels> {
+    pub fn from_layer(picture: &Channels, layer: &str, region: Region) -> Option<Pixels> {
         let lanes = picture.layer(layer)?;
         let rows = region.y..region.y + region.height;
         let index = |row| (row * picture.width + region.x..).take(region.width);
@@ -94,12 +94,12 @@ pub struct Estimate {
 impl Estimate {
     /// A layer and its variance, if the file has it: `variance.R` and so on for the beauty layer, `NAME.variance.R` for
     /// another. With the beauty layer come its caustics, if the file has them. None without the layer.
-    pub fn of_layer(picture: &Channels, layer: &str, region: Region) -> Option<Estimate> {
+    pub fn from_layer(picture: &Channels, layer: &str, region: Region) -> Option<Estimate> {
         let variance = if layer.is_empty() { "variance".into() } else { format!("{layer}.variance") };
         Some(Estimate {
-            mean: Pixels::of_layer(picture, layer, region)?,
-            variance: Pixels::of_layer(picture, &variance, region),
-            caustics: if layer.is_empty() { Pixels::of_layer(picture, "caustics", region) } else { None },
+            mean: Pixels::from_layer(picture, layer, region)?,
+            variance: Pixels::from_layer(picture, &variance, region),
+            caustics: if layer.is_empty() { Pixels::from_layer(picture, "caustics", region) } else { None },
         })
     }
 }

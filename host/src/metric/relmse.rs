@@ -13,30 +13,30 @@ use super::pixels::{Estimate, Pixels};
 /// Relative mean squared error.
 pub static RELMSE: Metric = Metric {
     name: "relmse",
-    about: "Relative mean squared error",
+    description: "Relative mean squared error",
     unit: "1",
     better: Better::Lower,
-    wrong: "one firefly can be more than all other pixels together",
+    limitations: "one firefly can be more than all other pixels together",
     compute: |comparison| means(comparison, |means| means.mean),
 };
 
 /// Relative mean squared error without the worst 0.1 % of the pixels.
 pub static RELMSE_TRIMMED: Metric = Metric {
     name: "relmse_trimmed",
-    about: "Relative mean squared error without the worst 0.1 % of the pixels",
+    description: "Relative mean squared error without the worst 0.1 % of the pixels",
     unit: "1",
     better: Better::Lower,
-    wrong: "fireflies are left out",
+    limitations: "fireflies are left out",
     compute: |comparison| means(comparison, |means| means.trimmed),
 };
 
 /// Relative squared error that 0.1 % of the pixels exceed.
 pub static RELMSE_P999: Metric = Metric {
     name: "relmse_p999",
-    about: "Relative squared error that 0.1 % of the pixels exceed",
+    description: "Relative squared error that 0.1 % of the pixels exceed",
     unit: "1",
     better: Better::Lower,
-    wrong: "it says nothing of the other pixels",
+    limitations: "it says nothing of the other pixels",
     compute: |comparison| means(comparison, |means| means.p999),
 };
 
@@ -49,7 +49,7 @@ struct Means {
 
 /// One of the means; they share the errors of the pixels.
 fn means(comparison: &Comparison<'_>, pick: fn(&Means) -> f64) -> Value {
-    if least_square(&comparison.reference.mean) <= 0.0 {
+    if min_square(&comparison.reference.mean) <= 0.0 {
         return Err(NoValue::BlackReference);
     }
     let means = comparison.shared(|Comparison { runs, reference, .. }| {
@@ -68,13 +68,13 @@ fn means(comparison: &Comparison<'_>, pick: fn(&Means) -> f64) -> Value {
 pub const TRIMMED: f64 = 0.001;
 
 /// eps, the least square that an error is compared with; 0 where the reference is black.
-pub fn least_square(reference: &Pixels) -> f64 {
+pub fn min_square(reference: &Pixels) -> f64 {
     (0.1 * reference.mean()).powi(2)
 }
 
 /// Relative squared error of each pixel, mean over channels.
 pub fn errors(image: &Pixels, reference: &Pixels) -> Vec<f64> {
-    let eps = DVec3::splat(least_square(reference));
+    let eps = DVec3::splat(min_square(reference));
     let pairs = image.values.iter().zip(&reference.values);
     pairs.map(|(&a, &b)| ((a - b) * (a - b) / (b * b + eps)).element_sum() / 3.0).collect()
 }

@@ -27,7 +27,7 @@ pub struct MetricReport {
 impl MetricReport {
     /// Computes all metrics of at least one run against a reference of the same size. All but the energy ratio and the
     /// z-test are those of one run; of several runs the mean is given. Where pixels are not finite no metric has a value.
-    pub fn of(runs: &[Estimate], reference: &Estimate, viewing: &Viewing) -> MetricReport {
+    pub fn new(runs: &[Estimate], reference: &Estimate, viewing: &Viewing) -> MetricReport {
         let comparison = match Comparison::new(runs, reference, *viewing) {
             Ok(comparison) => comparison,
             Err(why) => {

@@ -9,10 +9,10 @@ use super::pixels::Pixels;
 /// Symmetric mean absolute percentage error.
 pub static SMAPE: Metric = Metric {
     name: "smape",
-    about: "Symmetric mean absolute percentage error",
+    description: "Symmetric mean absolute percentage error",
     unit: "1",
     better: Better::Lower,
-    wrong: "an error in the dark counts as much as one in the light",
+    limitations: "an error in the dark counts as much as one in the light",
     compute: |comparison| Ok(comparison.mean(smape)),
 };
 

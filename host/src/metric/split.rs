@@ -13,61 +13,61 @@ use super::relmse;
 /// Squared bias in the relative mean squared error.
 pub static RELMSE_BIAS2: Metric = Metric {
     name: "relmse_bias2",
-    about: "Squared bias in the relative mean squared error",
+    description: "Squared bias in the relative mean squared error",
     unit: "1",
     better: Better::Lower,
-    wrong: "it may be negative: then the bias is lost in noise; without a variance of the reference it holds that too",
+    limitations: "it may be negative: then the bias is lost in noise; without a variance of the reference it holds that too",
     compute: |comparison| Ok(relative(comparison)?.bias2),
 };
 
 /// Variance of one run in the relative mean squared error.
 pub static RELMSE_VARIANCE: Metric = Metric {
     name: "relmse_variance",
-    about: "Variance of one run in the relative mean squared error",
+    description: "Variance of one run in the relative mean squared error",
     unit: "1",
     better: Better::Lower,
-    wrong: "of few runs it is itself uncertain",
+    limitations: "of few runs it is itself uncertain",
     compute: |comparison| Ok(relative(comparison)?.variance),
 };
 
 /// Variance of the reference in the relative mean squared error.
 pub static RELMSE_REFERENCE: Metric = Metric {
     name: "relmse_reference",
-    about: "Variance of the reference in the relative mean squared error",
+    description: "Variance of the reference in the relative mean squared error",
     unit: "1",
     better: Better::Lower,
-    wrong: "it says how good the reference is, not the image",
-    compute: |comparison| of_reference(comparison, relative(comparison)?),
+    limitations: "it says how good the reference is, not the image",
+    compute: |comparison| reference_variance(comparison, relative(comparison)?),
 };
 
 /// Squared bias in the mean squared error.
 pub static MSE_BIAS2: Metric = Metric {
     name: "mse_bias2",
-    about: "Squared bias in the mean squared error",
+    description: "Squared bias in the mean squared error",
     unit: "unit^2",
     better: Better::Lower,
-    wrong: "it may be negative: then the bias is lost in noise; without a variance of the reference it holds that too",
+    limitations: "it may be negative: then the bias is lost in noise; without a variance of the reference it holds that too",
     compute: |comparison| Ok(absolute(comparison)?.bias2),
 };
 
 /// Variance of one run in the mean squared error.
 pub static MSE_VARIANCE: Metric = Metric {
     name: "mse_variance",
-    about: "Variance of one run in the mean squared error",
+    description: "Variance of one run in the mean squared error",
     unit: "unit^2",
     better: Better::Lower,
-    wrong: "of few runs it is itself uncertain",
+    limitations: "of few runs it is itself uncertain",
     compute: |comparison| Ok(absolute(comparison)?.variance),
 };
 
 /// Variance of the reference in the mean squared error.
 pub static MSE_REFERENCE: Metric = Metric {
     name: "mse_reference",
-    about: "Variance of the reference in the mean squared error",
+    description: "Variance of the reference in the mean squared error",
     unit: "unit^2",
     better: Better::Lower,
-    wrong: "it says how good the reference is, not the image",
-    compute: |comparison| of_reference(comparison, absolute(comparison)?),
+    limitations: "it says how good the reference is, not the image",
+    compute: |comparison| reference_variance(comparison, absolute(comparison)?),
 };
 
 /// The split of relative errors, computed once per comparison.
@@ -77,7 +77,7 @@ struct Relative(Option<Split>);
 struct Absolute(Option<Split>);
 
 fn relative(comparison: &Comparison<'_>) -> Result<Split, NoValue> {
-    let eps = relmse::least_square(&comparison.reference.mean);
+    let eps = relmse::min_square(&comparison.reference.mean);
     let split = comparison.shared(|Comparison { runs, reference, .. }| {
         Relative(split(runs, reference, |b| DVec3::ONE / (b * b + eps)))
     });
@@ -91,7 +91,7 @@ fn absolute(comparison: &Comparison<'_>) -> Result<Split, NoValue> {
     split.0.ok_or(NoValue::NoImageNoise)
 }
 
-fn of_reference(comparison: &Comparison<'_>, split: Split) -> Value {
+fn reference_variance(comparison: &Comparison<'_>, split: Split) -> Value {
     match comparison.reference.variance {
         Some(_) => Ok(split.reference_variance),
         None => Err(NoValue::NoSplitReference),

@@ -247,10 +247,10 @@ fn z_rejects_two_percent_more_light() {
     for (runs, size) in [(1, (64, 48)), (1, (61, 53)), (4, (64, 48)), (16, (61, 53))] {
         for gain in [1.02, 0.98] {
             let tests = z_tests(runs, 20, size, gain);
-            let least = tests.iter().map(super::z_test::ZTest::surprise).fold(f64::INFINITY, f64::min);
+            let min_surprise = tests.iter().map(super::z_test::ZTest::surprise).fold(f64::INFINITY, f64::min);
             // The picture's z is 10 with one run, 14 with many: 6 deviations above the limit.
-            println!("{runs} runs, {size:?}: surprise at least {least:.1}, z {:.1}", tests[0].picture);
-            assert!(least > 4.0, "{least}");
+            println!("{runs} runs, {size:?}: surprise at least {min_surprise:.1}, z {:.1}", tests[0].picture);
+            assert!(min_surprise > 4.0, "{min_surprise}");
             assert!(tests.iter().all(|test| (test.picture > 0.0) == (gain > 1.0)));
         }
     }
@@ -299,7 +299,7 @@ fn reports_hold_every_metric_once_and_in_order() {
     let (reference, image) = (noise.draw(&expected, 0.05), noise.draw(&expected, 0.1));
     let reference = Estimate { caustics: Some(expected.clone()), ..reference };
     let runs = [image.clone(), noise.draw(&expected, 0.1)];
-    let full = MetricReport::of(&runs, &reference, &Viewing::default());
+    let full = MetricReport::new(&runs, &reference, &Viewing::default());
     let names: Vec<_> = full.values.iter().map(|(metric, _)| metric.name).collect();
     assert_eq!(names, METRICS.iter().map(|metric| metric.name).collect::<Vec<_>>());
     assert!(full.values.iter().all(|(_, value)| value.is_ok()), "{:?}", full.values);
@@ -312,7 +312,7 @@ fn reports_hold_every_metric_once_and_in_order() {
 
     // What cannot be said has a reason.
     let blind = Estimate { variance: None, ..reference.clone() };
-    let lonely = MetricReport::of(&[Estimate { variance: None, ..image }], &blind, &Viewing::default());
+    let lonely = MetricReport::new(&[Estimate { variance: None, ..image }], &blind, &Viewing::default());
     for name in [
         "relmse_bias2",
         "relmse_variance",
@@ -326,14 +326,14 @@ fn reports_hold_every_metric_once_and_in_order() {
     assert!(lonely.get("relmse").is_ok());
     let display = Viewing { encoding: Encoding::Srgb, ..Viewing::default() };
     assert!(
-        MetricReport::of(&runs, &reference, &display)
+        MetricReport::new(&runs, &reference, &display)
             .get("flip_hdr")
             .unwrap_err()
             .to_string()
             .contains("EXR")
     );
     let black = Estimate { mean: expected.map(|_| DVec3::ZERO), ..Estimate::default() };
-    let black = MetricReport::of(&runs, &black, &Viewing::default());
+    let black = MetricReport::new(&runs, &black, &Viewing::default());
     for name in ["flip_hdr", "relmse", "relmse_p999", "relmse_bias2", "energy_ratio"] {
         assert!(black.get(name).is_err(), "{name}");
     }
@@ -348,7 +348,7 @@ fn pixels_that_are_not_finite_leave_nothing_defined() {
         bad.mean.values[4].z = value;
         bad.mean.values[9].x = value;
         for (image, reference) in [(&bad, &good), (&good, &bad)] {
-            let report = MetricReport::of(std::slice::from_ref(image), reference, &Viewing::default());
+            let report = MetricReport::new(std::slice::from_ref(image), reference, &Viewing::default());
             assert_eq!(report.values.len(), METRICS.len());
             for (metric, value) in &report.values {
                 assert_eq!(*value, Err(NoValue::NonFinite(2)), "{}", metric.name);
@@ -365,7 +365,7 @@ fn errors_of_the_caustic_region_are_those_of_its_pixels() {
     let reference = Estimate { mean, caustics: Some(caustics), variance: None };
     let of = |wrong: usize| {
         let mean = pixels(9, 5, |i| DVec3::splat(if i % 9 % 2 == wrong { 3.0 } else { 2.0 }));
-        MetricReport::of(&[Estimate { mean, ..Estimate::default() }], &reference, &Viewing::default())
+        MetricReport::new(&[Estimate { mean, ..Estimate::default() }], &reference, &Viewing::default())
     };
     let expected = 1.0 / (4.0 + 0.2 * 0.2);
     for name in ["relmse_caustic_region", "relmse_trimmed_caustic_region"] {
@@ -376,7 +376,7 @@ fn errors_of_the_caustic_region_are_those_of_its_pixels() {
     assert!(flip(0) > 1.0 && flip(1) < 1.0, "FLIP of a pixel is largest where it is wrong");
     for caustics in [None, Some(constant(0.3))] {
         let reference = Estimate { caustics, ..reference.clone() };
-        let report = MetricReport::of(std::slice::from_ref(&reference), &reference, &Viewing::default());
+        let report = MetricReport::new(std::slice::from_ref(&reference), &reference, &Viewing::default());
         for name in ["flip_ldr_caustic_region", "relmse_caustic_region", "relmse_trimmed_caustic_region"] {
             assert_eq!(report.get(name), Err(NoValue::NoCausticRegion), "{name}");
         }

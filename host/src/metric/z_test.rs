@@ -28,40 +28,40 @@ const ROUNDING: f64 = 1e-6;
 /// Mean square over blocks of the difference, in units of its noise; 1 where only noise differs.
 pub static Z_MEAN_SQUARE: Metric = Metric {
     name: "z_mean_square",
-    about: "Mean square over blocks of the difference, in units of its noise; 1 where only noise differs",
+    description: "Mean square over blocks of the difference, in units of its noise; 1 where only noise differs",
     unit: "1",
     better: Better::NearOne,
-    wrong: "blocks that most runs leave dark are not normal; give them longer runs",
+    limitations: "blocks that most runs leave dark are not normal; give them longer runs",
     compute: |comparison| value(comparison, |test| test.mean_square),
 };
 
 /// Largest difference of a block, in units of its noise.
 pub static Z_LARGEST: Metric = Metric {
     name: "z_largest",
-    about: "Largest difference of a block, in units of its noise",
+    description: "Largest difference of a block, in units of its noise",
     unit: "1",
     better: Better::Lower,
-    wrong: "it grows with the number of blocks",
+    limitations: "it grows with the number of blocks",
     compute: |comparison| value(comparison, |test| test.largest),
 };
 
 /// Difference of the whole picture, in units of its noise.
 pub static Z_PICTURE: Metric = Metric {
     name: "z_picture",
-    about: "Difference of the whole picture, in units of its noise",
+    description: "Difference of the whole picture, in units of its noise",
     unit: "1",
     better: Better::NearZero,
-    wrong: "what is too bright here and too dark there cancels",
+    limitations: "what is too bright here and too dark there cancels",
     compute: |comparison| value(comparison, |test| test.picture),
 };
 
 /// -log10 of the probability that noise alone differs as much.
 pub static Z_SURPRISE: Metric = Metric {
     name: "z_surprise",
-    about: "-log10 of the probability that noise alone differs as much",
+    description: "-log10 of the probability that noise alone differs as much",
     unit: "1",
     better: Better::Lower,
-    wrong: "the less noise there is, the smaller the bias that surprises",
+    limitations: "the less noise there is, the smaller the bias that surprises",
     compute: |comparison| value(comparison, ZTest::surprise),
 };
 
@@ -120,7 +120,7 @@ pub fn z_test(runs: &[Estimate], reference: &Estimate) -> Result<ZTest, NoValue>
         let means: Vec<DVec3> = runs.iter().map(|run| block.sum(&run.mean) / block.count()).collect();
         let of_mean = |variance| block.sum(variance) / (block.count() * block.count());
         Compared {
-            image: Moments::of(&means, variance_of_image.map(of_mean)),
+            image: Moments::from_means(&means, variance_of_image.map(of_mean)),
             reference: block.sum(&reference.mean) / block.count(),
             reference_variance: of_mean(variance_of_reference),
         }
@@ -160,13 +160,13 @@ pub fn z_test(runs: &[Estimate], reference: &Estimate) -> Result<ZTest, NoValue>
     let chi = (0..3)
         .filter(|&lane| counts[lane] > 0)
         .map(|lane| ChiSquared::new(counts[lane] as f64).map_or(1.0, |chi| chi.sf(squares[lane])));
-    let least = [3.0 * tail(picture), tested as f64 * tail(largest), 3.0 * chi.fold(1.0, f64::min)];
+    let p_values = [3.0 * tail(picture), tested as f64 * tail(largest), 3.0 * chi.fold(1.0, f64::min)];
     Ok(ZTest {
         blocks: blocks.iter().filter(|block| block.iter().any(Option::is_some)).count(),
         mean_square: if tested == 0 { 0.0 } else { squares.iter().sum::<f64>() / tested as f64 },
         largest,
         picture,
-        probability: if tested == 0 { 1.0 } else { least.into_iter().fold(1.0, |p, q| p.min(3.0 * q)) },
+        probability: if tested == 0 { 1.0 } else { p_values.into_iter().fold(1.0, |p, q| p.min(3.0 * q)) },
     })
 }
 
@@ -178,7 +178,7 @@ struct Moments {
 }
 
 impl Moments {
-    fn of(means: &[DVec3], known: Option<DVec3>) -> Moments {
+    fn from_means(means: &[DVec3], known: Option<DVec3>) -> Moments {
         let count = means.len() as f64;
         let mean = means.iter().sum::<DVec3>() / count;
         if let Some(variance) = known {

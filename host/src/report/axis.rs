@@ -158,8 +158,9 @@ mod tests {
 
     #[test]
     fn a_range_of_all_numbers_has_a_few_ticks() {
-        let (least, most) = (f64::MIN_POSITIVE, f64::MAX);
-        for (low, high) in [(1e-300, 0.5), (5e-324, 1.0), (least, most), (1e307, most), (least, 2.0 * least)]
+        let (smallest, largest) = (f64::MIN_POSITIVE, f64::MAX);
+        for (low, high) in
+            [(1e-300, 0.5), (5e-324, 1.0), (smallest, largest), (1e307, largest), (smallest, 2.0 * smallest)]
         {
             for scale in [Scale::Log, Scale::Linear] {
                 let axis = Axis::around(scale, [low, high].into_iter(), 0.0, 100.0).unwrap();

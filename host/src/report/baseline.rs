@@ -7,7 +7,7 @@ use crate::experiment::error::{MEASURES, Measure};
 use crate::experiment::result::Quartiles;
 
 /// Standard errors from which on a difference is called one.
-const LEAST_SURE: f64 = 3.0;
+const MIN_SIGNIFICANT: f64 = 3.0;
 
 /// A value before and after.
 struct Change {
@@ -37,12 +37,12 @@ pub fn changes(before: &[Measured], after: &[Measured], names: &Names) -> Option
                 z: z(before, after, off),
             });
         }
-        changes.extend(MEASURES.into_iter().filter_map(|measure| of_error(&name, other, cell, measure)));
+        changes.extend(MEASURES.into_iter().filter_map(|measure| error_change(&name, other, cell, measure)));
     }
     (!changes.is_empty()).then(|| table(&changes))
 }
 
-fn of_error(name: &str, old: &Measured, new: &Measured, measure: &'static Measure) -> Option<Change> {
+fn error_change(name: &str, old: &Measured, new: &Measured, measure: &'static Measure) -> Option<Change> {
     let (old, new) = (old.result.error.as_ref()?, new.result.error.as_ref()?);
     let (before, after) = (old.get(measure)?, new.get(measure)?);
     let off = old.standard_error(measure).zip(new.standard_error(measure));
@@ -65,8 +65,8 @@ fn verdict(change: &Change) -> &'static str {
     match change.z {
         _ if change.before == change.after => "the same",
         None => "not known",
-        Some(z) if z < -LEAST_SURE => "better",
-        Some(z) if z > LEAST_SURE => "worse",
+        Some(z) if z < -MIN_SIGNIFICANT => "better",
+        Some(z) if z > MIN_SIGNIFICANT => "worse",
         Some(_) => "within noise",
     }
 }
@@ -102,7 +102,7 @@ mod tests {
         error.standard_errors.insert(FLIP.key.into(), flip_off);
         let total_ms = Quartiles { lower: ms - 1.0, median: ms, upper: ms + 1.0 };
         let result = CellResult {
-            cell: CellConfig::of("a", "main").with(&METHOD, method),
+            cell: CellConfig::new("a", "main").with(&METHOD, method),
             time: Some(CellTime { total_ms, frames: 16, ..CellTime::default() }),
             error: Some(error),
             ..CellResult::default()

@@ -114,7 +114,7 @@ mod tests {
     use crate::report::scene::scenes;
 
     fn cell(features: &str, paths: f64, ms: f64) -> Measured {
-        let cell = CellConfig::of("nowhere", "")
+        let cell = CellConfig::new("nowhere", "")
             .with(&METHOD, "basic")
             .with(&FEATURES, features)
             .with(&PATHS_PER_PIXEL, &paths.to_string());

@@ -57,11 +57,11 @@ pub struct Entry {
 
 impl Entry {
     /// That of a series.
-    pub fn of(names: &Names, series: usize) -> Entry {
+    pub fn new(names: &Names, series: usize) -> Entry {
         Entry {
             color: names.color(series),
             shape: Some(names.shape(series)),
-            name: names.of(series).name(),
+            name: names.get(series).name(),
             series: Some(series),
         }
     }

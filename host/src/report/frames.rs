@@ -102,7 +102,7 @@ fn figure(scene: &Scene, names: &Names, measure: &Drawn) -> Option<Figure> {
 }
 
 fn draw(lines: &[Line], names: &Names, measure: &Drawn, size: Size) -> Option<Drawing> {
-    let area = Area::of(size);
+    let area = Area::new(size);
     let points = || lines.iter().flat_map(|line| &line.points);
     let y = area.upwards(Scale::Linear, points().map(|point| point.1))?;
     let first = points().map(|point| point.0).fold(f64::INFINITY, f64::min);

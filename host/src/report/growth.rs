@@ -154,10 +154,10 @@ fn name(cell: &CellConfig, time: &CellTime, quantity: &Quantity) -> Option<Name>
     words.push(format!("camera {}", cell.camera));
     let own = |axis: &axis::Axis| *axis == PATHS_PER_PIXEL || (*axis == MAX_BOUNCES && is("bounces"));
     words.extend(AXES.into_iter().filter(|axis| !own(axis)).filter_map(|axis| match axis.shown {
-        Shown::Words(_, words) if cell.text(axis) != axis.none => Some(words(&cell.text(axis))),
+        Shown::Words(_, words) if cell.text(axis) != axis.neutral => Some(words(&cell.text(axis))),
         _ => None,
     }));
-    Some(Name { head: format!("{scene} · {}", Series::of(cell).name()), rest: words.join(" · ") })
+    Some(Name { head: format!("{scene} · {}", Series::new(cell).name()), rest: words.join(" · ") })
 }
 
 /// The name of a scene that is made in several numbers of triangles: `cornell` of `cornell-10k`.
@@ -278,7 +278,7 @@ fn color(rank: usize) -> String {
 }
 
 fn draw(growth: &Growth, size: Size) -> Option<Drawing> {
-    let area = Area::of(size);
+    let area = Area::new(size);
     let x = area.rightwards(Scale::Log, growth.values.iter().copied())?;
     let y = area.upwards(Scale::Log, growth.parts.iter().flat_map(|part| part.ms.iter().copied()))?;
     let content = html! {
@@ -328,7 +328,7 @@ mod tests {
                 .into(),
             ..CellTime::default()
         };
-        let cell = CellConfig::of("ring", "").with(&METHOD, "basic").with(&RADIUS_PX, "1");
+        let cell = CellConfig::new("ring", "").with(&METHOD, "basic").with(&RADIUS_PX, "1");
         let result = CellResult { time: Some(time), cell, ..CellResult::default() };
         Measured { result, folder: "".into() }
     }

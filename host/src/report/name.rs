@@ -37,11 +37,11 @@ pub struct Series {
 
 impl Series {
     /// The series of a cell.
-    pub fn of(cell: &CellConfig) -> Series {
+    pub fn new(cell: &CellConfig) -> Series {
         let of = |wanted: fn(&Shown) -> bool| {
             let axes = AXES.into_iter().filter(move |axis| wanted(&axis.shown));
             // A method is said, and of the rest what adds something to it.
-            let said = axes.filter(|axis| **axis == METHOD || cell.text(axis) != axis.none);
+            let said = axes.filter(|axis| **axis == METHOD || cell.text(axis) != axis.neutral);
             let texts = said.map(|axis| cell.text(axis)).filter(|name| says(name));
             texts.collect::<Vec<_>>().join(" + ")
         };
@@ -104,7 +104,7 @@ fn short_hash(of: &str, hash: &str) -> String {
 impl Names {
     /// Finds what there is to tell apart.
     pub fn new(cells: &[Measured]) -> Names {
-        let mut series: Vec<Series> = cells.iter().map(|cell| Series::of(&cell.result.cell)).collect();
+        let mut series: Vec<Series> = cells.iter().map(|cell| Series::new(&cell.result.cell)).collect();
         series.sort();
         series.dedup();
         let mut kinds: Vec<String> = series.iter().map(|series| series.kind.clone()).collect();
@@ -138,12 +138,12 @@ impl Names {
 
     /// Index of the cell's series.
     pub fn series(&self, cell: &CellConfig) -> usize {
-        let own = Series::of(cell);
+        let own = Series::new(cell);
         self.series.iter().position(|series| *series == own).unwrap_or(0)
     }
 
     /// The series of this index.
-    pub fn of(&self, series: usize) -> &Series {
+    pub fn get(&self, series: usize) -> &Series {
         &self.series[series]
     }
 
@@ -165,13 +165,13 @@ impl Names {
     pub fn label(&self, cell: &Measured) -> String {
         let (size, origin) = (size(cell), self.origin(cell));
         let cell = &cell.result.cell;
-        let mut parts = vec![Series::of(cell).name()];
+        let mut parts = vec![Series::new(cell).name()];
         for axis in AXES {
             let Shown::Words(_, words) = axis.shown else { continue };
             let text = match axis.values {
                 Values::Numbers(_) if cell.number(axis) > 0.0 => short(cell.number(axis)),
                 Values::Numbers(_) => continue,
-                Values::Names(_) if cell.text(axis) == axis.none => continue,
+                Values::Names(_) if cell.text(axis) == axis.neutral => continue,
                 Values::Names(_) => cell.text(axis),
             };
             if !text.is_empty() && self.varies.contains(&axis) {
@@ -238,7 +238,7 @@ mod tests {
         assert_eq!(names.label(&cells[0]), "basic + paper · brute");
         let label = "basic + paper · brute · gpu-software · all features · 0.5 paths/px · 64×36";
         assert_eq!(names.label(&cells[1]), label);
-        assert_eq!(names.of(0).name(), "basic + paper · brute");
+        assert_eq!(names.get(0).name(), "basic + paper · brute");
     }
 
     #[test]

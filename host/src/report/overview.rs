@@ -134,7 +134,7 @@ mod tests {
     fn cell(scene: &str, method: &str, ms: f64, flip: f64, ratio: Option<f64>) -> Measured {
         let total_ms = Quartiles { median: ms, ..Quartiles::default() };
         let result = CellResult {
-            cell: CellConfig::of(scene, "main").with(&METHOD, method),
+            cell: CellConfig::new(scene, "main").with(&METHOD, method),
             time: Some(CellTime { total_ms, ratio_to_first: ratio, ..CellTime::default() }),
             error: Some(CellError::default().with(&FLIP, Some(flip))),
             ..CellResult::default()

@@ -85,12 +85,12 @@ fn groups(passes: &BTreeMap<String, crate::experiment::result::Quartiles>) -> BT
 
 /// Groups that are worth a colour, the longest first; as many as there are colours.
 fn large(bars: &[BTreeMap<String, f64>], longest: f64) -> Vec<String> {
-    let mut most: BTreeMap<&String, f64> = BTreeMap::new();
+    let mut max_times: BTreeMap<&String, f64> = BTreeMap::new();
     for (name, time) in bars.iter().flatten() {
-        let known = most.entry(name).or_insert(0.0);
+        let known = max_times.entry(name).or_insert(0.0);
         *known = time.max(*known);
     }
-    let mut large: Vec<_> = most.into_iter().filter(|(_, time)| *time >= SMALLEST * longest).collect();
+    let mut large: Vec<_> = max_times.into_iter().filter(|(_, time)| *time >= SMALLEST * longest).collect();
     large.sort_by(|a, b| b.1.total_cmp(&a.1));
     large.truncate(COLORS - 1);
     large.into_iter().map(|(name, _)| name.clone()).collect()

@@ -21,7 +21,7 @@ pub struct Area {
 
 impl Area {
     /// That of a chart.
-    pub fn of(size: Size) -> Area {
+    pub fn new(size: Size) -> Area {
         let (left, right) = if size == Size::Wide { (64.0, 16.0) } else { (48.0, 8.0) };
         Area { left, right: size.width() - right, top: 30.0, bottom: size.height() - 44.0 }
     }

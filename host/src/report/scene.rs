@@ -92,7 +92,7 @@ mod tests {
     use crate::experiment::result::{CellConfig, CellResult};
 
     fn cell(scene: &str, method: &str, paths: f64, features: &str) -> Measured {
-        let cell = CellConfig::of(scene, "main")
+        let cell = CellConfig::new(scene, "main")
             .with(&METHOD, method)
             .with(&PATHS_PER_PIXEL, &paths.to_string())
             .with(&FEATURES, features);

@@ -98,7 +98,7 @@ pub fn chart(scene: &Scene, names: &Names, measure: &'static Measure) -> Option<
         title: format!("{}: time of a frame against {}", scene.title, measure.head),
         wide: draw(&marks, &fronts, names, measure, Size::Wide),
         narrow: draw(&marks, &fronts, names, measure, Size::Narrow),
-        legend: series.into_iter().map(|series| Entry::of(names, series)).collect(),
+        legend: series.into_iter().map(|series| Entry::new(names, series)).collect(),
         notes,
         rows: rows(&marks, names, measure),
     };
@@ -138,7 +138,7 @@ fn draw(
     measure: &'static Measure,
     size: Size,
 ) -> Drawing {
-    let area = Area::of(size);
+    let area = Area::new(size);
     let x = area.rightwards(Scale::Log, marks.iter().map(|mark| mark.ms));
     let y = area.upwards(Scale::Log, marks.iter().map(|mark| mark.error));
     let content = match (x, y) {
@@ -166,8 +166,8 @@ fn bars(mark: &Mark, area: &Area, x: &Axis, y: &Axis) -> Markup {
         path += &format!("M{} {top} H{}", within_x(ms.lower.max(1e-9)), within_x(ms.upper));
     }
     if mark.error_off > 0.0 {
-        let least = (mark.error - mark.error_off).max(1e-9 * mark.error);
-        path += &format!(" M{left} {} V{}", within_y(least), within_y(mark.error + mark.error_off));
+        let min_error = (mark.error - mark.error_off).max(1e-9 * mark.error);
+        path += &format!(" M{left} {} V{}", within_y(min_error), within_y(mark.error + mark.error_off));
     }
     html! { path .bars d=(path) {} }
 }
@@ -273,7 +273,7 @@ mod tests {
     use crate::report::scene::scenes;
 
     fn cell(method: &str, runner: &str, ms: f64, flip: Option<f64>) -> Measured {
-        let cell = CellConfig::of("a<\"&", "").with(&METHOD, method).with(&RUNNER, runner);
+        let cell = CellConfig::new("a<\"&", "").with(&METHOD, method).with(&RUNNER, runner);
         let total_ms = Quartiles { lower: ms, median: ms, upper: ms };
         let time = Some(CellTime { total_ms, width: 8, height: 4, ..CellTime::default() });
         let error = Some(CellError::default().with(&FLIP, flip));

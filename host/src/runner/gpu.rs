@@ -100,7 +100,7 @@ impl GpuRunner {
         let parts: Vec<Part<'_>> = std::iter::once(world).chain(meshes).collect();
         let placements = instanced.placements();
         let mut scene =
-            Hierarchy::of_parts(memory, SCENE_STRUCTURE, kind, &parts, placements.len() as u32 + 1)?;
+            Hierarchy::from_parts(memory, SCENE_STRUCTURE, kind, &parts, placements.len() as u32 + 1)?;
         scene.place(&placed(placements))?;
         self.placements = placements.to_vec();
         let count = instanced.still as u32;

@@ -21,7 +21,7 @@ impl Borders {
     /// The borders of triangles, whose corners are indices of points (m). Points of borders are one where they are less than
     /// `tolerance` (m) apart, and a long edge is covered by the short ones along it (T-junctions), as far as points lie on it by
     /// `tolerance`.
-    pub fn of(triangles: &[[u32; 3]], points: &[Vec3], tolerance: f64) -> Borders {
+    pub fn from_triangles(triangles: &[[u32; 3]], points: &[Vec3], tolerance: f64) -> Borders {
         // Pair edges by their ends.
         let mut open: Vec<[u32; 2]> = triangles
             .iter()

@@ -70,7 +70,7 @@ impl Scene {
             match known {
                 Some((_, cut)) => cut.clone(),
                 None => {
-                    let cut = Arc::new(Cut::of(self, specular_roughness));
+                    let cut = Arc::new(Cut::for_scene(self, specular_roughness));
                     cuts.push((specular_roughness.to_bits(), cut.clone()));
                     cut
                 }
@@ -93,7 +93,7 @@ impl Scene {
 }
 
 impl Cut {
-    fn of(scene: &Scene, specular_roughness: f32) -> Cut {
+    fn for_scene(scene: &Scene, specular_roughness: f32) -> Cut {
         let casts: Vec<bool> = (0..scene.materials.len())
             .map(|id| scene.features_of(id, specular_roughness).has(Features::CASTERS))
             .collect();
@@ -105,13 +105,17 @@ impl Cut {
         for (instance, row) in scene.instances.iter().enumerate() {
             let rows = || scene.instanced.rows(instance).filter(is_caster);
             if row.moving != 0 {
-                parts.extend(Part::new(instance, rows().map(|id| Piece::of(&scene.triangles[id])).collect()));
+                parts.extend(Part::new(
+                    instance,
+                    rows().map(|id| Piece::from_triangle(&scene.triangles[id])).collect(),
+                ));
                 continue;
             }
             let mesh = instance.checked_sub(1).map(|id| scene.instanced.instances[id].mesh);
             match mesh.filter(|&mesh| uses[mesh] * scene.instanced.meshes[mesh].count as usize > MAX_PIECES) {
-                None => still
-                    .extend(rows().map(|id| Piece::of(&scene.world_triangle(instance as u32, id as u32)))),
+                None => still.extend(
+                    rows().map(|id| Piece::from_triangle(&scene.world_triangle(instance as u32, id as u32))),
+                ),
                 Some(mesh) => {
                     let bounds = || rows().map(|id| tree::bounds(&scene.triangles[id]));
                     let own =
@@ -149,7 +153,7 @@ fn around(bounds: &Aabb, to_world: &Transform) -> Aabb {
 }
 
 impl Piece {
-    fn of(triangle: &Triangle) -> Piece {
+    fn from_triangle(triangle: &Triangle) -> Piece {
         Piece::Triangle([triangle.a, triangle.b, triangle.c])
     }
 
@@ -191,10 +195,10 @@ impl Part {
     fn sphere(&self) -> Caster {
         let centre = Vec3::from(self.bounds.center());
         let points = self.pieces.iter().flat_map(Piece::points);
-        let square = points.fold(0.0f32, |most, point| most.max(point.distance_squared(centre)));
+        let square = points.fold(0.0f32, |largest, point| largest.max(point.distance_squared(centre)));
         // Some ulp of the largest coordinate more, for what rounding takes.
-        let most = self.bounds.min.abs().max(self.bounds.max.abs()).max_element();
-        Caster { centre, radius: square.sqrt() * (1.0 + 1e-6) + 4.0 * f32::EPSILON * most }
+        let largest = self.bounds.min.abs().max(self.bounds.max.abs()).max_element();
+        Caster { centre, radius: square.sqrt() * (1.0 + 1e-6) + 4.0 * f32::EPSILON * largest }
     }
 
     /// Which bin along an axis the middle of a piece is in.

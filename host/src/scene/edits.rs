@@ -117,7 +117,7 @@ impl Edits {
     ///
     /// If it is no TOML of edits, has values that cannot be used, or would not fit into memory.
     pub fn parse(text: &str) -> Result<Edits, EditsError> {
-        memory::check(memory::of_toml(text))?;
+        memory::check(memory::toml_parse_bytes(text))?;
         let edits: Edits = toml::from_str(text)?;
         edits.check()?;
         Ok(edits)

@@ -18,7 +18,7 @@ mod picture;
 
 /// Every direction is drawn with at least this share of the chance that an even sky would give it, so that none is missed that
 /// the map's texels are too wide for.
-const LEAST_SHARE: f64 = 1.0 / 64.0;
+const MIN_SHARE: f64 = 1.0 / 64.0;
 /// Largest factor on a picture's radiance.
 const MAX_SCALE: f32 = 1e15;
 
@@ -38,12 +38,12 @@ impl EnvironmentMap {
 
     /// The same radiance from everywhere (W m^-2 sr^-1).
     pub fn constant(radiance: Vec3) -> EnvironmentMap {
-        EnvironmentMap::of(Picture::new(1, 1, vec![radiance]))
+        EnvironmentMap::from_image(Picture::new(1, 1, vec![radiance]))
     }
 
     /// The same from a file's bytes; an error says what is wrong with them.
     pub(crate) fn decode(bytes: &[u8]) -> Result<EnvironmentMap, String> {
-        Picture::decode(bytes).map(EnvironmentMap::of)
+        Picture::decode(bytes).map(EnvironmentMap::from_image)
     }
 
     /// What a text names: one radiance as `R,G,B`, or the file of a picture.
@@ -75,7 +75,7 @@ impl EnvironmentMap {
     ///
     /// If there are not `width` times `height`, or none.
     pub fn new(width: u32, height: u32, texels: Vec<Vec3>) -> EnvironmentMap {
-        EnvironmentMap::of(Picture::new(width, height, texels))
+        EnvironmentMap::from_image(Picture::new(width, height, texels))
     }
 
     /// A latitude-longitude picture, Radiance HDR or EXR: its middle is +z, a quarter from the left is +x, its top is +y.
@@ -86,10 +86,10 @@ impl EnvironmentMap {
     pub fn read(path: &Path) -> Result<EnvironmentMap, SceneError> {
         let picture = Picture::read(path)
             .map_err(|what| SceneError::Environment { file: path.display().to_string(), what })?;
-        Ok(EnvironmentMap::of(picture))
+        Ok(EnvironmentMap::from_image(picture))
     }
 
-    fn of(picture: Picture) -> EnvironmentMap {
+    fn from_image(picture: Picture) -> EnvironmentMap {
         EnvironmentMap { picture: Arc::new(picture), scale: 1.0, rotation: 0.0 }
     }
 }
@@ -190,8 +190,8 @@ impl Scene {
             })
             .collect();
         let mean = sums.into_iter().sum::<DVec3>() / f64::from(Map::TEXELS);
-        let least = (LEAST_SHARE * mean.element_sum() / 3.0) as f32;
-        texels.par_iter_mut().for_each(|texel| *texel = texel.max(least));
+        let min_radiance = (MIN_SHARE * mean.element_sum() / 3.0) as f32;
+        texels.par_iter_mut().for_each(|texel| *texel = texel.max(min_radiance));
         for level in 1..=Map::TOP {
             for index in 0..Map::count(level, 1) {
                 let node = Map::node(level, index);

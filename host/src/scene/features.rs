@@ -63,7 +63,9 @@ impl Scene {
     /// What the lobes and textures of a material need, whatever its textures make of it.
     pub(super) fn features_of(&self, material: usize, specular_roughness: f32) -> Features {
         let extremes = self.extremes(material);
-        extremes.iter().fold(Features(0), |all, material| all | of_material(material, specular_roughness))
+        extremes
+            .iter()
+            .fold(Features(0), |all, material| all | material_features(material, specular_roughness))
     }
 
     /// Whether a camera or a light stands inside of a medium.
@@ -93,8 +95,8 @@ impl Scene {
         if material.flags & FLAG_ROUGHNESS_TEXTURE == 0 {
             return vec![material];
         }
-        let row = self.textures.materials[id];
-        let range = |channel| self.textures.range(row.metallic_roughness, channel);
+        let record = self.textures.materials[id];
+        let range = |channel| self.textures.range(record.metallic_roughness, channel);
         let rounded = |factor: f32, byte: u8| from_byte(to_byte(factor * from_byte(byte.into())));
         let mut extremes = Vec::new();
         for roughness in range(1).map(|byte| rounded(material.roughness, byte)) {
@@ -106,7 +108,7 @@ impl Scene {
     }
 }
 
-fn of_material(material: &Material, specular_roughness: f32) -> Features {
+fn material_features(material: &Material, specular_roughness: f32) -> Features {
     let bits = [
         (material.flags & FLAGS_TEXTURES != 0, Features::TEXTURES),
         (material.flags & FLAG_NORMAL_MAP != 0, Features::NORMAL_MAPS),
@@ -149,7 +151,7 @@ mod tests {
             (Material { dispersion: 0.3, flags: FLAG_THIN, ..glass }, Features::GLASS | Features::CASTERS),
         ];
         for (material, features) in cases {
-            assert_eq!(of_material(&material, 0.25), features, "{material:?}");
+            assert_eq!(material_features(&material, 0.25), features, "{material:?}");
         }
     }
 }

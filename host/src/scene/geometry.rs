@@ -51,7 +51,7 @@ pub fn check(
 /// Refuses factors out of glTF's ranges; the comparisons refuse NaN too.
 fn check_material(file: &str, name: &str, material: &Material) -> Result<(), SceneError> {
     let shares = [material.roughness, material.metallic, material.transmission, material.specular];
-    let range = |values: &[f32], most: f32| values.iter().all(|value| (0.0..=most).contains(value));
+    let range = |values: &[f32], max: f32| values.iter().all(|value| (0.0..=max).contains(value));
     let what = if !range(&shares, 1.0) || !range(&material.base_color.to_array(), 1.0) {
         "a factor out of the range 0 to 1"
     } else if !range(&material.emission.to_array(), 1e30) {

@@ -86,7 +86,7 @@ pub struct Instanced {
 
 impl Instanced {
     /// None, beside so many triangles of the world.
-    pub fn of_world(still: usize) -> Instanced {
+    pub fn for_world(still: usize) -> Instanced {
         Instanced { still, ..Instanced::default() }
     }
 
@@ -235,8 +235,8 @@ impl Scene {
 fn bounds(mesh: &Mesh, to_world: DAffine3) -> Aabb {
     let points = mesh.hull(to_world).map(|p| Vec3A::from(p.as_vec3()));
     let bounds = points.fold(Aabb::empty(), |all, p| all.union(&Aabb::from_point(p)));
-    let most = bounds.min.abs().max(bounds.max.abs()).max_element();
-    Aabb { min: bounds.min - most * 2e-6, max: bounds.max + most * 2e-6 }
+    let largest = bounds.min.abs().max(bounds.max.abs()).max_element();
+    Aabb { min: bounds.min - largest * 2e-6, max: bounds.max + largest * 2e-6 }
 }
 
 /// Whether a scale is zero, or so near that f32 cannot carry the inverse.

@@ -65,7 +65,7 @@ pub fn table(
         let material = &scene.materials[scene.surfaces[triangle as usize].material as usize];
         let sides = 1 + u32::from(material.flags & FLAG_EMIT_BOTH_SIDES != 0);
         let area = geometry::area(&scene.world_triangle(instance, triangle));
-        let face = Face::of(tables, Features::INSTANCES, instance, triangle);
+        let face = Face::new(tables, Features::INSTANCES, instance, triangle);
         let light = Light {
             triangle,
             instance,

@@ -66,7 +66,7 @@ struct Holder {
 
 impl Media {
     /// The media of these triangles and of instances, around an origin (m), where nodes are as at time 0.
-    pub fn of(
+    pub fn for_scene(
         materials: &[Material],
         triangles: &[Triangle],
         surfaces: &[TriangleSurface],
@@ -196,7 +196,7 @@ impl Media {
 
     /// Gives triangles the records of the solids that they bound. A mesh whose instances need different ones is copied.
     fn assign(&mut self, records: &[u32], surfaces: &mut [TriangleSurface], instanced: &mut Instanced) {
-        let most = MAX_COPIED.max(surfaces.len() + instanced.triangle_count());
+        let max_copied = MAX_COPIED.max(surfaces.len() + instanced.triangle_count());
         let mut copied = 0;
         let mut meshes: HashMap<(usize, Vec<u32>), usize> = HashMap::new();
         let mut taken = BTreeSet::new();
@@ -211,7 +211,7 @@ impl Media {
             let index = match meshes.get(&(mesh, of_solids.clone())) {
                 Some(&index) => index,
                 None if taken.insert(mesh) => mesh,
-                None if copied + instanced.meshes[mesh].count as usize > most => {
+                None if copied + instanced.meshes[mesh].count as usize > max_copied => {
                     self.is_coarse = true;
                     continue;
                 }
@@ -315,7 +315,7 @@ fn by_medium(
     }
     let all: Vec<_> = all.into_iter().collect();
     let surface = |(material, (triangles, own)): (u32, (Vec<u32>, Vec<Triangle>))| {
-        let solids = Solids::of(&own, origin);
+        let solids = Solids::from_triangles(&own, origin);
         Surface { material, triangles, solids }
     };
     all.into_par_iter().map(surface).collect()

@@ -116,7 +116,7 @@ impl Mesh {
             scene.surfaces.push(surface(&triangle, corners, materials[id as usize]));
             scene.triangles.push(triangle);
             if has_textures {
-                scene.textures.coordinates.push(coordinate_row(&triangle, corners));
+                scene.textures.coordinates.push(coordinate_record(&triangle, corners));
             }
         }
         if let Some(deformation) = &mut self.deformation {
@@ -147,8 +147,8 @@ impl Mesh {
             let light = before.light;
             scene.surfaces[id] = TriangleSurface { light, ..surface(&triangle, corners, before.material) };
             scene.triangles[id] = triangle;
-            if let Some(row) = scene.textures.coordinates.get_mut(id) {
-                *row = coordinate_row(&triangle, corners);
+            if let Some(record) = scene.textures.coordinates.get_mut(id) {
+                *record = coordinate_record(&triangle, corners);
             }
         }
         self.boxes = boxes(&corners);
@@ -177,12 +177,12 @@ fn surface(triangle: &Triangle, corners: &[Corner; 3], material: u32) -> Triangl
 }
 
 /// Where it lies on textures.
-fn coordinate_row(triangle: &Triangle, corners: &[Corner; 3]) -> TextureCoordinates {
-    let mut row = texture::row(triangle, &coordinates(corners));
-    if !row.density.is_finite() {
-        row.density = 0.0;
+fn coordinate_record(triangle: &Triangle, corners: &[Corner; 3]) -> TextureCoordinates {
+    let mut record = texture::record(triangle, &coordinates(corners));
+    if !record.density.is_finite() {
+        record.density = 0.0;
     }
-    row
+    record
 }
 
 /// Whether no coordinate is too large of points that are placed, around an origin (m).

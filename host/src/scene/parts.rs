@@ -67,7 +67,7 @@ impl SceneParts {
         // Nothing stands on a node where none moves.
         let nodes = self.motion.as_ref().and_then(|_| self.rig.at(0.0).ok()).unwrap_or_default();
         let mut media =
-            Media::of(&self.materials, &self.triangles, &self.surfaces, instanced, &nodes, origin);
+            Media::for_scene(&self.materials, &self.triangles, &self.surfaces, instanced, &nodes, origin);
         let textures = &mut self.textures.materials;
         media.rank(&mut self.materials, textures, &mut self.surfaces, &mut self.instanced);
         let dropped_triangles = self.drop_degenerate();
@@ -205,11 +205,12 @@ impl SceneParts {
     /// Refuses what a tree of so many levels cannot hold.
     fn check_levels(&self, levels: u32) -> Result<(), SceneError> {
         let meshes = self.instanced.meshes.iter().map(|mesh| mesh.count as usize);
-        let most = meshes.chain([self.triangles.len()]).max().unwrap_or(0);
-        if tree::fits(most, levels) {
+        let largest = meshes.chain([self.triangles.len()]).max().unwrap_or(0);
+        if tree::fits(largest, levels) {
             return Ok(());
         }
-        let what = format!("a mesh of {most} triangles beside {} instances", self.instanced.instances.len());
+        let what =
+            format!("a mesh of {largest} triangles beside {} instances", self.instanced.instances.len());
         Err(SceneError::Tables { file: self.name.clone(), what: format!("{what} makes its tree too deep") })
     }
 

@@ -161,7 +161,7 @@ mod tests {
     const AT: Option<[Vec3; 2]> = Some([Vec3::ZERO, Vec3::ONE]);
     const FAR: Option<[Vec3; 2]> = Some([Vec3::splat(5.0), Vec3::splat(6.0)]);
 
-    fn of(solids: &[(u32, f64, Option<[Vec3; 2]>)], numbers: &[i32]) -> Vec<u32> {
+    fn levels_for(solids: &[(u32, f64, Option<[Vec3; 2]>)], numbers: &[i32]) -> Vec<u32> {
         let solids = solids.iter().map(|&(material, size, bounds)| Placed { material, size, bounds });
         let medium = |&priority: &i32| Material { transmission: 1.0, priority, ..Material::default() };
         levels(&solids.collect::<Vec<_>>(), &numbers.iter().map(medium).collect::<Vec<_>>())
@@ -169,42 +169,48 @@ mod tests {
 
     #[test]
     fn materials_that_their_largest_solids_order_have_one_level() {
-        assert_eq!(of(&[(0, 8.0, AT), (1, 4.0, AT), (1, 2.0, AT)], &[0, 0]), [0, 0, 0]);
+        assert_eq!(levels_for(&[(0, 8.0, AT), (1, 4.0, AT), (1, 2.0, AT)], &[0, 0]), [0, 0, 0]);
         // What meets nothing asks for nothing.
-        assert_eq!(of(&[(0, 8.0, FAR), (1, 4.0, AT), (1, 2.0, AT)], &[0, 0]), [0, 0, 0]);
+        assert_eq!(levels_for(&[(0, 8.0, FAR), (1, 4.0, AT), (1, 2.0, AT)], &[0, 0]), [0, 0, 0]);
     }
 
     #[test]
     fn a_smaller_solid_that_meets_a_larger_one_is_above_it_whatever_else_is_of_its_material() {
-        assert_eq!(of(&[(0, 8.0, FAR), (1, 4.0, AT), (0, 2.0, AT)], &[0, 0]), [0, 0, 1]);
-        assert_eq!(of(&[(0, 8.0, AT), (1, 4.0, AT), (0, 2.0, AT), (1, 1.0, AT)], &[0, 0]), [0, 1, 2, 3]);
+        assert_eq!(levels_for(&[(0, 8.0, FAR), (1, 4.0, AT), (0, 2.0, AT)], &[0, 0]), [0, 0, 1]);
+        assert_eq!(
+            levels_for(&[(0, 8.0, AT), (1, 4.0, AT), (0, 2.0, AT), (1, 1.0, AT)], &[0, 0]),
+            [0, 1, 2, 3]
+        );
         // Many of many sizes ask for no more than they are nested.
         let jars = (0..100).flat_map(|id| {
             let at = Some([Vec3::splat(2.0 * id as f32), Vec3::splat(2.0 * id as f32 + 1.0)]);
             let size = f64::from(id + 1);
             [(0, size, at), (1, 0.9 * size, at), (0, 0.8 * size, at)]
         });
-        let found = of(&jars.collect::<Vec<_>>(), &[0, 0]);
+        let found = levels_for(&jars.collect::<Vec<_>>(), &[0, 0]);
         assert!(found.chunks(3).all(|levels| levels == [0, 1, 2]), "{found:?}");
     }
 
     #[test]
     fn what_moves_or_is_open_may_meet_anything() {
-        assert_eq!(of(&[(0, 8.0, AT), (1, 4.0, FAR), (0, 2.0, None)], &[0, 0]), [0, 0, 1]);
-        assert_eq!(of(&[(0, 8.0, AT), (1, 4.0, None), (0, 2.0, FAR)], &[0, 0]), [0, 1, 2]);
+        assert_eq!(levels_for(&[(0, 8.0, AT), (1, 4.0, FAR), (0, 2.0, None)], &[0, 0]), [0, 0, 1]);
+        assert_eq!(levels_for(&[(0, 8.0, AT), (1, 4.0, None), (0, 2.0, FAR)], &[0, 0]), [0, 1, 2]);
     }
 
     #[test]
     fn numbers_of_the_file_stand_before_sizes() {
-        assert_eq!(of(&[(0, 8.0, AT), (1, 4.0, AT), (0, 2.0, AT)], &[1, 0]), [0, 0, 0]);
-        assert_eq!(of(&[(0, 8.0, AT), (1, 4.0, AT), (0, 2.0, AT)], &[7, 7]), [0, 1, 2]);
-        assert_eq!(of(&[(0, 8.0, AT), (1, 4.0, AT), (0, 2.0, AT), (2, 1.0, AT)], &[0, 0, 3]), [0, 1, 2, 0]);
+        assert_eq!(levels_for(&[(0, 8.0, AT), (1, 4.0, AT), (0, 2.0, AT)], &[1, 0]), [0, 0, 0]);
+        assert_eq!(levels_for(&[(0, 8.0, AT), (1, 4.0, AT), (0, 2.0, AT)], &[7, 7]), [0, 1, 2]);
+        assert_eq!(
+            levels_for(&[(0, 8.0, AT), (1, 4.0, AT), (0, 2.0, AT), (2, 1.0, AT)], &[0, 0, 3]),
+            [0, 1, 2, 0]
+        );
     }
 
     #[test]
     fn beyond_what_is_compared_every_solid_meets_every_other() {
         let near = (0..4500).map(|id| (1 + id % 2, 4500.0 - f64::from(id), AT));
         let solids: Vec<_> = [(0, 1e4, FAR)].into_iter().chain(near).chain([(0, 0.5, FAR)]).collect();
-        assert_eq!(of(&solids, &[0, 0, 0]), (0..4502).collect::<Vec<_>>());
+        assert_eq!(levels_for(&solids, &[0, 0, 0]), (0..4502).collect::<Vec<_>>());
     }
 }

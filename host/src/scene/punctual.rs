@@ -52,7 +52,7 @@ pub enum LightShape {
 
 impl LightShape {
     /// What a file says, along -z; else what is wrong with it.
-    pub fn of(light: &khr_lights_punctual::Light) -> Result<LightShape, String> {
+    pub fn from_gltf(light: &khr_lights_punctual::Light) -> Result<LightShape, String> {
         match light.type_ {
             Checked::Valid(Type::Point) => Ok(LightShape::Point),
             Checked::Valid(Type::Directional) => Ok(LightShape::Directional { direction: Vec3::NEG_Z }),

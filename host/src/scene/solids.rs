@@ -41,9 +41,9 @@ pub struct Solid {
 impl Solids {
     /// What these triangles bound, from whose corners `origin` (m) was subtracted. Corners are one where they are equal, or,
     /// along borders, differ by rounding.
-    pub fn of(triangles: &[Triangle], origin: DVec3) -> Solids {
+    pub fn from_triangles(triangles: &[Triangle], origin: DVec3) -> Solids {
         let (ids, points) = welded(triangles);
-        let Borders { open, joins } = Borders::of(&ids, &points, tolerance(&points, origin));
+        let Borders { open, joins } = Borders::from_triangles(&ids, &points, tolerance(&points, origin));
 
         // Parts: what corners of triangles, rounding and long edges hang together.
         let mut roots = Roots((0..points.len() as u32).collect());
@@ -51,7 +51,7 @@ impl Solids {
         let mut of_root: HashMap<u32, usize> = HashMap::new();
         let mut parts: Vec<Solid> = Vec::new();
         for (id, &p) in points.iter().enumerate() {
-            let part = *of_root.entry(roots.of(id as u32)).or_insert_with(|| {
+            let part = *of_root.entry(roots.find(id as u32)).or_insert_with(|| {
                 parts.push(Solid { bounds: [p; 2], size: 0.0, volume: 0.0, is_open: false });
                 parts.len() - 1
             });
@@ -60,12 +60,12 @@ impl Solids {
         }
         let mut of_triangle = Vec::with_capacity(triangles.len());
         for (triangle, corners) in triangles.iter().zip(&ids) {
-            let part = of_root[&roots.of(corners[0])];
+            let part = of_root[&roots.find(corners[0])];
             let [a, b, c] = geometry::corners(triangle);
             parts[part].volume += a.dot(b.cross(c)) / 6.0;
             of_triangle.push(part as u32);
         }
-        open.iter().for_each(|[a, _]| parts[of_root[&roots.of(*a)]].is_open = true);
+        open.iter().for_each(|[a, _]| parts[of_root[&roots.find(*a)]].is_open = true);
         parts.iter_mut().for_each(|part| part.size = volume_of_box(&part.bounds));
 
         let boxes = parts.iter().map(|part| part.bounds).collect();
@@ -80,9 +80,9 @@ impl Solids {
 /// around the origin, by less than 4 ulp in all; nothing that is 1e-5 of the whole wide is closed by it.
 fn tolerance(points: &[Vec3], origin: DVec3) -> f64 {
     let [low, high] = geometry::box_around(points.iter().map(|p| p.as_dvec3()));
-    let most = |p: DVec3| p.abs().max_element();
-    let rounding = most(low + origin).max(most(high + origin)) * 2f64.powi(-20);
-    let own = most(low).max(most(high)) * 2f64.powi(-22);
+    let max_abs = |p: DVec3| p.abs().max_element();
+    let rounding = max_abs(low + origin).max(max_abs(high + origin)) * 2f64.powi(-20);
+    let own = max_abs(low).max(max_abs(high)) * 2f64.powi(-22);
     rounding.min(1e-5 * low.distance(high)).max(own).max(f64::MIN_POSITIVE)
 }
 
@@ -144,7 +144,7 @@ struct Roots(Vec<u32>);
 
 impl Roots {
     /// The least of the points that hang together with this one.
-    fn of(&mut self, mut id: u32) -> u32 {
+    fn find(&mut self, mut id: u32) -> u32 {
         let Roots(parents) = self;
         while parents[id as usize] != id {
             parents[id as usize] = parents[parents[id as usize] as usize];
@@ -154,7 +154,7 @@ impl Roots {
     }
 
     fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.of(a), self.of(b));
+        let (a, b) = (self.find(a), self.find(b));
         self.0[a.max(b) as usize] = a.min(b);
     }
 }
@@ -198,7 +198,7 @@ mod tests {
     }
 
     fn solids(triangles: &[Triangle]) -> Solids {
-        Solids::of(triangles, DVec3::ZERO)
+        Solids::from_triangles(triangles, DVec3::ZERO)
     }
 
     /// What all of them enclose (m^3).
@@ -269,7 +269,7 @@ mod tests {
             let origin = DVec3::splat(100.0);
             let far = |p: Vec3| ((p.as_dvec3() + origin).as_vec3().as_dvec3() - origin).as_vec3();
             let moved = patched.iter().map(|t| Triangle { a: far(t.a), b: far(t.b), c: far(t.c) });
-            assert!(Solids::of(&moved.collect::<Vec<_>>(), origin).is_closed, "{counts:?}");
+            assert!(Solids::from_triangles(&moved.collect::<Vec<_>>(), origin).is_closed, "{counts:?}");
             // A hole remains one,
             let lost = patched.pop().expect("many");
             assert!(!solids(&patched).is_closed && solids(&patched).solids.iter().all(|solid| solid.is_open));

@@ -7,7 +7,7 @@ use caustics_kernels::interface::triangle::Triangle;
 
 use super::SceneError;
 
-pub(crate) use self::coordinates::row;
+pub(crate) use self::coordinates::record;
 pub use self::parts::{CornerCoordinates, Image, ImageTexture, Role, TextureParts};
 pub(crate) use self::parts::{MAX_SIDE, check, set_flags};
 
@@ -64,9 +64,9 @@ pub fn build(file: &str, parts: TextureParts, triangles: &[Triangle]) -> Result<
     let mut end = 0_u64;
     for texture in &parts.textures {
         let there = placed.iter().find(|(image, role, _)| (*image, *role) == (texture.image, texture.role));
-        let row = there.map(|&(_, _, row)| row).unwrap_or_else(|| {
+        let record = there.map(|&(_, _, record)| record).unwrap_or_else(|| {
             let Image { width, height, .. } = parts.images[texture.image];
-            let row = Texture {
+            let record = Texture {
                 offset: end as u32,
                 width,
                 height,
@@ -75,19 +75,19 @@ pub fn build(file: &str, parts: TextureParts, triangles: &[Triangle]) -> Result<
                 ..Texture::default()
             };
             end += levels::texels(width, height);
-            placed.push((texture.image, texture.role, row));
-            row
+            placed.push((texture.image, texture.role, record));
+            record
         });
         let [wrap_u, wrap_v] = texture.wrap;
-        let level_count = if texture.finest { 1 } else { row.level_count };
-        textures.push(Texture { wrap_u, wrap_v, nearest: u32::from(texture.nearest), level_count, ..row });
+        let level_count = if texture.finest { 1 } else { record.level_count };
+        textures.push(Texture { wrap_u, wrap_v, nearest: u32::from(texture.nearest), level_count, ..record });
     }
-    check_texels(file, placed.iter().map(|(_, _, row)| (row.width, row.height)))?;
+    check_texels(file, placed.iter().map(|(_, _, record)| (record.width, record.height)))?;
     let mut texels = Vec::with_capacity(end as usize);
     for (image, role, _) in &placed {
         levels::append(&mut texels, &parts.images[*image], *role);
     }
-    let rows = triangles.iter().zip(&parts.coordinates);
-    let coordinates = rows.map(|(triangle, row)| coordinates::row(triangle, row)).collect();
+    let records = triangles.iter().zip(&parts.coordinates);
+    let coordinates = records.map(|(triangle, record)| coordinates::record(triangle, record)).collect();
     Ok(TextureData { textures, materials: parts.materials, coordinates, texels })
 }

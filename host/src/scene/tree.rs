@@ -9,7 +9,7 @@ use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
 use self::groups::Groups;
-use self::plan::{Plan, WIDTH, least_levels};
+use self::plan::{Plan, WIDTH, min_levels};
 
 pub use self::binary::TreeQuality;
 pub use self::cache::TreeCache;
@@ -75,7 +75,7 @@ pub fn build(triangles: &[Triangle], levels: u32, options: &TreeOptions) -> Tree
 
 fn shape(triangles: &[Triangle], levels: u32, quality: TreeQuality) -> Shape {
     let boxes: Vec<Aabb> = triangles.par_iter().map(bounds).collect();
-    let groups = Groups::of(&boxes);
+    let groups = Groups::from_boxes(&boxes);
     let of_groups: Vec<Aabb> =
         (0..groups.count()).into_par_iter().map(|group| boxes[groups.get(group)[0] as usize]).collect();
     let binary = binary::build(&of_groups, quality);
@@ -91,7 +91,7 @@ pub fn bounds(triangle: &Triangle) -> Aabb {
 
 /// Whether a tree of so many levels of nodes holds this many triangles.
 pub fn fits(count: usize, levels: u32) -> bool {
-    least_levels(count) <= levels
+    min_levels(count) <= levels
 }
 
 struct Builder<'a> {
@@ -131,7 +131,7 @@ impl Builder<'_> {
             self.plan.triangles(binary, &mut self.shape.order);
             return self.shape.block(first);
         }
-        let fits = |child: usize| least_levels(self.plan.count(child)) < levels;
+        let fits = |child: usize| min_levels(self.plan.count(child)) < levels;
         let is_leaf = self.plan.is_leaf(binary);
         if !is_leaf && (self.plan.height(binary) <= levels || self.plan.lanes(binary).into_iter().all(fits)) {
             return self.node(binary, levels);
@@ -274,7 +274,7 @@ impl Tree {
             x * y + y * z + z * x
         };
         let lanes = |node| (0..WIDTH).map(move |lane| area(node, lane));
-        self.nodes.iter().flat_map(lanes).sum::<f64>() / f64::from(of_node(&self.nodes[0]).half_area())
+        self.nodes.iter().flat_map(lanes).sum::<f64>() / f64::from(node_bounds(&self.nodes[0]).half_area())
     }
 
     /// Appends nodes and blocks to those of other trees: children refer to where they are then.
@@ -315,7 +315,7 @@ pub fn refit(
             let child = nodes[id].children[lane];
             let bounds = match child & LEAF {
                 _ if nodes[id].min_x[lane] == f32::MAX => continue,
-                0 => of_node(&nodes[child as usize]),
+                0 => node_bounds(&nodes[child as usize]),
                 _ => of_block(&blocks[(child & !LEAF) as usize]),
             };
             set_lane(&mut nodes[id], lane, &bounds, child);
@@ -324,7 +324,7 @@ pub fn refit(
 }
 
 /// The box around a node's children.
-fn of_node(node: &TreeNode) -> Aabb {
+fn node_bounds(node: &TreeNode) -> Aabb {
     let lanes = (0..WIDTH).filter(|&lane| node.min_x[lane] != f32::MAX);
     lanes.fold(Aabb::empty(), |all, lane| {
         let min = Vec3A::new(node.min_x[lane], node.min_y[lane], node.min_z[lane]);

@@ -73,7 +73,7 @@ impl CameraChoice {
     /// # Errors
     ///
     /// If they contradict each other, or an orbit or a field of view is none; the message names no option's dashes.
-    pub fn of(
+    pub fn from_options(
         camera: Option<&str>,
         from: Option<Place>,
         look_at: Option<Place>,

@@ -198,9 +198,9 @@ fn a_quoted_name_that_is_pasted_runs_nothing_and_arrives_byte_for_byte() {
 fn random_words_are_printable_ascii_and_arrive_byte_for_byte() {
     // A linear congruential generator [Knuth, MMIX].
     let mut state = 1_u64;
-    let mut random = |most: usize| {
+    let mut random = |bound: usize| {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as usize % most
+        (state >> 33) as usize % bound
     };
     let rare = b"'\"\\$`!\n\t\r\x03\x1b\x7f -=#~";
     let mut word = || -> Vec<u8> {

@@ -69,7 +69,7 @@ fn file_name(properties: &vk::PhysicalDeviceProperties) -> String {
 /// The data of a file, if they are those that were written.
 fn whole(file: &[u8]) -> Option<&[u8]> {
     let (data, digest) = file.split_last_chunk::<DIGITS>()?;
-    (Digest::of([data]).as_bytes() == digest).then_some(data)
+    (Digest::hex([data]).as_bytes() == digest).then_some(data)
 }
 
 /// Whether the header (length, version, vendor, device, uuid) is this device's.
@@ -89,7 +89,7 @@ fn write(path: &Path, data: &[u8]) -> std::io::Result<()> {
     std::fs::create_dir_all(folder)?;
     let mut file = tempfile::NamedTempFile::new_in(folder)?;
     file.write_all(data)?;
-    file.write_all(Digest::of([data]).as_bytes())?;
+    file.write_all(Digest::hex([data]).as_bytes())?;
     file.persist(path)?;
     Ok(())
 }

@@ -21,7 +21,7 @@ impl Module {
     /// Reads a module; `name` stands in errors.
     pub fn new(context: &Arc<Context>, name: &str, words: &[u32]) -> Result<Module, VulkanError> {
         let source = load(name, words)?;
-        let reflection = Reflection::of(name, &source)?;
+        let reflection = Reflection::from_source(name, &source)?;
         let unknown = reflection.capabilities.iter().find(|&&capability| !context.allows(capability));
         if let Some(capability) = unknown {
             let device = &context.info().name;

@@ -50,7 +50,7 @@ impl Kernels {
         static OPEN: Mutex<Vec<([String; 2], Arc<Kernels>)>> = Mutex::new(Vec::new());
         let DeviceOptions { device, hardware, validation, base, rayquery } = options;
         let words = [Some(base), rayquery.as_ref()];
-        let modules = Digest::of(words.into_iter().flatten().map(|words| bytemuck::cast_slice(words)));
+        let modules = Digest::hex(words.into_iter().flatten().map(|words| bytemuck::cast_slice(words)));
         let key = [format!("{device:?} {hardware} {validation}"), modules];
         let mut open = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
         open.retain(|(other, kernels)| {

@@ -153,11 +153,11 @@ impl Drop for Shader {
 fn check(entry: &EntryPoint, context: &Context) -> Result<(), VulkanError> {
     let limits = &context.candidate.properties.limits;
     let buffers = entry.bindings.iter().filter(|b| b.kind == BindingKind::Buffer).count();
-    let most = limits.max_per_stage_descriptor_storage_buffers as usize;
+    let max_buffers = limits.max_per_stage_descriptor_storage_buffers as usize;
     let (size, bytes) = (entry.workgroup_size, entry.push_constant_bytes);
     let widest = limits.max_compute_work_group_size[0].min(limits.max_compute_work_group_invocations);
-    let reason = if buffers > most {
-        format!("it binds {buffers} buffers, but the device allows {most}")
+    let reason = if buffers > max_buffers {
+        format!("it binds {buffers} buffers, but the device allows {max_buffers}")
     } else if bytes as usize > size_of::<Dispatch>() {
         format!("its {bytes} bytes of push constants are more than Dispatch has")
     } else if size > widest {

@@ -70,11 +70,11 @@ pub struct Reflection {
 impl Reflection {
     /// Reads a module. `name` stands in errors.
     pub fn new(name: &str, words: &[u32]) -> Result<Reflection, VulkanError> {
-        Reflection::of(name, &load(name, words)?)
+        Reflection::from_source(name, &load(name, words)?)
     }
 
     /// Reads a parsed module. `name` stands in errors.
-    pub fn of(name: &str, source: &Source) -> Result<Reflection, VulkanError> {
+    pub fn from_source(name: &str, source: &Source) -> Result<Reflection, VulkanError> {
         let failed = |reason: String| VulkanError::Module { name: name.into(), reason };
         if source.header.as_ref().is_none_or(|header| header.version() < (1, 4)) {
             return Err(failed(
@@ -287,7 +287,7 @@ mod tests {
                 *operand = Operand::LiteralString("pour+fill".into());
             }
         }
-        let mut shared = Reflection::of("base", &module).unwrap().entry_points;
+        let mut shared = Reflection::from_source("base", &module).unwrap().entry_points;
         let twice = shared.remove("twice").unwrap();
         assert!(!twice.is_joint() && twice.symbol == "twice", "{twice:?}");
         let [fill, pour] = &shared.into_values().collect::<Vec<_>>()[..] else { panic!("two passes") };

@@ -64,16 +64,16 @@ impl Hierarchy {
         buffer: &Buffer,
         capacity: u64,
     ) -> Result<Hierarchy, VulkanError> {
-        Self::of_parts(memory, name, primitives, &[Part { buffer, first: 0, capacity }], 1)
+        Self::from_parts(memory, name, primitives, &[Part { buffer, first: 0, capacity }], 1)
     }
 
-    /// Allocates a structure over parts of buffers, for at most `most` instances; the first part has one, untransformed.
-    pub fn of_parts(
+    /// Allocates a structure over parts of buffers, for at most `max_instances` instances; the first part has one, untransformed.
+    pub fn from_parts(
         memory: &Arc<Memory>,
         name: &'static str,
         primitives: Primitives,
         parts: &[Part<'_>],
-        most: u32,
+        max_instances: u32,
     ) -> Result<Hierarchy, VulkanError> {
         let context = Arc::clone(&memory.context);
         let mut bottoms = Vec::with_capacity(parts.len());
@@ -94,10 +94,16 @@ impl Hierarchy {
             scratch_bytes = scratch.max(scratch_bytes);
             bottoms.push(Bottom { structure, address, capacity });
         }
-        let bytes = u64::from(most) * INSTANCE_BYTES as u64;
+        let bytes = u64::from(max_instances) * INSTANCE_BYTES as u64;
         let instances = Buffer::new(memory, &format!("{name}.instances"), bytes, Purpose::Instances)?;
-        let (top, top_scratch) =
-            Structure::new(memory, name, Level::Top, primitives, instance_geometry(&instances), most)?;
+        let (top, top_scratch) = Structure::new(
+            memory,
+            name,
+            Level::Top,
+            primitives,
+            instance_geometry(&instances),
+            max_instances,
+        )?;
         // All builds share the scratch; its address is rounded up when used.
         let bytes = scratch_bytes.max(top_scratch) + context.candidate.scratch_alignment;
         let scratch = Buffer::new(memory, &format!("{name}.scratch"), bytes, Purpose::Scratch)?;
@@ -135,8 +141,8 @@ impl Hierarchy {
     /// Records the build of all levels, of the first over its buffer's first `count` primitives; `barrier` orders builds.
     pub(super) fn record(&self, commands: vk::CommandBuffer, count: u32, barrier: impl Fn()) {
         for id in 0..self.bottoms.len() {
-            let most = self.bottoms[id].capacity;
-            self.record_bottom(commands, id, if id == 0 { count.min(most) } else { most });
+            let capacity = self.bottoms[id].capacity;
+            self.record_bottom(commands, id, if id == 0 { count.min(capacity) } else { capacity });
             barrier();
         }
         self.record_top(commands);

@@ -12,8 +12,8 @@ use caustics::experiment::error::{
 };
 use caustics::experiment::measure::measure;
 use caustics::experiment::plan::{Compared, Plan};
+use caustics::experiment::record::FrameRecord;
 use caustics::experiment::result::CellResult;
-use caustics::experiment::row::Row;
 use caustics::experiment::store;
 use caustics::image::Channels;
 use caustics::scene::{Scene, resolve};
@@ -168,7 +168,7 @@ fn cells_of_all_axes_are_measured() {
 fn each_cell_has_the_first_turn_in_turn() {
     let scene = Scene::load(&resolve("mirror-room").unwrap()).unwrap();
     let mut cells: Vec<Cell> =
-        history::ALL.iter().map(|history| Cell { history, ..Cell::of(&BASIC) }).collect();
+        history::ALL.iter().map(|history| Cell { history, ..Cell::new(&BASIC) }).collect();
     caustics::experiment::cell_axes::name_all(&mut cells);
     let plan = Plan {
         settings: Settings { width: 40, height: 24, ..Settings::default() },
@@ -181,13 +181,14 @@ fn each_cell_has_the_first_turn_in_turn() {
         compared: Compared::Last,
         seeds: 1,
     };
-    let mut rows: Vec<Row> = Vec::new();
+    let mut records: Vec<FrameRecord> = Vec::new();
     let mut each = |new| {
-        rows.extend(new);
+        records.extend(new);
         Ok(())
     };
     measure(&plan, &scene, &cells, None, &|| false, &mut each).unwrap().unwrap();
-    let firsts = rows.iter().filter(|row| row.get("turn") == Some(0.0)).map(|row| row.cell.as_str());
+    let firsts =
+        records.iter().filter(|record| record.get("turn") == Some(0.0)).map(|record| record.cell.as_str());
     let names: Vec<&str> = cells.iter().map(|cell| cell.name.as_str()).collect();
     assert_eq!(firsts.collect::<Vec<_>>(), names);
 }

@@ -359,8 +359,8 @@ fn a_time_that_cannot_be_met_is_said_in_the_result() {
             "{note:?}"
         );
         // The search went down from one a pixel; a disturbed machine decides which of its trials was the fastest.
-        let most = if has_paths { 1.0 } else { 0.0 };
-        assert!(cell.number(&PATHS_PER_PIXEL) <= most, "{cell:?}");
+        let max_paths = if has_paths { 1.0 } else { 0.0 };
+        assert!(cell.number(&PATHS_PER_PIXEL) <= max_paths, "{cell:?}");
     }
 }
 

@@ -71,7 +71,7 @@ fn motion_is_from_the_frame_before_whether_it_is_rendered_or_not() {
     let frame = |index: u32| desk.path().join(format!("f/{index}.exr"));
     let longest = |index| {
         let picture = Channels::read(&frame(index)).unwrap();
-        picture.channels["motion.X"].iter().fold(0.0f32, |most, x| most.max(x.abs()))
+        picture.channels["motion.X"].iter().fold(0.0f32, |largest, x| largest.max(x.abs()))
     };
     assert!(
         longest(0) == 0.0 && (1..4).all(|index| longest(index) > 0.05),

@@ -64,14 +64,14 @@ fn run_three_of_four(folder: &Path, arguments: &dyn Fn(u32) -> Vec<String>, file
 }
 
 /// The arguments of a shard.
-fn of(arguments: &[&str], number: u32) -> Vec<String> {
+fn shard_arguments(arguments: &[&str], number: u32) -> Vec<String> {
     let own = ["--shard".to_string(), format!("{number}/4")];
     arguments.iter().map(|argument| argument.to_string()).chain(own).collect()
 }
 
 #[track_caller]
 fn run_shard(folder: &Path, arguments: &[&str], number: u32) -> String {
-    let arguments = of(arguments, number);
+    let arguments = shard_arguments(arguments, number);
     runs(folder, &arguments.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
@@ -117,7 +117,7 @@ fn shards_of_an_animation_are_its_frames() {
     };
     runs(folder.path(), &frames("whole/##.exr"));
     let parts = frames("parts/##.exr");
-    run_three_of_four(folder.path(), &|number| of(&parts, number), "parts/22.exr");
+    run_three_of_four(folder.path(), &|number| shard_arguments(&parts, number), "parts/22.exr");
     let said = run_shard(folder.path(), &parts, 3);
     assert!(!said.contains("warning"), "{said}");
     let said = runs(folder.path(), &parts);
@@ -158,7 +158,11 @@ fn shards_of_a_reference_merge_to_it() {
     let third = "part.shard-3-of-4.sums";
     // The one that is killed keeps every frame.
     let often = [&parts[..], &["--checkpoint-every", "0"]].concat();
-    run_three_of_four(folder.path(), &|number| of(if number == 3 { &often } else { &parts }, number), third);
+    run_three_of_four(
+        folder.path(),
+        &|number| shard_arguments(if number == 3 { &often } else { &parts }, number),
+        third,
+    );
     let sums: Vec<String> = (1..=4).map(|number| format!("part.shard-{number}-of-4.sums")).collect();
     let merge = |sums: &[&String]| -> Vec<String> {
         let words = ["merge", "-o", "part.exr"].map(str::to_string);
@@ -224,7 +228,7 @@ fn shards_of_a_sweep_merge_to_it() {
     std::fs::write(folder.path().join("e.toml"), experiment).unwrap();
     runs(folder.path(), &["sweep", "e.toml", "-o", "whole"]);
     let out = |number: u32| format!("part-{number}");
-    let shard = |number: u32| of(&["sweep", "e.toml", "-o", &out(number)], number);
+    let shard = |number: u32| shard_arguments(&["sweep", "e.toml", "-o", &out(number)], number);
     run_three_of_four(folder.path(), &shard, "part-3/experiment.toml");
     let again = shard(3);
     runs(folder.path(), &again.iter().map(String::as_str).collect::<Vec<_>>());

@@ -12,12 +12,12 @@ use crate::light::emit::Emit;
 pub struct History {
     /// Name on the command line.
     pub name: &'static str,
-    /// What it is, in one line.
-    pub about: &'static str,
-    /// What a frame pays for it.
+    /// Description, in one line.
+    pub description: &'static str,
+    /// Cost of a frame.
     pub cost: &'static str,
-    /// Where it is wrong, or gives nothing.
-    pub wrong: &'static str,
+    /// Limitations: where it is wrong, or gives nothing.
+    pub limitations: &'static str,
     /// Its settings; none: nothing is lent.
     pub settings: Option<HistorySettings>,
     /// Once a frame, after `collect`, before anything is built over the frame's points.
@@ -37,12 +37,12 @@ pub struct History {
 pub struct Denoiser {
     /// Name on the command line.
     pub name: &'static str,
-    /// What it is, in one line.
-    pub about: &'static str,
-    /// What a frame pays for it.
+    /// Description, in one line.
+    pub description: &'static str,
+    /// Cost of a frame.
     pub cost: &'static str,
-    /// Where it is wrong, or gives nothing.
-    pub wrong: &'static str,
+    /// Limitations: where it is wrong, or gives nothing.
+    pub limitations: &'static str,
     /// Its steps, after `collect`.
     pub steps: fn(&FrameParams) -> Vec<Step>,
 }
@@ -61,12 +61,12 @@ pub type Starts = fn(
 pub struct Emission {
     /// Name on the command line.
     pub name: &'static str,
-    /// What it is, in one line.
-    pub about: &'static str,
-    /// What a frame pays for it.
+    /// Description, in one line.
+    pub description: &'static str,
+    /// Cost of a frame.
     pub cost: &'static str,
-    /// Where it is wrong, or gives nothing.
-    pub wrong: &'static str,
+    /// Limitations: where it is wrong, or gives nothing.
+    pub limitations: &'static str,
     /// Whether it reads the casters of the frame's settings.
     pub aims: bool,
     /// Whether it goes by what an error of each pixel counts (`pass::weigh`).

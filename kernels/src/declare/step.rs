@@ -34,7 +34,7 @@ pub enum Step {
 
 impl Step {
     /// All invocations that a pass has in a frame.
-    pub fn of(pass: &'static Pass, params: &FrameParams) -> Step {
+    pub fn new(pass: &'static Pass, params: &FrameParams) -> Step {
         Step::dispatch(pass, Dispatch { count: (pass.over)(params), ..Dispatch::default() })
     }
 

@@ -11,7 +11,7 @@
 //! none does, the first level compares nothing and takes the variance of the pixels around.
 //!
 //! Cost: a level reads 64 bytes of itself and of 8 neighbours (600 B a pixel from caches, 64 from memory) and
-//! writes 16; the guide reads 120 and writes 76. Wrong: without a history shadows blur by a pixel or two.
+//! writes 16; the guide reads 120 and writes 76. Limitations: without a history shadows blur by a pixel or two.
 
 use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
@@ -40,12 +40,12 @@ const NOISE: f32 = 16.0;
 /// See the head of the file.
 pub const ATROUS: Denoiser = Denoiser {
     name: "atrous",
-    about: "an edge-stopping wavelet, guided by collection points and measured variance; it keeps the energy",
+    description: "an edge-stopping wavelet, guided by collection points and measured variance; it keeps the energy",
     cost: "five levels of 64 bytes a pixel from memory and 600 from caches",
-    wrong: "without --path-history shadows blur by a pixel or two",
+    limitations: "without --path-history shadows blur by a pixel or two",
     steps: |params| {
         let level = |level| Step::level(&LEVEL, level, params.pixel_count());
-        std::iter::once(Step::of(&GUIDE, params)).chain((0..DENOISER_LEVELS).map(level)).collect()
+        std::iter::once(Step::new(&GUIDE, params)).chain((0..DENOISER_LEVELS).map(level)).collect()
     },
 };
 
@@ -175,7 +175,7 @@ pub fn smoothed(
     let (column, row) = ((pixel % params.width) as i32, (pixel / params.width) as i32);
     let own_brightness = brightness(own.truncate(), &guide);
     let mut sum = Vec3::ZERO;
-    let mut noise = Noise::of(own.w, own_brightness);
+    let mut noise = Noise::new(own.w, own_brightness);
     let mut dy = -1;
     while dy <= 1 {
         let y = row + dy * step;
@@ -224,7 +224,7 @@ struct Noise {
 impl Noise {
     /// Of one pixel.
     #[inline(always)]
-    fn of(own: f32, own_brightness: f32) -> Noise {
+    fn new(own: f32, own_brightness: f32) -> Noise {
         Noise {
             own,
             own_brightness,

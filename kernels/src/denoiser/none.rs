@@ -7,8 +7,8 @@ use crate::declare::Denoiser;
 #[cfg(not(target_arch = "spirv"))]
 pub const NONE: Denoiser = Denoiser {
     name: "none",
-    about: "nothing is smoothed",
+    description: "nothing is smoothed",
     cost: "nothing",
-    wrong: "noise: one path a pixel",
+    limitations: "noise: one path a pixel",
     steps: |_| Vec::new(),
 };

@@ -10,9 +10,9 @@ crate::shoot_pass!(joint "shoot.aimed", |power| Aimed { power });
 #[cfg(not(target_arch = "spirv"))]
 pub const AIMED: Emission = Emission {
     name: "aimed",
-    about: "seven paths in eight towards spheres round the casters",
+    description: "seven paths in eight towards spheres round the casters",
     cost: "up to 16 cones a path, and the way of paths that meet something",
-    wrong: "nothing knows which of the casters is lit or seen; what casts beside the cones (a wall of mirrors, say) gets few and \
+    limitations: "nothing knows which of the casters is lit or seen; what casts beside the cones (a wall of mirrors, say) gets few and \
             heavy paths",
     aims: true,
     weighs: false,

@@ -18,7 +18,7 @@ use crate::interface::guide::{GuideMap, GuideSum};
 use crate::interface::light::Light;
 use crate::interface::seen::PixelSum;
 use crate::light::density_map::Node;
-use crate::light::guided::{Group, Guided, Map, group_count, map_count, maps_of_group, most_maps};
+use crate::light::guided::{Group, Guided, Map, group_count, map_count, maps_of_group, max_map_count};
 use crate::math::is_finite;
 use crate::math::quanta::Quanta;
 use crate::pass::weigh::kept;
@@ -36,9 +36,9 @@ crate::shoot_pass!(joint "shoot.guided", |power, guide_maps: &[GuideMap], guide_
 #[cfg(not(target_arch = "spirv"))]
 pub const GUIDED: Emission = Emission {
     name: "guided",
-    about: "from lights and into parts of the casters' cones that gave the picture something, as earlier frames saw it",
+    description: "from lights and into parts of the casters' cones that gave the picture something, as earlier frames saw it",
     cost: "up to 16 cones a path, an addition for each pair of deposit and point, and a few passes over at most a million texels",
-    wrong: "a frame depends on those before; light that moves by more than a texel or so a frame is found by the first eighth of \
+    limitations: "a frame depends on those before; light that moves by more than a texel or so a frame is found by the first eighth of \
             a frame's paths alone; what casts beside the cones is seen by a coarse map; where a lamp goes out or on, what is known \
             of those behind it in the table is taken for another's",
     aims: true,
@@ -64,7 +64,7 @@ fn learn(params: &FrameParams, time: u32) -> Vec<Step> {
     steps.push(Step::level(&GUIDE_SUM, Map::TOP + 1, 1));
     steps.push(Step::level(&GUIDE_TREE, 0, nodes(0)));
     steps.extend((1..=Map::TOP).map(|level| Step::level(&GUIDE_TREE, level, nodes(level))));
-    steps.push(Step::of(&GUIDE_SHARES, params));
+    steps.push(Step::new(&GUIDE_SHARES, params));
     steps
 }
 
@@ -84,13 +84,13 @@ pub fn guide_learn(
     picture_rows: &[f32],
     pixel_sums: &[PixelSum],
     guide_maps: &[GuideMap],
-    #[len = most_maps(params) * Map::TEXELS] mut start_counts: AtomicWords<'_>,
-    #[len = most_maps(params) * Map::TEXELS * WORDS] mut start_scores: AtomicWords<'_>,
-    #[len = most_maps(params) * Map::NODES + 1] mut guide_sums: Slots<'_, GuideSum>,
+    #[len = max_map_count(params) * Map::TEXELS] mut start_counts: AtomicWords<'_>,
+    #[len = max_map_count(params) * Map::TEXELS * WORDS] mut start_scores: AtomicWords<'_>,
+    #[len = max_map_count(params) * Map::NODES + 1] mut guide_sums: Slots<'_, GuideSum>,
 ) {
     let (mut keep_score, mut keep_starts) = (1.0, 1.0);
     if dispatch.level == 0 {
-        let all = guide_sums.read(most_maps(params) * Map::NODES).starts;
+        let all = guide_sums.read(max_map_count(params) * Map::NODES).starts;
         keep_starts = kept(all / params.light_path_count as f32, params);
         // Scores are relative to the picture: where that became brighter, so did all that was scored.
         keep_score = keep_starts * picture_rows[params.height as usize + 1].min(1.0);
@@ -129,7 +129,7 @@ pub fn guide_sum(
     index: u32,
     params: &FrameParams,
     dispatch: Dispatch,
-    #[len = most_maps(params) * Map::NODES + 1] mut guide_sums: Slots<'_, GuideSum>,
+    #[len = max_map_count(params) * Map::NODES + 1] mut guide_sums: Slots<'_, GuideSum>,
 ) {
     let mut sum = GuideSum::default();
     if dispatch.level > Map::TOP {
@@ -139,7 +139,7 @@ pub fn guide_sum(
             sum = plus(sum, root);
             map += 1;
         }
-        guide_sums.write(most_maps(params) * Map::NODES, sum);
+        guide_sums.write(max_map_count(params) * Map::NODES, sum);
         return;
     }
     let Node { place, below } = Map::node(dispatch.level, index);
@@ -161,7 +161,7 @@ pub fn guide_tree(
     params: &FrameParams,
     dispatch: Dispatch,
     guide_sums: &[GuideSum],
-    #[len = most_maps(params) * Map::NODES] mut guide_tree: Slots<'_, f32>,
+    #[len = max_map_count(params) * Map::NODES] mut guide_tree: Slots<'_, f32>,
 ) {
     let Node { place, below } = Map::node(dispatch.level, index);
     if dispatch.level > 0 {
@@ -172,7 +172,7 @@ pub fn guide_tree(
         guide_tree.write(place, upper + lower);
         return;
     }
-    let all = guide_sums[(most_maps(params) * Map::NODES) as usize];
+    let all = guide_sums[(max_map_count(params) * Map::NODES) as usize];
     let mut mean = all.score / all.starts.max(1.0);
     let (map, texel) = (index / Map::TEXELS, index % Map::TEXELS);
     let (x, y) = (texel % Map::SIDE, texel / Map::SIDE);
@@ -195,7 +195,7 @@ pub fn guide_shares(
     pixel_sums: &[PixelSum],
     guide_sums: &[GuideSum],
     guide_tree: &[f32],
-    #[len = most_maps(params)] mut guide_maps: Slots<'_, GuideMap>,
+    #[len = max_map_count(params)] mut guide_maps: Slots<'_, GuideMap>,
 ) {
     let (groups, maps) = (group_count(params), maps_of_group(params));
     // What was drawn from, or else could be drawn from, for all that is known. Lights of no power are never drawn.

@@ -9,9 +9,9 @@ crate::shoot_pass!(joint "shoot.store", |power| power);
 #[cfg(not(target_arch = "spirv"))]
 pub const POWER: Emission = Emission {
     name: "power",
-    about: "lights by their share of the flux, all of their places and directions alike",
+    description: "lights by their share of the flux, all of their places and directions alike",
     cost: "nothing",
-    wrong: "most paths go where nobody sees a caustic",
+    limitations: "most paths go where nobody sees a caustic",
     aims: false,
     weighs: false,
     prepare: |_| Vec::new(),

@@ -29,15 +29,15 @@ pub struct Sum {
 impl Sum {
     /// One deposit.
     #[inline]
-    pub fn of(value: Vec3, inverse_quantum: f32) -> Self {
+    pub fn new(value: Vec3, inverse_quantum: f32) -> Self {
         let finite = is_finite(value.x) && is_finite(value.y) && is_finite(value.z);
-        let most = value.x.max(value.y).max(value.z) * inverse_quantum;
+        let max_quanta = value.x.max(value.y).max(value.z) * inverse_quantum;
         Sum {
             red: Quanta::from_f32(value.x, inverse_quantum),
             green: Quanta::from_f32(value.y, inverse_quantum),
             blue: Quanta::from_f32(value.z, inverse_quantum),
             count: 1,
-            clamped: if finite && most > MAX_QUANTA { 1 } else { 0 },
+            clamped: if finite && max_quanta > MAX_QUANTA { 1 } else { 0 },
             non_finite: if finite { 0 } else { 1 },
         }
     }
@@ -106,7 +106,7 @@ mod tests {
             let mut local = Sum::default();
             let mut exact = 0u64;
             for &v in &values {
-                let sum = Sum::of(Vec3::new(v, 2.0 * v, 0.5), 65_536.0);
+                let sum = Sum::new(Vec3::new(v, 2.0 * v, 0.5), 65_536.0);
                 sum.add_to(&mut atomics, 1);
                 local = local.plus(sum);
                 exact += to_u64(Quanta::from_f32(v, 65_536.0));
@@ -120,13 +120,13 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_clamped_and_counted() {
-        let sum = Sum::of(Vec3::new(1.0e30, -1.0, f32::NAN), 1.0);
+        let sum = Sum::new(Vec3::new(1.0e30, -1.0, f32::NAN), 1.0);
         assert_eq!(
             (sum.red, sum.green, sum.blue),
             (Quanta { low: 0, high: 65_536 }, Quanta::default(), Quanta::default())
         );
         assert_eq!((sum.clamped, sum.non_finite), (0, 1));
-        assert_eq!(Sum::of(Vec3::new(1.0e30, 0.0, 0.0), 1.0).clamped, 1);
-        assert_eq!(Sum::of(Vec3::new(f32::INFINITY, 0.0, 0.0), 1.0).red, Quanta::default());
+        assert_eq!(Sum::new(Vec3::new(1.0e30, 0.0, 0.0), 1.0).clamped, 1);
+        assert_eq!(Sum::new(Vec3::new(f32::INFINITY, 0.0, 0.0), 1.0).red, Quanta::default());
     }
 }

@@ -10,9 +10,9 @@ pub struct Brute;
 impl Index for Brute {
     const VARIANT: Variant = Variant {
         name: "brute",
-        about: "every point looks at every deposit: the oracle, O(points x deposits)",
+        description: "every point looks at every deposit: the oracle, O(points x deposits)",
         cost: "points x deposits",
-        wrong: "nowhere: it is the oracle, and slow",
+        limitations: "nowhere: it is the oracle, and slow",
         ..Variant::NEW
     };
 

@@ -60,7 +60,7 @@ impl Receiver {
         // What is seen is above the face.
         let to_viewer = folded(frame.to_local(shading.to_viewer), true);
         let classes = Classes::NON_SPECULAR;
-        let indices = Indices::of(shading.eta);
+        let indices = Indices::new(shading.eta);
         let (surface, _) =
             Bsdf::new(material, to_viewer, indices, specular_roughness, classes, false, features);
         Receiver { frame, surface }

@@ -219,7 +219,7 @@ impl Visit for DepositGather {
             let material = material_of(&shading, tables.materials, tables.features);
             let roughness = tables.params.specular_roughness;
             let value = contribution(&shading, material, &self.light, roughness, tables.features);
-            let sum = Sum::of(value, tables.params.inverse_quantum());
+            let sum = Sum::new(value, tables.params.inverse_quantum());
             sum.add_to(&mut tables.accumulator, pixel);
             self.total = self.total.plus(sum);
             if self.light.score > 0.0 {
@@ -283,7 +283,7 @@ impl Visit for PointGather {
             }
             let light = tables.deposit_light[id as usize];
             let value = self.receiver.contribution(&light);
-            self.sum = self.sum.plus(Sum::of(value, tables.params.inverse_quantum()));
+            self.sum = self.sum.plus(Sum::new(value, tables.params.inverse_quantum()));
             if light.score > 0.0 {
                 let shading = tables.point_shading[self.pixel as usize];
                 let weight = tables.pixel_weights[self.pixel as usize];

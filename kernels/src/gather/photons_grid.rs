@@ -21,9 +21,9 @@ const CELL_SIZE: u32 = RADIUS_BINS;
 impl Index for PhotonsGrid {
     const VARIANT: Variant = Variant {
         name: "photons-grid",
-        about: "deposits in a hash grid, gathered from each point",
+        description: "deposits in a hash grid, gathered from each point",
         cost: "a pass over the points and two over the deposits; a point reads a few cells",
-        wrong: "slow where radii are far above the median",
+        limitations: "slow where radii are far above the median",
         frame: &[
             Stage::Clear(0),
             Stage::Run(0, "survey", Over::Pixels),

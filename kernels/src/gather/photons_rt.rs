@@ -29,9 +29,9 @@ const WIDTH: u32 = RADIUS_BINS;
 impl Index for PhotonsRt {
     const VARIANT: Variant = Variant {
         name: "photons-rt",
-        about: "boxes around deposits, searched by ray queries from each point",
+        description: "boxes around deposits, searched by ray queries from each point",
         cost: "a sort of the deposits and a structure over them in every batch; a query a point",
-        wrong: "slow where radii are far above the common one, and where deposits outnumber points",
+        limitations: "slow where radii are far above the common one, and where deposits outnumber points",
         hardware: true,
         frame: &[
             Stage::Clear(2),

@@ -24,9 +24,9 @@ const WIDTH: u32 = 8;
 impl Index for PointsBvh {
     const VARIANT: Variant = Variant {
         name: "points-bvh",
-        about: "the paper's index in software: a tree of boxes around points, searched from each deposit",
+        description: "the paper's index in software: a tree of boxes around points, searched from each deposit",
         cost: "a sort of the points and a pass over each level, once a frame; eight boxes a level a deposit",
-        wrong: "slow where radii differ much in one place",
+        limitations: "slow where radii differ much in one place",
         side: Side::Points,
         frame: &[
             Stage::Clear(0),
@@ -206,7 +206,7 @@ mod tests {
         for capacity in (1..5000).chain([2_073_600, 1917 * 1079, 1 << 24, (1 << 24) + 1, 1 << 27]) {
             let top = top_level(capacity);
             let last = PointsBvh::VARIANT.frame.last();
-            assert!(matches!(last, Some(Stage::Run(most, ..)) if top <= *most));
+            assert!(matches!(last, Some(Stage::Run(last_level, ..)) if top <= *last_level));
             assert!(first_node(top + 1, capacity) <= capacity.div_ceil(4), "{capacity}");
         }
     }

@@ -25,9 +25,9 @@ const LEVEL_COUNT: u32 = RADIUS_BINS;
 impl Index for PointsGrid {
     const VARIANT: Variant = Variant {
         name: "points-grid",
-        about: "points in hash grids by radius, searched from each deposit",
+        description: "points in hash grids by radius, searched from each deposit",
         cost: "two passes over the points, once a frame; eight cells a level a deposit",
-        wrong: "slow where radii span many levels, and where points crowd a cell",
+        limitations: "slow where radii span many levels, and where points crowd a cell",
         side: Side::Points,
         frame: &[
             Stage::Clear(0),

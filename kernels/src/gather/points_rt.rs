@@ -18,9 +18,9 @@ pub struct PointsRt;
 impl Index for PointsRt {
     const VARIANT: Variant = Variant {
         name: "points-rt",
-        about: "the paper's: boxes around points, searched by ray queries from each deposit",
+        description: "the paper's: boxes around points, searched by ray queries from each deposit",
         cost: "a structure over all pixels every frame, and a query a deposit",
-        wrong: "nowhere",
+        limitations: "nowhere",
         side: Side::Points,
         hardware: true,
         frame: &[Stage::Run(0, "bound", Over::Pixels), Stage::Structure(Side::Points)],

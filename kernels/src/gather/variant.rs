@@ -80,12 +80,12 @@ impl Over {
 pub struct Variant {
     /// Name on the command line.
     pub name: &'static str,
-    /// What it is, in one line.
-    pub about: &'static str,
-    /// What a frame pays for it.
+    /// Description, in one line.
+    pub description: &'static str,
+    /// Cost of a frame.
     pub cost: &'static str,
-    /// Where it is slow or wrong.
-    pub wrong: &'static str,
+    /// Limitations: where it is slow or wrong.
+    pub limitations: &'static str,
     /// What is indexed.
     pub side: Side,
     /// Whether it needs ray queries.
@@ -110,9 +110,9 @@ impl Variant {
     /// An index of deposits that has no stages, words or name yet.
     pub const NEW: Variant = Variant {
         name: "",
-        about: "",
+        description: "",
         cost: "",
-        wrong: "",
+        limitations: "",
         side: Side::Photons,
         hardware: false,
         frame: &[],

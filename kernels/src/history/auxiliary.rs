@@ -33,7 +33,7 @@ pub fn auxiliary(
     auxiliary: Slots<'_, Auxiliary>,
 ) {
     let pixel = pixel_order[place as usize];
-    let shown = Shown { pixel, params, features, materials: scene.materials, instances, rows: auxiliary };
+    let shown = Shown { pixel, params, features, materials: scene.materials, instances, records: auxiliary };
     run(shown, params, features, scene, tracer, &mut Uncounted);
 }
 
@@ -50,7 +50,7 @@ pub struct Shown<'a> {
     /// Instances.
     pub instances: &'a [Instance],
     /// `auxiliary`, by pixel.
-    pub rows: Slots<'a, Auxiliary>,
+    pub records: Slots<'a, Auxiliary>,
 }
 
 impl Watch for Shown<'_> {
@@ -59,7 +59,7 @@ impl Watch for Shown<'_> {
     #[inline(always)]
     fn collect(&mut self, _kept: &mut (), point: &CollectionPoint) {
         let CollectionPoint { geometry, shading, length } = point;
-        let row = Auxiliary {
+        let record = Auxiliary {
             position: geometry.position,
             depth: *length,
             normal: shading.shading_normal,
@@ -68,11 +68,11 @@ impl Watch for Shown<'_> {
             motion: motion(self.pixel, point, self.instances, self.params),
             ..Auxiliary::default()
         };
-        self.rows.write(self.pixel, row);
+        self.records.write(self.pixel, record);
     }
     #[inline(always)]
     fn end(&mut self, _kept: &mut (), _last: Vec3) {
-        self.rows.write(self.pixel, Auxiliary::default());
+        self.records.write(self.pixel, Auxiliary::default());
     }
 }
 

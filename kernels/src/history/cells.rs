@@ -75,7 +75,7 @@ impl LightFrame {
 
     /// One of these.
     #[inline(always)]
-    pub fn of(instance: u32, place: u32) -> LightFrame {
+    pub fn new(instance: u32, place: u32) -> LightFrame {
         LightFrame(2 * instance + place)
     }
 

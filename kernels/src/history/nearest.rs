@@ -95,7 +95,7 @@ pub fn lends(lender: &HistoryPoint, borrower: &ReprojectedPoint, reach: f32) -> 
 
 /// Frames' worth that lent light counts at most, by how far the view of a glossy lobe turned.
 #[inline(always)]
-pub fn most_by_view(
+pub fn max_samples_by_view(
     lender: &HistoryPoint,
     shading: &PointShading,
     materials: &[Material],

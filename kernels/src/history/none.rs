@@ -9,9 +9,9 @@ use crate::pass::resolve::RESOLVE;
 #[cfg(not(target_arch = "spirv"))]
 pub const NONE: History = History {
     name: "none",
-    about: "no light outlives its frame: OurBasic",
+    description: "no light outlives its frame: OurBasic",
     cost: "nothing",
-    wrong: "noise: every frame begins anew",
+    limitations: "noise: every frame begins anew",
     settings: None,
     before: |_| Vec::new(),
     resolve: &RESOLVE,

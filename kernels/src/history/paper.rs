@@ -32,12 +32,12 @@ const MIN_SAME_SIZE_COS: f32 = 0.3;
 /// always.
 pub const PAPER: History = History {
     name: "paper",
-    about: "OurTemporal as published: 0.8 of what overlaps, 0.2 of this frame",
+    description: "OurTemporal as published: 0.8 of what overlaps, 0.2 of this frame",
     cost: "nine rows of 32 bytes a point to search, and 76 bytes a point of state",
-    wrong: "its variance stays at a ninth; light that is gone is seen for 20 frames; repeated means blur; radiance is lent, so \
+    limitations: "its variance stays at a ninth; light that is gone is seen for 20 frames; repeated means blur; radiance is lent, so \
             that a texture and a glossy lobe smear",
-    settings: Some(HistorySettings { reach: 1.0, lag: 0.0, most_samples: 0.0, demodulates: 0 }),
-    before: |params| vec![Step::of(&REUSE_PAPER, params)],
+    settings: Some(HistorySettings { reach: 1.0, lag: 0.0, max_samples: 0.0, demodulates: 0 }),
+    before: |params| vec![Step::new(&REUSE_PAPER, params)],
     resolve: &RESOLVE_HISTORY,
     forget: &[],
     keeps: &["history_points", "history_mean"],

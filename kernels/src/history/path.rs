@@ -10,7 +10,7 @@
 //! camera and random numbers, in the scene of today. Where nothing changed it finds the same light, to rounding; what differs
 //! says how many frames kept light may count. In a still view nothing is traced, and all frames count alike.
 //!
-//! Cost: a twenty-fifth of `collect` where something moved; 76 bytes a pixel of state. Wrong: a pixel keeps one point's light,
+//! Cost: a twenty-fifth of `collect` where something moved; 76 bytes a pixel of state. Limitations: a pixel keeps one point's light,
 //! so where a path may pass a surface or be reflected by it the kept light is that of the last choice, and else the nearest
 //! pixel's; whatever lies beside a change is as noisy as without a history.
 
@@ -19,7 +19,7 @@ use crate::declare::Step;
 use crate::declare::pass;
 use crate::history::chance::beyond_chance;
 use crate::history::demodulate::{MIN_REFLECTANCE, demodulated, head_on};
-use crate::history::nearest::{Nearest, most_by_view};
+use crate::history::nearest::{Nearest, max_samples_by_view};
 use crate::history::reprojected::ReprojectedPoint;
 use crate::history::window::{PreviousFrame, project, seen_from};
 use crate::interface::NONE;
@@ -50,20 +50,20 @@ pub const KEPT: [&str; 4] = ["path_points", "path_light", "path_square", "path_b
 /// Before a frame, if something moved, and with the settings of the frame before it: paths that are traced again.
 #[cfg(not(target_arch = "spirv"))]
 pub fn look_back(params: &FrameParams) -> Vec<Step> {
-    vec![Step::of(&PATH_RETRACE, params)]
+    vec![Step::new(&PATH_RETRACE, params)]
 }
 
 /// Once a frame, after `collect`.
 #[cfg(not(target_arch = "spirv"))]
 pub fn lend(params: &FrameParams) -> Vec<Step> {
-    let judge = (params.moved != 0).then(|| Step::of(&PATH_JUDGE, params));
-    judge.into_iter().chain([Step::of(&PATH_LEND, params)]).collect()
+    let judge = (params.moved != 0).then(|| Step::new(&PATH_JUDGE, params));
+    judge.into_iter().chain([Step::new(&PATH_LEND, params)]).collect()
 }
 
 /// Once a frame, when what this frame found is final.
 #[cfg(not(target_arch = "spirv"))]
 pub fn blend(params: &FrameParams) -> Vec<Step> {
-    vec![Step::of(&PATH_BLEND, params)]
+    vec![Step::new(&PATH_BLEND, params)]
 }
 
 /// Pixels to a side of a block, of which one is traced again.
@@ -71,17 +71,17 @@ pub const BLOCK: u32 = 5;
 /// Which that is moves on by so many from frame to frame: prime to the pixels of a block.
 const STRIDE: u32 = 7;
 /// Frames' worth that kept light counts at most where something moves.
-pub const MOST_FRAMES: f32 = 32.0;
+pub const MAX_FRAMES: f32 = 32.0;
 /// The same in a still view: whole numbers stay exact.
-const MOST_STILL_FRAMES: f32 = 4_194_304.0;
+const MAX_STILL_FRAMES: f32 = 4_194_304.0;
 /// The same of light that a mesh carries along.
-const MOST_CARRIED_FRAMES: f32 = 1.0;
+const MAX_CARRIED_FRAMES: f32 = 1.0;
 /// Distance up to which a point lends, seen head on (radii).
 const REACH: f32 = 1.3;
 /// Least cosine that this is projected with.
 const MIN_SLANT_COS: f32 = 0.05;
 /// Frames' worth from which on light knows its variance.
-const LEAST_KNOWN_FRAMES: f32 = 4.0;
+const MIN_KNOWN_FRAMES: f32 = 4.0;
 /// Relative difference that two compilations of one computation may make.
 const ROUNDING: f32 = 1.0e-3;
 
@@ -170,7 +170,7 @@ impl Watch for Retrace<'_> {
 impl Errand for Retrace<'_> {
     #[inline(always)]
     fn wanted(&self) -> Wanted {
-        Wanted { pixel: self.pixel, stream: Stream::Camera, beyond: Beyond::of(self.params) }
+        Wanted { pixel: self.pixel, stream: Stream::Camera, beyond: Beyond::new(self.params) }
     }
     #[inline(always)]
     fn leave(&mut self, light: &collect::PathLight, point: &CollectionPoint) {
@@ -193,17 +193,17 @@ pub fn path_judge(
     block: u32,
     params: &FrameParams,
     #[len = block_count(params)] path_retraced: &[Retraced],
-    mut path_most: Slots<'_, Vec2>,
+    mut path_max_frames: Slots<'_, Vec2>,
 ) {
-    let mut most = Vec2::splat(MOST_FRAMES);
+    let mut frames = Vec2::splat(MAX_FRAMES);
     let mut window = 0;
     while window < 3 {
         let side = [1, 3, 7][window as usize];
         let changes = Changes::around(block, side, params, path_retraced);
-        most = most.min(changes.most_frames());
+        frames = frames.min(changes.max_frames());
         window += 1;
     }
-    path_most.write(block, most);
+    path_max_frames.write(block, frames);
 }
 
 /// What paths that were traced again around a place found, of direct and of indirect light.
@@ -261,31 +261,31 @@ impl Changes {
 
     /// Frames that each kind of light may count.
     #[inline(always)]
-    fn most_frames(&self) -> Vec2 {
+    fn max_frames(&self) -> Vec2 {
         Vec2::new(
-            most_of_kind(self.before.x, self.now.x, self.greater.x, self.differences.x, self.squares.x),
-            most_of_kind(self.before.y, self.now.y, self.greater.y, self.differences.y, self.squares.y),
+            max_frames_of_kind(self.before.x, self.now.x, self.greater.x, self.differences.x, self.squares.x),
+            max_frames_of_kind(self.before.y, self.now.y, self.greater.y, self.differences.y, self.squares.y),
         )
     }
 }
 
 /// Frames that light may count, so that it is late by a part of its brightness at most: n frames' worth are n frames late.
 #[inline(always)]
-fn most_of_kind(before: f32, now: f32, greater: f32, differences: f32, squares: f32) -> f32 {
+fn max_frames_of_kind(before: f32, now: f32, greater: f32, differences: f32, squares: f32) -> f32 {
     if differences <= 0.0 {
-        return MOST_FRAMES;
+        return MAX_FRAMES;
     }
-    let most = most_frames(beyond_chance(now - before, squares) / before.max(now), MAX_LATE);
-    most.min(most_frames(differences / greater, MAX_PATHS_LATE))
+    let frames = max_frames(beyond_chance(now - before, squares) / before.max(now), MAX_LATE);
+    frames.min(max_frames(differences / greater, MAX_PATHS_LATE))
 }
 
 /// Frames that light may count where so large a share of it changes in a frame, to be late by a share of at most so much.
 #[inline(always)]
-fn most_frames(changed: f32, late: f32) -> f32 {
+fn max_frames(changed: f32, late: f32) -> f32 {
     if changed <= 0.0 {
-        return MOST_FRAMES;
+        return MAX_FRAMES;
     }
-    clamp(late * (1.0 / changed - 1.0 / MAX_CHANGED), 0.0, MOST_FRAMES)
+    clamp(late * (1.0 / changed - 1.0 / MAX_CHANGED), 0.0, MAX_FRAMES)
 }
 
 /// What the frame before lends to each pixel.
@@ -304,7 +304,7 @@ pub fn path_lend(
     path_points: &[HistoryPoint],
     path_light: &[PathLight],
     path_square: &[f32],
-    #[len = block_count(params)] path_most: &[Vec2],
+    #[len = block_count(params)] path_max_frames: &[Vec2],
     mut path_brightness: Slots<'_, Vec2>,
     mut path_lent: Slots<'_, PathLent>,
 ) {
@@ -318,13 +318,13 @@ pub fn path_lend(
     if found.exists() {
         let history = PreviousFrame { points: path_points, light: path_light };
         let lender =
-            lender(pixel, point, shading, materials, instances, history, path_most, params, features);
-        if lender.most.max_element() > 0.0 {
+            lender(pixel, point, shading, materials, instances, history, path_max_frames, params, features);
+        if lender.frames.max_element() > 0.0 {
             let light = path_light[lender.pixel as usize];
             lent = PathLent {
                 light: PathLight {
-                    direct_samples: light.direct_samples.min(lender.most.x),
-                    indirect_samples: light.indirect_samples.min(lender.most.y),
+                    direct_samples: light.direct_samples.min(lender.frames.x),
+                    indirect_samples: light.indirect_samples.min(lender.frames.y),
                     ..light
                 },
                 offset: lender.offset,
@@ -342,7 +342,7 @@ struct Lender {
     /// Its pixel.
     pixel: u32,
     /// Frames that its direct and its indirect light may count; zeros: there is none.
-    most: Vec2,
+    frames: Vec2,
     /// From the point that borrows to the mean position of that light (m).
     offset: Vec3,
 }
@@ -359,7 +359,7 @@ fn lender(
     materials: &[Material],
     instances: &[Instance],
     history: PreviousFrame<'_, PathLight>,
-    path_most: &[Vec2],
+    path_max_frames: &[Vec2],
     params: &FrameParams,
     features: Features,
 ) -> Lender {
@@ -368,7 +368,7 @@ fn lender(
     let reach = REACH / cos.sqrt();
     let mut borrower = ReprojectedPoint::in_place(point, shading);
     let mut nearest = Nearest::new(borrower, reach);
-    let mut most = Vec2::splat(MOST_STILL_FRAMES);
+    let mut frames = Vec2::splat(MAX_STILL_FRAMES);
     if params.moved == 0 {
         // Rays over the whole pixel are further apart.
         nearest.prefer(pixel, history);
@@ -379,34 +379,34 @@ fn lender(
         let before = &params.previous_camera;
         let at = project(seen_from(before, pixel, point, shading, borrower.position, params), before, params);
         nearest.search(at, point.depth, params, history);
-        most = most_at(at, path_most, params);
+        frames = max_frames_at(at, path_max_frames, params);
         if !nearest.found && shading.instance != 0 {
             borrower = ReprojectedPoint::new(point, shading, instances);
             nearest = Nearest::new(borrower, reach);
             let seen = seen_from(before, pixel, point, shading, borrower.position, params);
             let at = project(seen, before, params);
             nearest.search(at, point.depth, params, history);
-            most = most_at(at, path_most, params).min(Vec2::splat(MOST_CARRIED_FRAMES));
+            frames = max_frames_at(at, path_max_frames, params).min(Vec2::splat(MAX_CARRIED_FRAMES));
         }
     }
     if !nearest.found {
         return Lender::default();
     }
     let point = history.points[nearest.pixel as usize];
-    let by_view = most_by_view(&point, shading, materials, instances, params, features);
+    let by_view = max_samples_by_view(&point, shading, materials, instances, params, features);
     Lender {
         pixel: nearest.pixel,
-        most: most.min(Vec2::splat(by_view)),
+        frames: frames.min(Vec2::splat(by_view)),
         offset: point.position - borrower.position,
     }
 }
 
 /// Frames that light may count at a place in the frame before (px).
 #[inline(always)]
-fn most_at(at: Vec2, path_most: &[Vec2], params: &FrameParams) -> Vec2 {
+fn max_frames_at(at: Vec2, path_max_frames: &[Vec2], params: &FrameParams) -> Vec2 {
     let column = clamp(at.x, 0.0, params.width as f32 - 1.0) as u32;
     let row = clamp(at.y, 0.0, params.height as f32 - 1.0) as u32;
-    path_most[(row / BLOCK * blocks_per_row(params) + column / BLOCK) as usize]
+    path_max_frames[(row / BLOCK * blocks_per_row(params) + column / BLOCK) as usize]
 }
 
 /// Centre of a pixel (px).
@@ -477,7 +477,7 @@ pub fn path_blend(
 fn noise(light: &PathLight, chance: f32, square: f32) -> f32 {
     let samples = light.direct_samples.min(light.indirect_samples);
     let mean = brightness(light, chance).element_sum();
-    if samples < LEAST_KNOWN_FRAMES {
+    if samples < MIN_KNOWN_FRAMES {
         return 0.0;
     }
     // What is black has been so in all frames.
@@ -538,31 +538,31 @@ mod tests {
 
     #[test]
     fn light_at_rest_counts_long_and_so_does_what_rounding_changed() {
-        assert_eq!(Changes::default().most_frames(), Vec2::splat(MOST_FRAMES));
-        assert_eq!(changes(0, 2.0, 2.0).most_frames(), Vec2::splat(MOST_FRAMES));
-        assert_eq!(changes(49, 2.0, 2.001).most_frames(), Vec2::splat(MOST_FRAMES));
+        assert_eq!(Changes::default().max_frames(), Vec2::splat(MAX_FRAMES));
+        assert_eq!(changes(0, 2.0, 2.0).max_frames(), Vec2::splat(MAX_FRAMES));
+        assert_eq!(changes(49, 2.0, 2.001).max_frames(), Vec2::splat(MAX_FRAMES));
     }
 
     #[test]
     fn light_that_changes_is_late_by_a_part_of_its_brightness() {
         for change in [0.01, 0.02, 0.05, 0.1, 0.2] {
             for now in [1.0 - change, 1.0 / (1.0 - change)] {
-                let most = changes(49, 1.0, now).most_frames();
+                let frames = changes(49, 1.0, now).max_frames();
                 // 49 paths that change alike are beyond chance but for 1.44 / 49 of the change.
-                assert!(most.x * change <= MAX_LATE / (1.0 - 1.44 / 49.0), "{change}: {most}");
-                assert_eq!(most.y, MOST_FRAMES, "the other kind rests");
+                assert!(frames.x * change <= MAX_LATE / (1.0 - 1.44 / 49.0), "{change}: {frames}");
+                assert_eq!(frames.y, MAX_FRAMES, "the other kind rests");
             }
         }
         for change in [0.3, 0.5, 1.0] {
-            assert_eq!(changes(49, 1.0, 1.0 - change).most_frames().x, 0.0);
-            assert_eq!(changes(49, 1.0 - change, 1.0).most_frames().x, 0.0);
+            assert_eq!(changes(49, 1.0, 1.0 - change).max_frames().x, 0.0);
+            assert_eq!(changes(49, 1.0 - change, 1.0).max_frames().x, 0.0);
         }
     }
 
     #[test]
     fn a_single_path_that_changed_shortens_and_ends_nothing() {
-        let most = changes(1, 1.0, 0.0).most_frames().x;
-        assert!(1.0 < most && most < 4.0, "{most}");
-        assert_eq!(changes(20, 1.0, 0.0).most_frames().x, 0.0);
+        let frames = changes(1, 1.0, 0.0).max_frames().x;
+        assert!(1.0 < frames && frames < 4.0, "{frames}");
+        assert_eq!(changes(20, 1.0, 0.0).max_frames().x, 0.0);
     }
 }

@@ -108,7 +108,7 @@ mod tests {
 
     const FEATURES: Features = Features(Features::TEXTURES.0 | Features::COAT.0);
     const DEMODULATES: HistorySettings =
-        HistorySettings { reach: 1.3, lag: 4.0, most_samples: 1024.0, demodulates: 1 };
+        HistorySettings { reach: 1.3, lag: 4.0, max_samples: 1024.0, demodulates: 1 };
 
     fn params() -> FrameParams {
         FrameParams { quantum: 2.0f32.powi(-40), specular_roughness: 0.25, ..Default::default() }

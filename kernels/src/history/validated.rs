@@ -6,7 +6,7 @@ use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::{History, Step};
 use crate::history::cells::{self, Change, LightFrame};
-use crate::history::nearest::{Nearest, most_by_view};
+use crate::history::nearest::{Nearest, max_samples_by_view};
 use crate::history::reprojected::ReprojectedPoint;
 #[cfg(not(target_arch = "spirv"))]
 use crate::history::resolve_history::RESOLVE_HISTORY;
@@ -36,17 +36,17 @@ const MAX_LATE: f32 = 0.013;
 /// numbers say that it still arrives.
 pub const VALIDATED: History = History {
     name: "validated",
-    about: "all frames that still hold by the validation paths, from the nearest point",
+    description: "all frames that still hold by the validation paths, from the nearest point",
     cost: "as paper, and light paths that give no light: an eighth of the others, of --light-paths auto a quarter a pixel",
-    wrong: "light that moves by more than a disc or so a frame is as noisy as without a history; where few validation paths \
+    limitations: "light that moves by more than a disc or so a frame is as noisy as without a history; where few validation paths \
             deposit, cells are large, and a change in a part of one is seen late; how far light moved is judged by the radius \
             of a direct view, behind curved mirrors too",
-    settings: Some(HistorySettings { reach: 1.3, lag: 0.25, most_samples: 1024.0, demodulates: 1 }),
+    settings: Some(HistorySettings { reach: 1.3, lag: 0.25, max_samples: 1024.0, demodulates: 1 }),
     before: |params| {
         vec![
             Step::Clear { buffer: "validation_cells" },
-            Step::of(&VALIDATE, params),
-            Step::of(&REUSE_VALIDATED, params),
+            Step::new(&VALIDATE, params),
+            Step::new(&REUSE_VALIDATED, params),
         ]
     },
     resolve: &RESOLVE_HISTORY,
@@ -102,7 +102,7 @@ fn nearest(
     if shading.instance != 0 {
         let carrier = LightFrame::world_below(shading.instance);
         let below = cells::change(validation_cells, point.position, carrier, params);
-        if most_samples(&below, settings) > most_samples(&change, settings) {
+        if max_samples(&below, settings) > max_samples(&change, settings) {
             change = below;
             borrower.position = point.position;
             borrower.normal = point.normal;
@@ -117,8 +117,8 @@ fn nearest(
     }
     let lender = history.points[visit.pixel as usize];
 
-    let by_view = most_by_view(&lender, shading, materials, instances, params, features);
-    let samples = lender.samples.min(by_view).min(most_samples(&change, settings));
+    let by_view = max_samples_by_view(&lender, shading, materials, instances, params, features);
+    let samples = lender.samples.min(by_view).min(max_samples(&change, settings));
     if samples <= 0.0 {
         return Reprojected::default();
     }
@@ -138,15 +138,15 @@ fn nearest(
 /// brightness for light that fades; from a quarter a frame on a light went out, and nothing is kept. Validation paths alone
 /// decide, with random numbers of their own: a choice that knew the noise of what it averages would be biased.
 #[inline(always)]
-fn most_samples(change: &Change, settings: &HistorySettings) -> f32 {
-    let mut most = settings.most_samples;
+fn max_samples(change: &Change, settings: &HistorySettings) -> f32 {
+    let mut max = settings.max_samples;
     if change.lost > 0.0 {
-        most = most.min(MAX_LATE * (1.0 / change.lost - 1.0 / MAX_LOST).max(0.0));
+        max = max.min(MAX_LATE * (1.0 / change.lost - 1.0 / MAX_LOST).max(0.0));
     }
     if change.moved > 0.0 {
-        most = most.min(settings.lag / change.moved);
+        max = max.min(settings.lag / change.moved);
     }
-    most
+    max
 }
 
 #[cfg(test)]
@@ -154,8 +154,8 @@ mod tests {
     use super::*;
 
     fn samples(lost: f32, moved: f32) -> f32 {
-        let settings = HistorySettings { lag: 0.25, most_samples: 1024.0, ..Default::default() };
-        most_samples(&Change { lost, moved }, &settings)
+        let settings = HistorySettings { lag: 0.25, max_samples: 1024.0, ..Default::default() };
+        max_samples(&Change { lost, moved }, &settings)
     }
 
     #[test]

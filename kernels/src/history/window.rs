@@ -36,7 +36,7 @@ pub fn seen_from(
     if shading.astigmatism == 0 && shading.distance > 0.0 {
         return camera.position + along * shading.distance - before.position;
     }
-    let image = Image::of(shading.distance, shading.astigmatism);
+    let image = Image::from_packed(shading.distance, shading.astigmatism);
     image.from_eye(camera.position - before.position, along, camera.right)
 }
 

@@ -22,8 +22,8 @@ pub struct Balance {
 /// Light paths a pixel in a first frame.
 pub const FIRST_PATHS: f32 = 0.5;
 /// Fewest light paths a pixel.
-pub const LEAST_PATHS: f32 = 0.0625;
+pub const MIN_PATHS: f32 = 0.0625;
 /// Most light paths a pixel.
-pub const MOST_PATHS: u32 = 4;
+pub const MAX_PATHS: u32 = 4;
 
 const _: () = assert!(size_of::<Balance>() == 20);

@@ -3,10 +3,10 @@
 /// A choice: its values, with their names and what they are.
 macro_rules! choice {
     (
-        $(#[$about:meta])* $choice:ident
+        $(#[$description:meta])* $choice:ident
         $($(#[$of_value:meta])* $value:ident $name:literal $says:literal)*
     ) => {
-        $(#[$about])*
+        $(#[$description])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[repr(u32)]
         pub enum $choice {
@@ -25,8 +25,8 @@ macro_rules! choice {
                 }
             }
 
-            /// What it is, in one line.
-            pub fn about(self) -> &'static str {
+            /// Description, in one line.
+            pub fn description(self) -> &'static str {
                 match self {
                     $($choice::$value => $says,)*
                 }

@@ -10,7 +10,7 @@ pub struct Features(pub u32);
 
 /// Declares the bits, a line each, with their names.
 macro_rules! bits {
-    ($($(#[$about:meta])* $bit:ident $name:literal;)*) => {
+    ($($(#[$doc:meta])* $bit:ident $name:literal;)*) => {
         /// Places of the bits.
         #[allow(non_camel_case_types, clippy::upper_case_acronyms)]
         enum Bit {
@@ -20,7 +20,7 @@ macro_rules! bits {
 
         impl Features {
             $(
-                $(#[$about])*
+                $(#[$doc])*
                 pub const $bit: Features = Features(1 << Bit::$bit as u32);
             )*
             /// Everything.
@@ -33,9 +33,9 @@ macro_rules! bits {
 
 /// The bits of the types of lights, and all others.
 macro_rules! lights_and_others {
-    ($($(#[$about:meta])* $file:ident $light:ident $name:literal;)*) => {
+    ($($(#[$doc:meta])* $file:ident $light:ident $name:literal;)*) => {
         bits! {
-            $($(#[$about])* $light $name;)*
+            $($(#[$doc])* $light $name;)*
             /// Some surface is metal of roughness >= 0.08.
             METAL "metal";
             /// Some metal is a delta mirror.

@@ -44,7 +44,7 @@ pub struct HistorySettings {
     /// Way by which lent light may be late, at most (radii of a point seen directly).
     pub lag: f32,
     /// Frames' worth of light that is lent at most.
-    pub most_samples: f32,
+    pub max_samples: f32,
     /// 1: light is kept without the point's reflectance, 0: as radiance.
     pub demodulates: u32,
 }

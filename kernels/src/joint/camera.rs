@@ -71,7 +71,7 @@ pub fn camera(
             brightness: path_brightness,
             retraced: path_retraced,
         },
-        shown: Shown { pixel, params, features, materials, instances, rows: auxiliary },
+        shown: Shown { pixel, params, features, materials, instances, records: auxiliary },
     };
     let mut counted = Counted { counts: collects || refers, counters };
     run(errands, params, features, scene, tracer, &mut counted);

@@ -34,7 +34,7 @@ struct Place {
 impl Place {
     #[shared]
     fn uniform(face: Face, u: f32, v: f32) -> Place {
-        Place::of(face, warp::uniform_triangle(u, v))
+        Place::new(face, warp::uniform_triangle(u, v))
     }
 
     /// What is seen from a position in a direction that meets the triangle, less rounding.
@@ -52,11 +52,11 @@ impl Place {
             weights = weights.clamp(Vec2::ZERO, Vec2::ONE);
             weights /= (weights.x + weights.y).max(1.0);
         }
-        Place::of(face, weights)
+        Place::new(face, weights)
     }
 
     #[inline(always)]
-    fn of(face: Face, weights: Vec2) -> Place {
+    fn new(face: Face, weights: Vec2) -> Place {
         Place { weights, position: face.a + (face.b - face.a) * weights.x + (face.c - face.a) * weights.y }
     }
 }
@@ -64,7 +64,7 @@ impl Place {
 /// Its triangle in the world.
 #[inline(always)]
 fn face(light: &Light, scene: SceneTables<'_>, features: Features) -> Face {
-    Face::of(scene, features, light.instance, light.triangle)
+    Face::new(scene, features, light.instance, light.triangle)
 }
 
 /// A path from any side that emits.

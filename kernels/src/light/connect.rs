@@ -72,7 +72,7 @@ impl Candidates {
 
     /// Those of a vertex up to the collection point.
     #[inline(always)]
-    pub fn of(params: &FrameParams) -> Candidates {
+    pub fn new(params: &FrameParams) -> Candidates {
         let count = params.light_count;
         if params.connections == Connections::Power as u32 || count == 0 {
             Candidates::ONE

@@ -43,14 +43,14 @@ pub fn maps_of_group(params: &FrameParams) -> u32 {
 
 /// Groups that any table of lights has at most.
 #[inline(always)]
-pub fn most_groups(params: &FrameParams) -> u32 {
+pub fn max_group_count(params: &FrameParams) -> u32 {
     (MAX_MAPS / maps_of_group(params)).min(MAX_GROUPS)
 }
 
 /// Groups of the light table.
 #[inline(always)]
 pub fn group_count(params: &FrameParams) -> u32 {
-    most_groups(params).min(params.light_count)
+    max_group_count(params).min(params.light_count)
 }
 
 /// Maps of all groups.
@@ -61,8 +61,8 @@ pub fn map_count(params: &FrameParams) -> u32 {
 
 /// Maps of all groups of any table of lights.
 #[inline(always)]
-pub fn most_maps(params: &FrameParams) -> u32 {
-    most_groups(params) * maps_of_group(params)
+pub fn max_map_count(params: &FrameParams) -> u32 {
+    max_group_count(params) * maps_of_group(params)
 }
 
 /// Rows of the light table that follow each other.
@@ -97,7 +97,7 @@ impl Group {
 
     /// The index of the group of a row.
     #[inline(always)]
-    fn of(row: u32, params: &FrameParams) -> u32 {
+    fn index_at(row: u32, params: &FrameParams) -> u32 {
         row * group_count(params) / params.light_count
     }
 
@@ -202,7 +202,7 @@ impl Guided<'_> {
     /// The first map of the group of a start.
     #[inline(always)]
     fn first(&self, from: &From) -> u32 {
-        Group::of(from.row, self.power.params) * maps_of_group(self.power.params)
+        Group::index_at(from.row, self.power.params) * maps_of_group(self.power.params)
     }
 }
 
@@ -278,7 +278,7 @@ impl Aims for Guided<'_> {
             }
             caster += 1;
         }
-        let group = Group::new(scene.lights, params, Group::of(from.row, params));
+        let group = Group::new(scene.lights, params, Group::index_at(from.row, params));
         let ratio = group.chance(scene.lights, params, from.row) / from.light.pdf_light_choice;
         let sample = leaving.sample.over(leaving.pdf, BY_POWER, evenly + guided * ratio);
         let mut score = 0.0;

@@ -105,8 +105,8 @@ impl RayCone {
     /// they shrink with it. What roughness adds is not bounded.
     #[shared]
     pub fn radius(self, cos: f32, radius_px: f32, position: Vec3, direct_width: f32) -> f32 {
-        let least = if self.is_bent { direct_width * MIN_FOOTPRINT_WIDENING } else { 0.0 };
-        let width = self.width.abs().max(least).min(direct_width * MAX_FOOTPRINT_WIDENING);
+        let min_width = if self.is_bent { direct_width * MIN_FOOTPRINT_WIDENING } else { 0.0 };
+        let width = self.width.abs().max(min_width).min(direct_width * MAX_FOOTPRINT_WIDENING);
         let total = (width * width + self.rough_width * self.rough_width).sqrt();
         let radius = radius_px * total * (INV_PI / cos.abs().max(MIN_COS)).sqrt();
         // An ulp is at most 2^-23 of the coordinate; the last term keeps a point at the origin alive.
@@ -167,21 +167,21 @@ mod tests {
         let direct = radius(RayCone::at_eye(0.01).advance(1.0), 1.0);
         let wide = RayCone { width: 0.02, ..RayCone::at_eye(0.0) };
         let mirrored = wide.reflect(-0.5, 1.0);
-        let mut least = f32::MAX;
+        let mut min_width = f32::MAX;
         for step in 0..=200 {
             let cone = mirrored.advance(0.01 * step as f32);
             let expected = cone.width.abs().max(0.25 * 0.01) / 0.01;
             for radius_px in [1.0, 0.01] {
                 let found = radius(cone, radius_px) / (radius_px * direct);
                 assert!((found - expected).abs() < 1.0e-5, "{step}: {found} {expected}");
-                least = least.min(found);
+                min_width = min_width.min(found);
             }
             assert!(
                 radius(cone.refract(0.0, 1.0, 1.0, 0.7), 1.0) >= 0.2499 * direct,
                 "a plane forgets nothing"
             );
         }
-        assert!((least - 0.25).abs() < 1.0e-5, "the test has lost its subject: {least}");
+        assert!((min_width - 0.25).abs() < 1.0e-5, "the test has lost its subject: {min_width}");
         // A slab of any index, seen at any angle, narrows what it narrows.
         let narrow = RayCone { width: 0.001, ..RayCone::at_eye(0.0) };
         let planes = [narrow, narrow.reflect(0.0, 0.3), narrow.refract(0.0, 0.6, 0.6, 0.4)];

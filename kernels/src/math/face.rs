@@ -27,18 +27,18 @@ pub struct Face {
 impl Face {
     /// A triangle of an instance.
     #[inline(always)]
-    pub fn of(scene: SceneTables<'_>, features: Features, instance: u32, triangle: u32) -> Face {
-        let row = scene.triangles[triangle as usize];
-        let (mut a, mut b, mut c) = (row.a, row.b, row.c);
-        let (mut orientation, mut most) = (1.0, 0.0);
+    pub fn new(scene: SceneTables<'_>, features: Features, instance: u32, triangle: u32) -> Face {
+        let record = scene.triangles[triangle as usize];
+        let (mut a, mut b, mut c) = (record.a, record.b, record.c);
+        let (mut orientation, mut largest) = (1.0, 0.0);
         if features.has(Features::INSTANCES) && instance != 0 {
             let to_world = scene.instances[instance as usize].to_world;
             (a, b, c) = (to_world.point(a), to_world.point(b), to_world.point(c));
             orientation = scene.instances[instance as usize].orientation;
             // The sum is rounded to what its parts are.
-            most = max_abs(to_world.offset);
+            largest = max_abs(to_world.offset);
         }
-        let clearance = offset::clearance(offset::magnitude(a, b, c).max(most));
+        let clearance = offset::clearance(offset::magnitude(a, b, c).max(largest));
         Face { a, b, c, orientation, clearance }
     }
 
@@ -63,9 +63,9 @@ pub struct Normals {
 impl Normals {
     /// Those of a triangle of an instance.
     #[inline(always)]
-    pub fn of(scene: SceneTables<'_>, features: Features, instance: u32, triangle: u32) -> Normals {
-        let row = scene.surfaces[triangle as usize];
-        let (mut a, mut b, mut c) = (row.normal_a, row.normal_b, row.normal_c);
+    pub fn new(scene: SceneTables<'_>, features: Features, instance: u32, triangle: u32) -> Normals {
+        let record = scene.surfaces[triangle as usize];
+        let (mut a, mut b, mut c) = (record.normal_a, record.normal_b, record.normal_c);
         if features.has(Features::INSTANCES) && instance != 0 {
             let to_object = scene.instances[instance as usize].to_object;
             (a, b, c) = (unit(to_object.normal(a)), unit(to_object.normal(b)), unit(to_object.normal(c)));

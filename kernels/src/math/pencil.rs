@@ -195,7 +195,7 @@ impl Pencil {
 impl Image {
     /// The image of a point of today, from the two words that its row holds.
     #[inline]
-    pub fn of(distance: f32, astigmatism: u32) -> Self {
+    pub fn from_packed(distance: f32, astigmatism: u32) -> Self {
         Image { distance, astigmatism: packed::from_signed_shares(astigmatism) }
     }
 
@@ -315,7 +315,7 @@ mod tests {
                 assert!((turned - axis * expected).length() < 1.0e-5, "{turned} along {axis}, {expected}");
             }
             // Words keep it.
-            let kept = Image::of(image.distance, packed::to_signed_shares(image.astigmatism));
+            let kept = Image::from_packed(image.distance, packed::to_signed_shares(image.astigmatism));
             assert!((kept.astigmatism - image.astigmatism).length() < 1.0e-4);
         }
     }

@@ -26,20 +26,20 @@ impl Quanta {
             return Quanta::default();
         }
         let quanta = clamp(value * inverse_quantum + 0.5, 0.0, MAX_QUANTA);
-        Quanta::of_whole(quanta)
+        Quanta::from_whole(quanta)
     }
 
     /// A float below 2^63, less its fraction.
     #[cfg(not(target_arch = "spirv"))]
     #[inline]
-    fn of_whole(quanta: f32) -> Self {
+    fn from_whole(quanta: f32) -> Self {
         let whole = quanta as i64;
         Quanta { low: whole as u32, high: (whole >> 32) as u32 }
     }
 
     /// The same where integers have 32 bits.
     #[cfg(target_arch = "spirv")]
-    fn of_whole(quanta: f32) -> Self {
+    fn from_whole(quanta: f32) -> Self {
         let high = (quanta * (1.0 / WORD)) as u32;
         // Exact: both are multiples of an ulp of `quanta`.
         let low = (quanta - high as f32 * WORD) as u32;

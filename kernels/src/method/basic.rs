@@ -10,9 +10,9 @@ use crate::method::{Method, Parts};
 /// See the head of the file.
 pub const BASIC: Method = Method {
     name: "basic",
-    about: "OurBasic: no light outlives its frame",
+    description: "OurBasic: no light outlives its frame",
     cost: "a camera path a pixel, the light paths, an index and a search of it",
-    wrong: "discs blur by their radius, and lose what lies beyond an edge",
+    limitations: "discs blur by their radius, and lose what lies beyond an edge",
     gathers: true,
     lends: true,
     chooses_gather: true,

@@ -29,7 +29,7 @@ pub fn frame_steps(
     let mut steps = vec![
         Step::Clear { buffer: "counters" },
         Step::Clear { buffer: "accumulator" },
-        Step::of(&COLLECT, params),
+        Step::new(&COLLECT, params),
     ];
     if keeps_path {
         steps.extend(path::lend(params));
@@ -70,14 +70,14 @@ pub fn frame_steps(
     if shoots && widens {
         steps.extend(widen::learn(params));
     }
-    steps.push(Step::of(if forgets { history::none::NONE.resolve } else { history.resolve }, params));
+    steps.push(Step::new(if forgets { history::none::NONE.resolve } else { history.resolve }, params));
     if shoots && parts.weighs() {
         steps.extend(weigh::learn(params));
     }
     if shoots && balances {
         steps.extend(balance(params));
     }
-    steps.push(Step::of(&DISPLAY, params));
+    steps.push(Step::new(&DISPLAY, params));
     steps
 }
 
@@ -128,8 +128,8 @@ pub fn shoot(emission: &Emission, batch: Batch) -> Vec<Step> {
 
 /// The batches of these light paths.
 fn batches(params: &FrameParams, paths: Range<u32>) -> impl Iterator<Item = Batch> + use<> {
-    let (end, most) = (paths.end, params.light_path_batch.max(1));
-    paths.step_by(most as usize).map(move |first| Batch { first, count: most.min(end - first) })
+    let (end, max_count) = (paths.end, params.light_path_batch.max(1));
+    paths.step_by(max_count as usize).map(move |first| Batch { first, count: max_count.min(end - first) })
 }
 
 /// A dispatch over so much; over deposits, over those that there are.

@@ -43,9 +43,9 @@ pub const AREA_FACING: u32 = 1;
 /// With the area of a pixel's footprint on the surface: conserves energy.
 pub const KIM2019: Method = Method {
     name: "kim2019",
-    about: "Kim 2019: photons splatted to the pixels that see them directly",
+    description: "Kim 2019: photons splatted to the pixels that see them directly",
     cost: "a projection a deposit: no index, no search",
-    wrong: "caustics are seen on primary surfaces only, never in a mirror; few light paths are grains",
+    limitations: "caustics are seen on primary surfaces only, never in a mirror; few light paths are grains",
     gathers: true,
     lends: false,
     chooses_gather: false,
@@ -61,7 +61,7 @@ pub const KIM2019: Method = Method {
 /// With Kim's own area of a pixel, which faces the eye: too bright where the surface does not, by 1 / cos.
 pub const KIM2019_FACING: Method = Method {
     name: "kim2019-facing",
-    about: "the same with Kim's area of a pixel, which ignores the surface's slant",
+    description: "the same with Kim's area of a pixel, which ignores the surface's slant",
     steps: |parts, params| steps(parts, params, AREA_FACING),
     ..KIM2019
 };
@@ -123,7 +123,7 @@ pub fn splat_kim2019(
         // `resolve` divides by the disc.
         let disc = PI * point.radius * point.radius;
         let value = value * (disc / area(&deposit, to, distance, dispatch.level, params));
-        let sum = Sum::of(value, params.inverse_quantum());
+        let sum = Sum::new(value, params.inverse_quantum());
         sum.add_to(&mut accumulator, pixel);
         if light.score > 0.0 {
             let score = score(&light, &point, &shading, value, pixel_weights[pixel as usize]);

@@ -14,12 +14,12 @@ use crate::{denoiser, emission, history};
 pub struct Method {
     /// Name on the command line.
     pub name: &'static str,
-    /// What it is, in one line.
-    pub about: &'static str,
-    /// What a frame pays for it.
+    /// Description, in one line.
+    pub description: &'static str,
+    /// Cost of a frame.
     pub cost: &'static str,
-    /// Where it is wrong, or gives nothing.
-    pub wrong: &'static str,
+    /// Limitations: where it is wrong, or gives nothing.
+    pub limitations: &'static str,
     /// Whether it makes collection points that deposits are brought to; else all its light is in one layer.
     pub gathers: bool,
     /// Whether points of one frame may lend their light to those of the next: discs that shrink from frame to frame, and what
@@ -57,7 +57,7 @@ impl Method {
     pub fn frame_steps(&self, parts: Parts, params: &FrameParams) -> Vec<Step> {
         let mut steps = (self.steps)(parts, params);
         if parts.auxiliary {
-            steps.push(Step::of(&AUXILIARY, params));
+            steps.push(Step::new(&AUXILIARY, params));
         }
         steps
     }

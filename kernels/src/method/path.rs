@@ -25,9 +25,9 @@ use spirv_std::glam::Vec3;
 /// See the head of the file.
 pub const PATH: Method = Method {
     name: "path",
-    about: "path tracing of everything, one path a pixel: the reference's estimator",
+    description: "path tracing of everything, one path a pixel: the reference's estimator",
     cost: "a camera path a pixel",
-    wrong: "nothing in the mean; caustics are found by chance: noise, and none of lamps of no size",
+    limitations: "nothing in the mean; caustics are found by chance: noise, and none of lamps of no size",
     gathers: false,
     lends: false,
     chooses_gather: false,
@@ -37,7 +37,7 @@ pub const PATH: Method = Method {
     keeps: &[],
     frame: |params, index| FrameParams { frame: index, light_path_count: 0, ..params },
     steps: |_, params| {
-        vec![Step::Clear { buffer: "counters" }, Step::of(&REFERENCE, params), Step::of(&DISPLAY, params)]
+        vec![Step::Clear { buffer: "counters" }, Step::new(&REFERENCE, params), Step::new(&DISPLAY, params)]
     },
 };
 

@@ -17,9 +17,9 @@ use crate::method::basic::steps;
 /// See the head of the file.
 pub const PROGRESSIVE: Method = Method {
     name: "progressive",
-    about: "progressive photon mapping: OurBasic with radii that shrink over --frames",
+    description: "progressive photon mapping: OurBasic with radii that shrink over --frames",
     cost: "as basic",
-    wrong: "nothing in the limit; blur goes with the cube root of the number of frames",
+    limitations: "nothing in the limit; blur goes with the cube root of the number of frames",
     gathers: true,
     lends: false,
     chooses_gather: true,

@@ -51,9 +51,9 @@ pub mod footprint;
 /// See the head of the file.
 pub const YANG2021: Method = Method {
     name: "yang2021",
-    about: "adaptive anisotropic photon scattering: ellipses on primary surfaces, guided by feedback",
+    description: "adaptive anisotropic photon scattering: ellipses on primary surfaces, guided by feedback",
     cost: "OurBasic's light paths and the pixels of their ellipses; no index, no stored deposit",
-    wrong: "only primary surfaces receive; an ellipse blurs, and at borders and thin walls part of it is lost or leaks; the \
+    limitations: "only primary surfaces receive; an ellipse blurs, and at borders and thin walls part of it is lost or leaks; the \
             extent of a lamp, normal maps and diffuse bounces do not widen it",
     gathers: true,
     lends: false,
@@ -80,7 +80,7 @@ fn prepare(params: &FrameParams) -> Vec<Step> {
         let count = Map::count(level, map_count(params.light_count));
         Step::level(&density::DENSITY_SUM, level, count)
     };
-    let mut steps = vec![Step::of(&density::DENSITY_UPDATE, params)];
+    let mut steps = vec![Step::new(&density::DENSITY_UPDATE, params)];
     steps.extend((0..=Map::TOP).map(sum));
     steps.push(Step::Clear { buffer: "density_feedback" });
     steps
@@ -270,7 +270,7 @@ impl<A: Atomics, F: Atomics> Spread<'_, A, F> {
         let material = material_of(&shading, self.scene.materials, self.features);
         let value = contribution(&shading, material, light, self.params.specular_roughness, self.features);
         let disc = PI * point.radius * point.radius;
-        let sum = Sum::of(value * (disc * weight), self.params.inverse_quantum());
+        let sum = Sum::new(value * (disc * weight), self.params.inverse_quantum());
         sum.add_to(&mut self.accumulator, pixel);
         self.way.set_total(&self.way.total().plus(sum));
         true

@@ -13,7 +13,7 @@ use spirv_std::num_traits::Float;
 use crate::declare::Step;
 use crate::declare::pass;
 use crate::gather::accumulator::{self, Sum};
-use crate::interface::balance::{Balance, LEAST_PATHS, MOST_PATHS};
+use crate::interface::balance::{Balance, MAX_PATHS, MIN_PATHS};
 use crate::interface::counters::{COUNTER_COUNT, Counter};
 use crate::interface::frame::FrameParams;
 use crate::interface::point::{PointGeometry, PointShading};
@@ -31,7 +31,7 @@ pub const KEPT: [&str; 1] = ["balance"];
 /// Once a frame that shoots, after it is resolved.
 #[cfg(not(target_arch = "spirv"))]
 pub fn balance(params: &FrameParams) -> Vec<Step> {
-    vec![Step::of(&BALANCE_ROWS, params), Step::of(&BALANCE_PATHS, params)]
+    vec![Step::new(&BALANCE_ROWS, params), Step::new(&BALANCE_PATHS, params)]
 }
 
 /// Share of what earlier frames of a still view said that counts on: eight frames even out what one sees of rare paths.
@@ -44,7 +44,7 @@ const DEPOSIT: f32 = 1.0;
 /// What a pair of deposit and point costs (rays of camera paths).
 const PAIR: f32 = 0.6;
 /// What is above this is no variance: light without bounds.
-const MOST_VARIANCE: f32 = 1.0e30;
+const MAX_VARIANCE: f32 = 1.0e30;
 /// Numbers of light paths are powers of this, so that roundings of a device seldom decide.
 const GRAIN: f32 = core::f32::consts::SQRT_2;
 
@@ -125,7 +125,7 @@ pub fn balance_paths(
     }
     let seen = variance.x + variance.y * light_paths;
     // What emissions bring that know nothing yet says nothing of those after it, nor does black.
-    if pixel_sums[0].path_frames > 1.0 && seen > 0.0 && seen < MOST_VARIANCE {
+    if pixel_sums[0].path_frames > 1.0 && seen > 0.0 && seen < MAX_VARIANCE {
         let keep = if params.moved != 0 { FADE } else { KEEP };
         // Of validation paths, which start by power, few go on behind what they meet first.
         let validation_cost = LIGHT_RAY * params.validation_path_count as f32;
@@ -139,7 +139,7 @@ pub fn balance_paths(
         let pixels = params.pixel_count();
         // Divide twice: products may overflow.
         let ratio = next.caustic_variance / next.path_variance * (next.camera_cost / next.light_cost);
-        let best = if next.path_variance > 0.0 { ratio.sqrt() } else { (pixels * MOST_PATHS) as f32 };
+        let best = if next.path_variance > 0.0 { ratio.sqrt() } else { (pixels * MAX_PATHS) as f32 };
         next.light_paths = grain(best, pixels);
     }
     balance.write(0, next);
@@ -154,10 +154,10 @@ pub fn light_cost(rays: f32, deposits: f32, pairs: f32) -> f32 {
 /// The number of light paths within the bounds that is nearest to the best.
 #[inline(always)]
 fn grain(best: f32, pixels: u32) -> u32 {
-    let most = (pixels * MOST_PATHS) as f32;
-    let mut paths = pixels as f32 * LEAST_PATHS;
+    let max_paths = (pixels * MAX_PATHS) as f32;
+    let mut paths = pixels as f32 * MIN_PATHS;
     let between = GRAIN.sqrt();
-    while paths * between < best && paths * GRAIN <= most {
+    while paths * between < best && paths * GRAIN <= max_paths {
         paths *= GRAIN;
     }
     (paths as u32).max(1)

@@ -15,11 +15,11 @@ use spirv_std::glam::{Vec2, Vec3};
 /// Once a frame, after `collect`.
 #[cfg(not(target_arch = "spirv"))]
 pub fn bound(params: &FrameParams) -> Vec<Step> {
-    vec![Step::of(&BOUND_LIMITS, params), Step::of(&BOUND_SAMPLES, params)]
+    vec![Step::new(&BOUND_LIMITS, params), Step::new(&BOUND_SAMPLES, params)]
 }
 
 /// A sample is at most this times the mean around it.
-pub const MOST: f32 = 8.0;
+pub const MAX_OVER_MEAN: f32 = 8.0;
 /// Pixels to each side that are around.
 const AROUND: u32 = 2;
 
@@ -35,7 +35,7 @@ pub fn bound_limits(
     let loose = |other: u32| mean(path_radiance[other as usize] - steady_radiance[other as usize]);
     let sum = params.sum_around(pixel, AROUND, |other| Vec2::new(loose(other), 1.0));
     let around = (sum.x - loose(pixel)).max(0.0) / (sum.y - 1.0).max(1.0);
-    sample_limits.write(pixel, MOST * around);
+    sample_limits.write(pixel, MAX_OVER_MEAN * around);
 }
 
 /// Takes what is above the limit from a pixel.

@@ -93,7 +93,7 @@ impl Beyond {
 
     /// What the light paths of a frame leave to it.
     #[inline(always)]
-    pub fn of(params: &FrameParams) -> Beyond {
+    pub fn new(params: &FrameParams) -> Beyond {
         let mut follows = Classes::ALL;
         if params.caustics == Caustics::Any as u32 {
             follows = Classes::NON_SPECULAR;
@@ -142,7 +142,7 @@ pub struct Start {
 impl Start {
     /// At the eye, through a pixel, by the numbers of a stream.
     #[inline(always)]
-    pub fn of(stream: Stream, pixel: u32, params: &FrameParams) -> Start {
+    pub fn new(stream: Stream, pixel: u32, params: &FrameParams) -> Start {
         let mut rng = Rng::new(stream, params.seed, params.film_pixel(pixel), params.frame);
         let ray = camera_ray(params, pixel, &mut rng);
         Start { ray, cone: RayCone::at_eye(params.pixel_spread), rng }
@@ -233,7 +233,7 @@ impl Watch for Collect<'_> {
 impl Errand for Collect<'_> {
     #[inline(always)]
     fn wanted(&self) -> Wanted {
-        Wanted { pixel: self.pixel, stream: Stream::Camera, beyond: Beyond::of(self.params) }
+        Wanted { pixel: self.pixel, stream: Stream::Camera, beyond: Beyond::new(self.params) }
     }
     #[inline(always)]
     fn leave(&mut self, light: &PathLight, _kept: &()) {
@@ -256,8 +256,8 @@ pub fn camera_path<T: Tracer, C: Atomics>(
     tracer: &mut T,
     counters: &mut C,
 ) -> Collected {
-    let start = Start::of(Stream::Camera, pixel, params);
-    collected(start, Beyond::of(params), params, features, scene, tracer, counters)
+    let start = Start::new(Stream::Camera, pixel, params);
+    collected(start, Beyond::new(params), params, features, scene, tracer, counters)
 }
 
 /// What a camera path brings home.
@@ -325,7 +325,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
     }
     let (mut prefix, mut steady) = (true, true);
     let mut from_point = 0.0;
-    let all = Candidates::of(params);
+    let all = Candidates::new(params);
     let candidates_of = |prefix: bool| if prefix { all } else { Candidates::ONE };
     scratch!(connections: connected::ROOM);
     scratch!(words: aside::ROOM);
@@ -457,7 +457,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                             number += 1;
                         }
                         if reservoir.is_drawn() {
-                            let (connection, direct) = connected.of(reservoir.kept);
+                            let (connection, direct) = connected.get_with_light(reservoir.kept);
                             let direct = direct.times(reservoir.inverse_chance());
                             let mut ray = shadow_ray(&here, &connection);
                             if features.has(Features::BLENDS) {

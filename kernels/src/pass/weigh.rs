@@ -20,7 +20,7 @@ pub const KEPT: [&str; 2] = ["picture_rows", "pixel_sums"];
 /// Once a frame that shoots, after `collect`: adds what camera paths found, and weighs pixels.
 #[cfg(not(target_arch = "spirv"))]
 pub fn weigh(params: &FrameParams) -> Vec<Step> {
-    let mut steps = vec![Step::of(&WEIGH_SEEN, params)];
+    let mut steps = vec![Step::new(&WEIGH_SEEN, params)];
     steps.extend(steps_of(params, 0));
     steps
 }
@@ -28,7 +28,7 @@ pub fn weigh(params: &FrameParams) -> Vec<Step> {
 /// Once a frame that shoots, after it is resolved: adds what light paths brought.
 #[cfg(not(target_arch = "spirv"))]
 pub fn learn(params: &FrameParams) -> Vec<Step> {
-    vec![Step::of(&WEIGH_LEARN, params)]
+    vec![Step::new(&WEIGH_LEARN, params)]
 }
 
 /// Weighs pixels once more, with what the pilot of the frame brought.
@@ -43,7 +43,7 @@ fn steps_of(params: &FrameParams, time: u32) -> Vec<Step> {
         Step::level(&WEIGH_MEANS, time, params.pixel_count()),
         Step::level(&WEIGH_ROWS, 0, params.height),
         Step::level(&WEIGH_ROWS, 1, 1),
-        Step::of(&WEIGH_PIXELS, params),
+        Step::new(&WEIGH_PIXELS, params),
     ]
 }
 
@@ -68,7 +68,7 @@ const DARK: f32 = 0.1;
 /// Squares of light below this have no inverse in an f32.
 const MIN_SQUARE: f32 = 1.0e-37;
 /// Light of a frame counts as this at most (W m^-2 sr^-1): its square has an inverse.
-const MOST_LIGHT: f32 = 1.0e15;
+const MAX_LIGHT: f32 = 1.0e15;
 /// Pixels to each side whose light is a pixel's.
 const AROUND: u32 = 2;
 
@@ -83,7 +83,7 @@ pub fn weigh_seen(
     let before = pixel_sums.read(pixel);
     let keep = kept(before.path_frames, params);
     let now = PixelSum {
-        path: before.path * keep + mean(path_radiance[pixel as usize]).min(MOST_LIGHT),
+        path: before.path * keep + mean(path_radiance[pixel as usize]).min(MAX_LIGHT),
         path_frames: before.path_frames * keep + 1.0,
         caustics: before.caustics * keep,
         caustic_frames: before.caustic_frames * keep,
@@ -99,7 +99,7 @@ pub fn weigh_learn(
     #[len = params.pixel_count()] mut pixel_sums: Slots<'_, PixelSum>,
 ) {
     let sum = pixel_sums.read(pixel);
-    let caustics = sum.caustics + mean(caustic_radiance[pixel as usize]).min(MOST_LIGHT);
+    let caustics = sum.caustics + mean(caustic_radiance[pixel as usize]).min(MAX_LIGHT);
     pixel_sums.write(pixel, PixelSum { caustics, caustic_frames: sum.caustic_frames + 1.0, ..sum });
 }
 

@@ -25,13 +25,13 @@ pub const KEPT: [&str; 1] = ["radius_next"];
 /// Once a frame that shoots, after what goes by the radius of the settings and before any deposit is gathered.
 #[cfg(not(target_arch = "spirv"))]
 pub fn widen(params: &FrameParams) -> Vec<Step> {
-    vec![Step::of(&WIDEN_DISCS, params)]
+    vec![Step::new(&WIDEN_DISCS, params)]
 }
 
 /// Once a frame that shoots, after the last deposit is gathered.
 #[cfg(not(target_arch = "spirv"))]
 pub fn learn(params: &FrameParams) -> Vec<Step> {
-    vec![Step::of(&WIDEN_LEARN, params)]
+    vec![Step::new(&WIDEN_LEARN, params)]
 }
 
 /// Largest radius, relative to that of the settings.

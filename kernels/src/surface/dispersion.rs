@@ -7,12 +7,12 @@
 //! A smooth face reflects all channels the same way: it reflects by the mean of their Fresnel reflectances, weighted by what the
 //! path carries of each, and the channel is sampled once the path is transmitted ([`sample`]). So the other lobes of the surface, its
 //! collection points and its deposits keep all channels too. The facets of a rough face refract each channel to directions of
-//! its own, and no lobe there is free of the index: a path has its channel before it scatters ([`needs_channel`], [`part`]). Wrong: what
+//! its own, and no lobe there is free of the index: a path has its channel before it scatters ([`needs_channel`], [`part`]). Limitations: what
 //! such a face reflects shows the noise of single channels.
 //!
 //! Channels and no wavelengths: a light path and a camera path that meet multiply what they carry channel by channel, and would
 //! have to be of one wavelength to give what a single path finds. The formula is that of the extension's text, whose three
-//! indices are those of the Fraunhofer lines C, d and F. Wrong: a point source shows three images and no continuum.
+//! indices are those of the Fraunhofer lines C, d and F. Limitations: a point source shows three images and no continuum.
 
 use crate::interface::features::Features;
 use crate::interface::material::Material;
@@ -66,13 +66,13 @@ pub struct Indices {
 impl Indices {
     /// The same index for all channels.
     #[inline(always)]
-    pub fn of(eta: f32) -> Indices {
+    pub fn new(eta: f32) -> Indices {
         Indices { eta, etas: Vec3::splat(eta), carried: Vec3::ZERO, is_dispersive: false }
     }
 
     /// Of a smooth face between two media, for a path that carries `throughput`.
     #[inline(always)]
-    pub fn of_channels(
+    pub fn dispersive(
         before: MediaStack,
         behind: MediaStack,
         throughput: Vec3,

@@ -71,12 +71,12 @@ impl MediaStack {
 
     /// Of such words.
     #[inline(always)]
-    pub fn of_words(words: UVec2) -> Self {
+    pub fn from_words(words: UVec2) -> Self {
         MediaStack { upper: words.x, lower: words.y }
     }
 
     #[inline(always)]
-    fn of(first: u32, second: u32, third: u32, fourth: u32) -> Self {
+    fn new(first: u32, second: u32, third: u32, fourth: u32) -> Self {
         MediaStack { upper: first | second << 16, lower: third | fourth << 16 }
     }
 
@@ -109,13 +109,13 @@ impl MediaStack {
     fn inserted(self, material: u32, place: u32) -> Self {
         let (first, second, third) = (self.at(0), self.at(1), self.at(2));
         if place == 0 {
-            MediaStack::of(material, first, second, third)
+            MediaStack::new(material, first, second, third)
         } else if place == 1 {
-            MediaStack::of(first, material, second, third)
+            MediaStack::new(first, material, second, third)
         } else if place == 2 {
-            MediaStack::of(first, second, material, third)
+            MediaStack::new(first, second, material, third)
         } else if place == 3 {
-            MediaStack::of(first, second, third, material)
+            MediaStack::new(first, second, third, material)
         } else {
             self
         }
@@ -126,13 +126,13 @@ impl MediaStack {
     pub fn left(self, material: u32) -> Self {
         let (first, second, third, fourth) = (self.at(0), self.at(1), self.at(2), self.at(3));
         if first == material {
-            MediaStack::of(second, third, fourth, NO_MEDIUM)
+            MediaStack::new(second, third, fourth, NO_MEDIUM)
         } else if second == material {
-            MediaStack::of(first, third, fourth, NO_MEDIUM)
+            MediaStack::new(first, third, fourth, NO_MEDIUM)
         } else if third == material {
-            MediaStack::of(first, second, fourth, NO_MEDIUM)
+            MediaStack::new(first, second, fourth, NO_MEDIUM)
         } else if fourth == material {
-            MediaStack::of(first, second, third, NO_MEDIUM)
+            MediaStack::new(first, second, third, NO_MEDIUM)
         } else {
             self
         }

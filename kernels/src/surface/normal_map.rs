@@ -14,15 +14,15 @@ use spirv_std::glam::{Vec2, Vec3};
 #[inline(always)]
 pub fn normal(
     tables: TextureTables<'_>,
-    row: &MaterialTextures,
+    record: &MaterialTextures,
     coordinates: &TextureCoordinates,
     hit: &Hit,
     normal: Vec3,
     uv: Vec2,
     uv_footprint: f32,
 ) -> Vec3 {
-    let mapped = sample(tables, row.normal, uv, uv_footprint);
-    let (x, y) = (mapped.x * row.normal_scale, mapped.y * row.normal_scale);
+    let mapped = sample(tables, record.normal, uv, uv_footprint);
+    let (x, y) = (mapped.x * record.normal_scale, mapped.y * record.normal_scale);
     let weight_a = 1.0 - hit.u - hit.v;
     let along =
         coordinates.tangent_a * weight_a + coordinates.tangent_b * hit.u + coordinates.tangent_c * hit.v;

@@ -57,7 +57,7 @@ impl ScatteringVertex {
         features: Features,
     ) -> Self {
         let frame = ShadingFrame::new(vertex.shading_normal);
-        let mut indices = Indices::of(1.0);
+        let mut indices = Indices::new(1.0);
         let around = media.settled(features, materials);
         let (mut media, mut behind, mut media_overflow) = (around, around, false);
         if features.has(Features::GLASS) && materials[vertex.material as usize].is_medium() {
@@ -68,10 +68,10 @@ impl ScatteringVertex {
                 && smooth
                 && (media.disperses(materials) || behind.disperses(materials))
             {
-                indices = Indices::of_channels(media, behind, throughput, features, materials);
+                indices = Indices::dispersive(media, behind, throughput, features, materials);
             } else {
                 let eta = media.ior(channel, features, materials) / behind.ior(channel, features, materials);
-                indices = Indices::of(eta);
+                indices = Indices::new(eta);
             }
         }
         // Paths come from above the face.

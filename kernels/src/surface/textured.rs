@@ -17,21 +17,21 @@ use spirv_std::glam::Vec3;
 pub fn material_at(scene: SceneTables<'_>, vertex: &Vertex, features: Features) -> Material {
     let mut material = scene.materials[vertex.material as usize];
     if features.has(Features::TEXTURES) && material.flags & FLAGS_TEXTURE != 0 {
-        let row = scene.textures.material_textures[vertex.material as usize];
+        let record = scene.textures.material_textures[vertex.material as usize];
         let (at, footprint) = (vertex.uv, vertex.uv_footprint);
         if material.flags & FLAG_COLOR_TEXTURE != 0 {
-            let texel = sample(scene.textures, row.base_color, at, footprint).truncate();
+            let texel = sample(scene.textures, record.base_color, at, footprint).truncate();
             let color = (material.base_color * texel).min(Vec3::ONE);
             material.base_color = rounded_color(color);
         }
         if material.flags & FLAG_ROUGHNESS_TEXTURE != 0 {
-            let texel = sample(scene.textures, row.metallic_roughness, at, footprint);
+            let texel = sample(scene.textures, record.metallic_roughness, at, footprint);
             material.roughness = from_byte(to_byte((material.roughness * texel.y).min(1.0)));
             material.metallic = from_byte(to_byte((material.metallic * texel.z).min(1.0)));
         }
         if material.flags & FLAG_EMISSIVE_TEXTURE != 0 {
             // The finest level for every path: lights are sampled by it too.
-            material.emission *= sample(scene.textures, row.emissive, at, 0.0).truncate();
+            material.emission *= sample(scene.textures, record.emissive, at, 0.0).truncate();
         }
     }
     material

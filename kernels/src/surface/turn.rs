@@ -23,8 +23,8 @@ pub fn normal_changes(
     if !features.has(Features::SMOOTH_NORMALS) {
         return (Vec3::ZERO, Vec3::ZERO);
     }
-    let face = Face::of(scene, features, hit.instance, hit.triangle);
-    let normals = Normals::of(scene, features, hit.instance, hit.triangle);
+    let face = Face::new(scene, features, hit.instance, hit.triangle);
+    let normals = Normals::new(scene, features, hit.instance, hit.triangle);
     let (smooth, side) = (normals.at(hit.u, hit.v), if front { 1.0 } else { -1.0 });
     (change(face, normals, smooth, steps.0) * side, change(face, normals, smooth, steps.1) * side)
 }

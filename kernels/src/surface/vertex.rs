@@ -50,7 +50,7 @@ const MIN_COS: f32 = 0.05;
 /// other path gives 0, so that paths of both kinds see the same material behind the collection point.
 #[inline(always)]
 pub fn vertex(scene: SceneTables<'_>, features: Features, ray: &Ray, hit: &Hit, width: f32) -> Vertex {
-    let face = Face::of(scene, features, hit.instance, hit.triangle);
+    let face = Face::new(scene, features, hit.instance, hit.triangle);
     let surface = scene.surfaces[hit.triangle as usize];
     let to_previous = -ray.direction;
     let outward = face.outward();
@@ -63,7 +63,7 @@ pub fn vertex(scene: SceneTables<'_>, features: Features, ray: &Ray, hit: &Hit, 
         moving = scene.instances[hit.instance as usize].moving;
     }
     if features.has(Features::SMOOTH_NORMALS) {
-        let normals = Normals::of(scene, features, hit.instance, hit.triangle);
+        let normals = Normals::new(scene, features, hit.instance, hit.triangle);
         if features.has(Features::INSTANCES) && hit.instance != 0 && curvature != 0.0 {
             curvature = normals.curvature(&face);
         }
@@ -84,10 +84,10 @@ pub fn vertex(scene: SceneTables<'_>, features: Features, ray: &Ray, hit: &Hit, 
             // The longer axis of the footprint [ray cones, section 3].
             uv_footprint = width.abs() * coordinates.density / to_previous.dot(face_normal).max(MIN_COS);
             if features.has(Features::NORMAL_MAPS) && flags & FLAG_NORMAL_MAP != 0 {
-                let row = scene.textures.material_textures[surface.material as usize];
+                let record = scene.textures.material_textures[surface.material as usize];
                 let bent = normal_map::normal(
                     scene.textures,
-                    &row,
+                    &record,
                     &coordinates,
                     hit,
                     shading_normal * side,

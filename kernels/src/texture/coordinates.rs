@@ -17,17 +17,17 @@ pub fn coordinates(
     triangle: u32,
     face: &Face,
 ) -> TextureCoordinates {
-    let mut row = scene.textures.texture_coordinates[triangle as usize];
+    let mut record = scene.textures.texture_coordinates[triangle as usize];
     if features.has(Features::INSTANCES) && instance != 0 {
         let own = scene.triangles[triangle as usize];
         let (area, in_world) = ((own.b - own.a).cross(own.c - own.a).length(), face.outward().length());
         // Without an area it is never hit.
-        row.density *= (area / in_world.max(f32::MIN_POSITIVE)).sqrt();
+        record.density *= (area / in_world.max(f32::MIN_POSITIVE)).sqrt();
         let to_world = scene.instances[instance as usize].to_world;
-        row.tangent_a = unit(to_world.vector(row.tangent_a));
-        row.tangent_b = unit(to_world.vector(row.tangent_b));
-        row.tangent_c = unit(to_world.vector(row.tangent_c));
-        row.handedness *= face.orientation;
+        record.tangent_a = unit(to_world.vector(record.tangent_a));
+        record.tangent_b = unit(to_world.vector(record.tangent_b));
+        record.tangent_c = unit(to_world.vector(record.tangent_c));
+        record.handedness *= face.orientation;
     }
-    row
+    record
 }

@@ -38,7 +38,7 @@ pub struct CutOuts<'a> {
 impl<'a> CutOuts<'a> {
     /// Those of a scene.
     #[inline(always)]
-    pub fn of(scene: SceneTables<'a>, features: Features) -> Self {
+    pub fn new(scene: SceneTables<'a>, features: Features) -> Self {
         let SceneTables { instances, surfaces, materials, textures, .. } = scene;
         CutOuts { instances, surfaces, materials, textures, features }
     }
@@ -66,23 +66,23 @@ impl<'a> CutOuts<'a> {
         if flags & (FLAG_CUT_OUT | FLAG_BLEND) == 0 {
             return 1.0;
         }
-        let row = self.textures.material_textures[material as usize];
-        let alpha = self.alpha(&row, triangle, u, v);
+        let record = self.textures.material_textures[material as usize];
+        let alpha = self.alpha(&record, triangle, u, v);
         if self.features.has(Features::BLENDS) && flags & FLAG_BLEND != 0 {
             return alpha;
         }
-        if self.features.has(Features::CUT_OUTS) && flags & FLAG_CUT_OUT != 0 && alpha < row.alpha_cutoff {
+        if self.features.has(Features::CUT_OUTS) && flags & FLAG_CUT_OUT != 0 && alpha < record.alpha_cutoff {
             return 0.0;
         }
         1.0
     }
 
     #[inline(always)]
-    fn alpha(&self, row: &MaterialTextures, triangle: u32, u: f32, v: f32) -> f32 {
-        let mut alpha = row.alpha;
-        if row.base_color != NONE {
+    fn alpha(&self, record: &MaterialTextures, triangle: u32, u: f32, v: f32) -> f32 {
+        let mut alpha = record.alpha;
+        if record.base_color != NONE {
             let at = uv(&self.textures.texture_coordinates[triangle as usize], u, v);
-            alpha *= sample(self.textures, row.base_color, at, 0.0).w;
+            alpha *= sample(self.textures, record.base_color, at, 0.0).w;
         }
         alpha
     }

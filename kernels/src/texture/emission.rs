@@ -16,11 +16,11 @@ pub fn emission_at(scene: SceneTables<'_>, features: Features, triangle: u32, u:
         let flags = scene.materials[id as usize].flags;
         if features.has(Features::TEXTURES) && flags & FLAG_EMISSIVE_TEXTURE != 0 {
             let at = uv(&scene.textures.texture_coordinates[triangle as usize], u, v);
-            let row = scene.textures.material_textures[id as usize];
-            share = sample(scene.textures, row.emissive, at, 0.0).truncate();
+            let record = scene.textures.material_textures[id as usize];
+            share = sample(scene.textures, record.emissive, at, 0.0).truncate();
         }
         if features.has(SOME_ARE_NOT_THERE) {
-            share *= CutOuts::of(scene, features).share(triangle, u, v);
+            share *= CutOuts::new(scene, features).share(triangle, u, v);
         }
     }
     share

@@ -183,7 +183,7 @@ pub(super) fn intersect_block(
     while lane < block.count {
         let at = lane as usize & 3;
         let corner = |lanes: &[[f32; 4]; 3]| [lanes[0][at], lanes[1][at], lanes[2][at]];
-        let found = Crossing::of(corner(&block.a), corner(&block.b), corner(&block.c), ray);
+        let found = Crossing::new(corner(&block.a), corner(&block.b), corner(&block.c), ray);
         let inside = found.u.min(found.v).min(found.w) >= 0.0 || found.u.max(found.v).max(found.w) <= 0.0;
         if inside && found.sum != 0.0 && found.distance > 0.0 && found.distance <= best.distance {
             consider(&found, block.first + lane, instance, cut_outs, ray.key, best);
@@ -203,7 +203,7 @@ pub(super) fn intersect_block(
     best: &mut Hit,
 ) {
     let all = |lanes: &[[f32; 4]; 3]| lanes.map(Vec4::from_array);
-    let Crossing { u, v, w, sum, distance } = Crossing::of(all(&block.a), all(&block.b), all(&block.c), ray);
+    let Crossing { u, v, w, sum, distance } = Crossing::new(all(&block.a), all(&block.b), all(&block.c), ray);
     let inside = u.min(v).min(w).cmpge(Vec4::ZERO) | u.max(v).max(w).cmple(Vec4::ZERO);
     // A block that is missed ends here: what follows needs normals and a division.
     if !inside.any() {
@@ -274,7 +274,7 @@ impl Number for Vec4 {
 impl<T: Number> Crossing<T> {
     /// From corners a, b and c.
     #[inline(always)]
-    fn of(a: [T; 3], b: [T; 3], c: [T; 3], ray: &Ray) -> Crossing<T> {
+    fn new(a: [T; 3], b: [T; 3], c: [T; 3], ray: &Ray) -> Crossing<T> {
         let o = [T::splat(ray.origin.x), T::splat(ray.origin.y), T::splat(ray.origin.z)];
         let (a, b, c) = (minus(a, o), minus(b, o), minus(c, o));
         let d = ray.direction;

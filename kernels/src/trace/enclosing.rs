@@ -60,10 +60,10 @@ pub fn enclosing<T: Tracer>(
     while index < rays {
         // The first goes straight out and counts faces of solids; the others look for sheets.
         let straight = index == 0;
-        let most = if straight { MAX_FACES } else { MAX_BOUNCES };
+        let max_faces = if straight { MAX_FACES } else { MAX_BOUNCES };
         let mut ray = Ray::endless(position, to_corner(index));
         let mut faces = 0;
-        while faces < most {
+        while faces < max_faces {
             let hit = tracer.closest(&ray);
             if hit.is_miss() {
                 escaped += i32::from(!straight);

@@ -112,7 +112,7 @@ impl Making<'_> {
 
     /// Appends what becomes of a node, and what stands below it.
     fn node(&mut self, node: u32) -> u32 {
-        let mut lanes = Lanes::of(&self.nodes[node as usize]);
+        let mut lanes = Lanes::from_node(&self.nodes[node as usize]);
         let mut below = lanes.all.map(|lane| self.below(&lane));
         // Opens the largest that fits, until none does.
         loop {
@@ -155,7 +155,7 @@ impl Making<'_> {
 
     /// What a lane would be opened to; nothing if it is no node.
     fn below(&self, lane: &Lane) -> Lanes {
-        if lane.is_node() { Lanes::of(&self.nodes[lane.child as usize]) } else { Lanes::NONE }
+        if lane.is_node() { Lanes::from_node(&self.nodes[lane.child as usize]) } else { Lanes::NONE }
     }
 }
 
@@ -188,7 +188,7 @@ struct Lanes {
 impl Lanes {
     const NONE: Lanes = Lanes { all: [Lane { planes: [[0.0; 2]; 3], child: LEAF }; WIDTH], count: 0 };
 
-    fn of(node: &TreeNode) -> Lanes {
+    fn from_node(node: &TreeNode) -> Lanes {
         let mut lanes = Lanes::NONE;
         for lane in (0..4).filter(|&lane| node.min_x[lane] != f32::MAX) {
             lanes.all[lanes.count] = Lane {

@@ -68,12 +68,12 @@ pub fn sparse() -> Small {
     let ends = |pick: fn(f32, f32) -> f32| {
         places.as_chunks::<3>().0.iter().fold([0.0_f32; 3], |a, b| std::array::from_fn(|i| pick(a[i], b[i])))
     };
-    let (least, most) = (ends(f32::min), ends(f32::max));
+    let (min, max) = (ends(f32::min), ends(f32::max));
     let fan = small.push(
         "accessors",
         json!({
             "componentType": 5126, "count": grid.positions.len(), "type": "VEC3", "sparse": sparse,
-            "min": least, "max": most,
+            "min": min, "max": max,
         }),
     );
     let indices = small.indices(&[0, 1, 6, 0, 6, 11]);

@@ -8,7 +8,7 @@ fn hits() -> Vec<Hit> {
 }
 
 fn compare_hits(right: &[Hit]) -> Vec<Difference> {
-    rows(&hits(), right, Tolerance::EXACT, |_| LOOSE)
+    records(&hits(), right, Tolerance::EXACT, |_| LOOSE)
 }
 
 #[test]

@@ -15,7 +15,7 @@ use caustics_kernels::interface::auxiliary::Auxiliary;
 use caustics_kernels::interface::frame::{Camera, FrameParams};
 use caustics_kernels::method::Parts;
 use caustics_kernels::method::basic;
-use caustics_tests::compare::{Tolerance, rows};
+use caustics_tests::compare::{Tolerance, records};
 use caustics_tests::gpu::{Gpu, watched_gpu};
 use caustics_tests::table::Table;
 use caustics_tests::twin::{Twin, load};
@@ -114,8 +114,8 @@ fn runners_agree_on_what_pixels_show() {
             let mut animation = Animation::open(&gpu, hardware, scene, 1000);
             animation.pose(3);
             let params = animation.pose(4);
-            animation.twin.run(&params, &[Step::of(&AUXILIARY, &params)]);
-            let (cpu, gpu) = animation.twin.rows::<Auxiliary>("auxiliary");
+            animation.twin.run(&params, &[Step::new(&AUXILIARY, &params)]);
+            let (cpu, gpu) = animation.twin.records::<Auxiliary>("auxiliary");
             let moving = cpu.iter().filter(|row| row.depth > 0.0 && row.motion.length() > 0.1).count();
             assert!(moving > cpu.len() / 20, "{scene}: {moving}");
             let words = Tolerance::EXACT.except(2.0e-3, REASON);
@@ -124,7 +124,7 @@ fn runners_agree_on_what_pixels_show() {
             let motion = Tolerance { absolute: 1.0e-2, ..near };
             let tolerance = |name: &str| if name == "motion" { motion } else { near };
             let mut table = Table::new(&format!("{scene}, what pixels show (hardware {hardware})"));
-            table.add("auxiliary", rows(&cpu, &gpu, words, |field| tolerance(field.name)));
+            table.add("auxiliary", records(&cpu, &gpu, words, |field| tolerance(field.name)));
             table.finish();
         }
     }

@@ -49,7 +49,7 @@ impl Bytes {
             encoding: Encoding::Srgb,
             ..Channels::default()
         };
-        Pixels::of_layer(&picture, "", Region::whole(&picture)).unwrap()
+        Pixels::from_layer(&picture, "", Region::whole(&picture)).unwrap()
     }
 
     fn nvidia(&self) -> FlipImageRgb8 {
@@ -180,7 +180,7 @@ fn equal_pictures_have_no_error() {
 fn golden(name: &str) -> (Pixels, Pixels, Vec<f64>) {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden/flip").join(name);
     let picture = Channels::read(&file).unwrap();
-    let pixels = |layer| Pixels::of_layer(&picture, layer, Region::whole(&picture)).unwrap();
+    let pixels = |layer| Pixels::from_layer(&picture, layer, Region::whole(&picture)).unwrap();
     let map = picture.channels["flip"].iter().map(|&value| f64::from(value)).collect();
     (pixels("image"), pixels("reference"), map)
 }
@@ -202,7 +202,7 @@ fn hdr_is_nvidias_on_every_pixel() {
 fn hdr_is_the_largest_of_nvidias_ldr_over_the_exposures() {
     let (image, reference, _) = golden("structure.exr");
     let mut largest = vec![0.0_f64; image.values.len()];
-    for stops in Exposures::of(&reference).unwrap().all() {
+    for stops in Exposures::from_reference(&reference).unwrap().all() {
         let shown = |picture: &Pixels| {
             let encode =
                 |x: f64| if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };

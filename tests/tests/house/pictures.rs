@@ -76,7 +76,7 @@ fn sources() -> Vec<Source> {
     let corpus = corpus::files().into_iter().map(|path| Source {
         name: format!("corpus/{}", path.file_name().expect("a name").to_string_lossy()),
         path,
-        configurations: configurations::of_methods(),
+        configurations: configurations::for_methods(),
     });
     committed.into_iter().chain(corpus).collect()
 }

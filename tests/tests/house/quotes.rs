@@ -85,9 +85,9 @@ fn holds_rust(block: &Block) -> bool {
 /// Whether lines are runs of a file's lines, one after the other; as far to the right as the first of a run.
 fn is_quote(lines: &[String], file: &str) -> bool {
     let indent = |line: &str| line.len() - line.trim_start().len();
-    let least =
+    let min_indent =
         lines.iter().filter(|line| !line.trim().is_empty()).map(|line| indent(line)).min().unwrap_or(0);
-    let lines: Vec<&str> = lines.iter().map(|line| line.get(least..).unwrap_or_default()).collect();
+    let lines: Vec<&str> = lines.iter().map(|line| line.get(min_indent..).unwrap_or_default()).collect();
     let file: Vec<&str> = file.lines().collect();
     let mut start = 0;
     let runs = lines.split(|line| line.trim() == LEFT_OUT).map(|run| {

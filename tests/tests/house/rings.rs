@@ -199,7 +199,7 @@ struct Imports {
 
 impl Imports {
     /// The imports of these modules, from their sources.
-    fn of(sources: &BTreeMap<Module, String>, own_name: &str) -> Imports {
+    fn from_sources(sources: &BTreeMap<Module, String>, own_name: &str) -> Imports {
         let mut imports = Imports { known: BTreeMap::new(), handed_on: BTreeMap::new() };
         let mut named = Vec::new();
         for (module, text) in sources {
@@ -366,7 +366,7 @@ fn the_host_keeps_its_rings() {
 fn no_modules_of_the_host_import_each_other_in_a_circle() {
     let mut sources = sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../host/src"));
     sources.retain(|module, _| !["lib", "main"].contains(&module[0].as_str()));
-    let imports = Imports::of(&sources, "caustics");
+    let imports = Imports::from_sources(&sources, "caustics");
     let count: usize = imports.known.values().map(BTreeSet::len).sum();
     assert!(count > 200, "only {count} imports are found");
     let circle =
@@ -380,7 +380,7 @@ fn detects_a_circle_of_modules() {
     let circle = |texts: &[(&str, &str)]| {
         let module = |path: &str| path.split("::").map(String::from).collect::<Module>();
         let sources = texts.iter().map(|(path, text)| (module(path), (*text).to_string())).collect();
-        Imports::of(&sources, "caustics").circle().map(|circle| circle.len())
+        Imports::from_sources(&sources, "caustics").circle().map(|circle| circle.len())
     };
     let to_b = [
         "use super::b::B;",

@@ -86,7 +86,7 @@ struct Maps {
 
 impl Maps {
     /// Texels by their map and place, shares by their map; both are scaled to what they must be.
-    fn of(world: &World<'_>, texel: impl Fn(u32, u32) -> f32, share: impl Fn(u32) -> f32) -> Maps {
+    fn new(world: &World<'_>, texel: impl Fn(u32, u32) -> f32, share: impl Fn(u32) -> f32) -> Maps {
         let count = map_count(&world.params);
         let mut tree = vec![0.0f32; (count * Map::NODES) as usize];
         for level in 0..=Map::TOP {
@@ -116,7 +116,7 @@ impl Maps {
             let u = number(map, texel);
             if u.x < 0.5 { 0.0 } else { 0.05 / (u.y + 0.05) }
         };
-        Maps::of(world, texel, |map| if map == 1 { 0.0 } else { number(map, u32::MAX).x })
+        Maps::new(world, texel, |map| if map == 1 { 0.0 } else { number(map, u32::MAX).x })
     }
 
     fn emission<'a>(&'a self, world: &'a World<'a>) -> Guided<'a> {
@@ -171,7 +171,7 @@ fn directions_follow_the_density_that_their_flux_is_divided_by() {
         for path in 0..SAMPLES {
             let leaving = draw(&emit, path);
             let direction = leaving.ray.direction;
-            seen[CELLS.of(direction)] += 1;
+            seen[CELLS.cell_index(direction)] += 1;
             let p = density(&world.params.casters, DVec3::ZERO, direction.as_dvec3(), 0.25 / PI);
             // At a rim f32 and f64 may differ in whether a cone holds the direction.
             off += u32::from((f64::from(leaving.flux.x) * p / 3.0 - 1.0).abs() > 1e-4);
@@ -179,7 +179,7 @@ fn directions_follow_the_density_that_their_flux_is_divided_by() {
             inverse.push(f64::from(leaving.flux.x) / 3.0);
         }
         assert!(off < 10, "{off} starts carry another flux");
-        let sphere = Mean::of(&inverse);
+        let sphere = Mean::from_samples(&inverse);
         println!("sum of 1/p: {:.4} +- {:.4}, the sphere {:.4}", sphere.value, sphere.error, 4.0 * PI);
         assert!((sphere.value - 4.0 * PI).abs() < 3.0 * sphere.error);
         let fit = |cones: f64| {
@@ -189,7 +189,7 @@ fn directions_follow_the_density_that_their_flux_is_divided_by() {
                 let power = density(&world.params.casters, DVec3::ZERO, DVec3::Y, base);
                 (power + cones * (p - power)) * f64::from(SAMPLES)
             });
-            Fit::of(&seen, &expected)
+            Fit::new(&seen, &expected)
         };
         println!("{:?}", fit(1.0));
         assert!(fit(1.0).passes() && !fit(1.05).passes());
@@ -209,7 +209,7 @@ fn guided_directions_follow_the_density_that_their_flux_is_divided_by() {
         let (mut inverse, mut off) = (Vec::new(), 0);
         for path in 0..SAMPLES {
             let leaving = draw(&emit, path);
-            seen[CELLS.of(leaving.ray.direction)] += 1;
+            seen[CELLS.cell_index(leaving.ray.direction)] += 1;
             let p = maps.density(casters, leaving.ray.direction, 1.0);
             // At borders of texels a direction may fall to either side.
             off += u32::from((f64::from(leaving.flux.x) * p / 3.0 - 1.0).abs() > 1e-4);
@@ -217,13 +217,13 @@ fn guided_directions_follow_the_density_that_their_flux_is_divided_by() {
             assert!(leaving.score > 0.0 && leaving.texel < map_count(&world.params) * Map::TEXELS);
         }
         assert!(off < 100, "{off} starts carry another flux");
-        let sphere = Mean::of(&inverse);
+        let sphere = Mean::from_samples(&inverse);
         println!("sum of 1/p: {:.4} +- {:.4}, the sphere {:.4}", sphere.value, sphere.error, 4.0 * PI);
         assert!((sphere.value - 4.0 * PI).abs() < 3.0 * sphere.error);
         let fit = |cones: f64| {
             let expected =
                 CELLS.integrate([128, 128], |d| maps.density(casters, d, cones) * f64::from(SAMPLES));
-            Fit::of(&seen, &expected)
+            Fit::new(&seen, &expected)
         };
         println!("{:?}", fit(1.0));
         assert!(fit(1.0).passes() && !fit(1.05).passes());
@@ -250,7 +250,7 @@ fn is_the_same(what: &str, b: Builder, cell: impl Fn(&EmissionSample) -> usize, 
                 .collect::<Vec<_>>()
         };
         // All that is known lies where nothing is.
-        let poisoned = Maps::of(world, |_, texel| f32::from(texel == 0), |map| f32::from(map == 0) + 1e-6);
+        let poisoned = Maps::new(world, |_, texel| f32::from(texel == 0), |map| f32::from(map == 0) + 1e-6);
         let (aimed, any) = (Aimed { power: world.by_power() }, Maps::any(world));
         let ways: [(&str, &dyn Emit); 3] = [
             ("aimed", &aimed),
@@ -272,8 +272,8 @@ fn is_the_same(what: &str, b: Builder, cell: impl Fn(&EmissionSample) -> usize, 
             assert!(worst < 4.5 && z.len() > 20, "{what}, {way}");
             // No start is heavier than 8 times its weight by power.
             let heaviest = (0..SAMPLES).map(|path| draw(emit, path).flux.x).fold(0.0, f32::max);
-            let most = (0..1000).map(|path| draw(&world.by_power(), path).flux.x).fold(0.0, f32::max);
-            assert!(heaviest <= most / BY_POWER * 1.0001, "{what}, {way}: {heaviest} of {most}");
+            let max_flux = (0..1000).map(|path| draw(&world.by_power(), path).flux.x).fold(0.0, f32::max);
+            assert!(heaviest <= max_flux / BY_POWER * 1.0001, "{what}, {way}: {heaviest} of {max_flux}");
         }
     });
 }
@@ -281,7 +281,7 @@ fn is_the_same(what: &str, b: Builder, cell: impl Fn(&EmissionSample) -> usize, 
 /// Every type of light, seen by the same casters.
 #[test]
 fn starts_carry_the_light_of_starts_by_power() {
-    let directions = |leaving: &EmissionSample| CELLS.of(leaving.ray.direction);
+    let directions = |leaving: &EmissionSample| CELLS.cell_index(leaving.ray.direction);
     let mut point = far_floor();
     point.light(DVec3::ZERO, 3.0);
     is_the_same("point", point, directions, CELLS.count());

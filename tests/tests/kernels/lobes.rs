@@ -23,7 +23,7 @@ fn viewer(cos: f32) -> Vec3 {
 
 /// All lobes of a material, seen from a direction; with `divides`, their choice has a known probability for each class.
 fn seen_from(material: Material, to_previous: Vec3, eta: f32, divides: bool) -> (Bsdf, GlassInterface) {
-    Bsdf::new(material, to_previous, Indices::of(eta), 0.25, Classes::ALL, divides, Features::ALL)
+    Bsdf::new(material, to_previous, Indices::new(eta), 0.25, Classes::ALL, divides, Features::ALL)
 }
 
 /// Mean weight of samples seen at `cos` (the directional albedo), and its standard error.

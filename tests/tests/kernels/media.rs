@@ -98,12 +98,12 @@ fn a_passive_stack_shows_no_more_than_its_surroundings() {
                 .expect("a session opens");
         session.frame(0).expect("a frame runs");
         let radiance: Vec<f32> = session.picture().expect("a picture").path.iter().map(|v| v.x).collect();
-        let most = radiance.iter().copied().fold(0.0, f32::max);
+        let max_radiance = radiance.iter().copied().fold(0.0, f32::max);
         let mean = radiance.iter().sum::<f32>() / radiance.len() as f32;
         let unexpected = session.counters().expect("counters").get(Counter::UnexpectedFaces);
-        println!("from {bottom} to {top}: mean {mean}, at most {most}, unexpected {unexpected}");
+        println!("from {bottom} to {top}: mean {mean}, at most {max_radiance}, unexpected {unexpected}");
         // f32 through some ten interfaces.
-        assert!(most < 1.0 + 1e-5, "{most}");
+        assert!(max_radiance < 1.0 + 1e-5, "{max_radiance}");
         assert_eq!(unexpected > 0, coincide);
         if !coincide {
             assert!(mean > 0.999, "{mean}");
@@ -236,7 +236,7 @@ fn a_path_and_its_reverse_have_the_same_throughput() {
             let cone = RayCone::at_eye(0.001);
             let path = collect::collected(
                 Start { ray: back, cone, rng },
-                Beyond::of(&world.params),
+                Beyond::new(&world.params),
                 &world.params,
                 world.features,
                 world.tables(),
@@ -436,7 +436,7 @@ fn mean_of(scene: &Scene, seed: u32, progressive: bool, frames: u32) -> [Mean; 3
             sums.push(beauty.iter().map(|v| f64::from(v[channel])).sum::<f64>());
         }
     }
-    sums.map(|sums| Mean::of(&sums))
+    sums.map(|sums| Mean::from_samples(&sums))
 }
 
 #[test]

@@ -236,7 +236,7 @@ fn rendered(scene: &Scene, seed: u32) -> [Mean; 2] {
         sums[0].push(sum(&is_middle));
         sums[1].push(sum(&|_| true));
     }
-    sums.map(|sums| Mean::of(&sums))
+    sums.map(|sums| Mean::from_samples(&sums))
 }
 
 #[test]

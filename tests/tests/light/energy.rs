@@ -30,7 +30,7 @@ fn settings(max_bounces: u32) -> Settings {
 }
 
 /// Ledgers of a scene's own lights.
-fn of(scene: &Scene, max_bounces: u32, frames: u32) -> Vec<Energy> {
+fn scene_ledgers(scene: &Scene, max_bounces: u32, frames: u32) -> Vec<Energy> {
     let world = World::new(scene, &settings(max_bounces));
     ledgers(&world, &world.by_power(), 0..frames)
 }
@@ -52,12 +52,14 @@ fn closed_room_absorbs_two_to_the_minus_k_at_bounce_k() {
     let scene = b.build();
     let mut before = vec![0.0; 8];
     for bounces in 1..=6 {
-        let all = of(&scene, bounces + 1, 8);
+        let all = scene_ledgers(&scene, bounces + 1, 8);
         let flux = f64::from(scene.flux.element_sum());
         assert!(all.iter().all(|energy| (energy.emitted / flux - 1.0).abs() < 1e-5));
         assert!(all.iter().all(|energy| energy.escaped == 0.0 && energy.shading_normals.abs() < 1e-6 * flux));
         let absorbed: Vec<f64> = all.iter().map(|energy| energy.absorbed / energy.emitted).collect();
-        let here = Mean::of(&absorbed.iter().zip(&before).map(|(now, then)| now - then).collect::<Vec<_>>());
+        let here = Mean::from_samples(
+            &absorbed.iter().zip(&before).map(|(now, then)| now - then).collect::<Vec<_>>(),
+        );
         let expected = 0.5f64.powi(bounces as i32);
         println!("bounce {bounces}: {:.6} +- {:.6}, expected {expected:.6}", here.value, here.error);
         assert!((here.value - expected).abs() < 3.0 * here.error + 1e-5);
@@ -76,7 +78,7 @@ fn lossless_glass_in_a_white_room_absorbs_nothing() {
     b.sphere(mirror, DVec3::new(0.4, -0.3, -0.3), 0.3, 32, 16);
     b.panel(thin, DVec3::new(0.3, 0.5, 0.2), 0.3 * DVec3::X, DVec3::new(0.0, 0.2, 0.2));
     b.light(DVec3::new(0.2, 0.8, -0.3), 1.0);
-    for energy in of(&b.build(), 12, 4) {
+    for energy in scene_ledgers(&b.build(), 12, 4) {
         assert!(energy.absorbed.abs() < 1e-5 * energy.emitted && energy.escaped == 0.0, "{energy:?}");
         let kept = (energy.cut + energy.shading_normals) / energy.emitted;
         assert!((kept - 1.0).abs() < 1e-2, "{energy:?}");
@@ -149,7 +151,7 @@ fn rooms_balance_with_what_is_left_to_the_camera() {
 
 /// The rooms of these names, or all. The standard error is known, and three of them must fit into the bound: after 64 frames or
 /// 32 more and so on, at most so many.
-fn rooms_balance(caustics: Caustics, names: &[&str], most: u32, bound: f64) {
+fn rooms_balance(caustics: Caustics, names: &[&str], max_frames: u32, bound: f64) {
     let tinted = Vec3::new(0.9, 0.6, 0.3);
     let rough = |roughness| Material { roughness, ..glass(1.5) };
     let grey = lambert(0.6);
@@ -184,10 +186,10 @@ fn rooms_balance(caustics: Caustics, names: &[&str], most: u32, bound: f64) {
         let world = World::new(&scene, &Settings { caustics, ..settings(10) });
         let more = |frames| ledgers(&world, &world.by_power(), frames);
         let residual = |all: &[Energy]| share(all, |e| e.residual * e.emitted);
-        let mut frames = most.min(64);
+        let mut frames = max_frames.min(64);
         let mut all = more(0..frames);
-        while frames < most && 3.0 * residual(&all).error > bound {
-            all.extend(more(frames..most.min(frames + 32)));
+        while frames < max_frames && 3.0 * residual(&all).error > bound {
+            all.extend(more(frames..max_frames.min(frames + 32)));
             frames = all.len() as u32;
         }
         let [absorbed, cut, normals] =
@@ -223,7 +225,7 @@ fn flux_lost_at_shading_normals_is_accounted_for() {
         let ball = b.material(ball);
         b.sphere(ball, DVec3::ZERO, 0.8, 6, 3);
         b.light(DVec3::new(0.9, 0.9, 0.2), 1.0);
-        let all = of(&b.build(), 8, 32);
+        let all = scene_ledgers(&b.build(), 8, 32);
         let (normals, residual) =
             (share(&all, |e| e.shading_normals), share(&all, |e| e.residual * e.emitted));
         println!("{name}: {normals:?}, residual {residual:?}");
@@ -255,7 +257,7 @@ fn coarse_smooth_meshes_balance() {
             let (thing, lamp) = (b.material(material), b.material(emitter(3.0)));
             add(&mut b, thing);
             b.panel(lamp, DVec3::new(0.1, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
-            let all = of(&b.build(), 8, 16);
+            let all = scene_ledgers(&b.build(), 8, 16);
             let (normals, residual) =
                 (share(&all, |e| e.shading_normals), share(&all, |e| e.residual * e.emitted));
             println!("{shape}, {name}: shading normals {normals:?}, residual {residual:?}");
@@ -286,7 +288,7 @@ fn half_of_a_point_lights_flux_escapes_over_a_floor() {
     b.panel(floor, DVec3::ZERO, 1e4 * DVec3::Z, 1e4 * DVec3::X);
     b.light(DVec3::Y, 2.0);
     b.camera(DVec3::Y, DVec3::ZERO, 1.0);
-    let all = of(&b.build(), 5, 8);
+    let all = scene_ledgers(&b.build(), 5, 8);
     let (escaped, absorbed) = (share(&all, |e| e.escaped), share(&all, |e| e.absorbed));
     println!("{escaped:?} {absorbed:?}");
     // 1e-4: the floor ends at 10 km.
@@ -304,7 +306,7 @@ fn endless_total_reflection_ends_and_is_counted_as_cut() {
     b.block(cube, DVec3::splat(-1.0), DVec3::splat(1.0), false);
     b.light(DVec3::new(0.1, 0.2, 0.3), 1.0);
     b.camera(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, 1.0);
-    let all = of(&b.build(), 64, 8);
+    let all = scene_ledgers(&b.build(), 64, 8);
     let (cut, escaped) = (share(&all, |e| e.cut), share(&all, |e| e.escaped));
     let critical = (1.0 - 1.0 / 2.25f64).sqrt();
     let trapped = 1.0 - 3.0 * (1.0 - critical);

@@ -181,7 +181,7 @@ fn a_lamp_that_reaches_no_caster_costs_noise_and_nothing_else() {
     let settings = Settings { width: 64, height: 36, light_paths: 100_000, ..Settings::default() };
     let totals = |hidden| {
         let frames = frames(&scene(hidden), &settings, &BASIC, &NONE, 0..24);
-        Mean::of(&frames.iter().map(|frame| frame.iter().sum::<f64>()).collect::<Vec<_>>())
+        Mean::from_samples(&frames.iter().map(|frame| frame.iter().sum::<f64>()).collect::<Vec<_>>())
     };
     // Three quarters of the flux are the hidden lamp's.
     let (alone, with) = (totals(1.0e-6), totals(60.0));

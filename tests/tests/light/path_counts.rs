@@ -71,7 +71,7 @@ fn energy(scene: &Scene, way: Way, paths_per_pixel: f64, frames: u32, runs: u32)
         all.extend(second.join().expect("no panic"));
         all
     });
-    Mean::of(&energies)
+    Mean::from_samples(&energies)
 }
 
 /// Compares numbers of paths with ten paths a pixel, `budget` paths of each in so many runs; the largest error that is allowed of a

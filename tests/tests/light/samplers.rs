@@ -55,7 +55,7 @@ fn every_sampler_finds_the_same_light() {
         let independent = blocks(Sampler::Independent, 1, 2);
         for sampler in [Sampler::Sobol, Sampler::Blue] {
             // As many batches as a test of normal numbers wants.
-            let scores = blocks(sampler, 64, 1).of_batches(64).scores(&independent);
+            let scores = blocks(sampler, 64, 1).batch_means(64).scores(&independent);
             println!("{name} {sampler:?}: {scores:?}");
             assert!(scores.ratio_error < 0.03, "the test is too blunt");
             assert!(scores.fault().is_none(), "{name} {sampler:?}: {:?}", scores.fault());
@@ -82,7 +82,7 @@ fn variance(scene: &Scene, settings: &Settings, counts: &[u32]) -> Vec<f64> {
         let pixels = means[0].path.len();
         let of_pixel = |pixel: usize| {
             let values: Vec<f64> = means.iter().map(|mean| f64::from(mean.path[pixel].x)).collect();
-            let Mean { value, error } = Mean::of(&values);
+            let Mean { value, error } = Mean::from_samples(&values);
             if value > 0.0 { values.len() as f64 * (error / value).powi(2) } else { 0.0 }
         };
         (0..pixels).map(of_pixel).sum::<f64>() / pixels as f64
@@ -133,7 +133,7 @@ fn noise_of_neighbours_evens_out() {
             .flat_map(|row| (0..width / side).map(move |column| (column * side, row * side)));
         let relative = blocks.filter_map(|(left, top)| {
             let values: Vec<f64> = frames.iter().map(|frame| block(frame, left, top)).collect();
-            let Mean { value, error } = Mean::of(&values);
+            let Mean { value, error } = Mean::from_samples(&values);
             (value > 0.0).then(|| (error / value).powi(2))
         });
         relative.sum::<f64>()
@@ -193,7 +193,7 @@ fn by_independent_numbers_and_sobol(scene: &Scene, frames: u32, seed: u32) -> [B
         let settings = Settings { width, height, max_bounces, ..settings(sampler, batches, seed) };
         let blocks = Blocks::render(&CPU, scene, &settings, &PATH, &PHOTONS_GRID, frames);
         // Frames that take turns in 64 sequences, so that these are independent; and as many means of frames.
-        blocks.of_batches(64)
+        blocks.batch_means(64)
     })
 }
 

@@ -259,7 +259,7 @@ fn mean_to(error: f64, scene: &Scene, settings: &Settings, method: &'static Meth
             caustic += caustics;
             all += path + caustics;
         }
-        let mean = Mean::of(&means);
+        let mean = Mean::from_samples(&means);
         // 64 frames tell the error to 9 %.
         if means.len() >= 64 && mean.error <= error * mean.value {
             return (mean, caustic / all);

@@ -28,7 +28,7 @@ fn both(scene: &Scene) -> [(u32, Mean); 2] {
             deposits.flux().map(|(_, flux)| flux).sum::<f64>()
         };
         let fluxes: Vec<f64> = (0..10).map(frame).collect();
-        (count, Mean::of(&fluxes))
+        (count, Mean::from_samples(&fluxes))
     };
     [of(false), of(true)]
 }

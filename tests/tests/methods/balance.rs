@@ -7,7 +7,7 @@ use caustics::settings::Settings;
 use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::history::VALIDATED;
-use caustics_kernels::interface::balance::{Balance, FIRST_PATHS, LEAST_PATHS, MOST_PATHS};
+use caustics_kernels::interface::balance::{Balance, FIRST_PATHS, MAX_PATHS, MIN_PATHS};
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::history::HistoryPoint;
 use caustics_kernels::method::basic::BASIC;
@@ -24,7 +24,7 @@ use std::f32::consts::PI;
 const PIXELS: u32 = 160 * 90;
 
 fn settings(emission: &'static Emission, seed: u32) -> Settings {
-    let light_paths = PIXELS * MOST_PATHS;
+    let light_paths = PIXELS * MAX_PATHS;
     Settings { width: 160, height: 90, light_paths, balances: true, seed, emission, ..Settings::default() }
 }
 
@@ -97,7 +97,7 @@ struct Product {
 }
 
 impl Product {
-    fn of(scene: &Scene) -> Product {
+    fn for_scene(scene: &Scene) -> Product {
         let (few, many) = (measured(scene, 0.125), measured(scene, 1.0));
         let of_one = (few.caustics - many.caustics) / (1.0 / 0.125 - 1.0);
         Product { left: many.path + many.caustics - of_one, of_one, cost: many.cost }
@@ -120,10 +120,10 @@ fn light_paths_are_where_variance_times_cost_is_least() {
     let mut found = Vec::new();
     for name in ["cornell-box", "mirror-room", "textured-room", "ring"] {
         let scene = committed(name);
-        let product = Product::of(&scene);
+        let product = Product::for_scene(&scene);
         let paths =
             f64::from(after(&mut open(0, &scene, &settings(&AIMED, 1), &BASIC), 24)) / f64::from(PIXELS);
-        let best = product.best().clamp(f64::from(LEAST_PATHS), f64::from(MOST_PATHS));
+        let best = product.best().clamp(f64::from(MIN_PATHS), f64::from(MAX_PATHS));
         let loss = product.at(paths) / product.at(best);
         let [wrong_few, wrong_many] = [0.1, 10.0].map(|factor| product.at(factor * best) / product.at(best));
         println!(
@@ -154,7 +154,7 @@ fn the_light_is_that_of_any_number_of_light_paths() {
                     (0..4).map(sum).sum::<f64>()
                 })
                 .collect();
-            Mean::of(&sums)
+            Mean::from_samples(&sums)
         };
         let (fixed, balanced) = (light(false), light(true));
         println!("{}: {fixed:?}, balanced {balanced:?}", method.name);

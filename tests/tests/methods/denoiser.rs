@@ -127,7 +127,7 @@ impl Input {
         let params = settings.params(&scene, &scene.cameras[0], 0);
         let mut steps = (ATROUS.steps)(&params);
         let denoisers = steps.len();
-        steps.push(Step::of(&COLLECT, &params));
+        steps.push(Step::new(&COLLECT, &params));
         let buffers = buffers(&steps, &params);
         let mut runner = session::open(choice, &scene, scene.features(0.25), &buffers).unwrap();
         runner.write("path_radiance", cast_slice(&self.radiance)).unwrap();
@@ -136,7 +136,7 @@ impl Input {
         runner.write("point_shading", cast_slice(&self.shading)).unwrap();
         runner.write("path_noise", cast_slice(&vec![self.noise; self.radiance.len()])).unwrap();
         runner.run(&params, &steps[..denoisers]).unwrap();
-        twin::rows(&mut *runner, "path_radiance")
+        twin::records(&mut *runner, "path_radiance")
     }
 }
 
@@ -291,7 +291,7 @@ fn a_firefly_spreads() {
     let input = Input::plane(65, 65, |x, y| if (x, y) == (32, 32) { 1.0e4 } else { 1.0 });
     let filtered = input.filtered();
     assert_energy_stays(&input.radiance, &filtered);
-    let peak = filtered.iter().fold(0.0f32, |most, light| most.max(light.x));
+    let peak = filtered.iter().fold(0.0f32, |largest, light| largest.max(light.x));
     // The first level, which compares nothing, leaves a quarter; the others see its variance.
     assert!(peak < 0.03 * 1.0e4, "{peak}");
 }
@@ -429,27 +429,27 @@ fn twins_agree() {
             let settings = Settings { width: 191, height: 107, light_paths: 1, ..Settings::default() };
             let mut twin = Twin::open(&gpu, hardware, &scene, &settings);
             let params = twin.params;
-            twin.cpu.run(&params, &[Step::of(&COLLECT, &params)]).unwrap();
+            twin.cpu.run(&params, &[Step::new(&COLLECT, &params)]).unwrap();
             let filter = (ATROUS.steps)(&params);
             twin.copy_to_gpu(&filter);
-            let (before, _) = twin.rows::<f32>("path_radiance");
+            let (before, _) = twin.records::<f32>("path_radiance");
             twin.run(&params, &filter);
-            let (cpu, gpu_rows) = twin.rows::<f32>("path_radiance");
+            let (cpu, gpu_records) = twin.records::<f32>("path_radiance");
             assert!(cpu != before, "nothing was filtered");
             let scale = cpu.iter().sum::<f32>() / cpu.len() as f32;
             let near =
                 Tolerance::relative(1.0e-4, scale, "the rule for twins: weights are smooth in their inputs");
-            table.add(name, [floats("path_radiance", 3, &cpu, &gpu_rows, near)]);
+            table.add(name, [floats("path_radiance", 3, &cpu, &gpu_records, near)]);
             // A comparer that finds nothing in other numbers would be none.
-            assert!(!floats("unfiltered", 3, &before, &gpu_rows, near).passes());
+            assert!(!floats("unfiltered", 3, &before, &gpu_records, near).passes());
         }
         for (width, height) in [(1, 1), (17, 9), (131, 77)] {
             let input = Input::noisy(width, height, 11);
-            let (cpu, gpu_rows) = (input.filtered(), input.filtered_by(&gpu.choice(hardware)));
+            let (cpu, gpu_records) = (input.filtered(), input.filtered_by(&gpu.choice(hardware)));
             let near = Tolerance::relative(1.0e-4, 1.0, "the rule for twins");
             table.add(
                 &format!("noise, {width}x{height}"),
-                [floats("path_radiance", 3, cast_slice(&cpu), cast_slice(&gpu_rows), near)],
+                [floats("path_radiance", 3, cast_slice(&cpu), cast_slice(&gpu_records), near)],
             );
         }
         table.finish();

@@ -8,7 +8,7 @@ use caustics_kernels::interface::choice::Fireflies;
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::progressive::PROGRESSIVE;
 use caustics_kernels::method::{Method, Parts};
-use caustics_kernels::pass::bound::MOST;
+use caustics_kernels::pass::bound::MAX_OVER_MEAN;
 use caustics_tests::frames::around;
 use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
@@ -49,7 +49,7 @@ fn samples_are_bounded_by_the_pixels_around() {
     for pixel in 0..kept.len() {
         let others = around(pixel, 2, SIZE).into_iter().filter(|other| *other != pixel);
         let around: Vec<f64> = others.map(loose).collect();
-        let limit = f64::from(MOST) * around.iter().sum::<f64>() / around.len() as f64;
+        let limit = f64::from(MAX_OVER_MEAN) * around.iter().sum::<f64>() / around.len() as f64;
         let expected = mean(steady[pixel]) + loose(pixel).min(limit.max(0.0));
         let found = mean(bounded[pixel]);
         assert!((found - expected).abs() <= 1.0e-3 * expected + 1.0e-6, "{pixel}: {found}, {expected}");
@@ -68,7 +68,7 @@ fn samples_are_bounded_by_the_pixels_around() {
 /// Where samples are rare and bright, much of the variance goes and little of the light.
 #[test]
 fn bounds_take_variance_and_little_light() {
-    for (name, most_variance, most_light) in
+    for (name, max_variance, max_light) in
         [("mirror-room", 0.7, 0.02), ("glossy-room", 0.7, 0.02), ("cornell-box", 1.0, 0.01)]
     {
         let scene = committed(name);
@@ -84,7 +84,7 @@ fn bounds_take_variance_and_little_light() {
         });
         let (light, variance) = (1.0 - bounded.0 / kept.0, bounded.1 / kept.1);
         println!("{name}: {:.2} % of the light is lost, {variance:.3} of the variance stays", 100.0 * light);
-        assert!(variance < most_variance && (0.0..most_light).contains(&light), "{name}");
+        assert!(variance < max_variance && (0.0..max_light).contains(&light), "{name}");
     }
 }
 

@@ -56,7 +56,7 @@ struct Truth {
 }
 
 impl Truth {
-    fn of(scene: &Scene) -> Truth {
+    fn for_scene(scene: &Scene) -> Truth {
         let mut session = open(&CPU, scene, &Settings { emission: &AIMED, ..settings(1 << 16, 1) }, &BASIC);
         let mut light = vec![0.0; 160 * 90];
         let mut direct = Vec::new();
@@ -78,7 +78,7 @@ impl Truth {
         let pixel = |&pixel: &usize| {
             let values: Vec<f64> =
                 pictures.iter().map(|picture| f64::from(picture[pixel].element_sum())).collect();
-            Mean::of(&values).error.powi(2) * values.len() as f64 / self.squares[pixel]
+            Mean::from_samples(&values).error.powi(2) * values.len() as f64 / self.squares[pixel]
         };
         let pixels: Vec<usize> = (0..self.squares.len()).filter(|&pixel| all || self.direct[pixel]).collect();
         pixels.iter().map(pixel).sum::<f64>() / pixels.len() as f64
@@ -97,14 +97,14 @@ fn frames(scene: &Scene, emission: &'static Emission, light_paths: u32, frame: u
 
 /// The mean of their sums.
 fn light(pictures: &[Vec<Vec3>]) -> Mean {
-    Mean::of(&pictures.iter().map(|picture| sum(picture)).collect::<Vec<_>>())
+    Mean::from_samples(&pictures.iter().map(|picture| sum(picture)).collect::<Vec<_>>())
 }
 
 /// The committed room with a mirror: most of what a lamp sends into the cones is seen nowhere.
 #[test]
 fn guided_paths_bring_the_same_light_with_less_noise_from_the_first_frame_on() {
     let scene = committed("mirror-room");
-    let truth = Truth::of(&scene);
+    let truth = Truth::for_scene(&scene);
     let of = |emission, frame| {
         let pictures = frames(&scene, emission, 16_384, frame);
         (light(&pictures), truth.variance(&pictures, true))
@@ -197,7 +197,7 @@ fn a_caster_that_jumps_is_found_again() {
     };
     // The state of a session at one place, taken over by one at the other.
     let (here, there) = (place(-1.0), place(1.0));
-    let truth = Truth::of(&there);
+    let truth = Truth::for_scene(&there);
     // Variances of the frames behind the jump.
     let of = |emission: &'static Emission, still: u32, frames: u32| {
         let runs: Vec<Vec<Vec<Vec3>>> = (0..4)
@@ -238,7 +238,7 @@ fn splats_are_scored_too() {
                 (0..=frame).map(|frame| sum(&caustics(&mut session, frame))).next_back().expect("a frame")
             })
             .collect();
-        Mean::of(&sums)
+        Mean::from_samples(&sums)
     };
     let (power, aimed, guided) = (of(&POWER, 0), of(&AIMED, 0), of(&GUIDED, 3));
     println!("power {power:?}, aimed {aimed:?}, guided {guided:?}");
@@ -295,8 +295,8 @@ fn a_room_of_mirrors_is_no_worse() {
 }
 
 /// The fourth frame brings the light of emission by power, at a share of its variance at most.
-fn is_better(what: &str, scene: &Scene, most: f64) {
-    let truth = Truth::of(scene);
+fn is_better(what: &str, scene: &Scene, limit: f64) {
+    let truth = Truth::for_scene(scene);
     let of = |emission, frame| {
         let pictures = frames(scene, emission, 65_536, frame);
         (light(&pictures), truth.variance(&pictures, false))
@@ -304,7 +304,7 @@ fn is_better(what: &str, scene: &Scene, most: f64) {
     let (power, guided) = (of(&POWER, 0), of(&GUIDED, 3));
     println!("{what}: power {power:?}, guided {guided:?}: {:.1} times less", power.1 / guided.1);
     assert!(guided.0.agrees(&power.0, 3.0), "{what}");
-    assert!(guided.1 < most * power.1, "{what}");
+    assert!(guided.1 < limit * power.1, "{what}");
 }
 
 /// Three frames on a GPU, by every tracer it has, are the CPU's, with all that they learnt; those of another seed are not. A path
@@ -336,8 +336,8 @@ fn a_gpu_learns_as_the_cpu_does() {
             "ray queries {hardware}: caustics and maps differ by {found:?}, those of another seed by {apart:?}"
         );
         let agree = |run: &&[f64; 2]| (0..2).all(|buffer| run[buffer] < 0.1 * apart[buffer]);
-        let least = if hardware { 2 } else { 3 };
-        assert!(found.iter().filter(agree).count() >= least, "{found:?}");
+        let min_count = if hardware { 2 } else { 3 };
+        assert!(found.iter().filter(agree).count() >= min_count, "{found:?}");
     }
 }
 
@@ -387,7 +387,7 @@ fn no_frame_is_noisier_than_by_power(names: &[&str]) {
                     let caustics: Vec<_> = part.iter().map(|run| run[frame][0].clone()).collect();
                     truth.variance(&caustics, true)
                 };
-                Mean::of(&runs.chunks(4).map(part).collect::<Vec<_>>())
+                Mean::from_samples(&runs.chunks(4).map(part).collect::<Vec<_>>())
             };
             let (power, guided) = (variance(&power), variance(&guided));
             if power.value > 0.0 {
@@ -396,8 +396,8 @@ fn no_frame_is_noisier_than_by_power(names: &[&str]) {
             let error = power.error.hypot(guided.error);
             // It cuts at half a second.
             let after_a_cut = name == "camera-cut" && (6..8).contains(&frame);
-            let most = if after_a_cut { 2.0 * power.value } else { power.value };
-            if guided.value > most + 3.0 * error {
+            let limit = if after_a_cut { 2.0 * power.value } else { power.value };
+            if guided.value > limit + 3.0 * error {
                 faults.push(format!("{name}, frame {frame}: {guided:?}, by power {power:?}"));
             }
         }

@@ -86,8 +86,11 @@ fn holds(session: &mut Session, scene: &Scene, pixel: u32) -> Inspection {
 
     // Each light path ends at its deposit, on the disc.
     assert_eq!(found.light_paths.len(), deposits.some.len());
-    let (some, most) = (deposits.some.len(), (deposits.count as usize).min(6));
-    assert!(some <= most && some >= most.min(1) && (some == most || deposits.count > 6), "{some} of {most}");
+    let (some, expected) = (deposits.some.len(), (deposits.count as usize).min(6));
+    assert!(
+        some <= expected && some >= expected.min(1) && (some == expected || deposits.count > 6),
+        "{some} of {expected}"
+    );
     for (path, deposit) in found.light_paths.iter().zip(&deposits.some) {
         let met = scatterings(&path.vertices);
         let last = met.last().expect("a vertex");

@@ -121,8 +121,8 @@ fn cost_less_than_they_give(scenes: &[(&str, &dyn Fn(f64) -> Scene)], samples: u
                 "{name}, lamp {lamp}: squared error of caustics {caustics:.3}, of other light {path:.3}"
             );
             println!("{line}");
-            let most = if lamp > 1.0 { 1.0 } else { MAX_WITHOUT_NOISE };
-            if caustics >= 1.0 || path >= most {
+            let limit = if lamp > 1.0 { 1.0 } else { MAX_WITHOUT_NOISE };
+            if caustics >= 1.0 || path >= limit {
                 wrong.push(line);
             }
         }

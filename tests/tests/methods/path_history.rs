@@ -5,7 +5,7 @@ use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
-use caustics_kernels::history::path::MOST_FRAMES;
+use caustics_kernels::history::path::MAX_FRAMES;
 use caustics_kernels::interface::choice::{PathHistory, Sampler};
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_kernels::interface::history::{HistoryPoint, PathLight, Retraced};
@@ -83,9 +83,9 @@ fn a_still_view_shows_the_mean_of_its_frames() {
                 same += u32::from(close && point.samples == frame as f32 + 1.0);
             }
             // Rays over the whole pixel meet two surfaces along an edge: there the history is a neighbour's.
-            let least = if pixel_filter == PIXEL_FILTER_BOX { 0.95 } else { 1.0 };
+            let min_share = if pixel_filter == PIXEL_FILTER_BOX { 0.95 } else { 1.0 };
             assert!(
-                seen > 3000 && f64::from(same) >= least * f64::from(seen),
+                seen > 3000 && f64::from(same) >= min_share * f64::from(seen),
                 "frame {frame}: {same} of {seen}"
             );
         }
@@ -108,8 +108,8 @@ fn what_rests_is_found_again_to_the_bit() {
         let lit = retraced.iter().filter(|path| path.before.x > 0.0).count();
         assert!(lit > retraced.len() / 2, "{lit} of {}", retraced.len());
         assert!(retraced.iter().all(|path| path.before == path.now));
-        let most: Vec<Vec2> = session.read("path_most").expect("what blocks allow");
-        assert!(most.iter().all(|most| *most == Vec2::splat(MOST_FRAMES)));
+        let max_frames: Vec<Vec2> = session.read("path_max_frames").expect("what blocks allow");
+        assert!(max_frames.iter().all(|frames| *frames == Vec2::splat(MAX_FRAMES)));
         let light: Vec<PathLight> = session.read("path_light").expect("a history");
         let long = light.iter().filter(|light| light.direct_samples > 3.0).count();
         assert!(long > light.len() / 2, "{long} of {} pixels have a history", light.len());
@@ -163,7 +163,7 @@ fn what_moves_keeps_its_light() {
         (moving(Moving::GlassCaster), 1.1),
         (moving(Moving::Receiver), 1.1),
     ];
-    for ((name, scene), most) in scenes {
+    for ((name, scene), max_error) in scenes {
         let (frames, seeds) = (16, 4);
         let truth = truth(&scene, 128, frames);
         let (mut energies, mut errors) = (Vec::new(), [0.0; 2]);
@@ -175,10 +175,10 @@ fn what_moves_keeps_its_light() {
                 *error += squares(&run[frames as usize - 1], &truth);
             }
         }
-        let (energy, error) = (Mean::of(&energies), errors[1] / errors[0]);
+        let (energy, error) = (Mean::from_samples(&energies), errors[1] / errors[0]);
         println!("{name}: energy {:.4} +- {:.4}, squared error {error:.3}", energy.value, energy.error);
         assert!((energy.value - 1.0).abs() < 0.01 && energy.error < 0.003, "{name}: {energy:?}");
-        assert!(error < most, "{name}: squared error {error} of none");
+        assert!(error < max_error, "{name}: squared error {error} of none");
     }
 }
 
@@ -256,7 +256,7 @@ fn what_lies_below_a_coat_keeps_its_light() {
             (0..6).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
             total(&session.picture().expect("a picture").path)
         };
-        Mean::of(&(0..48).map(run).collect::<Vec<f64>>())
+        Mean::from_samples(&(0..48).map(run).collect::<Vec<f64>>())
     };
     let [none, kept] = ALL.map(of);
     println!("{none:?} {kept:?}");

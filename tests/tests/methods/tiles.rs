@@ -124,7 +124,7 @@ fn tiles_that_learn_find_the_same_light() {
             let settings = Settings { seed: tiles, emission, light_paths: 30_000, ..settings(tiles) };
             let mut session = open(&scene, &settings, method);
             let frames: Vec<[f64; 2]> = (0..12).map(|index| light(&frame(&mut session, index))).collect();
-            [0, 1].map(|part| Mean::of(&frames.iter().map(|light| light[part]).collect::<Vec<_>>()))
+            [0, 1].map(|part| Mean::from_samples(&frames.iter().map(|light| light[part]).collect::<Vec<_>>()))
         });
         for (whole, tiled) in whole.iter().zip(&tiled) {
             assert!(whole.agrees(tiled, 4.0), "{}: {whole:?} {tiled:?}", method.name);

@@ -89,18 +89,18 @@ fn truth(scene: &Scene, settings: &Settings, frames: u32) -> Picture {
 fn conserves_energy(scene: &Scene, width: u32, height: u32, paths: u32, truth_paths: u32, truth_frames: u32) {
     let reference = render(scene, &settings(width, height, truth_paths, 77), &PROGRESSIVE, truth_frames);
     let reference: Vec<f64> = reference.iter().map(|(picture, _)| directly_seen(picture)).collect();
-    let reference = Mean::of(&reference);
+    let reference = Mean::from_samples(&reference);
     assert!(reference.error < 0.005 * reference.value, "the test has lost its sharpness: {reference:?}");
     let (mut first, mut later) = (Vec::new(), Vec::new());
     for seed in 0..4 {
         let frames = render(scene, &settings(width, height, paths, seed), &YANG2021, 8);
         let sums: Vec<f64> = frames.iter().map(|(picture, _)| directly_seen(picture)).collect();
         first.push(sums[0] / reference.value);
-        let mean = Mean::of(&sums[4..]).value / reference.value;
+        let mean = Mean::from_samples(&sums[4..]).value / reference.value;
         println!("seed {seed}: first frame {:.4}, frames 4 to 7 {mean:.4}", sums[0] / reference.value);
         later.push(mean);
     }
-    let (first, later) = (Mean::of(&first), Mean::of(&later));
+    let (first, later) = (Mean::from_samples(&first), Mean::from_samples(&later));
     println!("truth {reference:?}, first {first:?}, later {later:?}");
     // Four frames of one seed may have a noise of 1.5 %, four seeds have half of that.
     assert!(later.error < 0.01, "the test has lost its sharpness: {later:?}");
@@ -128,7 +128,7 @@ fn a_frame_is_no_further_from_the_truth_than_ourbasics() {
                 (FLIP_CAUSTICS.of)(&Seen::one(&measured, &measured_reference)).expect("finite pictures").value
             })
             .collect();
-        Mean::of(&errors)
+        Mean::from_samples(&errors)
     };
     let (basic, yang) = (flip(&BASIC), flip(&YANG2021));
     println!("FLIP of the caustics: basic {basic:?}, yang2021 {yang:?}");

@@ -79,7 +79,7 @@ impl Plan {
             PathHistory::None if !axes.has(&SAMPLER) => cell.sampler = Sampler::Blue,
             _ => {}
         }
-        let settings = settings(&common.view, &cell, 1)?.of(cell.method);
+        let settings = settings(&common.view, &cell, 1)?.for_method(cell.method);
         let settings = Settings { auxiliary: !common.aov.is_empty(), ..settings };
         let mut plan = Plan {
             settings,

@@ -167,9 +167,9 @@ impl Run {
         // One for all frames: that of the first, which is written before all others.
         if self.plan.exposure == Exposure::Auto {
             let first = kept::picture(&self.plan.pattern, self.plan.frames.start)?;
-            self.plan.exposure = Exposure::Stops(self.plan.exposure.of(&first));
+            self.plan.exposure = Exposure::Stops(self.plan.exposure.stops_for(&first));
         }
-        self.session.expose(self.plan.exposure.of(picture) as f32);
+        self.session.expose(self.plan.exposure.stops_for(picture) as f32);
         let colors = self.session.display(picture)?;
         let bytes = png::encode(self.plan.settings.width, self.plan.settings.height, &colors)?;
         let path = self.plan.pattern.frame(frame, "png");

@@ -28,7 +28,7 @@ const CODE: [&str; 2] = ["Code size", "Binary Size"];
 
 impl Figures {
     /// Of all programs of a pipeline.
-    pub fn of(executables: &[Executable]) -> Figures {
+    pub fn from_executables(executables: &[Executable]) -> Figures {
         let all = |names: &[&str]| -> Vec<u64> {
             let statistics = executables.iter().flat_map(|executable| &executable.statistics);
             let known = statistics.filter(|s| names.iter().any(|name| name.eq_ignore_ascii_case(&s.name)));
@@ -39,14 +39,14 @@ impl Figures {
             };
             known.filter_map(|statistic| count(statistic.value)).collect()
         };
-        let most = |names: &[&str]| all(names).into_iter().max();
+        let largest = |names: &[&str]| all(names).into_iter().max();
         Figures {
-            registers: most(&REGISTERS),
-            spilled: most(&SPILLED),
+            registers: largest(&REGISTERS),
+            spilled: largest(&SPILLED),
             // NVIDIA's driver sets the bit of 2^36 in it.
-            scratch_bytes: most(&SCRATCH).map(|bytes| bytes & u64::from(u32::MAX)),
+            scratch_bytes: largest(&SCRATCH).map(|bytes| bytes & u64::from(u32::MAX)),
             waves: all(&WAVES).into_iter().min(),
-            code_bytes: most(&CODE),
+            code_bytes: largest(&CODE),
         }
     }
 }
@@ -80,12 +80,12 @@ mod tests {
             waves: Some(7),
             code_bytes: Some(51234),
         };
-        assert_eq!(Figures::of(&[radv]), figures);
-        assert_eq!(Figures::of(&[]), Figures::default());
+        assert_eq!(Figures::from_executables(&[radv]), figures);
+        assert_eq!(Figures::from_executables(&[]), Figures::default());
         let nvidia = executable(&[("Local Memory Size", Value::Count((1 << 36) + 2160))]);
-        assert_eq!(Figures::of(&[nvidia]).scratch_bytes, Some(2160));
+        assert_eq!(Figures::from_executables(&[nvidia]).scratch_bytes, Some(2160));
         let odd = executable(&[("VGPRs", Value::Integer(-1)), ("Code size", Value::Flag(true))]);
-        assert_eq!(Figures::of(&[odd]), Figures::default());
+        assert_eq!(Figures::from_executables(&[odd]), Figures::default());
     }
 
     #[test]
@@ -94,7 +94,7 @@ mod tests {
             executable(&[("Register Count", Value::Integer(64)), ("Subgroups per SIMD", Value::Count(8))]);
         let narrow =
             executable(&[("Register Count", Value::Integer(96)), ("Subgroups per SIMD", Value::Count(5))]);
-        let figures = Figures::of(&[wide, narrow]);
+        let figures = Figures::from_executables(&[wide, narrow]);
         assert_eq!((figures.registers, figures.waves), (Some(96), Some(5)));
     }
 }

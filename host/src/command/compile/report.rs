@@ -20,7 +20,7 @@ pub struct Job {
 
 /// What became of it.
 #[derive(Clone, Debug, Serialize)]
-pub struct Row {
+pub struct EntryPointRecord {
     #[serde(flatten)]
     pub job: Job,
     #[serde(flatten)]
@@ -37,7 +37,7 @@ pub struct Report {
     pub device: DeviceInfo,
     /// Names of the modules and their hashes, as in `kernels.lock`.
     pub modules: Vec<(&'static str, String)>,
-    pub entry_points: Vec<Row>,
+    pub entry_points: Vec<EntryPointRecord>,
 }
 
 /// Columns, failures and a last line.
@@ -47,11 +47,11 @@ pub fn text(report: &Report) -> String {
     for (name, hash) in &report.modules {
         let _ = writeln!(out, "{name} {hash}");
     }
-    let entry_width = report.entry_points.iter().map(|row| row.job.entry.len()).max().unwrap_or(0);
+    let entry_width = report.entry_points.iter().map(|record| record.job.entry.len()).max().unwrap_or(0);
     let mut features = "";
-    for row in &report.entry_points {
-        if row.job.features != features {
-            features = &row.job.features;
+    for record in &report.entry_points {
+        if record.job.features != features {
+            features = &record.job.features;
             let title = format!("features of {features}:");
             let _ = writeln!(
                 out,
@@ -59,15 +59,19 @@ pub fn text(report: &Report) -> String {
                 width = 13 + 1 + entry_width
             );
         }
-        let _ = writeln!(out, "{}", line(row, entry_width));
+        let _ = writeln!(out, "{}", line(record, entry_width));
     }
     let failed: Vec<_> =
-        report.entry_points.iter().filter_map(|row| Some((row, row.error.as_ref()?))).collect();
+        report.entry_points.iter().filter_map(|record| Some((record, record.error.as_ref()?))).collect();
     if !failed.is_empty() {
         out.push('\n');
     }
-    for (row, error) in &failed {
-        let _ = writeln!(out, "{} {}, features {}: {error}", row.job.module, row.job.entry, row.job.features);
+    for (record, error) in &failed {
+        let _ = writeln!(
+            out,
+            "{} {}, features {}: {error}",
+            record.job.module, record.job.entry, record.job.features
+        );
     }
     let count = report.entry_points.len();
     let _ = match failed.len() {
@@ -77,12 +81,12 @@ pub fn text(report: &Report) -> String {
     out
 }
 
-fn line(row: &Row, entry_width: usize) -> String {
-    let place = format!("{:<13} {:<entry_width$}", row.job.module, row.job.entry);
-    if row.error.is_some() {
+fn line(record: &EntryPointRecord, entry_width: usize) -> String {
+    let place = format!("{:<13} {:<entry_width$}", record.job.module, record.job.entry);
+    if record.error.is_some() {
         return format!("{place} failed");
     }
-    let figures = &row.figures;
+    let figures = &record.figures;
     let number = |figure: Option<u64>| figure.map_or("-".into(), |figure| figure.to_string());
     format!(
         "{place} {:>9}  {:>7}  {:>9}  {:>5}  {:>6}",
@@ -118,7 +122,7 @@ mod tests {
 
     #[test]
     fn a_table_has_a_line_for_each_entry_point_and_no_time() {
-        let row = |entry: &str, registers, compile_ms| Row {
+        let record = |entry: &str, registers, compile_ms| EntryPointRecord {
             job: Job { module: "base.spv", entry: entry.into(), features: "all".into(), feature_bits: 7 },
             figures: Figures { registers, ..Figures::default() },
             compiled: Some(Compiled { compile_ms, executables: vec![] }),
@@ -127,7 +131,7 @@ mod tests {
         let report = |compile_ms| Report {
             device: test_device(),
             modules: vec![("base.spv", "0123456789abcdef".into())],
-            entry_points: vec![row("collect", Some(144), compile_ms), row("display", None, compile_ms)],
+            entry_points: vec![record("collect", Some(144), compile_ms), record("display", None, compile_ms)],
         };
         let text = text(&report(1.0));
         assert_eq!(text, super::text(&report(2.0)));

@@ -17,7 +17,7 @@ use crate::command::shard::{ALL_FRAMES, SHARD};
 /// Attributes in which shards of one run may differ: they tell of machines.
 const OF_MACHINES: [&str; 3] = ["runner", "device", "scene_file"];
 /// Missing shards that are named at most.
-const MOST_NAMED: usize = 200;
+const MAX_NAMED: usize = 200;
 
 /// A shard by its head.
 struct Part<'a> {
@@ -107,7 +107,7 @@ fn check(parts: &[Part]) -> Result<(), Usage> {
     let whole: BTreeSet<u32> =
         parts.iter().filter(|part| part.is_whole(all)).map(|part| part.shard.index + 1).collect();
     let count = first.shard.count;
-    let missing = (1..=count).filter(|number| !whole.contains(number)).take(MOST_NAMED);
+    let missing = (1..=count).filter(|number| !whole.contains(number)).take(MAX_NAMED);
     let missing: Vec<String> = missing.map(|number| number.to_string()).collect();
     if missing.is_empty() {
         return Ok(());

@@ -46,13 +46,13 @@ impl Distance {
             height: picture.height,
             values: picture.beauty().iter().map(|color| color.as_dvec3()).collect(),
         });
-        self.value = Some(of(&own, &other, stops));
+        self.value = Some(distances(&own, &other, stops));
         self.share.spent(start, Instant::now());
     }
 }
 
 /// How far a picture is from another, at an exposure (stops).
-fn of(own: &Pixels, other: &Pixels, stops: f64) -> Value {
+fn distances(own: &Pixels, other: &Pixels, stops: f64) -> Value {
     let flip = flip_ldr(own, other, Encoding::Linear, stops, Viewing::default().pixels_per_degree).mean();
     let errors = errors(own, other);
     json!({

@@ -71,7 +71,7 @@ impl Edited {
     /// All edits, for `render --edits`: with a camera that was placed.
     pub fn edits(&self, camera: &CameraChoice) -> Edits {
         let nodes = self.nodes.values().cloned().collect();
-        Edits { camera: of_camera(camera), nodes, keys: self.keys.clone() }
+        Edits { camera: camera_edit(camera), nodes, keys: self.keys.clone() }
     }
 
     /// The same with the keys of a recording in place of those that there were.
@@ -122,7 +122,7 @@ pub fn label(node: &FileNode) -> String {
 }
 
 /// A camera that was placed, as an edit.
-pub fn of_camera(camera: &CameraChoice) -> Option<CameraEdit> {
+pub fn camera_edit(camera: &CameraChoice) -> Option<CameraEdit> {
     let CameraChoice::Placed(viewpoint) = camera else { return None };
     let (Some(Eye::At(from)), Some(look_at), Some(fov)) = (viewpoint.eye, viewpoint.look_at, viewpoint.field)
     else {

@@ -14,7 +14,7 @@ use caustics::scene::{CameraChoice, SceneCamera};
 use caustics_kernels::method::path::PATH;
 
 use super::distance::Distance;
-use super::edited::{Edited, of_camera};
+use super::edited::{Edited, camera_edit};
 use super::lane::{Lane, Way};
 use super::look::{Layer, Shown, suiting};
 use super::pace::Pace;
@@ -199,7 +199,7 @@ impl<'a> Engine<'a> {
             Against::Nothing => None,
             Against::Other => Some(still(other)),
             Against::Reference => {
-                let mut reference = Cell::of(&PATH);
+                let mut reference = Cell::new(&PATH);
                 for axis in [&RUNNER, &MAX_BOUNCES] {
                     // A value that an axis has itself is one that it takes.
                     let _ = axis.set(&mut reference, &axis.get(own));
@@ -267,7 +267,7 @@ impl<'a> Engine<'a> {
         }
         let since = *self.records.get_or_insert_with(Instant::now);
         let was_full = self.recording.is_full();
-        self.recording.add(since.elapsed().as_secs_f64(), self.edited.nodes(), of_camera(&wish.camera));
+        self.recording.add(since.elapsed().as_secs_f64(), self.edited.nodes(), camera_edit(&wish.camera));
         if self.recording.is_full() && !was_full {
             tell!("warning: the recording is full: what moves from now on is not recorded");
         }

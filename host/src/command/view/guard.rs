@@ -8,7 +8,7 @@ use axum::http::{HeaderMap, StatusCode, Uri};
 /// Bytes of a token.
 const TOKEN_BYTES: usize = 16;
 /// Least length of a token that a person chose.
-const LEAST: usize = 16;
+const MIN_LENGTH: usize = 16;
 
 /// What a request must bring.
 #[derive(Clone, Debug)]
@@ -34,8 +34,8 @@ impl Guard {
     ///
     /// If it can be guessed, or has other characters than those of an address.
     pub fn chosen(token: &str) -> Result<Guard, String> {
-        if token.len() < LEAST || !token.chars().all(|c| c.is_ascii_alphanumeric()) {
-            return Err(format!("give at least {LEAST} letters and digits"));
+        if token.len() < MIN_LENGTH || !token.chars().all(|c| c.is_ascii_alphanumeric()) {
+            return Err(format!("give at least {MIN_LENGTH} letters and digits"));
         }
         Ok(Guard { token: token.into() })
     }

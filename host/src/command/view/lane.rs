@@ -49,7 +49,7 @@ impl Way {
         // One frame goes through the centres of its pixels.
         let frames = if self.averages { u32::MAX } else { 1 };
         let view = View { width, height, ..view.clone() };
-        let settings = options::settings(&view, &self.cell, frames)?.of(self.cell.method);
+        let settings = options::settings(&view, &self.cell, frames)?.for_method(self.cell.method);
         let batches = if self.averages { BATCHES } else { settings.batches };
         Ok(Settings { batches, ..settings })
     }

@@ -22,7 +22,7 @@ const PATIENCE: Duration = Duration::from_secs(30);
 const COARSEST: u8 = 40;
 const FINEST: u8 = 92;
 /// Quality to begin with.
-const USUAL: u8 = 80;
+const DEFAULT_QUALITY: u8 = 80;
 
 /// A connection, by how soon the pictures that were sent over it were shown.
 #[derive(Debug)]
@@ -35,7 +35,7 @@ pub struct Line {
 impl Line {
     /// One that nothing is known of.
     pub fn new() -> Line {
-        Line { format: Format::Jpeg(USUAL), prompt: 0, no_raw_before: None }
+        Line { format: Format::Jpeg(DEFAULT_QUALITY), prompt: 0, no_raw_before: None }
     }
 
     /// How to send the next picture.
@@ -48,7 +48,7 @@ impl Line {
         self.prompt = if took <= PROMPT { self.prompt + 1 } else { 0 };
         match self.format {
             Format::Raw if took > SLOW => {
-                self.format = Format::Jpeg(USUAL);
+                self.format = Format::Jpeg(DEFAULT_QUALITY);
                 self.no_raw_before = Some(now + PATIENCE);
             }
             Format::Raw => {}
@@ -83,7 +83,7 @@ mod tests {
         learn(&mut line, 40, 10, now);
         assert_eq!(line.format(), Format::Raw);
         learn(&mut line, 1, 400, now);
-        assert_eq!(line.format(), Format::Jpeg(USUAL));
+        assert_eq!(line.format(), Format::Jpeg(DEFAULT_QUALITY));
         learn(&mut line, 100, 10, now);
         assert_eq!(line.format(), Format::Jpeg(FINEST), "raw was too much a moment ago");
         learn(&mut line, 100, 10, now + PATIENCE);

@@ -5,7 +5,7 @@ use std::time::Duration;
 /// Shares of the sides of a picture.
 const SHARES: [f64; 8] = [1.0, 0.75, 0.5, 0.375, 0.25, 0.1875, 0.125, 0.0625];
 /// Least side (px).
-const LEAST: u32 = 16;
+const MIN_SIDE: u32 = 16;
 /// Pixels of the first frame at most, when nothing is known.
 const FIRST: u32 = 320 * 180;
 /// How much longer than wanted a frame may take before frames get smaller, and how much of that time larger ones may take.
@@ -59,7 +59,7 @@ impl Pace {
 }
 
 fn sized(full: [u32; 2], share: f64) -> [u32; 2] {
-    full.map(|side| ((f64::from(side) * share).round() as u32).max(LEAST.min(side)))
+    full.map(|side| ((f64::from(side) * share).round() as u32).max(MIN_SIDE.min(side)))
 }
 
 fn pixels(full: [u32; 2], level: usize) -> u32 {

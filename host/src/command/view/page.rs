@@ -121,7 +121,7 @@ fn panel(scene: &Scene, wish: &Wish) -> Markup {
                 h2 { "View" }
                 (field("camera", "Camera", &cameras(scene, wish)))
                 (field("fov", "Field of view (degrees)", &html! { input #fov type="number" min="0.1" max="170" step="any" data-wheel; }))
-                (field("layer", "Layer", &select("layer", &Layer::ALL.map(|(_, name, about)| (name, about)))))
+                (field("layer", "Layer", &select("layer", &Layer::ALL.map(|(_, name, description)| (name, description)))))
                 div .field {
                     label for="stops" { "Exposure (stops)" }
                     span .pair {
@@ -184,7 +184,7 @@ fn field(id: &str, name: &str, control: &Markup) -> Markup {
 fn select(id: &str, options: &[(&str, &str)]) -> Markup {
     html! {
         select id=(id) data-wheel {
-            @for (value, about) in options { option value=(value) title=(about) { (about) } }
+            @for (value, description) in options { option value=(value) title=(description) { (description) } }
         }
     }
 }
@@ -256,7 +256,7 @@ fn axes(side: usize) -> Markup {
         @for axis in AXES {
             @let id = format!("axis-{side}-{}", axis.key);
             div .field {
-                label for=(id) title=(axis.about) { (axis.head) }
+                label for=(id) title=(axis.description) { (axis.head) }
                 (axis_control(axis, &id, side))
             }
         }
@@ -268,9 +268,9 @@ fn axis_control(axis: &Axis, id: &str, side: usize) -> Markup {
         Values::Names(names) => html! {
             select id=(id) data-axis=(axis.key) data-side=(side) data-wheel {
                 // What the machine decides.
-                @if axis.usual.is_empty() { option value="" { "auto" } }
-                @for (name, about) in names() {
-                    option value=(name) title=(about) { (name) }
+                @if axis.default.is_empty() { option value="" { "auto" } }
+                @for (name, description) in names() {
+                    option value=(name) title=(description) { (name) }
                 }
             }
         },

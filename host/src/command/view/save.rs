@@ -115,7 +115,7 @@ pub fn command(kept: &[String], wish: &Wish, cell: &Cell, shot: &Shot<'_>) -> Op
     if time != 0.0 {
         options.push(("time".into(), time.to_string()));
     }
-    let axes = AXES.into_iter().filter(|axis| (axis.useless)(cell).is_none());
+    let axes = AXES.into_iter().filter(|axis| (axis.not_applicable)(cell).is_none());
     options.extend(axes.filter_map(|axis| spelled(axis, cell)));
     options.push(("frames".into(), frames.to_string()));
     // One frame alone would go through the centres of its pixels, and see textures by their footprints.
@@ -145,5 +145,5 @@ fn spelled(axis: &'static Axis, cell: &Cell) -> Option<(String, String)> {
         (axis, _) if *axis == PATHS_PER_PIXEL => return None,
         (axis, _) => axis.get(cell),
     };
-    (value != axis.usual && !value.is_empty()).then(|| (axis.option(), value))
+    (value != axis.default && !value.is_empty()).then(|| (axis.option(), value))
 }

@@ -6,14 +6,14 @@ use std::time::{Duration, Instant};
 #[derive(Debug)]
 pub struct Share {
     parts: u32,
-    least: Duration,
+    min_pause: Duration,
     not_before: Option<Instant>,
 }
 
 impl Share {
     /// It takes at most one part in so many, and is done again after this time at least.
-    pub fn new(parts: u32, least: Duration) -> Share {
-        Share { parts, least, not_before: None }
+    pub fn new(parts: u32, min_pause: Duration) -> Share {
+        Share { parts, min_pause, not_before: None }
     }
 
     /// Whether it may be done.
@@ -23,7 +23,7 @@ impl Share {
 
     /// It was done, from a time to another.
     pub fn spent(&mut self, start: Instant, end: Instant) {
-        self.not_before = Some(end + ((end - start) * self.parts).max(self.least));
+        self.not_before = Some(end + ((end - start) * self.parts).max(self.min_pause));
     }
 }
 

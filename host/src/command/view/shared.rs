@@ -199,10 +199,10 @@ impl Shared {
     }
 
     /// Waits until a wish is taken, or for a while: after a failure that another wish may mend.
-    pub fn rest(&self, most: Duration) {
+    pub fn rest(&self, timeout: Duration) {
         let state = self.state();
         if !self.is_over.load(Ordering::Relaxed) && state.asked.is_empty() {
-            drop(self.changed.wait_timeout(state, most));
+            drop(self.changed.wait_timeout(state, timeout));
         }
     }
 }

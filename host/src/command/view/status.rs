@@ -53,10 +53,10 @@ pub fn text(said: &Said<'_>) -> String {
         "is_full": said.is_full,
     });
     if let Some(camera) = said.camera {
-        value["camera"] = of_camera(scene, wish, camera);
+        value["camera"] = camera_status(scene, wish, camera);
     }
     if let Some(lane) = lane {
-        value["picture"] = of_lane(lane);
+        value["picture"] = lane_status(lane);
         if let Some(camera) = said.camera.filter(|_| !moves) {
             let (cell, frames) = (&lane.way.cell, lane.sums.frames());
             let shot = save::Shot {
@@ -71,7 +71,7 @@ pub fn text(said: &Said<'_>) -> String {
         }
     }
     if let Some(lane) = against {
-        value["other"] = of_lane(lane);
+        value["other"] = lane_status(lane);
     }
     value.to_string()
 }
@@ -86,14 +86,14 @@ fn values(wish: &Wish, side: usize) -> Value {
                 Paths::PerPixel(paths) if *axis == PATHS_PER_PIXEL => paths.to_string(),
                 _ => axis.get(cell),
             };
-            (axis.key.to_string(), json!({ "value": value, "useless": (axis.useless)(cell) }))
+            (axis.key.to_string(), json!({ "value": value, "useless": (axis.not_applicable)(cell) }))
         })
         .collect::<serde_json::Map<_, _>>()
         .into()
 }
 
 /// Where it is in the file's coordinates (m), which way it looks, its field of view (degrees).
-fn of_camera(scene: &Scene, wish: &Wish, camera: &SceneCamera) -> Value {
+fn camera_status(scene: &Scene, wish: &Wish, camera: &SceneCamera) -> Value {
     let position = scene.origin + camera.position.as_dvec3();
     let named = matches!(wish.camera, CameraChoice::Named(_)).then_some(&camera.name);
     json!({
@@ -102,7 +102,7 @@ fn of_camera(scene: &Scene, wish: &Wish, camera: &SceneCamera) -> Value {
     })
 }
 
-fn of_lane(lane: &Lane) -> Value {
+fn lane_status(lane: &Lane) -> Value {
     let [width, height] = lane.way.size;
     json!({
         "device": lane.opened.session.device(), "why": lane.opened.reason, "gather": lane.opened.gather,

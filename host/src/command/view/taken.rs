@@ -10,7 +10,7 @@ use super::look::{Layer, Look};
 use super::wish::{Against, MAX_EDITS, Message, NodeEdits, RATES, Wish};
 
 fn start() -> Wish {
-    let cell = Cell::of(&BASIC);
+    let cell = Cell::new(&BASIC);
     Wish {
         camera: CameraChoice::default(),
         at: 0.0,

@@ -37,9 +37,9 @@ impl Wheel {
     }
 
     /// Takes a seat, unless so many are taken; the first is at the wheel.
-    pub fn sit(&self, most: usize) -> Option<Seat> {
+    pub fn sit(&self, max_pages: usize) -> Option<Seat> {
         let mut state = self.state();
-        if state.pages.len() >= most {
+        if state.pages.len() >= max_pages {
             return None;
         }
         let number = state.next;

@@ -144,7 +144,7 @@ impl Wish {
                 if !from.0.is_finite() || !look_at.0.is_finite() {
                     return Err("a camera must be somewhere".into());
                 }
-                let placed = CameraChoice::of(None, Some(from), Some(look_at), Some(*fov))?;
+                let placed = CameraChoice::from_options(None, Some(from), Some(look_at), Some(*fov))?;
                 self.camera = placed;
                 self.at = *at;
             }
@@ -252,7 +252,7 @@ pub fn still(cell: &Cell) -> Cell {
     let mut cell = cell.clone();
     for axis in [&HISTORY, &PATH_HISTORY] {
         // A value that an axis has itself is one that it takes.
-        let _ = axis.set(&mut cell, axis.none);
+        let _ = axis.set(&mut cell, axis.neutral);
     }
     cell.effective()
 }

@@ -171,7 +171,7 @@ impl Config {
         if text.len() > MAX_BYTES {
             return Err(format!("it has more than {MAX_BYTES} bytes; share its [[matrix]] out among files"));
         }
-        memory::check(memory::of_toml(text))
+        memory::check(memory::toml_parse_bytes(text))
             .map_err(|short| format!("it would take {short}; share its [[matrix]] out among files"))?;
         let config: Config =
             toml::from_str(text).map_err(|error| error.to_string().trim_end().to_string())?;
@@ -187,7 +187,7 @@ impl Config {
             animation: self.animation.clone(),
             floor: self.floor,
             copies: self.copies,
-            tree: TreeOptions { quality: self.tree_quality, cache: TreeCache::of_user() },
+            tree: TreeOptions { quality: self.tree_quality, cache: TreeCache::for_user() },
             ..LoadOptions::default()
         }
     }
@@ -312,8 +312,8 @@ mod tests {
         let matrix = config.matrix[0].get_ref();
         assert_eq!((config.fps.0, config.time.unwrap().frames.0), (24.0, 16));
         assert_eq!(config.texture_filter.0, TextureFilter::Cone);
-        let usual = [&HISTORY, &MAX_BOUNCES, &RADIUS_PX, &RUNNER].map(|axis| matrix.axes.values(axis));
-        assert_eq!(usual, [["none"], ["5"], ["1"], ["auto"]]);
+        let defaults = [&HISTORY, &MAX_BOUNCES, &RADIUS_PX, &RUNNER].map(|axis| matrix.axes.values(axis));
+        assert_eq!(defaults, [["none"], ["5"], ["1"], ["auto"]]);
     }
 
     #[test]

@@ -48,15 +48,15 @@ pub fn held(own_ms: f64, first: Option<(f64, f64)>, target_ms: f64) -> (f64, f64
     }
 }
 
-/// The number of light paths from 1 to `most` whose measured time (ms) is nearest to the target; the search ends with the
+/// The number of light paths from 1 to `max_paths` whose measured time (ms) is nearest to the target; the search ends with the
 /// first that meets it.
 pub fn search(
     target_ms: f64,
     start: u32,
-    most: u32,
+    max_paths: u32,
     measure: &mut dyn FnMut(u32) -> anyhow::Result<f64>,
 ) -> anyhow::Result<Found> {
-    let mut paths = start.clamp(1, most);
+    let mut paths = start.clamp(1, max_paths);
     let (mut below, mut above, mut last): (Option<Trial>, Option<Trial>, Option<Trial>) = (None, None, None);
     let mut best: Option<Found> = None;
     for steps in 1..=MAX_STEPS {
@@ -111,7 +111,7 @@ pub fn search(
             _ if guess.is_finite() && guess < one => guess.max(one / MAX_STEP).min(one - 1.0),
             _ => one / MAX_STEP,
         };
-        let next = (next.round() as u32).clamp(1, most);
+        let next = (next.round() as u32).clamp(1, max_paths);
         if next == paths {
             // At an end of the range.
             break;
@@ -126,13 +126,13 @@ pub fn search(
 mod tests {
     use super::*;
 
-    fn find(target: f64, start: u32, most: u32, time: impl Fn(f64, u32) -> f64) -> Found {
+    fn find(target: f64, start: u32, max_paths: u32, time: impl Fn(f64, u32) -> f64) -> Found {
         let mut step = 0;
         let mut measure = |paths| {
             step += 1;
             Ok(time(f64::from(paths), step))
         };
-        search(target, start, most, &mut measure).unwrap()
+        search(target, start, max_paths, &mut measure).unwrap()
     }
 
     #[test]

@@ -9,9 +9,9 @@ use crate::experiment::cell::Cell;
 use crate::experiment::error::{FLIP, MEASURES, Measure, RELMSE, mean};
 use crate::experiment::measure::measure;
 use crate::experiment::plan::Compared;
+use crate::experiment::record::FrameRecord;
 use crate::experiment::reference::{Kept, References};
 use crate::experiment::result::{CellError, FrameResult};
-use crate::experiment::row::Row;
 use crate::experiment::store::provenance;
 use crate::hash::digest;
 
@@ -39,9 +39,9 @@ pub fn measure_error(sweep: &Sweep, task: &Task, cell: &Cell) -> anyhow::Result<
     }
     // The time of references is not the cell's.
     let referenced = start.elapsed();
-    let mut rows: Vec<Row> = Vec::new();
-    let mut each = |new: Vec<Row>| {
-        rows.extend(new.into_iter().filter(|row| plan.compares(row.frame)));
+    let mut records: Vec<FrameRecord> = Vec::new();
+    let mut each = |new: Vec<FrameRecord>| {
+        records.extend(new.into_iter().filter(|record| plan.compares(record.frame)));
         Ok(())
     };
     let cells = std::slice::from_ref(cell);
@@ -61,7 +61,8 @@ pub fn measure_error(sweep: &Sweep, task: &Task, cell: &Cell) -> anyhow::Result<
     let off = CellError {
         width,
         height,
-        light_paths: mean(rows.iter().map(|row: &Row| row.get("light_paths"))).unwrap_or_default() as u32,
+        light_paths: mean(records.iter().map(|record: &FrameRecord| record.get("light_paths")))
+            .unwrap_or_default() as u32,
         seeds: plan.seeds,
         reference_frames: error.reference_frames.0,
         picture: write(format!("{identity}.png"), &shown.picture)?,
@@ -72,19 +73,25 @@ pub fn measure_error(sweep: &Sweep, task: &Task, cell: &Cell) -> anyhow::Result<
         reference: write(format!("reference-{}.png", digest(&truth)), &shown.reference)?,
         ..CellError::default()
     };
-    let of_rows = |key: &str| mean(rows.iter().map(|row: &Row| row.get(key)).skip(skipped(key, &rows)));
-    let mut off = MEASURES.iter().fold(off, |off, measure| off.with(measure, of_rows(measure.key)));
+    let mean_of_records = |key: &str| {
+        mean(records.iter().map(|record: &FrameRecord| record.get(key)).skip(skipped(key, &records)))
+    };
+    let mut off = MEASURES.iter().fold(off, |off, measure| off.with(measure, mean_of_records(measure.key)));
     // Frames of one seed share what a history keeps: their mean is taken to be no surer than one of them.
-    let sure = |measure: &&Measure| Some((measure.key.to_string(), of_rows(&measure.standard_error_key())?));
+    let sure =
+        |measure: &&Measure| Some((measure.key.to_string(), mean_of_records(&measure.standard_error_key())?));
     off.standard_errors = MEASURES.iter().filter_map(sure).collect();
     let mut result = sweep.result(task, cell);
     if plan.compared != Compared::Last {
-        let frame = |row: &Row| FrameResult {
-            frame: row.frame,
+        let frame = |record: &FrameRecord| FrameResult {
+            frame: record.frame,
             total_ms: None,
-            values: MEASURES.iter().map(|measure| (measure.key.to_string(), row.get(measure.key))).collect(),
+            values: MEASURES
+                .iter()
+                .map(|measure| (measure.key.to_string(), record.get(measure.key)))
+                .collect(),
         };
-        result.frames = joined(&result.frames, &rows.iter().map(frame).collect::<Vec<_>>());
+        result.frames = joined(&result.frames, &records.iter().map(frame).collect::<Vec<_>>());
     }
     let wall_s = result.provenance.wall_s + (start.elapsed() - referenced).as_secs_f64();
     result.provenance = provenance(outcome.device, sweep.config.seed, wall_s);
@@ -97,6 +104,6 @@ pub fn measure_error(sweep: &Sweep, task: &Task, cell: &Cell) -> anyhow::Result<
 }
 
 /// Rows at the start that cannot have a measure: the first frame has none before it.
-fn skipped(key: &str, rows: &[Row]) -> usize {
-    usize::from(rows.len() > 1 && rows[0].get(key).is_none() && rows[1].get(key).is_some())
+fn skipped(key: &str, records: &[FrameRecord]) -> usize {
+    usize::from(records.len() > 1 && records[0].get(key).is_none() && records[1].get(key).is_some())
 }

@@ -88,7 +88,8 @@ impl<'de> Visitor<'de> for TableVisitor {
                 key => map.next_value_seed(List { table: &mut table, key })?,
             }
         }
-        table.camera = CameraChoice::of(camera.as_deref(), from, look_at, fov).map_err(A::Error::custom)?;
+        table.camera =
+            CameraChoice::from_options(camera.as_deref(), from, look_at, fov).map_err(A::Error::custom)?;
         if table.scene.is_empty() {
             return Err(A::Error::missing_field("scene"));
         }
@@ -153,7 +154,7 @@ impl<'de> Visitor<'de> for List<'_> {
             is_empty = false;
         }
         // Where the machine decides, no value leaves it to the machine.
-        let may_be_empty = Axis::find(self.key).is_some_and(|axis| axis.usual.is_empty());
+        let may_be_empty = Axis::find(self.key).is_some_and(|axis| axis.default.is_empty());
         if is_empty && !may_be_empty { Err(A::Error::custom("the list is empty")) } else { Ok(()) }
     }
 }

@@ -68,12 +68,12 @@ mod tests {
     use crate::experiment::result::{CellError, CellTime, Provenance};
 
     /// The identity of a digit.
-    fn of(digit: &str) -> String {
+    fn digit_identity(digit: &str) -> String {
         format!("{digit:0>16}")
     }
 
     fn result(digit: &str, unix_s: u64, is_whole: bool) -> CellResult {
-        let identity = of(digit);
+        let identity = digit_identity(digit);
         let error = CellError { picture: Some(format!("{identity}.png")), ..CellError::default() };
         CellResult {
             identity,
@@ -111,8 +111,9 @@ mod tests {
         assert_eq!(counts, [Joined { taken: 4, ..Joined::default() }, expected]);
         let merged = store::read_all(&out).unwrap();
         assert_eq!(merged, [&old[0], &new[1], &old[2], &old[3], &new[4]].map(Clone::clone));
-        let pictures = ["1", "2", "3", "4", "5"]
-            .map(|name| std::fs::read_to_string(store::cells(&out).join(of(name) + ".png")).unwrap());
+        let pictures = ["1", "2", "3", "4", "5"].map(|name| {
+            std::fs::read_to_string(store::cells(&out).join(digit_identity(name) + ".png")).unwrap()
+        });
         assert_eq!(pictures, ["a", "b", "a", "a", "b"]);
         // Again, in the other order: the same.
         merge(&[b, a], &out).unwrap();
@@ -136,18 +137,18 @@ mod tests {
             (picture("/x.png"), "picture"),
             (picture("x\\y.png"), "picture"),
             (picture(".x.png"), "picture"),
-            (picture(&format!("{}.json", of("2"))), "picture"),
+            (picture(&format!("{}.json", digit_identity("2"))), "picture"),
             (named("../../precious"), "identity"),
             (named(absolute.to_str().unwrap()), "identity"),
-            (named(&of("2")), "identity"),
+            (named(&digit_identity("2")), "identity"),
             (named("1"), "identity"),
         ];
         for (result, what) in results {
             store::create(&a).unwrap();
             let text = serde_json::to_vec(&result).unwrap();
-            std::fs::write(store::file(&a, &of("1")), text).unwrap();
+            std::fs::write(store::file(&a, &digit_identity("1")), text).unwrap();
             let error = format!("{:#}", merge(std::slice::from_ref(&a), &out).unwrap_err());
-            assert!(error.contains(what) && error.contains(&of("1")), "{error}");
+            assert!(error.contains(what) && error.contains(&digit_identity("1")), "{error}");
             assert_eq!(store::cells(&out).read_dir().unwrap().count(), 0);
         }
         assert_eq!(std::fs::read(precious).unwrap(), b"precious");

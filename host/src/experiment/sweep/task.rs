@@ -24,13 +24,13 @@ pub struct Task<'a> {
 
 impl<'a> Task<'a> {
     /// A cell of a part.
-    pub fn of(config: &Config, part: &'a Part, cell: &Cell) -> Task<'a> {
+    pub fn new(config: &Config, part: &'a Part, cell: &Cell) -> Task<'a> {
         Task { part, cell: cell.clone(), identity: part.identity(config, cell) }
     }
 
     /// All cells of a part.
     pub fn all(config: &Config, part: &'a Part) -> Vec<Task<'a>> {
-        part.cells.iter().map(|cell| Task::of(config, part, cell)).collect()
+        part.cells.iter().map(|cell| Task::new(config, part, cell)).collect()
     }
 
     /// Whether a result is all that is asked for.

@@ -12,8 +12,8 @@ use crate::experiment::identity::posed;
 use crate::experiment::measure::measure;
 use crate::experiment::memory::memory;
 use crate::experiment::plan::Plan;
+use crate::experiment::record::FrameRecord;
 use crate::experiment::result::{CellTime, FrameResult};
-use crate::experiment::row::Row;
 use crate::experiment::store::provenance;
 use crate::experiment::timing::{cell_time, quartiles};
 use crate::scene::Scene;
@@ -57,7 +57,7 @@ pub fn measure_group(sweep: &Sweep, group: &[&Task]) -> anyhow::Result<bool> {
         let part = task.part;
         // The first cell of the scene on this runner has a turn too, whoever measures it: what ratios are held against.
         let first = part.cells.iter().find(|cell| cell.runner == task.cell.runner).unwrap_or(&task.cell);
-        let first = Task::of(sweep.config, part, first);
+        let first = Task::new(sweep.config, part, first);
         let Some(first) = find_paths(sweep, &first)? else { return Ok(false) };
         let scene = posed(&part.scene, plan.time_of(plan.frames.start))?;
         let tables: usize = scene.buffers().iter().map(|(_, bytes)| bytes.len()).sum();
@@ -112,9 +112,9 @@ fn take_turns<'a>(
         cells.len(),
         plan.frames.len()
     ));
-    let mut rows: Vec<Row> = Vec::new();
+    let mut records: Vec<FrameRecord> = Vec::new();
     let mut each = |new| {
-        rows.extend(new);
+        records.extend(new);
         Ok(())
     };
     let outcomes = measure(plan, &part.scene, &cells, None, sweep.stopped, &mut each)?;
@@ -123,25 +123,25 @@ fn take_turns<'a>(
     let has_rate = sweep.config.time.as_ref().is_some_and(|time| time.tracer_rate);
     let hits_per_s = if has_rate { Some(tracer_rate(plan, &scene, &first.cell)?) } else { None };
     let time = |cell: &Cell| -> anyhow::Result<CellTime> {
-        let time = cell_time(plan, &scene, cell, &first.cell, &rows).context("no frame was timed")?;
-        let own: Vec<&Row> = rows.iter().filter(|row| row.cell == cell.name).collect();
+        let time = cell_time(plan, &scene, cell, &first.cell, &records).context("no frame was timed")?;
+        let own: Vec<&FrameRecord> = records.iter().filter(|record| record.cell == cell.name).collect();
         let costs = hits_per_s.and_then(|rate| costs(plan, &scene, cell, &own, rate)).unwrap_or_default();
         Ok(CellTime { costs, ..time })
     };
     let first_ms = time(&first.cell)?.total_ms.median;
     let timed = |ready: Ready<'a>| -> anyhow::Result<Timed<'a>> {
         let cell = &ready.cell;
-        let own: Vec<&Row> = rows.iter().filter(|row| row.cell == cell.name).collect();
-        let faults: f64 = own.iter().filter_map(|row| row.get("faults")).sum();
+        let own: Vec<&FrameRecord> = records.iter().filter(|record| record.cell == cell.name).collect();
+        let faults: f64 = own.iter().filter_map(|record| record.get("faults")).sum();
         if faults > 0.0 {
             (sweep.tell)(&format!(
                 "warning: {}: {faults} deposits, addends or media were dropped or clamped",
                 cell.name
             ));
         }
-        let of_frame = |row: &&Row| FrameResult {
-            frame: row.frame,
-            total_ms: row.get("total_ms"),
+        let of_frame = |record: &&FrameRecord| FrameResult {
+            frame: record.frame,
+            total_ms: record.get("total_ms"),
             ..FrameResult::default()
         };
         let frames = if part.moves(sweep.config) { own.iter().map(of_frame).collect() } else { Vec::new() };
@@ -222,7 +222,7 @@ fn miss(plan: &Plan, timed: &Timed, first: &Ready, first_ms: f64) -> Option<Miss
     // What is missing of the time, at the price of a light path.
     let rate = time.light_paths_per_s.unwrap_or(0.0);
     let paths = f64::from(time.light_paths) + (goal - own) * rate / 1e3;
-    let paths = paths.round().clamp(1.0, f64::from(most_paths(plan, cell)));
+    let paths = paths.round().clamp(1.0, f64::from(max_paths(plan, cell)));
     let why = if paths <= 1.0 { "; all other work takes longer" } else { "" };
     let note = format!(
         "equal_time_ms = {target}: not met within {} %; {} light paths take {own:.3} ms{why}",
@@ -234,7 +234,7 @@ fn miss(plan: &Plan, timed: &Timed, first: &Ready, first_ms: f64) -> Option<Miss
 }
 
 /// Most light paths of a frame that are tried: the kernels count rays in 32 bits.
-fn most_paths(plan: &Plan, cell: &Cell) -> u32 {
+fn max_paths(plan: &Plan, cell: &Cell) -> u32 {
     let pixels = u64::from(plan.settings.width) * u64::from(plan.settings.height);
     u64::from(u32::MAX / (cell.max_bounces + 1)).min(pixels * MAX_PER_PIXEL) as u32
 }
@@ -258,8 +258,8 @@ fn find_paths<'a>(sweep: &Sweep, task: &'a Task<'a>) -> anyhow::Result<Option<Re
         let cell = with(Paths::Count(paths));
         let plan = Plan { frames: frames.clone(), warm_up: 1, ..plan.clone() };
         let mut totals = Vec::new();
-        let mut each = |rows: Vec<Row>| {
-            totals.extend(rows.iter().filter_map(|row| row.get("total_ms")));
+        let mut each = |records: Vec<FrameRecord>| {
+            totals.extend(records.iter().filter_map(|record| record.get("total_ms")));
             Ok(())
         };
         let scene = &task.part.scene;
@@ -272,7 +272,7 @@ fn find_paths<'a>(sweep: &Sweep, task: &'a Task<'a>) -> anyhow::Result<Option<Re
         Ok(median)
     };
     let pixels = u64::from(plan.settings.width) * u64::from(plan.settings.height);
-    let found = search(target, pixels as u32, most_paths(&plan, &task.cell), &mut trial);
+    let found = search(target, pixels as u32, max_paths(&plan, &task.cell), &mut trial);
     if (sweep.stopped)() {
         return Ok(None);
     }

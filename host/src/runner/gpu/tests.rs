@@ -14,7 +14,7 @@ const FEATURES: Features = Features(100);
 
 /// What a structure over so many triangles is built of.
 fn world(triangles: u32) -> Instanced {
-    Instanced::of_world(triangles as usize)
+    Instanced::for_world(triangles as usize)
 }
 
 /// A runner over `values`, `doubled` and `index_0`; none if the test is to be skipped.

@@ -19,10 +19,10 @@ pub struct Atlas {
 
 impl Atlas {
     /// That of so many triangles; none where they are too many for an image, or none at all.
-    pub fn of(triangles: usize) -> Option<Atlas> {
+    pub fn for_triangles(triangles: usize) -> Option<Atlas> {
         let columns = (triangles as f64).sqrt().ceil() as usize;
-        let most = MAX_SIDE as usize / 2;
-        if columns == 0 || columns > most {
+        let max_columns = MAX_SIDE as usize / 2;
+        if columns == 0 || columns > max_columns {
             return None;
         }
         Some(Atlas { columns: columns as u32, rows: triangles.div_ceil(columns) as u32 })
@@ -73,7 +73,7 @@ mod tests {
     fn corners_lie_on_the_texels_of_their_colours() {
         let colors = [[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 0.0], [0.0; 4]];
         let faces: Vec<[u32; 3]> = (0..7).map(|id| [id % 4, (id + 1) % 4, (id + 2) % 4]).collect();
-        let atlas = Atlas::of(faces.len()).unwrap();
+        let atlas = Atlas::for_triangles(faces.len()).unwrap();
         let image = atlas.image(&faces, &colors);
         assert_eq!(image.texels.len() as u64, atlas.texels());
         for (triangle, face) in faces.iter().enumerate() {
@@ -84,6 +84,6 @@ mod tests {
                 assert!((texel.fract() - 0.5).length() < 1e-3);
             }
         }
-        assert!(Atlas::of(0).is_none() && Atlas::of(1 << 30).is_none());
+        assert!(Atlas::for_triangles(0).is_none() && Atlas::for_triangles(1 << 30).is_none());
     }
 }

@@ -166,8 +166,8 @@ fn pulls(
         else {
             break;
         };
-        let of = mesh::of_vertices::<4>(document, of, vertices, "joints", owner)?;
-        let weights = mesh::of_vertices::<4>(document, weights, vertices, "weights of joints", owner)?;
+        let of = mesh::vertex_attribute::<4>(document, of, vertices, "joints", owner)?;
+        let weights = mesh::vertex_attribute::<4>(document, weights, vertices, "weights of joints", owner)?;
         for (vertex, ((pull, of), weights)) in pulls.iter_mut().zip(of).zip(weights).enumerate() {
             for at in 0..4 {
                 let (joint, weight) = (of[at], weights[at]);
@@ -211,7 +211,7 @@ fn deltas(
     };
     let read = |index: Option<_>, what: &str| -> Result<Vec<Vec3>, SceneError> {
         let Some(index) = index else { return Ok(vec![Vec3::ZERO; vertices]) };
-        let all = mesh::of_vertices::<3>(document, index, vertices, what, &surface.owner)?;
+        let all = mesh::vertex_attribute::<3>(document, index, vertices, what, &surface.owner)?;
         Ok(all.into_iter().map(Vec3::from).collect())
     };
     let (positions, normals, tangents) = (

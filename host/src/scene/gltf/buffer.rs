@@ -39,8 +39,8 @@ pub fn load(
     root.buffers.iter().enumerate().map(load_one).collect()
 }
 
-/// Bytes of a uri; of a file no more than `most`.
-pub fn fetch(uri: &str, folder: &Path, most: u64) -> Result<Vec<u8>, String> {
+/// Bytes of a uri; of a file no more than `max_bytes`.
+pub fn fetch(uri: &str, folder: &Path, max_bytes: u64) -> Result<Vec<u8>, String> {
     if let Some(data) = uri.strip_prefix("data:") {
         let (kind, data) = data.split_once(',').ok_or("holds data without a comma before it")?;
         let data = percent_decoded(data);
@@ -53,7 +53,7 @@ pub fn fetch(uri: &str, folder: &Path, most: u64) -> Result<Vec<u8>, String> {
         return Err(format!("is at {:?}, which is no file", cut(uri, 200)));
     }
     let path = path_of(uri, folder);
-    read_head(&path, most)
+    read_head(&path, max_bytes)
         .map_err(|error| format!("({:?}) cannot be read: {error}", cut(&path.display().to_string(), 200)))
 }
 

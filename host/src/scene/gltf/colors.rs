@@ -129,7 +129,7 @@ fn material(
         let indices = mesh::indices(document, primitive, colors.len(), owner)?;
         let faces: Vec<[u32; 3]> = mesh::faces(&indices, mode).collect();
         if let Some(atlas) =
-            Atlas::of(faces.len()).filter(|atlas| baked.texels + atlas.texels() <= MAX_TEXELS)
+            Atlas::for_triangles(faces.len()).filter(|atlas| baked.texels + atlas.texels() <= MAX_TEXELS)
         {
             baked.texels += atlas.texels();
             document.take(8 * atlas.texels(), format_args!("the colours of {owner}"))?;

@@ -13,7 +13,7 @@ use super::options::LoadOptions;
 use super::required::{Lack, without};
 use super::warning::Warnings;
 use super::{buffer, extension, shape, translate, unsupported, version};
-use crate::memory::{Budget, Short, of_json_tree};
+use crate::memory::{Budget, Short, json_tree_bytes};
 use crate::scene::texture::Image;
 use crate::scene::{Radiance, SceneError};
 
@@ -86,14 +86,14 @@ impl Document {
         let (json, binary) = split(file, bytes)?;
         let mut budget = Budget::new();
         // Sections are there twice, and so is the text.
-        budget.take(2 * of_json_tree(json)).map_err(|short| too_much(file, "its JSON", short))?;
+        budget.take(2 * json_tree_bytes(json)).map_err(|short| too_much(file, "its JSON", short))?;
         let mut value = parse(json).map_err(|error| wrong(error.to_string()))?;
         make_whole(&mut value);
 
         let mut warnings = Warnings::default();
         version::check(file, &value, options, &mut warnings)?;
         shape::check(&value).map_err(wrong)?;
-        let lack = Lack::of(file, &value, options, &mut warnings)?;
+        let lack = Lack::find(file, &value, options, &mut warnings)?;
         let json_bytes = json.len() as u64;
         let parsed = Parsed { value, json_bytes, binary, folder, budget, warnings, lack: lack.clone() };
         parsed.document(file, options).map_err(|error| without(lack, error))

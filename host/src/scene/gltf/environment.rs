@@ -23,8 +23,8 @@ pub fn read(document: &mut Document) -> Result<Option<EnvironmentMap>, SceneErro
             )));
         }
     };
-    let number = |key: &str, usual: f32| match &extras[key] {
-        value if value.is_null() => Ok(usual),
+    let number = |key: &str, default: f32| match &extras[key] {
+        value if value.is_null() => Ok(default),
         value => value
             .as_f64()
             .map(|number| number as f32)

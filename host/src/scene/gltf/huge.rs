@@ -35,7 +35,7 @@ pub struct Detail {
 #[derive(Clone, Copy)]
 struct Size {
     /// The shortest of these edges (m).
-    least: f64,
+    min_length: f64,
     /// The box around them (m).
     bounds: [DVec3; 2],
 }
@@ -50,10 +50,10 @@ pub fn details(triangles: impl Iterator<Item = [DVec3; 3]>) -> Vec<Detail> {
     for [a, b, c] in triangles.filter(|corners| corners.iter().all(usable)) {
         let length = a.distance(b).max(b.distance(c)).max(c.distance(a));
         if (b - a).cross(c - a).length() > 1e-7 * length * length {
-            let none = Size { least: f64::MAX, bounds: [DVec3::MAX, DVec3::MIN] };
+            let none = Size { min_length: f64::MAX, bounds: [DVec3::MAX, DVec3::MIN] };
             let size = sizes.entry(length.to_bits() >> (f64::MANTISSA_DIGITS - 1)).or_insert(none);
             let [lower, upper] = size.bounds;
-            size.least = size.least.min(length);
+            size.min_length = size.min_length.min(length);
             size.bounds = [lower.min(a).min(b).min(c), upper.max(a).max(b).max(c)];
         }
     }
@@ -64,7 +64,7 @@ pub fn details(triangles: impl Iterator<Item = [DVec3; 3]>) -> Vec<Detail> {
         (lower, upper) = (lower.min(pair[0].bounds[0]), upper.max(pair[0].bounds[1]));
         let (centre, radius) = (0.5 * (lower + upper), 0.5 * lower.distance(upper));
         // Nothing is smaller than f64 can tell from a point.
-        if pair[1].least > HUGE * 2.0 * radius && radius > 1e-12 * centre.abs().max_element() {
+        if pair[1].min_length > HUGE * 2.0 * radius && radius > 1e-12 * centre.abs().max_element() {
             found.push(Detail { centre, radius });
         }
     }
@@ -76,7 +76,7 @@ pub fn split<T: Copy>(details: &[Detail], corners: &mut Vec<[Corner; 3]>, rest: 
     if details.is_empty() {
         return;
     }
-    let most = corners.len() + MAX_ADDED;
+    let max_corners = corners.len() + MAX_ADDED;
     let (whole, of_whole) = (std::mem::take(corners), std::mem::take(rest));
     let mut left = whole.len();
     let mut stack = Vec::new();
@@ -90,7 +90,7 @@ pub fn split<T: Copy>(details: &[Detail], corners: &mut Vec<[Corner; 3]>, rest: 
             };
             let lengths = [too_long(a, b), too_long(b, c), too_long(c, a)];
             let longest = lengths[0].max(lengths[1]).max(lengths[2]);
-            if longest == 0.0 || corners.len() + stack.len() + left >= most {
+            if longest == 0.0 || corners.len() + stack.len() + left >= max_corners {
                 corners.push([a, b, c]);
                 rest.push(its);
                 continue;

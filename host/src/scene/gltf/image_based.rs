@@ -97,7 +97,7 @@ fn faces(document: &mut Document, level: &Value) -> Result<Vec<Face>, String> {
         let Image { width, height, texels } =
             image::read(document, index).map_err(|what| named(index, what))?;
         let decode = |[red, green, blue, alpha]: [u8; 4]| {
-            Vec3::from([red, green, blue].map(|byte| linear.of(byte))) / (f32::from(alpha.max(1)) / 255.0)
+            Vec3::from([red, green, blue].map(|byte| linear.decode(byte))) / (f32::from(alpha.max(1)) / 255.0)
         };
         Ok(Face { width, height, texels: texels.into_iter().map(decode).collect() })
     };

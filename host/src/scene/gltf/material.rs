@@ -15,7 +15,7 @@ use crate::scene::texture::TextureParts;
 /// Largest radiance and absorption that is rendered (W m^-2 sr^-1, 1/m).
 const LARGEST: f32 = 1e30;
 /// Largest dispersion that is rendered: at 40 red is not bent at all.
-const MOST_DISPERSION: f32 = 1000.0;
+const MAX_DISPERSION: f32 = 1000.0;
 /// Index of refraction where the file says nothing.
 const IOR: f32 = 1.5;
 
@@ -96,7 +96,7 @@ fn priority(material: Option<&Value>) -> Result<i32, String> {
 fn dispersion(material: Option<&Value>, faults: &mut Vec<Fault>) -> f32 {
     let dispersion = material
         .and_then(|material| material["extensions"]["KHR_materials_dispersion"]["dispersion"].as_f64());
-    within(dispersion.unwrap_or(0.0) as f32, 0.0..=MOST_DISPERSION, "dispersion", faults)
+    within(dispersion.unwrap_or(0.0) as f32, 0.0..=MAX_DISPERSION, "dispersion", faults)
 }
 
 /// Resolves a material's factors.

@@ -184,7 +184,7 @@ fn vertices(
     let positions = attribute(Semantic::Positions).ok_or_else(|| wrong("has no POSITION".into()))?;
     let positions = accessor::numbers::<3>(document, positions, owner)?;
     let normals = attribute(Semantic::Normals)
-        .map(|normals| of_vertices::<3>(document, normals, positions.len(), "normals", owner))
+        .map(|normals| vertex_attribute::<3>(document, normals, positions.len(), "normals", owner))
         .transpose()?;
 
     let coordinates = mapping
@@ -260,7 +260,7 @@ fn coordinates(
         document.replace(owner, &what, "every vertex is at (0, 0) of them", wrong(what.clone()))?;
         return Ok(Coordinates { uvs: vec![Vec2::ZERO; count], tangents: Vec::new() });
     };
-    let mut uvs: Vec<_> = of_vertices::<2>(document, uvs, count, "texture coordinates", owner)?
+    let mut uvs: Vec<_> = vertex_attribute::<2>(document, uvs, count, "texture coordinates", owner)?
         .into_iter()
         .map(|uv| mapping.transformed(Vec2::from(uv)))
         .collect();
@@ -273,14 +273,14 @@ fn coordinates(
     }
     let tangents = attribute(Semantic::Tangents)
         .filter(|_| mapping.has_normal_map)
-        .map(|tangents| of_vertices::<4>(document, tangents, count, "tangents", owner))
+        .map(|tangents| vertex_attribute::<4>(document, tangents, count, "tangents", owner))
         .transpose()?;
     let tangents = tangents.unwrap_or_default();
     Ok(Coordinates { uvs, tangents })
 }
 
 /// An attribute of as many elements as there are vertices; fewer or more are refused before they are read.
-pub fn of_vertices<const N: usize>(
+pub fn vertex_attribute<const N: usize>(
     document: &Document,
     index: Index<Accessor>,
     vertices: usize,

@@ -279,7 +279,7 @@ fn light_of(
     let lights = extensions.and_then(|all| all.khr_lights_punctual.as_ref()).map(|all| all.lights.as_slice());
     let light = document.get(lights.unwrap_or_default(), index, "light", label)?.clone();
     let intensity = Vec3::from(light.color) * light.intensity;
-    let shape = match LightShape::of(&light) {
+    let shape = match LightShape::from_gltf(&light) {
         Ok(shape) if intensity.is_finite() && intensity.min_element() >= 0.0 => Ok(shape),
         Ok(_) => Err("its light's intensity or colour is negative, infinite or not a number".into()),
         Err(what) => Err(format!("its light {what}")),

@@ -19,7 +19,7 @@ pub struct Lack {
 
 impl Lack {
     /// What a document lacks; an error where it is read strictly.
-    pub fn of(
+    pub fn find(
         file: &str,
         document: &Value,
         options: &LoadOptions,

@@ -44,7 +44,7 @@ impl Mapping {
         self.offset + Vec2::new(cos * scaled.x + sin * scaled.y, cos * scaled.y - sin * scaled.x)
     }
 
-    fn of(info: &Value) -> Mapping {
+    fn from_info(info: &Value) -> Mapping {
         let transform = &info["extensions"]["KHR_texture_transform"];
         let number = |value: &Value, default: f32| value.as_f64().map_or(default, |value| value as f32);
         let pair = |key: &str, default: f32| {
@@ -134,7 +134,7 @@ impl Reader<'_> {
                     row.normal_scale = info["scale"].as_f64().map_or(1.0, |scale| scale as f32);
                 }
             }
-            let found = Mapping::of(info);
+            let found = Mapping::from_info(info);
             match mapping {
                 Some((first, other)) if first != found => {
                     let what = format!("{name} has other coordinates than {other}, which is not supported");
@@ -163,16 +163,16 @@ impl Reader<'_> {
 
     /// Moves factors that are out of range to its nearer end.
     fn tame(&mut self, row: &mut MaterialTextures, owner: &str, name: &str) -> Result<(), SceneError> {
-        for (member, factor, least, most) in [
+        for (member, factor, min, max) in [
             ("baseColorFactor[3]", &mut row.alpha, 0.0, 1.0),
             ("alphaCutoff", &mut row.alpha_cutoff, 0.0, f32::MAX),
             ("normalTexture.scale", &mut row.normal_scale, f32::MIN, f32::MAX),
         ] {
-            if (least..=most).contains(factor) {
+            if (min..=max).contains(factor) {
                 continue;
             }
             let what = format!("{member} {factor} out of its range");
-            *factor = factor.clamp(least, most);
+            *factor = factor.clamp(min, max);
             let (file, material) = (self.document.file.clone(), name.into());
             let error = SceneError::Material { file, material, what: what.clone() };
             self.document.replace(owner, &what, &format!("taken as {factor}"), error)?;
@@ -305,10 +305,10 @@ mod tests {
         let info = json!({ "texCoord": 1, "extensions": { "KHR_texture_transform": {
             "offset": [0.5, 0.25], "rotation": std::f32::consts::FRAC_PI_2, "scale": [2.0, 3.0],
         } } });
-        let mapping = Mapping::of(&info);
+        let mapping = Mapping::from_info(&info);
         assert_eq!(mapping.set, 1);
         // A quarter turn counter-clockwise, seen with v downwards: (x, y) becomes (y, -x).
         assert!((mapping.transformed(Vec2::new(1.0, 1.0)) - Vec2::new(3.5, -1.75)).length() < 1e-6);
-        assert_eq!(Mapping::of(&json!({})).transformed(Vec2::new(0.3, 0.7)), Vec2::new(0.3, 0.7));
+        assert_eq!(Mapping::from_info(&json!({})).transformed(Vec2::new(0.3, 0.7)), Vec2::new(0.3, 0.7));
     }
 }

@@ -65,7 +65,7 @@ pub fn list(document: &Value, warnings: &mut Warnings) {
             let mut note = |what: String| warnings.note(&owner, what);
             walk(element, &mut note);
             if section == "materials" {
-                of_material(element, &mut note);
+                note_material(element, &mut note);
             }
         }
     }
@@ -104,7 +104,7 @@ fn walk(value: &Value, note: &mut impl FnMut(String)) {
     }
 }
 
-fn of_material(material: &Value, note: &mut impl FnMut(String)) {
+fn note_material(material: &Value, note: &mut impl FnMut(String)) {
     let color = &material["extensions"]["KHR_materials_specular"]["specularColorFactor"];
     let is_white = |color: &Value| {
         color.as_array().is_none_or(|channels| channels.iter().all(|channel| channel.as_f64() == Some(1.0)))

@@ -25,9 +25,11 @@ pub fn check(
     if !version.starts_with("2.") {
         return Err(wrong(format!("asset.version is {version:?} and should be \"2.0\"")));
     }
-    if let Some(least) = document["asset"]["minVersion"].as_str().filter(|least| *least != "2.0") {
-        let what = format!("asset.minVersion is {:?}, but only \"2.0\" is read", cut(least, 80));
-        if options.strict || !least.starts_with("2.") {
+    if let Some(min_version) =
+        document["asset"]["minVersion"].as_str().filter(|min_version| *min_version != "2.0")
+    {
+        let what = format!("asset.minVersion is {:?}, but only \"2.0\" is read", cut(min_version, 80));
+        if options.strict || !min_version.starts_with("2.") {
             return Err(wrong(what));
         }
         warnings.note("", format_args!("{what}; rendered as far as it is known"));

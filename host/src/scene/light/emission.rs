@@ -34,8 +34,8 @@ pub fn mean(scene: SceneTables<'_>, triangle: u32) -> DVec3 {
             }
         }
     }
-    let most = (MAX_PLACES / scene.triangles.len() as f32).sqrt().clamp(STEPS.0, STEPS.1);
-    let steps = (2.0 * texels).clamp(STEPS.0, most).ceil() as u32;
+    let max_steps = (MAX_PLACES / scene.triangles.len() as f32).sqrt().clamp(STEPS.0, STEPS.1);
+    let steps = (2.0 * texels).clamp(STEPS.0, max_steps).ceil() as u32;
 
     // Centres of the small triangles, those that stand upright and those upside down.
     let mut sum = DVec3::ZERO;

@@ -9,7 +9,7 @@ use crate::scene::geometry;
 
 /// The row of a triangle. Without tangents of the file they run along growing u, the same at all corners; without an
 /// area on the texture there are none, and a normal map does nothing.
-pub fn row(triangle: &Triangle, corners: &CornerCoordinates) -> TextureCoordinates {
+pub fn record(triangle: &Triangle, corners: &CornerCoordinates) -> TextureCoordinates {
     let [a, b, c] = geometry::corners(triangle);
     let [uv_a, uv_b, uv_c] = corners.uv;
     let (along_b, along_c) = ((uv_b - uv_a).as_dvec2(), (uv_c - uv_a).as_dvec2());
@@ -43,11 +43,11 @@ mod tests {
         // The image upright on the plane: v falls while y grows. And mirrored: u falls while x grows.
         for (sign, handedness) in [(1.0, 1.0), (-1.0, -1.0)] {
             let uv = [Vec2::new(0.0, 1.0), Vec2::new(sign, 1.0), Vec2::new(0.0, 0.0)];
-            let row = row(&triangle, &CornerCoordinates { uv, tangents: None });
-            assert_eq!((row.tangent_a, row.handedness), (sign * Vec3::X, handedness));
-            let up = Vec3::Z.cross(row.tangent_a) * row.handedness;
+            let record = record(&triangle, &CornerCoordinates { uv, tangents: None });
+            assert_eq!((record.tangent_a, record.handedness), (sign * Vec3::X, handedness));
+            let up = Vec3::Z.cross(record.tangent_a) * record.handedness;
             assert_eq!(up, Vec3::Y);
-            assert_eq!(row.density, 0.5);
+            assert_eq!(record.density, 0.5);
         }
     }
 }

@@ -108,12 +108,12 @@ pub fn check(
     if ![0, triangle_count].contains(&parts.coordinates.len()) {
         return wrong("as many texture coordinates as triangles are needed, or none".into());
     }
-    for (id, row) in parts.materials.iter().enumerate() {
+    for (id, record) in parts.materials.iter().enumerate() {
         let uses = [
-            (row.base_color, Role::Color),
-            (row.metallic_roughness, Role::Data),
-            (row.emissive, Role::Color),
-            (row.normal, Role::Normal),
+            (record.base_color, Role::Color),
+            (record.metallic_roughness, Role::Data),
+            (record.emissive, Role::Color),
+            (record.normal, Role::Normal),
         ];
         for (texture, role) in uses.into_iter().filter(|&(texture, _)| texture != NONE) {
             if parts.textures.get(texture as usize).is_none_or(|texture| texture.role != role) {
@@ -123,8 +123,8 @@ pub fn check(
                 return wrong(format!("material {id} is textured, but there are no texture coordinates"));
             }
         }
-        let shares = [row.alpha, row.alpha_cutoff.min(1.0)];
-        if !shares.iter().all(|share| (0.0..=1.0).contains(share)) || !row.normal_scale.is_finite() {
+        let shares = [record.alpha, record.alpha_cutoff.min(1.0)];
+        if !shares.iter().all(|share| (0.0..=1.0).contains(share)) || !record.normal_scale.is_finite() {
             let what = "an alpha (baseColorFactor[3]) out of 0 to 1, a negative alphaCutoff, or a normalTexture.scale";
             let what = format!("{what} that is not finite");
             return Err(SceneError::Material {
@@ -135,7 +135,7 @@ pub fn check(
         }
     }
     let usable = |uv: &Vec2| uv.is_finite() && uv.abs().max_element() <= 1e6;
-    if let Some(id) = parts.coordinates.iter().position(|row| !row.uv.iter().all(usable)) {
+    if let Some(id) = parts.coordinates.iter().position(|record| !record.uv.iter().all(usable)) {
         return wrong(format!("triangle {id} has texture coordinates that are not finite or beyond 1e6"));
     }
     Ok(())
@@ -143,9 +143,9 @@ pub fn check(
 
 impl TextureParts {
     /// Whether the alpha of a material is one everywhere, as far as its texture has texels.
-    pub fn is_opaque(&self, row: &MaterialTextures) -> bool {
-        let image = self.textures.get(row.base_color as usize).map(|texture| &self.images[texture.image]);
-        row.alpha == 1.0 && image.is_none_or(|image| image.texels.iter().all(|texel| texel[3] == 255))
+    pub fn is_opaque(&self, record: &MaterialTextures) -> bool {
+        let image = self.textures.get(record.base_color as usize).map(|texture| &self.images[texture.image]);
+        record.alpha == 1.0 && image.is_none_or(|image| image.texels.iter().all(|texel| texel[3] == 255))
     }
 }
 
@@ -155,22 +155,22 @@ const FLAGS_ALPHA: u32 = FLAG_CUT_OUT | FLAG_BLEND;
 /// Sets the flags of materials by their textures.
 pub fn set_flags(materials: &mut [Material], parts: &TextureParts) {
     materials.iter_mut().for_each(|material| material.flags &= !(FLAGS_TEXTURE | FLAGS_ALPHA));
-    for (material, row) in materials.iter_mut().zip(&parts.materials) {
+    for (material, record) in materials.iter_mut().zip(&parts.materials) {
         let flags = [
-            (row.base_color, FLAG_COLOR_TEXTURE),
-            (row.metallic_roughness, FLAG_ROUGHNESS_TEXTURE),
-            (row.emissive, FLAG_EMISSIVE_TEXTURE),
-            (row.normal, FLAG_NORMAL_MAP),
+            (record.base_color, FLAG_COLOR_TEXTURE),
+            (record.metallic_roughness, FLAG_ROUGHNESS_TEXTURE),
+            (record.emissive, FLAG_EMISSIVE_TEXTURE),
+            (record.normal, FLAG_NORMAL_MAP),
         ];
         for (_, flag) in flags.into_iter().filter(|&(texture, _)| texture != NONE) {
             material.flags |= flag;
         }
-        if row.blends != 0 {
+        if record.blends != 0 {
             // The faces of a medium say where it begins and ends, to every path alike.
-            if !material.is_medium() && !parts.is_opaque(row) {
+            if !material.is_medium() && !parts.is_opaque(record) {
                 material.flags |= FLAG_BLEND;
             }
-        } else if row.alpha_cutoff > 0.0 {
+        } else if record.alpha_cutoff > 0.0 {
             material.flags |= FLAG_CUT_OUT;
         }
     }

@@ -11,7 +11,7 @@ impl Default for Decoder {
 
 impl Decoder {
     /// The linear share that a byte stands for.
-    pub fn of(&self, byte: u8) -> f32 {
+    pub fn decode(&self, byte: u8) -> f32 {
         self.0[usize::from(byte)]
     }
 }

@@ -24,7 +24,7 @@ const PREFIX: &str = "tree-";
 /// Triangles from which on a tree is kept: it takes some 0.05 s to build.
 const WORTH: usize = 1 << 16;
 /// What all files may take unless somebody says otherwise (MiB).
-const USUAL_MIB: u64 = 1024;
+const DEFAULT_MIB: u64 = 1024;
 /// The crate that the trees are built with, whose versions may build different ones.
 const BUILDER: &str = "obvhs 0.4.0";
 /// Bytes of a file beside its triangles and nodes at most.
@@ -44,7 +44,7 @@ pub struct TreeCache {
     /// The folder; it is made when the first tree is kept.
     pub folder: PathBuf,
     /// What its files may take together (bytes); those that were not used for longest go.
-    pub most_bytes: u64,
+    pub max_bytes: u64,
 }
 
 /// All that decides a tree.
@@ -66,8 +66,8 @@ struct Head {
 }
 
 impl Key {
-    pub(super) fn of(triangles: &[Triangle], levels: u32, quality: TreeQuality) -> Key {
-        let (digest, count) = (Digest::of([cast_slice(triangles)]), triangles.len());
+    pub(super) fn new(triangles: &[Triangle], levels: u32, quality: TreeQuality) -> Key {
+        let (digest, count) = (Digest::hex([cast_slice(triangles)]), triangles.len());
         Key { triangles: digest, count, levels, quality, builder: BUILDER.into() }
     }
 
@@ -80,14 +80,14 @@ impl Key {
 impl TreeCache {
     /// That of this user: `trees` in `$CAUSTICS_CACHE`, `$XDG_CACHE_HOME/caustics` or `~/.cache/caustics`, of at most
     /// `$CAUSTICS_TREES_MIB`; none where that is 0, or where there is no such folder to be had.
-    pub fn of_user() -> Option<TreeCache> {
+    pub fn for_user() -> Option<TreeCache> {
         let set = |name| std::env::var_os(name).filter(|value| !value.is_empty());
         let path = |name| set(name).map(PathBuf::from);
-        let mib = set("CAUSTICS_TREES_MIB").and_then(|mib| mib.to_str()?.parse().ok()).unwrap_or(USUAL_MIB);
+        let mib = set("CAUSTICS_TREES_MIB").and_then(|mib| mib.to_str()?.parse().ok()).unwrap_or(DEFAULT_MIB);
         let cache = path("CAUSTICS_CACHE")
             .or_else(|| Some(path("XDG_CACHE_HOME")?.join("caustics")))
             .or_else(|| Some(path("HOME")?.join(".cache/caustics")))?;
-        (mib > 0).then(|| TreeCache { folder: cache.join("trees"), most_bytes: mib.saturating_mul(1 << 20) })
+        (mib > 0).then(|| TreeCache { folder: cache.join("trees"), max_bytes: mib.saturating_mul(1 << 20) })
     }
 
     /// The tree of these triangles, built by `build` unless it is there.
@@ -101,7 +101,7 @@ impl TreeCache {
         if triangles.len() < WORTH {
             return build().tree(triangles);
         }
-        let key = Key::of(triangles, levels, quality);
+        let key = Key::new(triangles, levels, quality);
         self.find(&key, triangles).unwrap_or_else(|| {
             let shape = build();
             let tree = shape.clone().tree(triangles);
@@ -115,8 +115,8 @@ impl TreeCache {
     /// The tree of a key and its triangles, if it is there and can be used.
     fn find(&self, key: &Key, triangles: &[Triangle]) -> Option<Tree> {
         let file = file::open(&self.folder.join(key.file_name())).ok()?;
-        let most = MAX_HEAD + MAX_TRIANGLE * key.count as u64;
-        let bytes = file::read_open(&file, most + 1).ok().filter(|bytes| bytes.len() as u64 <= most)?;
+        let limit = MAX_HEAD + MAX_TRIANGLE * key.count as u64;
+        let bytes = file::read_open(&file, limit + 1).ok().filter(|bytes| bytes.len() as u64 <= limit)?;
         let tree = parse(&bytes, key, triangles)?;
         // So that it is not among those that go first.
         let _ = file.set_modified(SystemTime::now());
@@ -127,7 +127,7 @@ impl TreeCache {
     fn keep(&self, key: Key, shape: &Shape) -> std::io::Result<()> {
         let name = key.file_name();
         let parts = shape.parts();
-        if parts.iter().map(|part| part.len() as u64).sum::<u64>() > self.most_bytes {
+        if parts.iter().map(|part| part.len() as u64).sum::<u64>() > self.max_bytes {
             return Ok(());
         }
         let head = Head { key, nodes: shape.children.len(), leaves: shape.counts.len() };
@@ -154,7 +154,7 @@ impl TreeCache {
         let mut all = 0;
         for (_, bytes, path) in files.into_iter().rev() {
             all += bytes;
-            if all > self.most_bytes {
+            if all > self.max_bytes {
                 std::fs::remove_file(path)?;
             }
         }
@@ -199,7 +199,7 @@ fn parse(bytes: &[u8], key: &Key, triangles: &[Triangle]) -> Option<Tree> {
 
 /// Whether the bytes of a file are a tree of these triangles.
 pub(crate) fn accepts(bytes: &[u8], triangles: &[Triangle]) -> bool {
-    parse(bytes, &Key::of(triangles, super::LEVELS, TreeQuality::default()), triangles).is_some()
+    parse(bytes, &Key::new(triangles, super::LEVELS, TreeQuality::default()), triangles).is_some()
 }
 
 /// A file with the right key and checksum for [`accepts`], whatever it holds.
@@ -209,7 +209,7 @@ pub(crate) fn sealed_file(
     leaves: usize,
     payload: &[u8],
 ) -> std::io::Result<Vec<u8>> {
-    let key = Key::of(triangles, super::LEVELS, TreeQuality::default());
+    let key = Key::new(triangles, super::LEVELS, TreeQuality::default());
     sealed::seal(KIND, &Head { key, nodes, leaves }, |bytes| bytes.extend(payload))
 }
 

@@ -15,7 +15,7 @@ pub struct Groups {
 
 impl Groups {
     /// Gathers the triangles of each box.
-    pub fn of(boxes: &[Aabb]) -> Groups {
+    pub fn from_boxes(boxes: &[Aabb]) -> Groups {
         // Equal boxes have equal hashes: sorted, they stand beside each other.
         let hashed = boxes.par_iter().enumerate().map(|(id, bounds)| (hash(bounds), id as u32));
         let mut hashed: Vec<(u64, u32)> = hashed.collect();
@@ -85,10 +85,10 @@ mod tests {
     fn triangles_of_a_box_are_together_in_the_order_of_the_first() {
         let of = |size: f32| Aabb { min: Vec3A::ZERO, max: Vec3A::splat(size) };
         let boxes = [3.0, 1.0, 3.0, 2.0, 1.0, 3.0].map(of);
-        let groups = Groups::of(&boxes);
+        let groups = Groups::from_boxes(&boxes);
         let all: Vec<&[u32]> = (0..groups.count()).map(|group| groups.get(group)).collect();
         assert_eq!(all, [&[0, 2, 5][..], &[1, 4], &[3]]);
-        assert_eq!(Groups::of(&[]).count(), 0);
+        assert_eq!(Groups::from_boxes(&[]).count(), 0);
     }
 
     /// Every step of the hash can be undone: a first word that makes up for what differs before gives the same hash.
@@ -112,7 +112,7 @@ mod tests {
         };
         let [a, b] = [of(one), of(other)];
         assert!(hash(&a) == hash(&b) && bits(&a) != bits(&b));
-        let groups = Groups::of(&[a, b, b, a, b]);
+        let groups = Groups::from_boxes(&[a, b, b, a, b]);
         let all: Vec<&[u32]> = (0..groups.count()).map(|group| groups.get(group)).collect();
         assert_eq!(all, [&[0, 3][..], &[1, 2, 4]]);
     }

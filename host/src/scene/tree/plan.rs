@@ -16,7 +16,7 @@ pub const WIDTH: usize = 4;
 const LEVEL_PART: usize = 1024;
 
 /// Levels of nodes that this many triangles need at least.
-pub fn least_levels(count: usize) -> u32 {
+pub fn min_levels(count: usize) -> u32 {
     let mut levels = 0;
     let mut capacity = WIDTH;
     while capacity < count {
@@ -91,7 +91,7 @@ impl<'a> Plan<'a> {
         let Some([left, right]) = children else {
             let count = self.group(at).len();
             let cost = area * count.div_ceil(WIDTH) as f32;
-            let height = least_levels(count) as u8;
+            let height = min_levels(count) as u8;
             return Entry {
                 count: count as u32,
                 height: [height; WIDTH],

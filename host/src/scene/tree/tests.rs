@@ -125,22 +125,22 @@ fn nested_triangles_stay_within_the_stack() {
 }
 
 #[test]
-fn balancing_holds_every_triangle_within_least_levels() {
+fn balancing_holds_every_triangle_within_min_levels() {
     let triangles = soup(4096, 0.02);
     let boxes: Vec<Aabb> = triangles.iter().map(bounds).collect();
-    let groups = Groups::of(&boxes);
+    let groups = Groups::from_boxes(&boxes);
     let binary = binary::build(&boxes, TreeQuality::Fast);
     let plan = Plan::new(&binary, &groups);
     let mut builder = Builder { boxes: &boxes, plan: &plan, shape: Shape::default() };
     let mut all = Vec::new();
     plan.triangles(0, &mut all);
     builder.balanced(&mut all);
-    assert_eq!(check(&triangles, &builder.shape.tree(&triangles)), least_levels(4096));
+    assert_eq!(check(&triangles, &builder.shape.tree(&triangles)), min_levels(4096));
 
     // A budget one level above the least forces a mixture of planned and balanced parts.
     builder.shape = Shape::default();
-    builder.node(0, least_levels(4096) + 1);
-    assert!(check(&triangles, &builder.shape.tree(&triangles)) <= least_levels(4096) + 1);
+    builder.node(0, min_levels(4096) + 1);
+    assert!(check(&triangles, &builder.shape.tree(&triangles)) <= min_levels(4096) + 1);
 }
 
 #[test]

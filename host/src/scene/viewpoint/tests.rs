@@ -80,8 +80,8 @@ fn the_front_is_plus_z_and_angles_go_to_plus_x_and_up() {
     assert!((to_eye(0.0, 0.0) - DVec3::Z).length() < 1e-12);
     assert!((to_eye(90.0, 0.0) - DVec3::X).length() < 1e-12);
     assert!(to_eye(0.0, 45.0).y > 0.7 && to_eye(0.0, 45.0).z > 0.7);
-    let usual = Viewpoint::default().whole([DVec3::NEG_ONE, DVec3::ONE], 1.0).from.0;
-    assert!(usual.min_element() > 0.0 && usual.z > usual.x, "{usual}");
+    let default = Viewpoint::default().whole([DVec3::NEG_ONE, DVec3::ONE], 1.0).from.0;
+    assert!(default.min_element() > 0.0 && default.z > default.x, "{default}");
 }
 
 /// The options of a name, read as the command line does.
@@ -89,7 +89,8 @@ fn read(name: &str) -> Viewpoint {
     let words: Vec<&str> = name.split(' ').collect();
     let of = |option: &str| words[words.iter().position(|word| *word == option).unwrap() + 1];
     let place = |option| Some(of(option).parse::<Place>().unwrap());
-    let choice = CameraChoice::of(None, place("--from"), place("--look-at"), of("--fov").parse().ok());
+    let choice =
+        CameraChoice::from_options(None, place("--from"), place("--look-at"), of("--fov").parse().ok());
     let CameraChoice::Placed(viewpoint) = choice.unwrap() else { panic!("{name} places a camera") };
     viewpoint
 }
@@ -139,11 +140,14 @@ fn what_contradicts_itself_is_refused() {
         (Some("orbit:1,2,3,4"), None, None, None, "azimuth"),
         (Some("orbit:inf,2"), None, None, None, "azimuth"),
     ] {
-        let error = CameraChoice::of(camera, from, look_at, field).unwrap_err();
+        let error = CameraChoice::from_options(camera, from, look_at, field).unwrap_err();
         assert!(error.contains(word), "{error}");
     }
-    assert_eq!(CameraChoice::of(None, None, None, None), Ok(CameraChoice::First));
-    assert_eq!(CameraChoice::of(Some("main"), None, None, None), Ok(CameraChoice::Named("main".into())));
+    assert_eq!(CameraChoice::from_options(None, None, None, None), Ok(CameraChoice::First));
+    assert_eq!(
+        CameraChoice::from_options(Some("main"), None, None, None),
+        Ok(CameraChoice::Named("main".into()))
+    );
     for wrong in ["1,2", "1,2,3,4", "a,b,c", "1,2,NaN", ""] {
         assert!(wrong.parse::<Place>().is_err(), "{wrong}");
     }

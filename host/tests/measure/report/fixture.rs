@@ -73,7 +73,7 @@ fn cell(scene: &str, names: [&str; 4], paths: f64, ms: f64, error: f64, is_movin
         let values = [(FLIP.key.to_string(), flip), (FLIP_CAUSTICS.key.to_string(), None)].into();
         FrameResult { frame, total_ms: Some(total * (1.0 + 0.05 * turn)), values }
     });
-    let mut config = CellConfig::of(scene, "main");
+    let mut config = CellConfig::new(scene, "main");
     config.texture_filter = "cone".into();
     for (axis, value) in [
         (&METHOD, method),

@@ -148,7 +148,7 @@ impl Compare<'_> {
     #[inline(always)]
     fn mark(&self, deposit: &ValidationDeposit, position: Vec3, frame: u32) -> Mark {
         let flux = deposit.flux / self.params.light_path_count as f32;
-        Mark { position, carrier: LightFrame::of(deposit.instance, frame), flux }
+        Mark { position, carrier: LightFrame::new(deposit.instance, frame), flux }
     }
 
     /// Marks and forgets the deposits that did not come again.

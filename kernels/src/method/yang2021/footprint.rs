@@ -59,12 +59,12 @@ impl Symmetric {
         x * x * self.xx + 2.0 * x * y * self.xy + y * y * self.yy
     }
 
-    /// Widened in its short direction so that no axis is longer than `most` times the other.
+    /// Widened in its short direction so that no axis is longer than `max_ratio` times the other.
     #[inline]
-    fn rounded(self, most: f32) -> Self {
+    fn rounded(self, max_ratio: f32) -> Self {
         let mean = 0.5 * (self.xx + self.yy);
         let off = (mean * mean - self.determinant()).max(0.0).sqrt();
-        let lift = ((mean + off) / (most * most) - (mean - off)).max(0.0);
+        let lift = ((mean + off) / (max_ratio * max_ratio) - (mean - off)).max(0.0);
         Symmetric { xx: self.xx + lift, xy: self.xy, yy: self.yy + lift }
     }
 }

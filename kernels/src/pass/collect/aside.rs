@@ -229,7 +229,7 @@ impl<'a> Aside<'a> {
             non_specular: Vec3::ZERO,
         };
         if self.features.has(MEDIA) {
-            shadow.media = MediaStack::of_words(UVec2::new(record.take(words, 11), record.take(words, 12)));
+            shadow.media = MediaStack::from_words(UVec2::new(record.take(words, 11), record.take(words, 12)));
         }
         if self.features.has(Features::PARTS) {
             (shadow.specular, shadow.non_specular) = (record.take3(words, 13), record.take3(words, 16));

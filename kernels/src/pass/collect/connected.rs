@@ -19,10 +19,10 @@ mod gpu {
     const WORDS: usize = 17;
 
     /// Most that a vertex has: all lights where they are few, else the candidates of one connection.
-    const MOST: u32 = if FEW_LIGHTS > CANDIDATES { FEW_LIGHTS } else { CANDIDATES };
+    const MAX_COUNT: u32 = if FEW_LIGHTS > CANDIDATES { FEW_LIGHTS } else { CANDIDATES };
 
     /// Words of as many.
-    pub const ROOM: usize = WORDS * MOST as usize;
+    pub const ROOM: usize = WORDS * MAX_COUNT as usize;
 
     /// All of them, in an array.
     pub struct Connected<'a>(&'a mut [u32; ROOM]);
@@ -63,7 +63,7 @@ mod gpu {
 
         /// The one that was kept, and its light.
         #[inline(always)]
-        pub fn of(&self, kept: u32) -> (Connection, ByClass) {
+        pub fn get_with_light(&self, kept: u32) -> (Connection, ByClass) {
             let record = Record::<WORDS, ROOM>::at(kept);
             let light =
                 ByClass { non_specular: record.take3(self.0, 11), specular: record.take3(self.0, 14) };
@@ -118,7 +118,7 @@ mod cpu {
 
         /// The one that was kept, and its light.
         #[inline(always)]
-        pub fn of(&self, kept: (Connection, ByClass)) -> (Connection, ByClass) {
+        pub fn get_with_light(&self, kept: (Connection, ByClass)) -> (Connection, ByClass) {
             kept
         }
     }

@@ -49,7 +49,7 @@ pub fn run<E: Errand, T: Tracer, C: Atomics>(
     let Wanted { pixel, stream, beyond } = errand.wanted();
     let (mut light, mut kept) = (PathLight::default(), E::Kept::default());
     if pixel != NONE {
-        let start = Start::of(stream, pixel, params);
+        let start = Start::new(stream, pixel, params);
         (light, kept) = follow(start, beyond, params, features, scene, tracer, &mut errand, counters);
     }
     errand.leave(&light, &kept);

@@ -58,7 +58,7 @@ fn one(animation: &mut Animation, params: &FrameParams, step: Step, zero: &[&str
             table.add(pass.name, steps::points(twin, bound.name));
             continue;
         }
-        let (cpu, gpu) = twin.rows::<f32>(bound.name);
+        let (cpu, gpu) = twin.records::<f32>(bound.name);
         let written = cpu.iter().filter(|value| **value != 0.0).count();
         if zero.contains(&bound.name) {
             assert_eq!(written, 0, "{}", bound.name);

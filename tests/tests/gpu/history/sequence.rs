@@ -34,7 +34,7 @@ pub fn run(animation: &mut Animation, other: u32, title: &str) -> Compared {
             .run(&params, &steps)
             .expect("the GPU runs a frame and the validation layer is silent");
     }
-    let (cpu, gpu) = animation.twin.rows::<f32>("caustic_radiance");
+    let (cpu, gpu) = animation.twin.records::<f32>("caustic_radiance");
     let mean = |layer: &[f32]| layer.iter().map(|&v| f64::from(v)).sum::<f64>() / layer.len() as f64;
     let means = [mean(&cpu), mean(&gpu)];
     let reason = "0.2 % of the camera paths and of the light paths may diverge, and a deposit on a disc's bound is taken \
@@ -61,5 +61,5 @@ pub fn error(settings: &Settings, scene: &Scene) -> f64 {
         sums(&layer).iter().sum::<f64>() / (3 * layer.len()) as f64
     };
     let means: Vec<f64> = (1..=6).map(&mut last).collect();
-    Mean::of(&means).error * (means.len() as f64).sqrt()
+    Mean::from_samples(&means).error * (means.len() as f64).sqrt()
 }

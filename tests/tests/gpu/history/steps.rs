@@ -14,7 +14,7 @@ use caustics_kernels::interface::history::{
 };
 use caustics_kernels::interface::point::PointGeometry;
 use caustics_kernels::math::octahedral;
-use caustics_tests::compare::{Difference, Tolerance, floats, rows, words};
+use caustics_tests::compare::{Difference, Tolerance, floats, records, words};
 use caustics_tests::fields::Field;
 use caustics_tests::matching::Deposit;
 use caustics_tests::table::Table;
@@ -46,7 +46,7 @@ pub fn one(animation: &mut Animation, params: &FrameParams, step: Step, table: &
     let twin = &mut animation.twin;
     for buffer in twin.bound(&[step]) {
         if !written.contains(&buffer) {
-            let (cpu, gpu) = twin.rows::<u32>(buffer);
+            let (cpu, gpu) = twin.records::<u32>(buffer);
             assert!(cpu == gpu, "{step:?} wrote to {buffer}");
         }
     }
@@ -62,15 +62,15 @@ pub fn one(animation: &mut Animation, params: &FrameParams, step: Step, table: &
 
 /// Validation paths, deposit by deposit, and the marks that they make.
 fn validate(twin: &mut Twin, paths: Paths<'_>, table: &mut Table) {
-    let (cpu, gpu) = twin.rows::<ValidationDeposit>("validation_deposits");
+    let (cpu, gpu) = twin.records::<ValidationDeposit>("validation_deposits");
     let stored = cpu.iter().filter(|deposit| deposit.flux > 0.0).count();
     assert!(stored > 200, "only {stored} deposits");
-    let fields = rows(&cpu, &gpu, Tolerance::EXACT.except(2.0e-3, PATHS), |field| {
+    let fields = records(&cpu, &gpu, Tolerance::EXACT.except(2.0e-3, PATHS), |field| {
         let tolerance = if field.name == "flux" { FLUX } else { NEAR };
         tolerance.except(2.0e-3, PATHS)
     });
-    let rows = fields.iter().flat_map(|field| field.indices.iter());
-    let parted: BTreeSet<u32> = rows.map(|&row| row as u32 / VALIDATION_DEPOSITS).collect();
+    let records = fields.iter().flat_map(|field| field.indices.iter());
+    let parted: BTreeSet<u32> = records.map(|&row| row as u32 / VALIDATION_DEPOSITS).collect();
     let unexplained: Vec<_> =
         parted.iter().filter(|&&path| paths.explain_validation(path, diverges).is_none()).collect();
     eprintln!("{stored} deposits of validation; diverging paths {parted:?}, unexplained {unexplained:?}");
@@ -84,7 +84,7 @@ fn validate(twin: &mut Twin, paths: Paths<'_>, table: &mut Table) {
 
 /// Sums over the marks of all cells: how far they are apart in all, relative to what they are sums of.
 fn cells(twin: &mut Twin) -> Vec<Difference> {
-    let (cpu, gpu) = twin.rows::<u32>("validation_cells");
+    let (cpu, gpu) = twin.records::<u32>("validation_cells");
     let cells = |words: &[u32]| words.chunks_exact(WORDS as usize).map(Cell::new).collect::<Vec<_>>();
     let (cpu, gpu) = (cells(&cpu), cells(&gpu));
     let total = |of: fn(&Cell) -> i64| cpu.iter().map(|cell| of(cell) as usize).sum::<usize>();
@@ -134,29 +134,30 @@ impl Cell {
 /// Whether two versions of a path differ as the comparison forbids.
 fn diverges(a: &[Deposit], b: &[Deposit]) -> bool {
     let row = |deposits: &[Deposit]| -> Vec<ValidationDeposit> {
-        let rows = deposits.iter().take(VALIDATION_DEPOSITS as usize);
-        rows.map(|(geometry, light)| ValidationDeposit {
-            position: geometry.position,
-            flux: light.flux.element_sum(),
-            instance: geometry.instance,
-        })
-        .collect()
+        let records = deposits.iter().take(VALIDATION_DEPOSITS as usize);
+        records
+            .map(|(geometry, light)| ValidationDeposit {
+                position: geometry.position,
+                flux: light.flux.element_sum(),
+                instance: geometry.instance,
+            })
+            .collect()
     };
     let (a, b) = (row(a), row(b));
     let tolerance = |field: &Field| if field.name == "flux" { FLUX } else { NEAR };
     a.len() != b.len()
-        || rows(&a, &b, Tolerance::EXACT, tolerance).iter().any(|difference| difference.exceeding > 0)
+        || records(&a, &b, Tolerance::EXACT, tolerance).iter().any(|difference| difference.exceeding > 0)
 }
 
 /// What the frame before lends.
 fn reprojected(twin: &mut Twin) -> Vec<Difference> {
-    let (cpu, gpu) = twin.rows::<Reprojected>("reprojected");
-    let (points, _) = twin.rows::<PointGeometry>("point_geometry");
+    let (cpu, gpu) = twin.records::<Reprojected>("reprojected");
+    let (points, _) = twin.records::<PointGeometry>("point_geometry");
     let lending = cpu.iter().filter(|reprojected| reprojected.samples > 0.0).count();
     assert!(lending > cpu.len() / 2, "only {lending} points borrow");
     let scale = cpu.iter().map(|reprojected| reprojected.mean.max_element()).sum::<f32>() / cpu.len() as f32;
     let flips = "the nearest lender may be another one of two that are as near, or one on the bound";
-    let fields = rows(&cpu, &gpu, Tolerance::EXACT, |field| {
+    let fields = records(&cpu, &gpu, Tolerance::EXACT, |field| {
         let absolute = match field.name {
             "mean" => 1.0e-4 * scale,
             "samples" => 0.0,
@@ -176,7 +177,7 @@ fn reprojected(twin: &mut Twin) -> Vec<Difference> {
 fn remembered(twin: &mut Twin) -> Vec<Difference> {
     let mut found = vec![];
     for buffer in ["caustic_radiance", "history_mean"] {
-        let (cpu, gpu) = twin.rows::<f32>(buffer);
+        let (cpu, gpu) = twin.records::<f32>(buffer);
         let scale = cpu.iter().sum::<f32>() / cpu.len() as f32;
         assert!(scale > 0.0);
         found.push(floats(buffer, 3, &cpu, &gpu, Tolerance { absolute: 1.0e-4 * scale, ..NEAR }));
@@ -187,7 +188,7 @@ fn remembered(twin: &mut Twin) -> Vec<Difference> {
 
 /// Points as the next frame finds them.
 pub fn points(twin: &mut Twin, buffer: &str) -> Vec<Difference> {
-    let (cpu, gpu) = twin.rows::<HistoryPoint>(buffer);
+    let (cpu, gpu) = twin.records::<HistoryPoint>(buffer);
     let mut found = vec![];
     let column = |points: &[HistoryPoint], of: fn(&HistoryPoint) -> Vec3| -> Vec<f32> {
         points.iter().flat_map(|point| of(point).to_array()).collect()

@@ -42,7 +42,7 @@ fn means(choice: &RunnerChoice, scene: &Scene, features: Features, variant: &'st
         caustics.push(mean(&picture.caustics));
         path.push(mean(&picture.path));
     }
-    [Mean::of(&caustics), Mean::of(&path)]
+    [Mean::from_samples(&caustics), Mean::from_samples(&path)]
 }
 
 #[test]
@@ -94,13 +94,13 @@ fn references_agree() {
         let mut twin = Twin::open(&gpu, hardware, &scene, &settings());
         let params = twin.params;
         twin.run(&params, &(PATH.steps)(Parts::from(&variant::PHOTONS_GRID), &params));
-        let (cpu, gpu_rows) = twin.rows::<f32>("path_radiance");
+        let (cpu, gpu_records) = twin.records::<f32>("path_radiance");
         assert!(cpu.iter().filter(|value| **value > 0.0).count() > cpu.len() / 2);
         let reason = "the rule for twins: 0.2 % of the paths may diverge";
         let tolerance = Tolerance::relative(1.0e-3, 0.0, reason).except(2.0e-3, reason);
         let mut table =
             Table::new(&format!("reference, CPU against {} (hardware {hardware})", gpu.info.name));
-        table.add("reference", [floats("path_radiance", 3, &cpu, &gpu_rows, tolerance)]);
+        table.add("reference", [floats("path_radiance", 3, &cpu, &gpu_records, tolerance)]);
         table.finish();
     }
 }
@@ -117,7 +117,7 @@ fn gathers_on_the_gpu_equal_each_other() {
         let mut table = Table::new(&format!("gathers against brute force on {}", gpu.info.name));
         let mut sums = |variant| {
             twin.gpu.run(&params, &basic::steps(variant, &params)).expect("the frame runs");
-            twin::rows::<u32>(&mut *twin.gpu, "accumulator")
+            twin::records::<u32>(&mut *twin.gpu, "accumulator")
         };
         let brute = sums(&variant::BRUTE);
         assert!(brute.chunks(WORDS as usize).map(|point| point[6]).sum::<u32>() > 2000);
@@ -143,7 +143,7 @@ fn odd_sizes_run_and_the_validation_layer_is_silent() {
                 twin.gpu.run(&twin.params, &basic::steps(variant, &twin.params)).unwrap_or_else(|error| {
                     panic!("{width}x{height} {} (hardware {hardware}): {error:#}", variant.name)
                 });
-                let image = twin::rows::<f32>(&mut *twin.gpu, "display_color");
+                let image = twin::records::<f32>(&mut *twin.gpu, "display_color");
                 assert_eq!(image.len(), 3 * (width * height) as usize);
                 assert!(image.iter().all(|value| (0.0..=1.0).contains(value)));
             }
@@ -164,7 +164,7 @@ fn detects_another_seed() {
         twin.gpu.run(&FrameParams { seed, ..params }, &steps).unwrap();
         let mut table = Table::new("frames of two seeds");
         for buffer in ["path_radiance", "caustic_radiance", "display_color"] {
-            let (cpu, gpu) = twin.rows::<f32>(buffer);
+            let (cpu, gpu) = twin.records::<f32>(buffer);
             let near = Tolerance::relative(1.0e-3, 1.0, "the rule for twins")
                 .except(0.02, "whole paths may diverge");
             table.add(buffer, [floats(buffer, 3, &cpu, &gpu, near)]);

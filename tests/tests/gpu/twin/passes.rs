@@ -35,7 +35,7 @@ pub fn all(twin: &mut Twin, scene: &Scene, hardware: bool, table: &mut Table) {
             one(twin, scene, &POWER, step, table);
         }
     }
-    let (balance, _) = twin.rows::<Balance>("balance");
+    let (balance, _) = twin.records::<Balance>("balance");
     assert!(balance[0].path_variance > 0.0 && balance[0].caustic_variance > 0.0, "{balance:?}");
     // Brute force is compared with the others on each device, over fewer pairs (`frames`).
     for variant in variant::ALL.iter().filter(|variant| !variant.hardware && **variant != BRUTE) {
@@ -108,7 +108,7 @@ fn one(twin: &mut Twin, scene: &Scene, emission: &'static Emission, step: Step, 
     let written: Vec<&str> = pass.written().map(|bound| bound.name).collect();
     for buffer in twin.bound(&[step]) {
         if !written.contains(&buffer) {
-            let (cpu, gpu) = twin.rows::<u32>(buffer);
+            let (cpu, gpu) = twin.records::<u32>(buffer);
             assert!(cpu == gpu, "{step:?} wrote to {buffer}");
         }
     }
@@ -123,18 +123,18 @@ fn one(twin: &mut Twin, scene: &Scene, emission: &'static Emission, step: Step, 
     for buffer in written {
         let difference = match buffer {
             "caustic_radiance" | "display_color" => {
-                let (cpu, gpu) = twin.rows::<f32>(buffer);
+                let (cpu, gpu) = twin.records::<f32>(buffer);
                 let scale = cpu.iter().sum::<f32>() / cpu.len() as f32;
                 floats(buffer, 3, &cpu, &gpu, Tolerance { absolute: 1.0e-4 * scale, ..NEAR })
             }
             // What guided emission makes of what was scored: `sqrt` may be off by ulps.
             "guide_sums" | "guide_tree" | "pixel_means" | "pixel_weights" | "picture_rows"
             | "balance_rows" | "radius_now" | "radius_next" => {
-                let (cpu, gpu) = twin.rows::<f32>(buffer);
+                let (cpu, gpu) = twin.records::<f32>(buffer);
                 floats(buffer, 1, &cpu, &gpu, NEAR)
             }
             "balance" => {
-                let (cpu, gpu) = twin.rows::<u32>(buffer);
+                let (cpu, gpu) = twin.records::<u32>(buffer);
                 let paths = words("light paths", 1, &cpu[4..], &gpu[4..], Tolerance::EXACT);
                 table.add(pass.name, [paths]);
                 let numbers =
@@ -142,13 +142,13 @@ fn one(twin: &mut Twin, scene: &Scene, emission: &'static Emission, step: Step, 
                 floats(buffer, 4, &numbers(&cpu), &numbers(&gpu), NEAR)
             }
             "point_geometry" if pass.work != Work::Camera => {
-                let (cpu, gpu) = twin.rows::<PointGeometry>(buffer);
+                let (cpu, gpu) = twin.records::<PointGeometry>(buffer);
                 let radii =
                     |points: &[PointGeometry]| points.iter().map(|point| point.radius).collect::<Vec<_>>();
                 floats(buffer, 1, &radii(&cpu), &radii(&gpu), NEAR)
             }
             "counters" if pass.work != Work::Gather => {
-                let (cpu, gpu) = twin.rows::<u32>(buffer);
+                let (cpu, gpu) = twin.records::<u32>(buffer);
                 let numbers = |words: &[u32]| words.iter().map(|&word| word as f32).collect::<Vec<_>>();
                 floats(buffer, 1, &numbers(&cpu), &numbers(&gpu), paths::COUNTS)
             }
@@ -160,7 +160,7 @@ fn one(twin: &mut Twin, scene: &Scene, emission: &'static Emission, step: Step, 
 
 /// The sums of a gather. Counts may differ only at points with a deposit on the very bound of what they take.
 fn sums(twin: &mut Twin, params: &FrameParams) -> Vec<Difference> {
-    let (cpu, gpu) = twin.rows::<u32>("accumulator");
+    let (cpu, gpu) = twin.records::<u32>("accumulator");
     let read = |words: &[u32]| {
         let sums = (0..params.pixel_count()).map(|pixel| Sum::read(words, pixel, params.quantum));
         sums.unzip::<Vec3, u32, Vec<_>, Vec<_>>()
@@ -183,8 +183,8 @@ fn sums(twin: &mut Twin, params: &FrameParams) -> Vec<Difference> {
 
 /// Of these pixels those without a deposit within 1e-5 of what decides whether it is taken.
 fn on_the_bound(twin: &mut Twin, pixels: &[usize]) -> usize {
-    let (points, _) = twin.rows::<PointGeometry>("point_geometry");
-    let (deposits, _) = twin.rows::<DepositGeometry>("deposit_geometry");
+    let (points, _) = twin.records::<PointGeometry>("point_geometry");
+    let (deposits, _) = twin.records::<DepositGeometry>("deposit_geometry");
     let near = |a: f32, b: f32| (a - b).abs() <= 1.0e-5 * b;
     let decides = |point: &PointGeometry, deposit: &DepositGeometry| {
         let along = deposit.position - point.position;
@@ -201,12 +201,12 @@ fn on_the_bound(twin: &mut Twin, pixels: &[usize]) -> usize {
 /// Gathers by ray queries against one in software over the same deposits on the same device, and against the CPU's.
 fn by_ray_queries(twin: &mut Twin, table: &mut Table) {
     let params = twin.params;
-    let (cpu, _) = twin.rows::<u32>("accumulator");
+    let (cpu, _) = twin.records::<u32>("accumulator");
     let mut run = |variant| {
         let steps = over_deposits(variant, &params);
         twin.copy_to_gpu(&steps);
         twin.gpu.run(&params, &steps).expect("the GPU runs the steps and the validation layer is silent");
-        twin::rows::<u32>(&mut *twin.gpu, "accumulator")
+        twin::records::<u32>(&mut *twin.gpu, "accumulator")
     };
     let software = run(&PHOTONS_GRID);
     let total = |words: &[u32]| {

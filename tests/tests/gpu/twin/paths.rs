@@ -6,7 +6,7 @@ use caustics::scene::Scene;
 use caustics_kernels::interface::counters::DepositState;
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
 use caustics_kernels::pass::collect::Collected;
-use caustics_tests::compare::{Difference, Tolerance, floats, rows, words};
+use caustics_tests::compare::{Difference, Tolerance, floats, records, words};
 use caustics_tests::fields::Field;
 use caustics_tests::matching::{Deposit, pair};
 use caustics_tests::table::Table;
@@ -38,15 +38,15 @@ fn but_for_some(scene: &Scene, tolerance: Tolerance) -> Tolerance {
 
 /// Camera paths, pixel by pixel.
 pub fn collect(twin: &mut Twin, paths: Paths<'_>, table: &mut Table) {
-    let (cpu_radiance, gpu_radiance) = twin.rows::<f32>("path_radiance");
-    let (cpu_geometry, gpu_geometry) = twin.rows::<PointGeometry>("point_geometry");
-    let (cpu_shading, gpu_shading) = twin.rows::<PointShading>("point_shading");
+    let (cpu_radiance, gpu_radiance) = twin.records::<f32>("path_radiance");
+    let (cpu_geometry, gpu_geometry) = twin.records::<PointGeometry>("point_geometry");
+    let (cpu_shading, gpu_shading) = twin.records::<PointShading>("point_shading");
     let but_for_some = |tolerance| but_for_some(paths.scene, tolerance);
     let (words_tolerance, near) = (but_for_some(Tolerance::EXACT), but_for_some(NEAR));
     let field_tolerance = |field: &Field| but_for_some(path_field(field.name));
     let mut all = vec![floats("path_radiance", 3, &cpu_radiance, &gpu_radiance, near)];
-    all.extend(rows(&cpu_geometry, &gpu_geometry, words_tolerance, field_tolerance));
-    all.extend(rows(&cpu_shading, &gpu_shading, words_tolerance, field_tolerance));
+    all.extend(records(&cpu_geometry, &gpu_geometry, words_tolerance, field_tolerance));
+    all.extend(records(&cpu_shading, &gpu_shading, words_tolerance, field_tolerance));
 
     let pixels: BTreeSet<usize> =
         all.iter().flat_map(|difference| difference.indices.iter().copied()).collect();
@@ -78,17 +78,17 @@ fn path_field(name: &str) -> Tolerance {
 fn diverges(a: &Collected, b: &Collected) -> bool {
     let radiance = floats("", 3, &a.light.radiance.to_array(), &b.light.radiance.to_array(), NEAR);
     let geometry =
-        rows(&[a.point.geometry], &[b.point.geometry], Tolerance::EXACT, |field| path_field(field.name));
+        records(&[a.point.geometry], &[b.point.geometry], Tolerance::EXACT, |field| path_field(field.name));
     let shading =
-        rows(&[a.point.shading], &[b.point.shading], Tolerance::EXACT, |field| path_field(field.name));
+        records(&[a.point.shading], &[b.point.shading], Tolerance::EXACT, |field| path_field(field.name));
     geometry.iter().chain(&shading).chain([&radiance]).any(|difference| difference.exceeding > 0)
 }
 
 /// Light paths, deposit by deposit.
 pub fn shoot(twin: &mut Twin, paths: Paths<'_>, name: &str, table: &mut Table) {
-    let (cpu_state, gpu_state) = twin.rows::<u32>("deposit_state");
-    let (cpu_geometry, gpu_geometry) = twin.rows::<DepositGeometry>("deposit_geometry");
-    let (cpu_light, gpu_light) = twin.rows::<DepositLight>("deposit_light");
+    let (cpu_state, gpu_state) = twin.records::<u32>("deposit_state");
+    let (cpu_geometry, gpu_geometry) = twin.records::<DepositGeometry>("deposit_geometry");
+    let (cpu_light, gpu_light) = twin.records::<DepositLight>("deposit_light");
     let stored = |state: &[u32]| state[DepositState::Stored as usize] as usize;
     let zip = |geometry: Vec<DepositGeometry>, light: Vec<DepositLight>, count| -> Vec<Deposit> {
         geometry.into_iter().zip(light).take(count).collect()
@@ -129,8 +129,8 @@ fn compare(partners: &[(Deposit, Deposit)], allow: impl Fn(Tolerance) -> Toleran
     let split = |deposits: Vec<Deposit>| deposits.into_iter().unzip::<_, _, Vec<_>, Vec<_>>();
     let ((geometry, light), (other_geometry, other_light)) = (split(left), split(right));
     let tolerance = |field: &Field| allow(path_field(field.name));
-    let mut all = rows(&geometry, &other_geometry, Tolerance::EXACT, tolerance);
-    all.extend(rows(&light, &other_light, Tolerance::EXACT, tolerance));
+    let mut all = records(&geometry, &other_geometry, Tolerance::EXACT, tolerance);
+    all.extend(records(&light, &other_light, Tolerance::EXACT, tolerance));
     all
 }
 

@@ -4,7 +4,7 @@ use caustics::scene::Scene;
 use caustics_kernels::interface::ray::{Hit, Ray};
 use caustics_kernels::interface::step::{EmitStep, SampleStep, ScatterIn, ScatterOut};
 use caustics_kernels::pass::step::{STEP_EMIT, STEP_HIT, STEP_SAMPLE, STEP_SCATTER};
-use caustics_tests::compare::{Tolerance, floats, rows, words};
+use caustics_tests::compare::{Tolerance, floats, records, words};
 use caustics_tests::rays;
 use caustics_tests::table::Table;
 use caustics_tests::twin::Twin;
@@ -30,7 +30,7 @@ pub fn sample(twin: &mut Twin, table: &mut Table) {
     let (cpu, gpu) = twin.head::<SampleStep>("samples", 100_000);
     table.add(
         "step.sample",
-        rows(&cpu, &gpu, Tolerance::EXACT, |field| match field.name {
+        records(&cpu, &gpu, Tolerance::EXACT, |field| match field.name {
             "facet" => FACET,
             _ => WARP,
         }),
@@ -68,10 +68,10 @@ fn compare_hits(twin: &mut Twin, scene: &Scene, name: &str, rays: &[Ray], table:
         kept.map(|i| hits[i]).collect::<Vec<_>>()
     };
     // A distance is a quotient of differences of coordinates, so its error scales with the room.
-    let size = scene.triangles.iter().fold(0.0f32, |most, t| most.max(t.a.abs().max_element()));
+    let size = scene.triangles.iter().fold(0.0f32, |largest, t| largest.max(t.a.abs().max_element()));
     let near = Tolerance::relative(1.0e-4, 0.05 * size, "distances cancel near the origin of a ray");
     let slivers = near.except(1.0e-3, "barycentrics of slivers and of grazing rays amplify ulps");
-    let hits = rows(&same(&cpu), &same(&gpu), Tolerance::EXACT, |field| match field.name {
+    let hits = records(&same(&cpu), &same(&gpu), Tolerance::EXACT, |field| match field.name {
         "distance" => near,
         _ => Tolerance { absolute: 1.0e-4, ..slivers },
     });
@@ -102,7 +102,7 @@ fn compare_events(twin: &mut Twin, events: &[ScatterIn], table: &mut Table) {
     let choices = Tolerance::EXACT.except(1.0e-4, "a random number within ulps of a lobe's chance");
     let near = Tolerance::relative(1.0e-4, 1.0, "the rule for twins").except(1.0e-4, choices.reason);
     let peak = Tolerance::relative(1.0e-4, 1.0, "the rule for twins: single steps to 1e-4");
-    let differences = rows(&cpu, &gpu, choices, |field| match field.name {
+    let differences = records(&cpu, &gpu, choices, |field| match field.name {
         "pdf" => Tolerance { absolute: 0.0, ..peak }.except(near.share, peak.reason),
         _ => near,
     });
@@ -122,7 +122,7 @@ pub fn emit(twin: &mut Twin, scene: &Scene, table: &mut Table) {
     let light = if scene.textures.textures.is_empty() { RATIO } else { SHONE_BY_TEXELS };
     table.add(
         "step.emit",
-        rows(&cpu, &gpu, Tolerance::EXACT, |field| match field.name {
+        records(&cpu, &gpu, Tolerance::EXACT, |field| match field.name {
             "flux" | "radiance_over_pdf" => light,
             "pdf" => RATIO,
             _ => unit,

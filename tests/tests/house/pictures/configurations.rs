@@ -68,14 +68,14 @@ fn set(cell: &mut Cell, axis: &'static Axis, value: &str) {
 
 /// A method's defaults.
 fn plain(method: &'static Method) -> Configuration {
-    let mut cell = Cell::of(method);
+    let mut cell = Cell::new(method);
     set(&mut cell, &PATHS_PER_PIXEL, "p2");
     Configuration::new(method.name.into(), cell.effective())
 }
 
 /// The last value of every parameter: in lists, what does most stands last.
 fn full(method: &'static Method) -> Configuration {
-    let mut cell = Cell::of(method);
+    let mut cell = Cell::new(method);
     for axis in AXES.into_iter().filter(|axis| ![&METHOD, &MAX_BOUNCES].contains(axis)) {
         if let Some(value) = values(axis).last() {
             set(&mut cell, axis, value);
@@ -158,13 +158,13 @@ fn other_settings(base: &Configuration) -> Vec<Configuration> {
 }
 
 /// Every method as it is by default, and with everything on.
-pub fn of_methods() -> Vec<Configuration> {
+pub fn for_methods() -> Vec<Configuration> {
     method::ALL.iter().flat_map(|&method| [plain(method), full(method)]).collect()
 }
 
 /// Every configuration.
 pub fn all() -> Vec<Configuration> {
-    let mut found = of_methods();
+    let mut found = for_methods();
     for method in method::ALL.iter().copied() {
         let base = plain(method);
         found.extend(one_at_a_time(&base));
@@ -184,7 +184,7 @@ fn every_value_of_every_parameter_makes_an_image_in_every_method_that_looks_at_i
         assert!(!of_method.is_empty());
         for axis in AXES.into_iter().filter(|axis| **axis != METHOD) {
             for value in values(axis) {
-                let mut cell = Cell::of(method);
+                let mut cell = Cell::new(method);
                 set(&mut cell, axis, &value);
                 let wanted = axis.get(&cell.effective());
                 let is_there = of_method.iter().any(|found| axis.get(&found.cell) == wanted);

@@ -45,7 +45,7 @@ fn glass_by_sampling(
     classes: Classes,
     divides: bool,
 ) -> [(f64, f64); 2] {
-    let indices = Indices::of(eta);
+    let indices = Indices::new(eta);
     let (surface, interface) =
         Bsdf::new(material, viewer(cos), indices, 0.25, classes, divides, Features::ALL);
     let count = 200_000;
@@ -145,7 +145,7 @@ fn albedos_are_mean_weights(cosines: &[f32]) {
                 |classes, path| surface.albedo(classes, Rng::new(Stream::Ledger, 31, path, 0).next4());
             let mean = |value: &dyn Fn(u32) -> Vec3, channel: usize| {
                 let values: Vec<f64> = (0..count).map(|path| f64::from(value(path)[channel])).collect();
-                Mean::of(&values)
+                Mean::from_samples(&values)
             };
             for (classes, channel) in
                 [Classes::ALL, Classes::SPECULAR].into_iter().flat_map(|classes| [(classes, 0), (classes, 2)])

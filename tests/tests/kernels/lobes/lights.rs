@@ -48,7 +48,7 @@ fn connections_follow_their_density() {
             to_points += 1;
             continue;
         }
-        seen[cells.of(c.to_light)] += 1;
+        seen[cells.cell_index(c.to_light)] += 1;
         // What it says of its own density is what a ray that way finds.
         let hit = world.tracer().closest(&Ray::endless(Vec3::ZERO, c.to_light));
         let found = if hit.is_miss() { 0.0 } else { density(&world, c.to_light) };
@@ -57,7 +57,7 @@ fn connections_follow_their_density() {
     // A ray at the rim of a lamp may miss it.
     assert!(bad <= 5, "{bad} connections with another density than a ray finds");
     let expected = cells.integrate([24, 24], |d| f64::from(density(&world, d)) * f64::from(SAMPLES));
-    let fit = Fit::of(&seen, &expected);
+    let fit = Fit::new(&seen, &expected);
     println!("connections: {:.0} of {}", fit.chi_square, fit.cells);
     assert!(fit.passes(), "{fit:?}");
     let chance = f64::from(scene.lights.iter().find(|l| l.triangle == NONE).unwrap().pdf_light_choice);
@@ -69,7 +69,7 @@ fn connections_follow_their_density() {
 /// noise than the cosine and the choice between its triangles leave: over its area, the lowest of these would deviate by 6.6.
 #[test]
 fn connections_to_near_lamps_have_no_peaks() {
-    for (height, most) in [(0.05, 1.1), (0.4, 0.8), (0.9, 0.5), (8.0, 0.1)] {
+    for (height, max_deviation) in [(0.05, 1.1), (0.4, 0.8), (0.9, 0.5), (8.0, 0.1)] {
         let mut b = Builder::default();
         let lamp = b.material(emitter(1.0));
         b.panel(lamp, DVec3::new(0.3, height, 0.2), 0.5 * DVec3::X, 0.5 * DVec3::Z);
@@ -94,7 +94,7 @@ fn connections_to_near_lamps_have_no_peaks() {
         let deviation = error * f64::from(SAMPLES).sqrt() / mean;
         println!("{height} m: {mean:.5} +- {error:.5}, known {expected:.5}; deviation {deviation:.3}");
         assert!((mean - expected).abs() < 4.0 * error + 1.0e-5 * expected);
-        assert!(deviation < most, "{height} m: {deviation}");
+        assert!(deviation < max_deviation, "{height} m: {deviation}");
     }
 }
 
@@ -165,7 +165,7 @@ fn starts_of_light_paths_follow_area_and_cosine() {
     let expected: Vec<f64> = (0..count * 16)
         .map(|cell| f64::from(scene.lights[cell / 16].pdf_light_choice) * f64::from(SAMPLES) / 16.0)
         .collect();
-    let fit = Fit::of(&seen, &expected);
+    let fit = Fit::new(&seen, &expected);
     println!("starts: {:.0} of {}", fit.chi_square, fit.cells);
     assert!(fit.passes(), "{fit:?}");
     let power = |l: &caustics_kernels::interface::light::Light| match l.triangle {

@@ -44,7 +44,7 @@ struct Moments {
 
 impl Moments {
     /// By midpoints over visible normals [Dupuy and Benyoub 2023], in f64 and written out anew.
-    fn of(cos: f64, alpha: f64, eta: f64) -> Moments {
+    fn new(cos: f64, alpha: f64, eta: f64) -> Moments {
         let to_previous = DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
         let stretched = DVec3::new(alpha * to_previous.x, 0.0, cos).normalize();
         let lambda = |z: f64| 0.5 * ((1.0 + alpha * alpha * (1.0 - z * z) / (z * z)).sqrt() - 1.0);
@@ -83,7 +83,7 @@ impl Moments {
     }
 
     /// The least of all.
-    fn least(&self) -> f64 {
+    fn minimum(&self) -> f64 {
         (self.reflected.sqrt() + self.transmitted.sqrt()).powi(2)
     }
 }
@@ -100,13 +100,13 @@ fn the_choice_before_the_facet_is_near_the_best_one() {
                 for cos in [0.03_f32, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0] {
                     let material = Material { roughness, ..glass(ior) };
                     let alpha = roughness * roughness;
-                    let moments = Moments::of(f64::from(cos), f64::from(alpha), f64::from(eta));
+                    let moments = Moments::new(f64::from(cos), f64::from(alpha), f64::from(eta));
                     let second = moments.at(f64::from(reflection_chance(&material, cos, eta)));
-                    excess += second / moments.least() - 1.0;
+                    excess += second / moments.minimum() - 1.0;
                     largest = largest.max(second);
                     let at = |cos: f32| caustics_kernels::surface::fresnel::dielectric(cos, eta);
                     let other = at((cos - alpha).max(0.0)) + at(cos) + at((cos + alpha).min(1.0));
-                    other_excess += moments.at(f64::from(0.02 + 0.31 * other)) / moments.least() - 1.0;
+                    other_excess += moments.at(f64::from(0.02 + 0.31 * other)) / moments.minimum() - 1.0;
                     count += 1.0;
                 }
             }

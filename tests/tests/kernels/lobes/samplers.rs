@@ -75,7 +75,7 @@ fn count(surface: &Bsdf, interface: GlassInterface, class: Classes) -> Vec<u32> 
         let sampled = surface.sample(interface, Rng::new(Stream::Light, 4, path, 0).next4());
         let lost = sampled.transmitted != (sampled.direction.z < 0.0);
         if sampled.class == class && sampled.pdf_solid_angle > 0.0 && !lost {
-            seen[CELLS.of(sampled.direction)] += 1;
+            seen[CELLS.cell_index(sampled.direction)] += 1;
         }
     }
     seen
@@ -107,7 +107,7 @@ fn densities_hold(cosines: &[f32]) {
                 assert!(towards.iter().all(|d| surface.eval(*d, class).pdf_solid_angle == 0.0), "{name}");
                 continue;
             }
-            let fit = Fit::of(&counts, &expect(&surface, class, material.roughness));
+            let fit = Fit::new(&counts, &expect(&surface, class, material.roughness));
             println!("{name}, class {}: {:.0} of {}", class.0, fit.chi_square, fit.cells);
             assert!(fit.passes(), "{name}, class {}: {fit:?}", class.0);
         }
@@ -123,7 +123,7 @@ fn detects_samples_of_another_roughness() {
         for class in [Classes::SPECULAR, Classes::NON_SPECULAR] {
             if surface.class_chance(class) > 0.1 {
                 let expected = expect(&seen_from(other, viewer(0.5), eta, true).0, class, 0.4);
-                assert!(!Fit::of(&count(&surface, interface, class), &expected).passes());
+                assert!(!Fit::new(&count(&surface, interface, class), &expected).passes());
             }
         }
     }
@@ -166,8 +166,11 @@ fn weights_are_f_cos_over_pdf_of_their_class() {
             let lobes = surface.eval(sampled.direction, sampled.class);
             assert_eq!(lobes.pdf_solid_angle, sampled.pdf_solid_angle, "{name}");
             let weight = lobes.f * sampled.direction.z.abs() / lobes.pdf_solid_angle;
-            let most = weight.max_element().max(1e-6);
-            assert!((weight - sampled.weight).abs().max_element() <= 1e-6 * most, "{name}: {sampled:?}");
+            let max_weight = weight.max_element().max(1e-6);
+            assert!(
+                (weight - sampled.weight).abs().max_element() <= 1e-6 * max_weight,
+                "{name}: {sampled:?}"
+            );
         }
         assert!(weighed > 1_000, "{name}: {weighed}");
     }
@@ -180,13 +183,13 @@ fn warps_follow_their_density() {
         let mut seen = vec![0; CELLS.count()];
         for path in 0..SAMPLES {
             let u = Rng::new(Stream::Light, 8, path, 0).next4();
-            seen[CELLS.of(warp(u.x, u.y))] += 1;
+            seen[CELLS.cell_index(warp(u.x, u.y))] += 1;
         }
         seen
     };
     let check = |name: &str, warp: &dyn Fn(f32, f32) -> Vec3, pdf: &dyn Fn(Vec3) -> f32, sub| {
         let expected = CELLS.integrate(sub, |d| f64::from(pdf(d)) * f64::from(SAMPLES));
-        let fit = Fit::of(&counts(warp), &expected);
+        let fit = Fit::new(&counts(warp), &expected);
         println!("{name}: {:.0} of {}", fit.chi_square, fit.cells);
         assert!(fit.passes(), "{name}: {fit:?}");
     };
@@ -223,7 +226,7 @@ fn points_on_a_triangle_are_uniform() {
     let expected: Vec<f64> =
         (0..128).map(|i| if inside(i) { f64::from(SAMPLES) / 64.0 } else { 0.0 }).collect();
     assert_eq!(expected.iter().filter(|&&e| e > 0.0).count(), 64);
-    let fit = Fit::of(&seen, &expected);
+    let fit = Fit::new(&seen, &expected);
     assert!(fit.passes(), "{fit:?}");
 }
 

@@ -61,7 +61,7 @@ fn through(layers: u32, key: impl Fn(u32) -> u32) -> Mean {
         });
         passed.count() as f64 / 1000.0
     });
-    Mean::of(&groups.collect::<Vec<_>>())
+    Mean::from_samples(&groups.collect::<Vec<_>>())
 }
 
 #[test]
@@ -87,7 +87,7 @@ fn cameras_see_through_layers_by_the_product_of_their_shares() {
         let frames = render(&scene, &settings, "photons-grid", None, 0, 16);
         let means: Vec<f64> = frames.iter().map(|frame| mean_of(&frame.0.path)).collect();
         let all = mean_of(&[Vec3::new(0.25, 0.5, 1.0)]);
-        assert!(passes(*layers, &Mean::of(&means), all));
+        assert!(passes(*layers, &Mean::from_samples(&means), all));
     }
 }
 
@@ -96,7 +96,7 @@ fn lights_shine_through_layers_by_the_product_of_their_shares() {
     let settings = Settings { width: 48, height: 48, light_paths: 1, max_bounces: 1, ..Settings::default() };
     let frames = |layers| {
         let frames = render(&stack(layers, true).build(), &settings, "photons-grid", None, 0, 16);
-        Mean::of(&frames.iter().map(|frame| mean_of(&frame.0.path)).collect::<Vec<_>>())
+        Mean::from_samples(&frames.iter().map(|frame| mean_of(&frame.0.path)).collect::<Vec<_>>())
     };
     let open = frames(0).value;
     assert!(LAYERS.into_iter().all(|layers| passes(layers, &frames(layers), open)));
@@ -137,7 +137,7 @@ fn are_independent(pairs: Pairs) -> bool {
         let (a, b) = pairs(index);
         cells[(a * SIDE as f32) as usize * SIDE + (b * SIDE as f32) as usize] += 1;
     }
-    Fit::of(&cells, &[f64::from(count) / (SIDE * SIDE) as f64; SIDE * SIDE]).passes()
+    Fit::new(&cells, &[f64::from(count) / (SIDE * SIDE) as f64; SIDE * SIDE]).passes()
 }
 
 #[test]

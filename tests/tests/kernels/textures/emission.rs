@@ -163,11 +163,11 @@ fn a_textured_lamp_shows_its_texels() {
     let scene = Scene { cameras: vec![camera], ..scene };
     let collected = World::new(&scene, &settings).collect();
     let mean = collected.iter().map(|c| f64::from(c.light.radiance.x)).sum::<f64>() / 4096.0;
-    let (least, most) = collected.iter().fold((f32::MAX, 0.0_f32), |(least, most), c| {
-        (least.min(c.light.radiance.x), most.max(c.light.radiance.x))
+    let (lowest, highest) = collected.iter().fold((f32::MAX, 0.0_f32), |(lowest, highest), c| {
+        (lowest.min(c.light.radiance.x), highest.max(c.light.radiance.x))
     });
     let expected = f64::from(scene.flux.x) / PI;
-    println!("mean {mean:.4} of {expected:.4}, {least:.4} to {most:.4}");
+    println!("mean {mean:.4} of {expected:.4}, {lowest:.4} to {highest:.4}");
     // The view cuts off the outermost 1 %; texels differ by a factor of 20.
-    assert!((mean / expected - 1.0).abs() < 0.02 && least < 0.05 && f64::from(most) > 1.5 * expected);
+    assert!((mean / expected - 1.0).abs() < 0.02 && lowest < 0.05 && f64::from(highest) > 1.5 * expected);
 }

@@ -131,7 +131,7 @@ fn compare(what: &str, things: &Builder, events: &[Event], eye: DVec3, screen: f
             let cone = RayCone::at_eye(spread as f32);
             collected(
                 Start { ray, cone, rng },
-                Beyond::of(&world.params),
+                Beyond::new(&world.params),
                 &world.params,
                 world.features,
                 world.tables(),

@@ -239,22 +239,25 @@ fn images_of_the_scene_prism_are_deviated_by_their_index() {
     let tolerance = 0.02_f64.to_radians();
     for (channel, n) in indices(ior).into_iter().enumerate() {
         let of_channel: Vec<_> = images.0.iter().filter(|image| image.0 == channel).collect();
-        let (mut least, mut worst) = (f64::MAX, 0.0_f64);
+        let (mut min_deviation, mut worst) = (f64::MAX, 0.0_f64);
         for (_, entering, leaving) in &of_channel {
             let inside = refracted(*entering, normal(150.0), 1.0 / n);
             let expected = refracted(inside, -normal(30.0), n);
             worst = worst.max(expected.angle_between(*leaving));
-            least = least.min(entering.angle_between(*leaving));
+            min_deviation = min_deviation.min(entering.angle_between(*leaving));
         }
         let known = 2.0 * (n * (0.5 * FRAC_PI_3).sin()).asin() - FRAC_PI_3;
         println!(
             "n = {n:.3}: {} paths, least deviation {:.4}, known {:.4}; off Snell's law by {worst:.1e}",
             of_channel.len(),
-            least.to_degrees(),
+            min_deviation.to_degrees(),
             known.to_degrees()
         );
         assert!(of_channel.len() > 1_000);
-        assert!((least - known).abs() < tolerance && worst < tolerance, "{channel}: {least} {known} {worst}");
+        assert!(
+            (min_deviation - known).abs() < tolerance && worst < tolerance,
+            "{channel}: {min_deviation} {known} {worst}"
+        );
     }
 }
 

@@ -112,9 +112,12 @@ fn spots_of_any_width_light_their_axis() {
         let radiance = f64::from(world.collect()[0].light.radiance.x);
         assert!((radiance / (3.0 / 4.0 * 0.5 / PI) - 1.0).abs() < 1e-5, "{outer}: {radiance}");
         let rays = leaving(&world, 20_000);
-        let most =
+        let max_sine =
             rays.iter().map(|l| l.ray.direction.as_dvec3().cross(DVec3::Y).length()).fold(0.0, f64::max);
-        assert!(most <= outer.sin() * (1.0 + 1e-5) && most > 0.99 * outer.sin(), "{outer}: {most}");
+        assert!(
+            max_sine <= outer.sin() * (1.0 + 1e-5) && max_sine > 0.99 * outer.sin(),
+            "{outer}: {max_sine}"
+        );
     }
 }
 

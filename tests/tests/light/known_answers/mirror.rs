@@ -126,7 +126,7 @@ fn mirrored_view(world: &World<'_>, mirror: u32, plane: f64) -> Vec<Option<Colle
             let ray = Ray::endless(origin, mirrored.as_vec3());
             Some(collected(
                 Start { ray, cone, rng },
-                Beyond::of(&shorter),
+                Beyond::new(&shorter),
                 &shorter,
                 world.features,
                 world.tables(),

@@ -31,7 +31,7 @@ fn seen(scene: &Scene, side: u32, max_bounces: u32) -> (f64, f64) {
 
 /// All lobes of a material at normal incidence.
 fn seen_from_above(material: Material, eta: f32) -> (Bsdf, GlassInterface) {
-    Bsdf::new(material, Vec3::Z, Indices::of(eta), 0.25, Classes::ALL, false, Features::ALL)
+    Bsdf::new(material, Vec3::Z, Indices::new(eta), 0.25, Classes::ALL, false, Features::ALL)
 }
 
 /// Mean weight of what this material transmits at normal incidence.
@@ -193,7 +193,7 @@ fn weights_of_paths_through_white_rough_glass_do_not_grow() {
         world.params.quantum = 2.0f32.powi(-40);
         let (mut tracer, mut tally, mut escapes) = (world.tracer(), Tally::default(), Escapes::default());
         for pixel in 0..world.params.pixel_count() {
-            let start = Start::of(Stream::Reference, pixel, &world.params);
+            let start = Start::new(Stream::Reference, pixel, &world.params);
             follow(
                 start,
                 beyond,

@@ -112,13 +112,13 @@ fn the_image_in_a_ball_is_where_the_mirror_equation_says() {
 fn curved_mirrors_and_glass_keep_their_history_under_a_moving_eye() {
     let light_paths = 60_000;
     // A ball of glass is seen by chance, in part: its prefixes take turns in being mirrored at its front.
-    for (name, scene, least) in
+    for (name, scene, min_found) in
         [("ball", room(metal(0.9, 0.0), ball), 0.97), ("glass", room(glass(1.5), ball), 0.75)]
     {
         for history in [&PAPER, &VALIDATED] {
             let given = given(&scene, history, 0..FRAMES, light_paths);
             println!("{name}, {}: {:.3} found light, of {:.2} frames", history.name, given.found, given.held);
-            assert!(given.found > least, "{name}, {}", history.name);
+            assert!(given.found > min_found, "{name}, {}", history.name);
             assert!(history.name == "paper" || given.held > 0.6 * f64::from(FRAMES), "{name}");
         }
     }

@@ -27,8 +27,8 @@ impl Engine<'_> {
             }
             Asked::Exr => self.exr(),
             Asked::Png => self.png(),
-            Asked::Edits => return of_edits(Ok(self.edited.edits(&self.shared.wish().camera))),
-            Asked::Recording => return of_edits(self.recorded()),
+            Asked::Edits => return edits_answer(Ok(self.edited.edits(&self.shared.wish().camera))),
+            Asked::Recording => return edits_answer(self.recorded()),
         };
         bytes.map(Content::Bytes).map_err(|error| told(&error))
     }
@@ -82,7 +82,7 @@ impl Engine<'_> {
     fn png(&mut self) -> anyhow::Result<Vec<u8>> {
         let look = self.shared.wish().look;
         let suits = self.suits.unwrap_or_default();
-        let raster = look.of(&Shown { suits, ..self.converged()?.mean(look.layer) });
+        let raster = look.to_raster(&Shown { suits, ..self.converged()?.mean(look.layer) });
         let colors = raster.bytes.as_chunks::<3>().0.iter().map(|pixel| {
             let [r, g, b] = pixel.map(f32::from);
             Vec3::new(r, g, b) / 255.0
@@ -92,7 +92,7 @@ impl Engine<'_> {
 }
 
 /// Edits that can be used; their text is made while it is sent.
-fn of_edits(edits: anyhow::Result<Edits>) -> Answer {
+fn edits_answer(edits: anyhow::Result<Edits>) -> Answer {
     let edits = edits.and_then(|edits| edits.check().map(|()| edits).map_err(anyhow::Error::from));
     edits.map(|edits| Content::Edits(Box::new(edits))).map_err(|error| told(&error))
 }

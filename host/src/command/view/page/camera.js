@@ -13,7 +13,7 @@ class Camera {
   }
 
   // What the server says of a camera; what it looks at is as far away as given.
-  static of({ from, forward, fov }, distance) {
+  static from({ from, forward, fov }, distance) {
     return new Camera(from, add(from, forward, distance), fov);
   }
 

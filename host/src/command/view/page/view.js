@@ -163,7 +163,7 @@ function told(now) {
     const distance = camera ? camera.distance : page.distance;
     const isOther = !camera || length(add(camera.from, now.camera.from, -1)) > 1e-4 * distance || Math.abs(camera.fov - now.camera.fov) > 0.01;
     // The page at the wheel knows best where it is, but for cameras of the file.
-    if (!camera || !steers || (now.camera.name && isOther)) camera = Camera.of(now.camera, distance);
+    if (!camera || !steers || (now.camera.name && isOther)) camera = Camera.from(now.camera, distance);
     setValue(find('camera'), now.camera.name || '');
     setValue(find('fov'), camera.fov.toFixed(1));
   }

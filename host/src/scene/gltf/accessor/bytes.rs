@@ -20,9 +20,9 @@ pub fn elements<'a>(
     size: usize,
 ) -> Result<Option<impl Iterator<Item = &'a [u8]> + use<'a>>, SceneError> {
     let Some(view) = accessor.buffer_view else {
-        let (count, most) = (accessor.count.0, document.bytes.max(MAX_ZEROS));
-        let what = || format!("has {count} elements without a buffer view, and at most {most} are read");
-        return if count <= most { Ok(None) } else { Err(wrong(document, index, owner, what())) };
+        let (count, max_count) = (accessor.count.0, document.bytes.max(MAX_ZEROS));
+        let what = || format!("has {count} elements without a buffer view, and at most {max_count} are read");
+        return if count <= max_count { Ok(None) } else { Err(wrong(document, index, owner, what())) };
     };
     let span =
         Span { view, offset: accessor.byte_offset.unwrap_or_default().0, count: accessor.count.0, size };

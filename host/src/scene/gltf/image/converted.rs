@@ -28,10 +28,11 @@ pub fn read(document: &Document, source: &Value) -> Result<Image, String> {
         index.map(|index| encoded::read(document, encoded::described(document, index)?)).transpose()
     };
     let (diffuse, specular) = (image("diffuse")?, image("specular")?);
-    let factors = Factors::of(source);
+    let factors = Factors::from_extension(source);
     let is_color = source["part"] == "baseColor";
     let linear = srgb::Decoder::default();
-    let color = |[red, green, blue, _]: [u8; 4]| Vec3::from([red, green, blue].map(|byte| linear.of(byte)));
+    let color =
+        |[red, green, blue, _]: [u8; 4]| Vec3::from([red, green, blue].map(|byte| linear.decode(byte)));
     let mut texels = Vec::with_capacity(width as usize * height as usize);
     for row in 0..height {
         for column in 0..width {

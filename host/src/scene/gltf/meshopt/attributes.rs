@@ -23,12 +23,12 @@ pub fn decode(bytes: &[u8], count: usize, stride: usize) -> Option<Vec<u8>> {
     let (mut last, channels) = (tail[..stride].to_vec(), &tail[stride..]);
 
     // A block holds some byte at least, so that a stream of few bytes ends before many elements are made.
-    let most = (BLOCK_BYTES / stride / GROUP * GROUP).min(BLOCK_ELEMENTS);
+    let max_elements = (BLOCK_BYTES / stride / GROUP * GROUP).min(BLOCK_ELEMENTS);
     let mut decoded = Vec::new();
     decoded.try_reserve_exact(count.checked_mul(stride)?).ok()?;
     let mut left = count;
     while left > 0 {
-        let elements = left.min(most);
+        let elements = left.min(max_elements);
         let at = decoded.len();
         decoded.resize(at + elements * stride, 0);
         data = block(data, &mut decoded[at..], elements, &mut last, channels, version)?;

@@ -20,7 +20,7 @@ fn shares(code: u32, padded: usize, rows: &[&[f32]]) -> Vec<u8> {
 }
 
 /// `tiny` with these positions and normals, as this type.
-fn of_type(code: u32, stride: usize, positions: &[&[f32]], normals: &[&[f32]]) -> (Value, Vec<u8>) {
+fn tiny_with_type(code: u32, stride: usize, positions: &[&[f32]], normals: &[&[f32]]) -> (Value, Vec<u8>) {
     let (mut document, mut binary) = (tiny(), tiny_binary());
     document["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
     for (semantic, rows) in [("POSITION", positions), ("NORMAL", normals)] {
@@ -38,12 +38,12 @@ fn of_type(code: u32, stride: usize, positions: &[&[f32]], normals: &[&[f32]]) -
 fn quantised_meshes_are_plain_ones_to_the_quantum() {
     let positions: [&[f32]; 3] = [&[0.1, 0.2, 0.3], &[0.9, 0.25, 0.35], &[0.15, 1.0, 0.0]];
     let normals: [&[f32]; 3] = [&[0.0, 0.6, 0.8], &[0.6, 0.0, 0.8], &[0.48, 0.36, 0.8]];
-    let (document, binary) = of_type(5126, 12, &positions, &normals);
+    let (document, binary) = tiny_with_type(5126, 12, &positions, &normals);
     let plain = load(&document, &binary).unwrap();
     for (code, stride, largest) in
         [(5120, 4, 127.0), (5121, 4, 255.0), (5122, 8, 32767.0), (5123, 6, 65535.0)]
     {
-        let (document, binary) = of_type(code, stride, &positions, &normals);
+        let (document, binary) = tiny_with_type(code, stride, &positions, &normals);
         let scene = load(&document, &binary).unwrap();
         assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
         // Half a quantum for the corner and as much for the centre; a normal's error is a direction's of three components.

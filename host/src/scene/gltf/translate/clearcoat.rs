@@ -8,7 +8,7 @@ use crate::scene::gltf::unsupported::label;
 use crate::scene::gltf::warning::Warnings;
 
 /// Share of the clearcoat from which on it stands for both coats.
-const MOST: f64 = 0.5;
+const MIN_SHARE: f64 = 0.5;
 
 /// Gives dielectrics the roughness of their clearcoat.
 pub fn translate(document: &mut Value, warnings: &mut Warnings) {
@@ -23,7 +23,7 @@ pub fn translate(document: &mut Value, warnings: &mut Warnings) {
         let is_dielectric =
             pbr["metallicFactor"].as_f64() == Some(0.0) && pbr["metallicRoughnessTexture"].is_null();
         let transmission = &material["extensions"]["KHR_materials_transmission"]["transmissionFactor"];
-        if !is_dielectric || share < MOST || transmission.as_f64().unwrap_or(0.0) > 0.0 {
+        if !is_dielectric || share < MIN_SHARE || transmission.as_f64().unwrap_or(0.0) > 0.0 {
             let what = "KHR_materials_clearcoat is supported on opaque dielectrics alone, from a factor of 0.5 on; rendered \
                         without it";
             warnings.note(&owner, what);

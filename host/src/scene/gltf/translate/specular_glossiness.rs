@@ -64,7 +64,7 @@ pub fn translate(document: &mut Value, warnings: &mut Warnings) {
         let note = "KHR_materials_pbrSpecularGlossiness is converted to metallic-roughness, nearly the same";
         warnings.note(&label("material", index, material["name"].as_str()), note);
         material["pbrMetallicRoughness"] = match pair(&extension, &textures) {
-            None => of_factors(&extension),
+            None => converted_factors(&extension),
             Some((info, other, sampled)) => {
                 let first = *known.entry(extension.to_string()).or_insert_with(|| {
                     for part in ["baseColor", "metallicRoughness"] {
@@ -115,8 +115,8 @@ fn pair(extension: &Value, textures: &[Value]) -> Option<(Value, Value, Value)> 
     Some((first, second, made_of))
 }
 
-fn of_factors(extension: &Value) -> Value {
-    let Factors { diffuse, specular, glossiness } = Factors::of(extension);
+fn converted_factors(extension: &Value) -> Value {
+    let Factors { diffuse, specular, glossiness } = Factors::from_extension(extension);
     let Converted { base_color: color, metallic } = convert(diffuse, specular);
     json!({
         "baseColorFactor": [color.x, color.y, color.z, number(&extension["diffuseFactor"][3], 1.0)],
@@ -141,7 +141,7 @@ pub struct Factors {
 
 impl Factors {
     /// Those of the extension, or of what an image is made of.
-    pub fn of(extension: &Value) -> Factors {
+    pub fn from_extension(extension: &Value) -> Factors {
         let share = |value: &Value| number(value, 1.0).clamp(0.0, 1.0) as f32;
         let color =
             |name: &str| Vec3::from_array(std::array::from_fn(|channel| share(&extension[name][channel])));

@@ -9,9 +9,9 @@ use super::super::tests::{check, soup};
 use super::super::{LEVELS, NO_CHILD, bounds};
 use super::*;
 
-fn cache(most_bytes: u64) -> (tempfile::TempDir, TreeCache) {
+fn cache(max_bytes: u64) -> (tempfile::TempDir, TreeCache) {
     let folder = tempfile::tempdir().unwrap();
-    let cache = TreeCache { folder: folder.path().join("trees"), most_bytes };
+    let cache = TreeCache { folder: folder.path().join("trees"), max_bytes };
     (folder, cache)
 }
 
@@ -20,7 +20,7 @@ fn made(triangles: &[Triangle]) -> Shape {
 }
 
 fn key(triangles: &[Triangle]) -> Key {
-    Key::of(triangles, LEVELS, TreeQuality::default())
+    Key::new(triangles, LEVELS, TreeQuality::default())
 }
 
 fn files(cache: &TreeCache) -> Vec<PathBuf> {
@@ -28,7 +28,7 @@ fn files(cache: &TreeCache) -> Vec<PathBuf> {
 }
 
 /// A whole file of another shape.
-fn of_shape(triangles: &[Triangle], shape: &Shape) -> Vec<u8> {
+fn shape_file(triangles: &[Triangle], shape: &Shape) -> Vec<u8> {
     sealed_file(triangles, shape.children.len(), shape.counts.len(), &shape.parts().concat()).unwrap()
 }
 
@@ -55,7 +55,7 @@ fn cache_finds_the_tree_of_the_same_triangles_and_no_other() {
     };
     get(&others, &build);
     assert!(is_built.get());
-    let find = |levels, quality| cache.find(&Key::of(&triangles, levels, quality), &triangles);
+    let find = |levels, quality| cache.find(&Key::new(&triangles, levels, quality), &triangles);
     assert!(find(LEVELS - 1, TreeQuality::default()).is_none());
     assert!(find(LEVELS, TreeQuality::Best).is_none());
 
@@ -108,7 +108,7 @@ fn a_scene_made_for_the_hash_of_another_does_not_get_into_its_place() {
     cache.keep(key(&others), &made(&others)).unwrap();
     assert!(cache.find(&key(&triangles), &triangles).is_none());
     // Even under its name the tree has the boxes of the triangles at hand.
-    let tree = parse(&of_shape(&triangles, &made(&others)), &key(&triangles), &triangles).unwrap();
+    let tree = parse(&shape_file(&triangles, &made(&others)), &key(&triangles), &triangles).unwrap();
     check(&triangles, &tree);
 }
 
@@ -165,7 +165,7 @@ fn pipes_links_to_devices_and_folders_in_the_cache_are_as_none_and_replaced() {
 fn crafted_shapes_are_as_none() {
     let triangles = soup(500, 0.05);
     let whole = made(&triangles);
-    assert!(accepts(&of_shape(&triangles, &whole), &triangles));
+    assert!(accepts(&shape_file(&triangles, &whole), &triangles));
     let (nodes, leaves) = (whole.children.len() as u32, whole.counts.len() as u32);
     // A lane of the root that is a node; the last node has leaves alone.
     let root_lane = whole.children[0].iter().position(|child| child & LEAF == 0).expect("a node below");
@@ -173,7 +173,7 @@ fn crafted_shapes_are_as_none() {
     let refused = |what: &str, craft: &dyn Fn(&mut Shape)| {
         let mut shape = whole.clone();
         craft(&mut shape);
-        assert!(!accepts(&of_shape(&triangles, &shape), &triangles), "{what}");
+        assert!(!accepts(&shape_file(&triangles, &shape), &triangles), "{what}");
     };
     // Order and leaves
     refused("an id beyond the triangles", &|shape| shape.order[7] = 500);
@@ -226,7 +226,7 @@ fn sound_shapes_of_another_order_hold_every_triangle_in_its_boxes() {
     let triangles = soup(500, 0.05);
     let mut shape = made(&triangles);
     shape.order.reverse();
-    let tree = parse(&of_shape(&triangles, &shape), &key(&triangles), &triangles).unwrap();
+    let tree = parse(&shape_file(&triangles, &shape), &key(&triangles), &triangles).unwrap();
     check(&triangles, &tree);
 }
 
@@ -241,7 +241,7 @@ fn trees_that_rays_take_for_ever_in_are_neither_taken_nor_kept() {
     let count = shape.order.len();
     shape.order = (0..count).map(|at| shape.order[at * 10_007 % count]).collect();
     assert!(shape.is_sound(count, LEVELS));
-    assert!(!accepts(&of_shape(&triangles, &shape), &triangles));
+    assert!(!accepts(&shape_file(&triangles, &shape), &triangles));
     cache.tree(&triangles, LEVELS, TreeQuality::default(), || shape);
     assert_eq!(files(&cache).len(), 0);
 }
@@ -251,7 +251,7 @@ fn boxes_of_the_plan_are_those_of_its_triangles() {
     use super::super::{binary, groups::Groups, plan::Plan};
     let triangles = soup(3000, 0.05);
     let boxes: Vec<_> = triangles.iter().map(bounds).collect();
-    let groups = Groups::of(&boxes);
+    let groups = Groups::from_boxes(&boxes);
     for quality in [TreeQuality::Fast, TreeQuality::Medium, TreeQuality::Best] {
         let binary = binary::build(&boxes, quality);
         let plan = Plan::new(&binary, &groups);
@@ -280,11 +280,11 @@ fn files_that_were_not_used_for_longest_go_when_there_is_no_room() {
     }
     // The older one is used: it is no longer that.
     assert!(find(&cache, 0));
-    cache.most_bytes = 5 * std::fs::metadata(&files(&cache)[0]).unwrap().len() / 2;
+    cache.max_bytes = 5 * std::fs::metadata(&files(&cache)[0]).unwrap().len() / 2;
     cache.keep(key(&all[2]), &made(&all[2])).unwrap();
     assert_eq!([0, 1, 2].map(|of| find(&cache, of)), [true, false, true]);
     // One that has no room alone is not kept, and takes no other's.
-    cache.most_bytes = 100;
+    cache.max_bytes = 100;
     cache.keep(key(&all[1]), &made(&all[1])).unwrap();
     assert_eq!(files(&cache).len(), 2);
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 /// A frame of a cell.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Row {
+pub struct FrameRecord {
     /// Index of the frame.
     pub frame: u32,
     /// Name of the cell.
@@ -13,7 +13,7 @@ pub struct Row {
     pub values: BTreeMap<String, f64>,
 }
 
-impl Row {
+impl FrameRecord {
     /// A measure.
     pub fn get(&self, name: &str) -> Option<f64> {
         self.values.get(name).copied()

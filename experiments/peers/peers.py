@@ -77,7 +77,7 @@ def of_scene(name, options):
         render_ours(name, options, options.truth_frames, TRUTH_SEED, truth)
     rows, bias = [], []
     for renderer in options.renderers:
-        runs = [pictures(renderer, name, seed, folder, options) for seed in range(options.seeds)]
+        runs = [images(renderer, name, seed, folder, options) for seed in range(options.seeds)]
         for index, budget in enumerate(options.budgets):
             of_budget = [run[index] for run in runs]
             errors = [compare([run["file"]], truth, options) for run in of_budget]
@@ -100,8 +100,8 @@ def short(value):
     return None if value is None else float(f"{value:.3g}")
 
 
-def pictures(renderer, name, seed, folder, options):
-    """A picture for each budget; one run hands over all, and is kept for the next start of this script."""
+def images(renderer, name, seed, folder, options):
+    """An image for each budget; one run hands over all, and is kept for the next start of this script."""
     stem = f"{renderer.replace(' ', '-')}-{seed}"
     known = folder / f"{stem}.json"
     if not known.exists():
@@ -120,10 +120,10 @@ def peer(renderer, name, seed, stem, options):
     render = renderers.PEERS[renderer]
     found, version = render(scene, options.size, options.budgets, seed, options.threads)
     runs = []
-    for budget, (picture, seconds, samples) in zip(options.budgets, found):
+    for budget, (image, seconds, samples) in zip(options.budgets, found):
         file = f"{stem}-{budget:g}s.exr"
         header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-        OpenEXR.File(header, {"RGB": np.ascontiguousarray(picture, np.float32)}).write(file)
+        OpenEXR.File(header, {"RGB": np.ascontiguousarray(image, np.float32)}).write(file)
         runs.append({"file": file, "seconds": seconds, "samples": samples, "version": version})
     return runs
 

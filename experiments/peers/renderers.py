@@ -1,4 +1,4 @@
-"""The peers: each renders a scene for some seconds and hands its picture over at the budgets.
+"""The peers: each renders a scene for some seconds and hands its image over at the budgets.
 
 Seconds are processor seconds over the threads: what other programs do at the same time does not count. Loading, building of
 trees and compilation do not count either; caches of light that a renderer makes while it renders do.
@@ -71,13 +71,13 @@ def mitsuba(scene, size, budgets, seed, threads):
     spp, passes = 4, 0
     draw = lambda index: np.array(mi.render(world, spp=spp, seed=seed * 100003 + index), np.float64)
     draw(0)  # compiles
-    total, start, pictures = 0.0, time.process_time(), []
+    total, start, images = 0.0, time.process_time(), []
     for budget in budgets:
         while time.process_time() - start < budget * threads:
             passes += 1
             total = total + draw(passes)
-        pictures.append((total / passes, (time.process_time() - start) / threads, passes * spp))
-    return pictures, f"Mitsuba {mi.__version__}"
+        images.append((total / passes, (time.process_time() - start) / threads, passes * spp))
+    return images, f"Mitsuba {mi.__version__}"
 
 
 def luxcore(scene, size, budgets, seed, threads, engine):
@@ -176,7 +176,7 @@ def luxcore(scene, size, budgets, seed, threads, engine):
     session = lux.RenderSession(lux.RenderConfig(config, world))
     start = time.process_time()
     session.Start()
-    pictures, width, height = [], *size
+    images, width, height = [], *size
     for budget in budgets:
         while time.process_time() - start < budget * threads:
             time.sleep(0.01)
@@ -187,9 +187,9 @@ def luxcore(scene, size, budgets, seed, threads, engine):
         session.GetFilm().GetOutputFloat(lux.FilmOutputType.RGB, rgb, 0, False)
         # From the bottom up, and a row too low: found by shifting it over the truth of `ring`.
         upright = np.concatenate([rgb[::-1][1:], rgb[:1]]).astype(np.float64)
-        pictures.append((upright, spent, samples))
+        images.append((upright, spent, samples))
     session.Stop()
-    return pictures, f"LuxCore {lux.Version()}"
+    return images, f"LuxCore {lux.Version()}"
 
 
 PEERS = {

@@ -24,7 +24,7 @@ fn main() -> anyhow::Result<()> {
     let mut sums = Accumulation::default();
     for frame in 0..4 {
         session.frame(frame)?;
-        sums.add(&session.picture()?);
+        sums.add(&session.image()?);
     }
     let variance = sums.variance().context("two frames or more have a variance")?;
     let bytes = exr::encode(&sums.mean(), Some((variance, sums.frames())), &Default::default())?;

@@ -5,16 +5,16 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::picture::auxiliary::NO_MATERIAL;
-use crate::picture::{Auxiliary, Picture};
+use crate::rendered_image::auxiliary::NO_MATERIAL;
+use crate::rendered_image::{Auxiliary, RenderedImage};
 
 /// Batches that the frames of a mean usually take turns in: the fewer, the less noise the mean has, and the more its variance.
 pub const BATCHES: u32 = 4;
 
-/// Sums of pictures: [`Accumulation::add`] frames, then take [`Accumulation::mean`] and [`Accumulation::variance`].
+/// Sums of images: [`Accumulation::add`] frames, then take [`Accumulation::mean`] and [`Accumulation::variance`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Accumulation {
-    /// Size of the pictures, and how many were added.
+    /// Size of the images, and how many were added.
     pub shape: Shape,
     /// Sums of layers: three channels of `path`, three of `caustics`, then `radius`, `depth`, `deposits`; the last four
     /// may be empty.
@@ -25,7 +25,7 @@ pub struct Accumulation {
     shown: Vec<f64>,
 }
 
-/// Size of the pictures, and how many were added.
+/// Size of the images, and how many were added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shape {
     /// Width (px).
@@ -37,12 +37,12 @@ pub struct Shape {
     pub first: u32,
     /// Number of frames added.
     pub frames: u32,
-    /// Whether the pictures have caustics and the other layers of a gather.
+    /// Whether the images have caustics and the other layers of a gather.
     pub gathers: bool,
     /// Batches that frames take turns in, independent of each other; 0: every frame is independent.
     #[serde(default)]
     pub batches: u32,
-    /// Whether the pictures have what other tools ask for.
+    /// Whether the images have what other tools ask for.
     #[serde(default)]
     pub auxiliary: bool,
 }
@@ -71,27 +71,27 @@ impl Accumulation {
         Accumulation { shape: Shape { first, batches, ..Shape::default() }, ..Accumulation::default() }
     }
 
-    /// Adds a picture.
+    /// Adds an image.
     ///
     /// # Panics
     ///
     /// If it has another size or other layers than those before.
-    pub fn add(&mut self, picture: &Picture) {
-        let gathers = !picture.caustics.is_empty();
-        let auxiliary = !picture.auxiliary.is_empty();
-        let shape = Shape { width: picture.width, height: picture.height, gathers, auxiliary, ..self.shape };
+    pub fn add(&mut self, image: &RenderedImage) {
+        let gathers = !image.caustics.is_empty();
+        let auxiliary = !image.auxiliary.is_empty();
+        let shape = Shape { width: image.width, height: image.height, gathers, auxiliary, ..self.shape };
         if self.shape.frames == 0 {
             *self = Accumulation::zero(shape);
         }
-        assert_eq!(self.shape, shape, "pictures of one kind are added");
+        assert_eq!(self.shape, shape, "images of one kind are added");
         let batch = self.shape.end().checked_rem(self.shape.batches);
         self.shape.frames += 1;
         let layers: [&[f32]; 5] = [
-            bytemuck::cast_slice(&picture.path),
-            bytemuck::cast_slice(&picture.caustics),
-            &picture.radius,
-            &picture.depth,
-            &picture.deposits,
+            bytemuck::cast_slice(&image.path),
+            bytemuck::cast_slice(&image.caustics),
+            &image.radius,
+            &image.depth,
+            &image.deposits,
         ];
         for (sum, layer) in self.sums.iter_mut().zip(layers) {
             sum.par_iter_mut().zip(layer).for_each(|(sum, &value)| *sum += f64::from(value));
@@ -105,7 +105,7 @@ impl Accumulation {
         self.shown
             .par_chunks_mut(SHOWN)
             .enumerate()
-            .for_each(|(pixel, row)| show(row, &picture.auxiliary, pixel));
+            .for_each(|(pixel, row)| show(row, &image.auxiliary, pixel));
     }
 
     /// Adds the sums of the frames that follow.
@@ -133,8 +133,8 @@ impl Accumulation {
         self.shape.frames
     }
 
-    /// The mean of all pictures added, layer by layer.
-    pub fn mean(&self) -> Picture {
+    /// The mean of all images added, layer by layer.
+    pub fn mean(&self) -> RenderedImage {
         let scale = 1.0 / f64::from(self.shape.frames.max(1));
         let number = |sum: f64| (sum * scale) as f32;
         let numbers = |sum: &[f64]| sum.iter().map(|&sum| number(sum)).collect();
@@ -143,7 +143,7 @@ impl Accumulation {
             pixels.collect()
         };
         let [path, caustics, radius, depth, deposits] = &self.sums;
-        Picture {
+        RenderedImage {
             width: self.shape.width,
             height: self.shape.height,
             path: colors(path),
@@ -279,8 +279,8 @@ fn show(row: &mut [f64], auxiliary: &Auxiliary, pixel: usize) {
 mod tests {
     use super::*;
 
-    fn picture(path: f32, caustics: f32) -> Picture {
-        Picture {
+    fn image(path: f32, caustics: f32) -> RenderedImage {
+        RenderedImage {
             width: 1,
             height: 1,
             path: vec![Vec3::splat(path)],
@@ -288,7 +288,7 @@ mod tests {
             radius: vec![1.0],
             depth: vec![2.0],
             deposits: vec![path],
-            ..Picture::default()
+            ..RenderedImage::default()
         }
     }
 
@@ -297,9 +297,9 @@ mod tests {
         let mut sums = Accumulation::default();
         for (path, caustics) in [(1.0, 0.0), (2.0, 1.0), (3.0, 2.0)] {
             assert_eq!(sums.variance().is_some(), sums.frames() > 1);
-            sums.add(&picture(path, caustics));
+            sums.add(&image(path, caustics));
         }
-        assert_eq!(sums.mean(), picture(2.0, 1.0));
+        assert_eq!(sums.mean(), image(2.0, 1.0));
         // 1, 3, 5: variance 4 of one, 4 / 3 of the mean.
         assert!((sums.variance().unwrap()[0].x - 4.0 / 3.0).abs() < 1e-6);
         assert!((sums.relative_error() - 4.0 / 3.0 / 9.09).abs() < 1e-6);
@@ -309,7 +309,7 @@ mod tests {
     fn the_variance_of_batches_is_that_between_them() {
         let mut sums = Accumulation::in_batches(2);
         for path in [1.0, 4.0, 3.0, 6.0] {
-            sums.add(&picture(path, 0.0));
+            sums.add(&image(path, 0.0));
         }
         // Batches of mean 2 and 5: variance 4.5 of one, half of that of their mean.
         assert!((sums.variance().unwrap()[0].x - 2.25).abs() < 1e-6);
@@ -317,8 +317,8 @@ mod tests {
         // As few frames as batches, or fewer, are independent.
         let (mut few, mut independent) = (Accumulation::in_batches(4), Accumulation::default());
         for path in [1.0, 2.0, 6.0] {
-            few.add(&picture(path, 0.0));
-            independent.add(&picture(path, 0.0));
+            few.add(&image(path, 0.0));
+            independent.add(&image(path, 0.0));
         }
         assert!((few.variance().unwrap()[0].x - independent.variance().unwrap()[0].x).abs() < 1e-6);
         let values: Vec<f64> = sums.parts().flatten().copied().collect();
@@ -326,7 +326,7 @@ mod tests {
         // Frames 1 to 3 of two batches: 3, and 4 and 6, whose mean is 13 / 3.
         let mut part = Accumulation::from_frame(1, 2);
         for path in [4.0, 3.0, 6.0] {
-            part.add(&picture(path, 0.0));
+            part.add(&image(path, 0.0));
         }
         let square = |frames: f32, mean: f32| frames * (mean - 13.0 / 3.0).powi(2);
         let variance = (square(1.0, 3.0) + square(2.0, 5.0)) / 3.0;
@@ -347,7 +347,7 @@ mod tests {
                 material: vec![material, NO_MATERIAL],
             };
             let path = vec![Vec3::ONE; 2];
-            sums.add(&Picture { width: 2, height: 1, path, auxiliary, ..Picture::default() });
+            sums.add(&RenderedImage { width: 2, height: 1, path, auxiliary, ..RenderedImage::default() });
         }
         let mean = sums.mean().auxiliary;
         assert_eq!((&mean.depth[..], &mean.material[..]), (&[3.0, 0.0][..], &[7.0, NO_MATERIAL][..]));
@@ -359,7 +359,7 @@ mod tests {
 
     #[test]
     fn parts_of_a_run_add_up_to_it() {
-        let frame = |index: u32| Picture {
+        let frame = |index: u32| RenderedImage {
             auxiliary: Auxiliary {
                 normal: vec![Vec3::Y],
                 albedo: vec![Vec3::ONE],
@@ -368,7 +368,7 @@ mod tests {
                 motion: vec![Vec2::ZERO],
                 material: vec![index as f32],
             },
-            ..picture((index * index) as f32, index as f32)
+            ..image((index * index) as f32, index as f32)
         };
         let sums = |frames: std::ops::Range<u32>, batches: u32| {
             let mut sums = Accumulation::from_frame(frames.start, batches);
@@ -389,23 +389,23 @@ mod tests {
     #[should_panic(expected = "follow each other")]
     fn parts_with_a_gap_do_not_add_up() {
         let mut sums = Accumulation::default();
-        sums.add(&picture(1.0, 0.0));
+        sums.add(&image(1.0, 0.0));
         let mut next = Accumulation::from_frame(2, 0);
-        next.add(&picture(1.0, 0.0));
+        next.add(&image(1.0, 0.0));
         sums.append(&next);
     }
 
     #[test]
-    #[should_panic(expected = "pictures of one kind")]
+    #[should_panic(expected = "images of one kind")]
     fn pictures_of_two_methods_do_not_mix() {
         let mut sums = Accumulation::default();
-        sums.add(&picture(1.0, 1.0));
-        sums.add(&Picture {
+        sums.add(&image(1.0, 1.0));
+        sums.add(&RenderedImage {
             caustics: vec![],
             radius: vec![],
             depth: vec![],
             deposits: vec![],
-            ..picture(1.0, 1.0)
+            ..image(1.0, 1.0)
         });
     }
 }

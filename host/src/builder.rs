@@ -19,8 +19,8 @@ use crate::settings::Settings;
 /// let settings = Settings { width: 480, height: 270, light_paths: 1 << 18, ..Settings::default() };
 /// let mut session = Session::builder(&scene).settings(settings).method(&method::PROGRESSIVE).build()?;
 /// session.frame(0)?;
-/// let picture = session.picture()?;
-/// assert_eq!(picture.beauty().len(), 480 * 270);
+/// let image = session.image()?;
+/// assert_eq!(image.beauty().len(), 480 * 270);
 /// # Ok(())
 /// # }
 /// ```
@@ -72,13 +72,13 @@ impl SessionBuilder<'_> {
         Self { method, ..self }
     }
 
-    /// Brings deposits and collection points together in this way instead of the runner's usual one; the picture is the same.
+    /// Brings deposits and collection points together in this way instead of the runner's usual one; the image is the same.
     pub fn gather(self, gather: &'static Variant) -> Self {
         Self { gather: Some(gather), ..self }
     }
 
     /// Keeps this kernel code alive instead of what the scene needs. Code that the scene needs and that is left out makes
-    /// the picture wrong; `Features::LEDGER` in addition to `Scene::features` fills [`Session::energy`].
+    /// the image wrong; `Features::LEDGER` in addition to `Scene::features` fills [`Session::energy`].
     pub fn features(self, features: Features) -> Self {
         Self { features: Some(features), ..self }
     }

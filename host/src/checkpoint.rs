@@ -81,7 +81,7 @@ pub struct Head {
     pub shape: Shape,
     /// The time that they took (s).
     pub seconds: f64,
-    /// What the file of the picture says of it.
+    /// What the file of the image says of it.
     #[serde(default)]
     pub about: BTreeMap<String, String>,
     /// Buffers in which something outlives its frame, with their sizes (bytes).
@@ -96,7 +96,7 @@ pub struct Checkpoint {
     pub sums: Accumulation,
     /// The time that they took.
     pub spent: Duration,
-    /// What the file of the picture says of it.
+    /// What the file of the image says of it.
     pub about: BTreeMap<String, String>,
     /// What the last frame leaves to the next: buffers by name, see `Session::state`.
     pub state: Vec<(String, Vec<u8>)>,
@@ -225,13 +225,13 @@ pub fn parse(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::picture::Picture;
+    use crate::rendered_image::RenderedImage;
     use glam::Vec3;
 
     fn sums() -> Accumulation {
         let mut sums = Accumulation::default();
         let path = vec![Vec3::new(0.1, 0.2, 0.3); 6];
-        sums.add(&Picture { width: 3, height: 2, path, ..Picture::default() });
+        sums.add(&RenderedImage { width: 3, height: 2, path, ..RenderedImage::default() });
         sums
     }
 
@@ -310,7 +310,7 @@ mod tests {
                 "{shape:?}"
             );
         }
-        // Sums that no picture adds up to
+        // Sums that no image adds up to
         for bits in
             [f64::NAN, f64::INFINITY, f64::NEG_INFINITY].map(f64::to_bits).into_iter().chain([u64::MAX])
         {

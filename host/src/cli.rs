@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use caustics::exposure::Exposure;
 use caustics::kernels::Source;
-use caustics::picture::Aov;
+use caustics::rendered_image::Aov;
 use caustics::scene::{LoadOptions, Place, TreeCache, TreeOptions, TreeQuality};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, Parser, Subcommand, ValueEnum};

@@ -1,15 +1,15 @@
-//! The exposure at which a picture is looked at.
+//! The exposure at which an image is looked at.
 
 use std::str::FromStr;
 
 use glam::DVec3;
 
-use crate::picture::Picture;
+use crate::rendered_image::RenderedImage;
 
 /// An exposure as a person gives it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exposure {
-    /// What suits the picture.
+    /// What suits the image.
     Auto,
     /// So many stops.
     Stops(f64),
@@ -28,12 +28,12 @@ impl FromStr for Exposure {
 }
 
 impl Exposure {
-    /// The stops for a picture.
-    pub fn stops_for(self, picture: &Picture) -> f64 {
-        self.stops(picture.beauty().iter().map(|color| color.as_dvec3()))
+    /// The stops for an image.
+    pub fn stops_for(self, image: &RenderedImage) -> f64 {
+        self.stops(image.beauty().iter().map(|color| color.as_dvec3()))
     }
 
-    /// The stops for a picture of these radiances.
+    /// The stops for an image of these radiances.
     pub fn stops(self, radiance: impl Iterator<Item = DVec3>) -> f64 {
         match self {
             Exposure::Auto => automatic(radiance),
@@ -42,7 +42,7 @@ impl Exposure {
     }
 }
 
-/// What the logarithmic mean of a picture is brought to, if that does not bring a twentieth of it beyond a light grey.
+/// What the logarithmic mean of an image is brought to, if that does not bring a twentieth of it beyond a light grey.
 const MIDDLE_GREY: f64 = 0.18;
 /// Shown at seven tenths of white; caustics and lamps are above it.
 const LIGHT_GREY: f64 = 0.3;
@@ -81,9 +81,9 @@ mod tests {
 
     #[test]
     fn what_is_bright_stays_below_white_and_a_lamp_decides_nothing() {
-        // A tenth of the picture 64 times brighter than the rest.
-        let picture = [[0.01; 18], [0.64; 18]].concat();
-        assert_eq!(grey(&picture[..20]), -1.1, "the brightest twentieth at 0.3");
+        // A tenth of the image 64 times brighter than the rest.
+        let image = [[0.01; 18], [0.64; 18]].concat();
+        assert_eq!(grey(&image[..20]), -1.1, "the brightest twentieth at 0.3");
         let lamp = [[0.18; 39].to_vec(), vec![1e6]].concat();
         assert!((-0.6..=0.0).contains(&grey(&lamp)), "{}", grey(&lamp));
     }

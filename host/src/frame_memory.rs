@@ -10,9 +10,9 @@ use caustics_kernels::method::Method;
 use caustics_kernels::method::Parts;
 use caustics_kernels::method::frame::frame_buffers;
 
-/// Memory of a pixel beside the buffers (bytes): sums in f64 (72) and those of four batches (96), a picture (44) as it is read,
+/// Memory of a pixel beside the buffers (bytes): sums in f64 (72) and those of four batches (96), an image (44) as it is read,
 /// as a mean, with its variance (12) and as an EXR (60): what is there at once, with room to spare.
-const PICTURE_BYTES: u64 = 300;
+const IMAGE_BYTES: u64 = 300;
 /// The same of what other tools ask: sums in f64 (112), and layers (52) as they are read, as means, and as an EXR.
 const AUXILIARY_BYTES: u64 = 300;
 
@@ -36,7 +36,7 @@ pub struct FrameTooLarge {
 /// Memory of a session by what decides it (bytes).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Need {
-    /// Buffers and pictures.
+    /// Buffers and images.
     pub pixels: u64,
     /// Deposits and their index.
     pub light_paths: u64,
@@ -55,13 +55,13 @@ impl Need {
         let dark =
             FrameParams { light_path_count: 0, light_path_batch: 0, validation_path_count: 0, ..largest };
         let dark = bytes(dark).min(all);
-        let per_pixel = PICTURE_BYTES + if parts.auxiliary { AUXILIARY_BYTES } else { 0 };
-        // Pictures are of the film, buffers of a tile of it.
+        let per_pixel = IMAGE_BYTES + if parts.auxiliary { AUXILIARY_BYTES } else { 0 };
+        // Images are of the film, buffers of a tile of it.
         let Window { film_width, film_height, .. } = largest.window;
-        let pictures = per_pixel * u64::from(film_width) * u64::from(film_height);
+        let images = per_pixel * u64::from(film_width) * u64::from(film_height);
         match on_gpu {
-            true => Need { pixels: pictures, light_paths: 0, scene: tables },
-            false => Need { pixels: dark + pictures, light_paths: all - dark, scene: tables },
+            true => Need { pixels: images, light_paths: 0, scene: tables },
+            false => Need { pixels: dark + images, light_paths: all - dark, scene: tables },
         }
     }
 

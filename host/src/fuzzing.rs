@@ -13,7 +13,7 @@ use crate::experiment::error::{FLIP, RELMSE};
 use crate::experiment::result::{CellError, CellResult, CellTime, Quartiles};
 use crate::experiment::store;
 use crate::experiment::sweep::config::Config;
-use crate::image::Channels;
+use crate::image_file::Channels;
 use crate::report::{self, Request};
 use crate::scene::{self, Edits, Viewpoint};
 use crate::sealed;
@@ -36,11 +36,11 @@ pub fn scene(bytes: &[u8]) -> bool {
 }
 
 /// An EXR or PNG file.
-pub fn picture(bytes: &[u8]) -> bool {
-    Channels::decode(bytes).is_ok_and(|picture| {
+pub fn image(bytes: &[u8]) -> bool {
+    Channels::decode(bytes).is_ok_and(|image| {
         // Every name that is told is known; the beauty layer's own is empty.
-        let told = |name: &String| name == "beauty" || picture.layer(name).is_some();
-        assert!(picture.layer_names().iter().all(told));
+        let told = |name: &String| name == "beauty" || image.layer(name).is_some();
+        assert!(image.layer_names().iter().all(told));
         true
     })
 }
@@ -108,7 +108,7 @@ pub fn result(bytes: &[u8]) -> bool {
             folders: Vec::new(),
             baseline: Vec::new(),
             title: "Report".into(),
-            pictures: 4,
+            images: 4,
             output: "a.html".into(),
         };
         report::from_results(vec![plain(&result), result], &request).is_ok()

@@ -7,8 +7,8 @@
 //! let scene = Scene::load(&scene::resolve("mirror-room")?)?;
 //! let mut session = Session::builder(&scene).build()?;
 //! session.frame(0)?;
-//! let picture = session.picture()?;
-//! std::fs::write("room.exr", exr::encode(&picture, None, &Default::default())?)?;
+//! let image = session.image()?;
+//! std::fs::write("room.exr", exr::encode(&image, None, &Default::default())?)?;
 //! # Ok(())
 //! # }
 //! ```
@@ -19,11 +19,11 @@
 //! | give it what its file lacks: a camera, light, a floor | [`scene::Staging`], [`Scene::place_camera`], [`Scene::add_default_light`] |
 //! | choose runner, method and gather, render frames | [`Session`], [`SessionBuilder`], [`Settings`] |
 //! | exchange the compiled kernels of a GPU while a program runs | [`kernels::Source`], [`kernels::Watch`] |
-//! | look at the layers of a frame | [`Picture`] |
+//! | look at the layers of a frame | [`RenderedImage`] |
 //! | look into a pixel: its camera path, its deposits, their light paths | [`Session::inspect`], [`inspect::Inspection`] |
 //! | average frames, with the variance of the mean | [`accumulation`] |
-//! | write EXR and PNG, read them | [`output`], [`image`] |
-//! | compare pictures | [`metric`] |
+//! | write EXR and PNG, read them | [`output`], [`image_file`] |
+//! | compare images | [`metric`] |
 //!
 //! What a frame consists of is told on the first page of [`caustics_kernels`]. All other modules serve the program
 //! `caustics`: they are public for its binary and its tests, and change without notice.
@@ -44,14 +44,14 @@ mod frame_memory;
 #[doc(hidden)]
 pub mod fuzzing;
 pub mod hash;
-pub mod image;
+pub mod image_file;
 pub mod inspect;
 pub mod kernels;
 mod machine;
 pub mod memory;
 pub mod metric;
 pub mod output;
-pub mod picture;
+pub mod rendered_image;
 pub mod report;
 pub mod runner;
 pub mod scene;
@@ -71,7 +71,7 @@ mod builder;
 
 pub use builder::SessionBuilder;
 pub use caustics_kernels::{denoiser, gather, history, method};
-pub use picture::Picture;
+pub use rendered_image::RenderedImage;
 pub use scene::{Scene, SceneCamera, SceneError};
 pub use session::{RunnerChoice, Session, SessionError};
 pub use settings::Settings;

@@ -1,6 +1,6 @@
-//! Distances between pictures, all in f64. May import `image` only.
+//! Distances between images, all in f64. May import `image_file` only.
 //!
-//! A picture here is what one layer of a file holds, cut to a region. A metric is data ([`comparison::Metric`]) beside its
+//! An image here is what one layer of a file holds, cut to a region. A metric is data ([`comparison::Metric`]) beside its
 //! formula, and [`report::MetricReport`] computes all of [`METRICS`].
 //!
 //! To add one, write a file with its formula and a `pub static` of what it is called, what it measures, where its value
@@ -34,7 +34,7 @@ metrics! {
     mse: MSE;
     smape: SMAPE;
     energy: ENERGY_RATIO ENERGY_ERROR ENERGY_STANDARD_ERROR;
-    z_test: Z_MEAN_SQUARE Z_LARGEST Z_PICTURE Z_SURPRISE;
+    z_test: Z_MEAN_SQUARE Z_LARGEST Z_IMAGE Z_SURPRISE;
 }
 
 #[cfg(test)]

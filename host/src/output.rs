@@ -1,4 +1,4 @@
-//! Pictures to files: EXR with every layer, PNG for people. No file is ever half-written.
+//! Images to files: EXR with every layer, PNG for people. No file is ever half-written.
 
 pub mod attributes;
 mod error;

@@ -14,6 +14,7 @@ mod features;
 mod figure;
 mod frames;
 mod growth;
+mod images;
 mod load;
 mod name;
 mod number;
@@ -21,7 +22,6 @@ mod overview;
 mod page;
 mod pareto;
 mod passes;
-mod picture;
 mod plot;
 mod provenance;
 mod ratio;
@@ -36,11 +36,11 @@ use crate::experiment::error::MEASURES;
 use crate::experiment::result::CellResult;
 
 use figure::Figure;
+use images::ReportImages;
 use load::Measured;
 use name::Names;
 pub use page::STYLE;
 use page::Section;
-use picture::Pictures;
 use scene::Scene;
 use table::{Table, csv};
 
@@ -53,8 +53,8 @@ pub struct Request {
     pub baseline: Vec<PathBuf>,
     /// The page's title.
     pub title: String,
-    /// Pictures of a scene, at most.
-    pub pictures: usize,
+    /// Images of a scene, at most.
+    pub images: usize,
     /// The page's file, for the command that makes it again.
     pub output: PathBuf,
 }
@@ -115,7 +115,7 @@ fn from_cells(cells: &[Measured], before: &[Measured], request: &Request) -> any
     let names = Names::new(cells);
     let scenes = scene::scenes(cells);
     let mut report = Report { cells: cells.len(), ..Report::default() };
-    let mut pictures = Pictures::default();
+    let mut images = ReportImages::default();
     let mut sections = Vec::new();
     if let Some(overview) = overview::overview(&scenes, &names) {
         let content = report.table(&overview.table, &overview.table.title, &overview.sentence)?;
@@ -134,7 +134,7 @@ fn from_cells(cells: &[Measured], before: &[Measured], request: &Request) -> any
     }
     for scene in &scenes {
         let content =
-            scene_section(scene, &names.among(&scene.cells), &mut pictures, request.pictures, &mut report)?;
+            scene_section(scene, &names.among(&scene.cells), &mut images, request.images, &mut report)?;
         sections.push(Section { id: format!("scene-{}", scene.slug), title: scene.title.clone(), content });
     }
     if let Some((figures, table)) = growth::growth(cells) {
@@ -170,8 +170,8 @@ fn from_cells(cells: &[Measured], before: &[Measured], request: &Request) -> any
 
     let count = |count: usize, one: &str| format!("{count} {one}{}", if count == 1 { "" } else { "s" });
     let lead = format!("{} of {}.", count(cells.len(), "cell"), count(scenes.len(), "scene"));
-    report.html = page::page(&request.title, &lead, &sections, &pictures.store());
-    for path in &pictures.missing {
+    report.html = page::page(&request.title, &lead, &sections, &images.store());
+    for path in &images.missing {
         report.warnings.push(format!("{} is missing, and its cell is shown without it", path.display()));
     }
     Ok(report)
@@ -182,7 +182,7 @@ fn from_cells(cells: &[Measured], before: &[Measured], request: &Request) -> any
 fn scene_section(
     scene: &Scene,
     names: &Names,
-    pictures: &mut Pictures,
+    images: &mut ReportImages,
     count: usize,
     report: &mut Report,
 ) -> anyhow::Result<Markup> {
@@ -195,7 +195,7 @@ fn scene_section(
     if !charts.is_empty() {
         parts.push(html! { h3 { "Speed against accuracy" } (page::charts(&charts)) });
     }
-    if let Some(strip) = strip::strip(scene, names, pictures, count)? {
+    if let Some(strip) = strip::strip(scene, names, images, count)? {
         parts.push(html! { h3 { "Pictures" } (strip) });
     }
     if let Some(figure) = passes::passes(scene, names) {

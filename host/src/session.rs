@@ -1,4 +1,4 @@
-//! A session: one scene, one view, one method on one runner. Frames are asked for by index, pictures are read back.
+//! A session: one scene, one view, one method on one runner. Frames are asked for by index, images are read back.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -20,7 +20,7 @@ use crate::counters::Counters;
 use crate::energy::Energy;
 use crate::frame_memory::{FrameTooLarge, Need};
 use crate::kernels::{self, KernelsError};
-use crate::picture::{Auxiliary, Picture};
+use crate::rendered_image::{Auxiliary, RenderedImage};
 use crate::runner::cpu::CpuRunner;
 use crate::runner::gpu::GpuRunner;
 use crate::runner::{RunError, Runner, StepTime};
@@ -237,7 +237,7 @@ pub struct Session {
     /// The frame before, unless the scene is another since then.
     last: Option<Last>,
     keeps_starts: bool,
-    /// What of the picture the buffers hold.
+    /// What of the image the buffers hold.
     tiles: Tiles,
 }
 
@@ -313,7 +313,7 @@ impl Session {
         Ok(session)
     }
 
-    /// Tiles that a picture is rendered in, one after another.
+    /// Tiles that an image is rendered in, one after another.
     pub fn tiles(&self) -> u32 {
         self.tiles.count()
     }
@@ -363,7 +363,7 @@ impl Session {
         Ok(())
     }
 
-    /// Takes the pose at hand for that of the picture before, as if a frame had been rendered of it: what moves, moves from there.
+    /// Takes the pose at hand for that of the image before, as if a frame had been rendered of it: what moves, moves from there.
     pub fn stand(&mut self) {
         self.previous_camera = self.params.camera;
     }
@@ -463,7 +463,7 @@ impl Session {
         (self.method.frame)(params, frame)
     }
 
-    /// Renders frame `index` and returns the time of each of its steps. What it made is read by [`Session::picture`].
+    /// Renders frame `index` and returns the time of each of its steps. What it made is read by [`Session::image`].
     pub fn frame(&mut self, index: u32) -> Result<Vec<StepTime>, SessionError> {
         let times = if self.tiles.is_one() { self.tile(index)? } else { self.tile_by_tile(index)? };
         self.previous_camera = self.params.camera;
@@ -479,7 +479,7 @@ impl Session {
         for tile in 0..self.tiles.count() {
             self.turn_to(tile)?;
             times.extend(self.tile(index)?);
-            rendered.picture.append(self.tile_picture()?);
+            rendered.image.append(self.tile_image()?);
             let words: Vec<u32> = self.read("counters")?;
             rendered.counters.add(&Counters::from_words(&words));
             rendered.energy = rendered.energy.plus(Energy::from_words(&words, self.params.quantum));
@@ -582,11 +582,11 @@ impl Session {
     }
 
     /// Reads back the layers of the last frame.
-    pub fn picture(&mut self) -> Result<Picture, SessionError> {
-        if self.tiles.is_one() { self.tile_picture() } else { Ok(self.tiles.rendered.picture.clone()) }
+    pub fn image(&mut self) -> Result<RenderedImage, SessionError> {
+        if self.tiles.is_one() { self.tile_image() } else { Ok(self.tiles.rendered.image.clone()) }
     }
 
-    fn tile_picture(&mut self) -> Result<Picture, SessionError> {
+    fn tile_image(&mut self) -> Result<RenderedImage, SessionError> {
         let (width, height) = (self.params.width as usize, self.params.height as usize);
         let pixels = width * height;
         let path = self.read_first("path_radiance", pixels)?;
@@ -596,7 +596,7 @@ impl Session {
             auxiliary = Auxiliary::new(&records, self.origin);
         }
         if !self.method.gathers {
-            return Ok(Picture { width, height, path, auxiliary, ..Picture::default() });
+            return Ok(RenderedImage { width, height, path, auxiliary, ..RenderedImage::default() });
         }
         let caustics = self.read_first("caustic_radiance", pixels)?;
         let [mut radius, mut depth, mut deposits] = [0; 3].map(|_| Vec::with_capacity(pixels));
@@ -609,7 +609,7 @@ impl Session {
         for layer in [&mut radius, &mut depth, &mut deposits] {
             layer.truncate(pixels);
         }
-        Ok(Picture { width, height, path, caustics, radius, depth, deposits, auxiliary })
+        Ok(RenderedImage { width, height, path, caustics, radius, depth, deposits, auxiliary })
     }
 
     /// Reads back a buffer by its name, as the passes call it; that of the last tile, where there are several.
@@ -665,14 +665,14 @@ impl Session {
         self.params.exposure = stops.exp2();
     }
 
-    /// Tone-maps a picture (a mean of frames, say) with the exposure of the settings: display colours from 0 to 1, row by row.
-    pub fn display(&mut self, picture: &Picture) -> Result<Vec<Vec3>, SessionError> {
-        let black = vec![Vec3::ZERO; if picture.caustics.is_empty() { picture.path.len() } else { 0 }];
-        let caustics = if picture.caustics.is_empty() { &black } else { &picture.caustics };
-        let mut colors = Vec::with_capacity(picture.path.len());
+    /// Tone-maps an image (a mean of frames, say) with the exposure of the settings: display colours from 0 to 1, row by row.
+    pub fn display(&mut self, image: &RenderedImage) -> Result<Vec<Vec3>, SessionError> {
+        let black = vec![Vec3::ZERO; if image.caustics.is_empty() { image.path.len() } else { 0 }];
+        let caustics = if image.caustics.is_empty() { &black } else { &image.caustics };
+        let mut colors = Vec::with_capacity(image.path.len());
         for tile in 0..self.tiles.count() {
             let (params, pixels) = (self.tiles.params(tile, self.params), self.tiles.pixels(tile));
-            self.runner.write("path_radiance", cast_slice(&picture.path[pixels.clone()]))?;
+            self.runner.write("path_radiance", cast_slice(&image.path[pixels.clone()]))?;
             self.runner.write("caustic_radiance", cast_slice(&caustics[pixels.clone()]))?;
             self.runner.run(&params, &[Step::new(&DISPLAY, &params)])?;
             colors.append(&mut self.read_first("display_color", pixels.len())?);

@@ -18,14 +18,14 @@ use glam::Vec3;
 
 use crate::scene::{Scene, SceneCamera};
 
-/// What a person sets for a run; the defaults are the talk's, at a smaller picture.
+/// What a person sets for a run; the defaults are the talk's, at a smaller image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Image width (px).
     pub width: u32,
     /// Image height (px).
     pub height: u32,
-    /// Tiles that the picture is rendered in, one after another; `None` takes as few as the device's bindings allow.
+    /// Tiles that the image is rendered in, one after another; `None` takes as few as the device's bindings allow.
     pub tiles: Option<u32>,
     /// Light paths a frame; where a frame's time is shared, at most.
     pub light_paths: u32,
@@ -71,7 +71,7 @@ pub struct Settings {
     pub path_history: PathHistory,
     /// What is done about rare bright samples of camera paths, in methods that do not converge.
     pub fireflies: Fireflies,
-    /// Whether a picture has the layers of [`Auxiliary`](crate::picture::Auxiliary), which other tools ask for.
+    /// Whether an image has the layers of [`Auxiliary`](crate::rendered_image::Auxiliary), which other tools ask for.
     pub auxiliary: bool,
 }
 

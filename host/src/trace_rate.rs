@@ -16,7 +16,7 @@ use crate::settings::Settings;
 use caustics_kernels::declare::{Step, buffers};
 
 /// Closest hits per second of a runner's tracer alone, on incoherent rays: from the camera paths' vertices of a small
-/// picture into random directions. The best of several rounds.
+/// image into random directions. The best of several rounds.
 ///
 /// # Errors
 ///

@@ -25,7 +25,7 @@
 //! 3. **Lend**, if there is a history ([`history`]): finds the point of the frame before that is this one's
 //!    ([`history::window`], [`history::reprojected`]), and how much of its light still holds ([`history::cells`]).
 //! 4. **Shoot** ([`pass::shoot`]): light paths leave the lights by power ([`light::power`], behind the seam [`light::emit`]),
-//!    or where earlier ones were seen to give the picture something ([`light::guided`], [`emission::guided`]).
+//!    or where earlier ones were seen to give the image something ([`light::guided`], [`emission::guided`]).
 //!    Those whose first surface is a *caster* (specular) go on; each later hit on a *receiver* is a *deposit*: a place, a
 //!    direction, a flux.
 //! 5. **Gather** ([`mod@gather`]): a point takes the deposits that lie on its disc ([`gather::contribution`]). Points are indexed and

@@ -18,11 +18,11 @@ mod gltf;
 mod lathe;
 mod mesh;
 mod moving;
-mod picture;
 mod prism;
 mod ring;
 mod room;
 mod still_life;
+mod texture;
 mod textured;
 mod uplight;
 mod walls;
@@ -121,13 +121,13 @@ fn files(name: &str) -> Option<Vec<(&'static str, Vec<u8>)>> {
         "cornell-100k" => (cornell::build(Detail::with_triangles(100_000)), CORNELL_CUT),
         "cornell-1m" => (cornell::build(Detail::with_triangles(1_000_000)), CORNELL_CUT),
         "still-life" => {
-            let (document, pictures) = still_life::build();
-            images = pictures;
+            let (document, textures) = still_life::build();
+            images = textures;
             (document, include_str!("notes/still-life.md"))
         }
         "textured-room" => {
-            let (document, pictures) = textured::build();
-            images = pictures;
+            let (document, textures) = textured::build();
+            images = textures;
             (document, include_str!("notes/textured-room.md"))
         }
         _ => return None,

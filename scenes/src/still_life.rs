@@ -8,7 +8,7 @@ use glam::DVec3;
 use crate::gltf::{Document, Texture, glass, lambert, metal, tinted};
 use crate::lathe::{curve, lathe, line};
 use crate::mesh::Mesh;
-use crate::picture::{byte, draw, noise};
+use crate::texture::{byte, draw, noise};
 use crate::walls;
 
 /// Lower corner of the room (m); the table's top is at y = 0.
@@ -146,7 +146,7 @@ fn add_lamps(document: &mut Document) {
     }
 }
 
-/// Planks along the picture's rows, each of its own shade, with a grain.
+/// Planks along the texture's rows, each of its own shade, with a grain.
 fn planks(x: f64, y: f64) -> [u8; 4] {
     let row = (9.0 * y) as u32;
     let across = (9.0 * y).fract();

@@ -8,7 +8,7 @@ use serde_json::json;
 
 use crate::gltf::{Document, Texture, emitter, glass, lambert, metal};
 use crate::mesh::Mesh;
-use crate::picture::{byte, draw, noise, normal};
+use crate::texture::{byte, draw, noise, normal};
 
 /// Lower corner of the room (m).
 const MIN: DVec3 = DVec3::new(-2.0, 0.0, -2.0);

@@ -69,7 +69,7 @@ def main():
             memory.append(resident(program.pid))
             kept = page.evaluate("window.kept")
             size = page.locator("#numbers td").first.inner_text()
-            while page.evaluate("document.querySelector('.picture').width") != int(width):
+            while page.evaluate("document.querySelector('.image').width") != int(width):
                 time.sleep(0.1)
             page.evaluate(WATCH)
             time.sleep(20)

@@ -113,7 +113,7 @@ def colours(page, side=0):
     """Distinct colours among some pixels, and their mean."""
     return page.evaluate(
         """side => {
-            const canvas = document.querySelectorAll('#stage canvas.picture')[side];
+            const canvas = document.querySelectorAll('#stage canvas.image')[side];
             const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
             const seen = new Set();
             let sum = 0;

@@ -1,4 +1,4 @@
-//! Block means of pictures, frame by frame, and a test whether two ways to render have the same mean in every block.
+//! Block means of images, frame by frame, and a test whether two ways to render have the same mean in every block.
 
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
@@ -41,11 +41,11 @@ impl Blocks {
             session.frame(frame).expect("a frame runs");
             let counters = session.counters().expect("counters");
             assert_eq!(counters.get(Counter::NonFinite) + counters.get(Counter::Clamped), 0);
-            let picture = session.picture().expect("a picture");
-            rows.push(means(&picture.beauty(), picture.width, picture.height));
+            let image = session.image().expect("an image");
+            rows.push(means(&image.beauty(), image.width, image.height));
             let sum = |layer: &[Vec3]| layer.iter().map(|v| f64::from(v.element_sum())).sum::<f64>();
-            all += sum(&picture.path) + sum(&picture.caustics);
-            caustic += sum(&picture.caustics);
+            all += sum(&image.path) + sum(&image.caustics);
+            caustic += sum(&image.caustics);
         }
         Blocks { frames: rows, caustic_share: caustic / all }
     }
@@ -94,9 +94,9 @@ impl Blocks {
 /// Outcome of a comparison of blocks.
 #[derive(Clone, Copy, Debug)]
 pub struct Scores {
-    /// z of the whole picture.
+    /// z of the whole image.
     pub whole: f64,
-    /// Mean of this picture over that of the truth.
+    /// Mean of this image over that of the truth.
     pub ratio: f64,
     /// Standard error of the ratio.
     pub ratio_error: f64,
@@ -120,12 +120,12 @@ impl Scores {
     }
 }
 
-fn means(picture: &[Vec3], width: usize, height: usize) -> Vec<f64> {
+fn means(image: &[Vec3], width: usize, height: usize) -> Vec<f64> {
     let (columns, rows) = (width / SIDE, height / SIDE);
     let mut sums = vec![0.0; columns * rows];
     for y in 0..rows * SIDE {
         for x in 0..columns * SIDE {
-            let value = f64::from(picture[y * width + x].element_sum()) / 3.0;
+            let value = f64::from(image[y * width + x].element_sum()) / 3.0;
             sums[y / SIDE * columns + x / SIDE] += value / (SIDE * SIDE) as f64;
         }
     }
@@ -166,7 +166,7 @@ mod tests {
 
     #[test]
     fn blocks_are_means_of_their_pixels() {
-        let picture: Vec<Vec3> = (0..17 * 9).map(|pixel| Vec3::splat((pixel % 17 / 8) as f32)).collect();
-        assert_eq!(means(&picture, 17, 9), [0.0, 1.0]);
+        let image: Vec<Vec3> = (0..17 * 9).map(|pixel| Vec3::splat((pixel % 17 / 8) as f32)).collect();
+        assert_eq!(means(&image, 17, 9), [0.0, 1.0]);
     }
 }

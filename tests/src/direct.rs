@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use bytemuck::cast_slice;
 use caustics::counters::Counters;
-use caustics::picture::Picture;
+use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
@@ -301,7 +301,7 @@ pub fn render(
     features: Option<Features>,
     threads: usize,
     frames: u32,
-) -> Vec<(Picture, Counters)> {
+) -> Vec<(RenderedImage, Counters)> {
     let variant = variant::find(gather).expect("a known gather");
     let choice = RunnerChoice::Cpu { threads };
     let features = features.unwrap_or_else(|| scene.features(settings.specular_roughness));
@@ -310,7 +310,7 @@ pub fn render(
     (0..frames)
         .map(|frame| {
             session.frame(frame).expect("a frame runs");
-            (session.picture().expect("a picture"), session.counters().expect("counters"))
+            (session.image().expect("an image"), session.counters().expect("counters"))
         })
         .collect()
 }

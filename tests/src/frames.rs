@@ -62,7 +62,7 @@ pub fn sums(layer: &[Vec3]) -> Vec<f64> {
     layer.iter().map(|v| f64::from(v.element_sum())).collect()
 }
 
-/// The pixels so many to each side of a pixel of a picture of this width and height, as far as there are; itself too.
+/// The pixels so many to each side of a pixel of an image of this width and height, as far as there are; itself too.
 pub fn around(pixel: usize, side: usize, (width, height): (usize, usize)) -> Vec<usize> {
     let (column, row) = (pixel % width, pixel / width);
     let rows = row.saturating_sub(side)..=(row + side).min(height - 1);

@@ -276,7 +276,7 @@ impl Builder {
         self.cameras.push(SceneCamera::look_at("main", eye, target, up, fov_y));
     }
 
-    /// Multiplies lengths by `scale`; intensities by its square and absorption by its inverse, so that the picture
+    /// Multiplies lengths by `scale`; intensities by its square and absorption by its inverse, so that the image
     /// stays.
     pub fn scaled(mut self, scale: f32) -> Self {
         for triangle in &mut self.triangles {

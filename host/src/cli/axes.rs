@@ -24,7 +24,7 @@ pub trait Axes {
 /// A command that renders one way.
 #[derive(Debug)]
 pub enum OneWay {}
-/// The same for pictures that are averaged, which no history can help.
+/// The same for images that are averaged, which no history can help.
 #[derive(Debug)]
 pub enum Averaged {}
 /// A command that path traces.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use caustics::picture::Aov;
+use caustics::rendered_image::Aov;
 use caustics::scene::Scene;
 use clap::ValueEnum;
 use serde_json::json;

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::anyhow;
-use caustics::image::{Channels, Encoding};
+use caustics::image_file::{Channels, Encoding};
 use caustics::memory;
 use caustics::metric::comparison::{Metric, Value, Viewing};
 use caustics::metric::pixels::{Estimate, Region};
@@ -26,20 +26,20 @@ const FILE_BYTES: u64 = 48;
 pub fn run(options: &Compare) -> anyhow::Result<ExitCode> {
     let map = check(options)?;
     let (reference, images) = options.files.split_last().ok_or_else(|| Usage("no files".into()))?;
-    let picture = Channels::read(reference)?;
-    let frame = Frame::new(options, reference, &picture)?;
+    let image = Channels::read(reference)?;
+    let frame = Frame::new(options, reference, &image)?;
     let Region { width, height, .. } = frame.region;
     let bytes = (width * height) as u64 * (PIXEL_BYTES + FILE_BYTES * options.files.len() as u64);
     memory::check(bytes)
         .map_err(|short| anyhow!("{width}x{height} px would take {short}; compare a --region of them"))?;
-    let mut estimates = vec![frame.layer(reference, &picture)?];
-    drop(picture);
+    let mut estimates = vec![frame.layer(reference, &image)?];
+    drop(image);
     // One file at a time: runs may be many.
     for (index, path) in images.iter().enumerate() {
         estimates.insert(index, frame.layer(path, &Channels::read(path)?)?);
     }
     let (encoding, region) = (frame.encoding, frame.region);
-    let non_finite: Vec<usize> = estimates.iter().map(|picture| picture.mean.non_finite_count()).collect();
+    let non_finite: Vec<usize> = estimates.iter().map(|image| image.mean.non_finite_count()).collect();
     for (path, count) in options.files.iter().zip(&non_finite).filter(|(_, count)| **count > 0) {
         tell!("warning: {}: {count} pixels are NaN or infinite", path.display());
     }
@@ -95,7 +95,7 @@ fn check(options: &Compare) -> anyhow::Result<Option<Target>> {
     Ok(Some(Target::claim(map, options.force)?))
 }
 
-/// What all pictures must have in common with the reference, and what of them is compared.
+/// What all images must have in common with the reference, and what of them is compared.
 struct Frame<'a> {
     reference: &'a Path,
     size: (usize, usize),
@@ -105,9 +105,9 @@ struct Frame<'a> {
 }
 
 impl<'a> Frame<'a> {
-    fn new(options: &'a Compare, reference: &'a Path, picture: &Channels) -> Result<Frame<'a>, Usage> {
-        let (size, encoding) = ((picture.width, picture.height), picture.encoding);
-        let region = options.region.unwrap_or(Region::whole(picture));
+    fn new(options: &'a Compare, reference: &'a Path, image: &Channels) -> Result<Frame<'a>, Usage> {
+        let (size, encoding) = ((image.width, image.height), image.encoding);
+        let region = options.region.unwrap_or(Region::whole(image));
         if !region.is_within(size.0, size.1) {
             let Region { x, y, width, height } = region;
             let path = reference.display();
@@ -120,24 +120,24 @@ impl<'a> Frame<'a> {
     }
 
     /// The layer of a file, with its variance if it has one.
-    fn layer(&self, path: &Path, picture: &Channels) -> Result<Estimate, Usage> {
+    fn layer(&self, path: &Path, image: &Channels) -> Result<Estimate, Usage> {
         let (file, reference) = (path.display(), self.reference.display());
-        let (width, height) = (picture.width, picture.height);
+        let (width, height) = (image.width, image.height);
         if (width, height) != self.size {
             return Err(Usage(format!(
                 "{file} has {width}x{height} px, {reference} {}x{}; render both in one size",
                 self.size.0, self.size.1
             )));
         }
-        if picture.encoding != self.encoding {
+        if image.encoding != self.encoding {
             return Err(Usage(format!(
                 "{file} and {reference}: one is EXR, the other PNG; give two of a kind"
             )));
         }
         let name = self.layer;
-        let inner = if name == "beauty" && picture.layer(name).is_none() { "" } else { name };
-        Estimate::from_layer(picture, inner, self.region).ok_or_else(|| {
-            let known = picture.layer_names().join(", ");
+        let inner = if name == "beauty" && image.layer(name).is_none() { "" } else { name };
+        Estimate::from_layer(image, inner, self.region).ok_or_else(|| {
+            let known = image.layer_names().join(", ");
             Usage(format!("--layer {name}: {file} has no such layer; it has {known}"))
         })
     }

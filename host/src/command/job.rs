@@ -85,7 +85,7 @@ impl Job {
         let mut png_target = options.png.as_ref().map(|path| Target::claim(path, force)).transpose()?;
         let mut live = Live::new(&options)?;
         if let Some(path) = options.png.as_ref().filter(|_| live.has_png()) {
-            // What is there then is the picture so far.
+            // What is there then is the image so far.
             png_target = Some(Target::claim(path, true)?);
         }
         if part.is_none() && checkpoint.exists() && !force {
@@ -151,7 +151,7 @@ impl Job {
             let wall = start.elapsed();
             let energy = if has_ledger { session.energy()? } else { Energy::default() };
             report.add(&times, wall, &session.counters()?, energy);
-            sums.add(&session.picture()?);
+            sums.add(&session.image()?);
             live.show(|| sums.mean());
             if saved.elapsed() >= every {
                 keeper.keep(kept.save(&mut sums, before + report.wall, &mut session));
@@ -182,18 +182,18 @@ impl Job {
             tell!("interrupted after {} frames{hint}", sums.frames());
         }
 
-        let mut picture = sums.mean();
-        picture.auxiliary.keep(&options.aov);
+        let mut image = sums.mean();
+        image.auxiliary.keep(&options.aov);
         let seconds = (before + report.wall).as_secs_f64();
         let (device, frames, relative_error) = (session.device(), sums.frames(), sums.relative_error());
         let variance = sums.variance().map(|variance| (variance, frames));
         // What follows takes memory of its own.
         drop(sums);
-        let stops = options.view.exposure.stops_for(&picture);
+        let stops = options.view.exposure.stops_for(&image);
         let colors = match &png_target {
             Some(_) => {
                 session.expose(stops as f32);
-                session.display(&picture)?
+                session.display(&image)?
             }
             None => Vec::new(),
         };
@@ -207,7 +207,7 @@ impl Job {
             Some(target) => {
                 let mut attributes = kept.about;
                 end(&mut attributes, frames, seconds);
-                Some((target, exr::encode(&picture, variance, &attributes)?))
+                Some((target, exr::encode(&image, variance, &attributes)?))
             }
             None => None,
         };
@@ -215,7 +215,7 @@ impl Job {
             Some(target) => Some((target, png::encode(settings.width, settings.height, &colors)?)),
             None => None,
         };
-        live.send(&picture);
+        live.send(&image);
         for (target, bytes) in exr.into_iter().chain(png) {
             target.finish(&bytes)?;
         }

@@ -1,4 +1,4 @@
-//! A picture while it converges: in the PNG, and in the viewer tev (https://github.com/Tom94/tev).
+//! An image while it converges: in the PNG, and in the viewer tev (https://github.com/Tom94/tev).
 
 use std::net::{TcpStream, ToSocketAddrs};
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use anyhow::{Context, anyhow};
 use caustics::exposure::Exposure;
 use caustics::output::png;
 use caustics::output::target::Target;
-use caustics::picture::Picture;
+use caustics::rendered_image::RenderedImage;
 use caustics_kernels::pass::display::tone_mapped;
 use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 
@@ -16,14 +16,14 @@ use super::keeper::Keeper;
 use super::options::duration;
 use crate::cli::{Common, Usage};
 
-/// Time between the pictures that tev is sent, where nobody says.
+/// Time between the images that tev is sent, where nobody says.
 const DEFAULT_INTERVAL: Duration = Duration::from_secs(2);
 /// Longest time that is waited for tev.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// The channels that it is sent.
 const CHANNELS: [&str; 3] = ["R", "G", "B"];
 
-/// Where a picture is shown while it converges. What fails there is told once, and the run goes on.
+/// Where an image is shown while it converges. What fails there is told once, and the run goes on.
 pub struct Live {
     every: Duration,
     last: Option<Instant>,
@@ -54,24 +54,24 @@ impl Live {
         self.png.is_some()
     }
 
-    /// Shows a picture so far, if it is time to.
-    pub fn show(&mut self, picture: impl FnOnce() -> Picture) {
+    /// Shows an image so far, if it is time to.
+    pub fn show(&mut self, image: impl FnOnce() -> RenderedImage) {
         let is_new = self.last.is_none_or(|last| last.elapsed() >= self.every);
         if !is_new || (self.png.is_none() && self.viewer.is_none()) {
             return;
         }
-        let picture = picture();
+        let image = image();
         if let Some((path, keeper)) = &mut self.png {
-            keeper.keep(write(path, &picture, self.exposure));
+            keeper.keep(write(path, &image, self.exposure));
         }
-        self.send(&picture);
+        self.send(&image);
         self.last = Some(Instant::now());
     }
 
-    /// Sends a picture to tev, if that is there.
-    pub fn send(&mut self, picture: &Picture) {
+    /// Sends an image to tev, if that is there.
+    pub fn send(&mut self, image: &RenderedImage) {
         if let Some(viewer) = &mut self.viewer
-            && let Err(error) = viewer.send(picture)
+            && let Err(error) = viewer.send(image)
         {
             tell!("warning: tev is sent no more, and the run goes on without: {error}");
             self.viewer = None;
@@ -79,15 +79,15 @@ impl Live {
     }
 }
 
-/// Writes the PNG of a picture so far in the place of the one before. Its colours are those of the device to a step or so.
-fn write(path: &Path, picture: &Picture, exposure: Exposure) -> anyhow::Result<()> {
-    let scale = exposure.stops_for(picture).exp2() as f32;
-    let colors: Vec<_> = picture.beauty().into_iter().map(|color| tone_mapped(color, scale)).collect();
-    let bytes = png::encode(picture.width as u32, picture.height as u32, &colors)?;
+/// Writes the PNG of an image so far in the place of the one before. Its colours are those of the device to a step or so.
+fn write(path: &Path, image: &RenderedImage, exposure: Exposure) -> anyhow::Result<()> {
+    let scale = exposure.stops_for(image).exp2() as f32;
+    let colors: Vec<_> = image.beauty().into_iter().map(|color| tone_mapped(color, scale)).collect();
+    let bytes = png::encode(image.width as u32, image.height as u32, &colors)?;
     Ok(Target::claim(path, true)?.finish(&bytes)?)
 }
 
-/// tev, and the picture that it shows.
+/// tev, and the image that it shows.
 struct Viewer {
     client: TevClient,
     name: String,
@@ -95,7 +95,7 @@ struct Viewer {
 }
 
 impl Viewer {
-    /// Connects; the picture has the name of its file.
+    /// Connects; the image has the name of its file.
     fn open(at: &str, output: &Path) -> anyhow::Result<Viewer> {
         let hint =
             || format!("--tev {at}: no viewer answers; start tev, or give where it listens as HOST:PORT");
@@ -113,8 +113,8 @@ impl Viewer {
         Ok(Viewer { client: TevClient::wrap(stream), name, is_open: false })
     }
 
-    fn send(&mut self, picture: &Picture) -> std::io::Result<()> {
-        let (width, height) = (picture.width as u32, picture.height as u32);
+    fn send(&mut self, image: &RenderedImage) -> std::io::Result<()> {
+        let (width, height) = (image.width as u32, image.height as u32);
         let (image_name, channel_names) = (&*self.name, &CHANNELS[..]);
         if !self.is_open {
             let grab_focus = true;
@@ -131,7 +131,7 @@ impl Viewer {
             y: 0,
             width,
             height,
-            data: bytemuck::cast_slice(&picture.beauty()),
+            data: bytemuck::cast_slice(&image.beauty()),
         })
     }
 }

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
-use caustics::image::Channels;
+use caustics::image_file::Channels;
 use caustics::output::target::Target;
 use caustics::output::{attributes, exr};
-use caustics::picture::Picture;
+use caustics::rendered_image::RenderedImage;
 use caustics_kernels::method::path::PATH;
 use glam::Vec3;
 
@@ -59,7 +59,7 @@ fn references(options: &Merge, target: Target) -> anyhow::Result<()> {
     }
     let colors = |values: Vec<[f64; 3]>| values.into_iter().map(|value| Vec3::from(value.map(|v| v as f32)));
     let (width, height) = parts[0].size;
-    let picture = Picture { width, height, path: colors(mean).collect(), ..Picture::default() };
+    let image = RenderedImage { width, height, path: colors(mean).collect(), ..RenderedImage::default() };
     let mut attributes = parts[0].attributes.clone();
     for name in OWN {
         let values: Vec<&str> =
@@ -69,7 +69,7 @@ fn references(options: &Merge, target: Target) -> anyhow::Result<()> {
     attributes.insert("frames".into(), samples.to_string());
     // Layers of theirs that it does not have.
     attributes.retain(|name, _| !["aov", "materials"].contains(&name.as_str()));
-    let bytes = exr::encode(&picture, Some((colors(variance).collect(), samples as u32)), &attributes)?;
+    let bytes = exr::encode(&image, Some((colors(variance).collect(), samples as u32)), &attributes)?;
     target.finish(&bytes)?;
     tell!("{}: {} samples a pixel from {} files", options.output.display(), samples, parts.len());
     Ok(())

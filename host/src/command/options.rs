@@ -81,7 +81,7 @@ pub fn environment(view: &View) -> anyhow::Result<Option<EnvironmentMap>> {
     Ok(map.map(|map| map.placed(view.environment_scale, view.environment_rotation)))
 }
 
-/// Refuses a picture without pixels, or too large a one.
+/// Refuses an image without pixels, or too large a one.
 pub fn check_size(width: u32, height: u32) -> Result<(), Usage> {
     limits::check_size(width, height).map_err(Usage)
 }

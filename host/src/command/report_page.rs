@@ -15,13 +15,13 @@ use crate::cli::{Report, Usage};
 pub fn run(options: &Report) -> anyhow::Result<ExitCode> {
     let files = folder(&options.output)?;
     check_inputs(options, &files)?;
-    // Claimed first: nobody waits for pictures to be read only to hear that a file exists.
+    // Claimed first: nobody waits for images to be read only to hear that a file exists.
     let page = Target::claim(&options.output, options.force)?;
     let request = Request {
         folders: options.folders.clone(),
         baseline: options.baseline.clone(),
         title: options.title.clone(),
-        pictures: options.pictures,
+        images: options.pictures,
         output: options.output.clone(),
     };
     let report = report(&request)?;
@@ -46,7 +46,7 @@ pub fn run(options: &Report) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Refuses to write in the place of what is read: a result, or a picture beside it; or among them.
+/// Refuses to write in the place of what is read: a result, or an image beside it; or among them.
 fn check_inputs(options: &Report, files: &Path) -> Result<(), Usage> {
     let output = options.output.display();
     check_ending("-o", &options.output, "html")?;

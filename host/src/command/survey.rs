@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use anyhow::Context;
-use caustics::image::Channels;
+use caustics::image_file::Channels;
 use caustics::text::cut;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -50,7 +50,7 @@ enum Outcome {
     Loads,
     /// With something left out.
     Warns,
-    /// Not, or not to a picture.
+    /// Not, or not to an image.
     Fails,
 }
 
@@ -164,7 +164,7 @@ fn read_info(ended: &Ended, record: &mut FileRecord) -> Result<(), String> {
     Ok(())
 }
 
-/// Renders a file; a picture that shows nothing is a failure too.
+/// Renders a file; an image that shows nothing is a failure too.
 fn render(program: &Path, file: &Path, limit: std::time::Duration) -> Result<(), String> {
     let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
     let out = folder.path().join("out.exr");
@@ -172,11 +172,11 @@ fn render(program: &Path, file: &Path, limit: std::time::Duration) -> Result<(),
     let path = out.to_string_lossy();
     arguments.extend([&*path, "--"]);
     run_alone(program, &arguments, file, limit)?.fault().map_or(Ok(()), Err)?;
-    let picture = Channels::read(&out).map_err(|error| format!("{error:#}"))?;
-    fault_of(picture.layer("").into_iter().flatten().flatten())
+    let image = Channels::read(&out).map_err(|error| format!("{error:#}"))?;
+    fault_of(image.layer("").into_iter().flatten().flatten())
 }
 
-/// What is wrong with a picture of these values.
+/// What is wrong with an image of these values.
 fn fault_of<'a>(values: impl Iterator<Item = &'a f32> + Clone) -> Result<(), String> {
     if !values.clone().all(|value| value.is_finite()) {
         return Err("its picture has values that are not finite".into());

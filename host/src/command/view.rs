@@ -1,7 +1,7 @@
 //! `caustics view`: a page, served by this program, in which a scene is looked at live.
 //!
 //! One thread renders ([`engine`]), another serves ([`server`]); what they share ([`shared`]) is a wish, which the page at the wheel
-//! changes ([`wish`]), and the latest picture and words.
+//! changes ([`wish`]), and the latest image and words.
 
 mod connection;
 mod distance;
@@ -62,7 +62,7 @@ use crate::cli::{Usage, Viewer};
 /// Environment variable that says the token, so that a page outlives the program that served it.
 const TOKEN: &str = "CAUSTICS_VIEW_TOKEN";
 
-/// Threads that pack pictures for pages.
+/// Threads that pack images for pages.
 const PACKERS: usize = 4;
 /// Files on their way to pages, at most; others wait.
 const MAX_FILES: usize = 4;
@@ -70,7 +70,7 @@ const MAX_FILES: usize = 4;
 const NO_NUMBERS: &str = "the system gives no random numbers, which a secret needs";
 
 /// Threads beside the one that renders: for Ctrl-C, for the end of a program that hangs then, for connections, and for the
-/// pictures that are packed for them.
+/// images that are packed for them.
 const THREADS: usize = 3 + PACKERS;
 
 /// Serves a page until Ctrl-C.

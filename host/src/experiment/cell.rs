@@ -63,7 +63,7 @@ pub enum Paths {
     PerPixel(f64),
     /// As many as a frame of this time has (ms); they are searched for, from one a pixel on.
     Time(f64),
-    /// As many as serve the picture best, by what earlier frames cost and left to noise.
+    /// As many as serve the image best, by what earlier frames cost and left to noise.
     Auto,
 }
 

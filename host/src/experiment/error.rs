@@ -1,6 +1,6 @@
 //! How far a frame is from its reference, and how much more than it a cell flickers: measures, a row each.
 //!
-//! Each measure is taken of the whole picture, and of the caustics: `relmse_caustics` of that layer alone, `flip_caustics`
+//! Each measure is taken of the whole image, and of the caustics: `relmse_caustics` of that layer alone, `flip_caustics`
 //! and `flicker_caustics` of the reference's path-traced light under the cell's caustics, which shows a person nothing but
 //! the error of the caustics. FLIP is `flip_ldr` of `caustics compare`.
 //!
@@ -11,14 +11,14 @@ use std::cell::OnceCell;
 use glam::Vec3;
 
 use super::gain::mean_variance;
-use crate::image::Encoding;
+use crate::image_file::Encoding;
 use crate::metric::caustic_region::CausticRegion;
 use crate::metric::error_map::ErrorMap;
 use crate::metric::flip::PIXELS_PER_DEGREE;
 use crate::metric::flip_ldr::flip_ldr;
 use crate::metric::pixels::Pixels;
 use crate::metric::relmse;
-use crate::picture::Picture;
+use crate::rendered_image::RenderedImage;
 
 /// A measure of error.
 pub struct Measure {
@@ -32,7 +32,7 @@ pub struct Measure {
     pub limitations: &'static str,
     /// Whether a report draws speed against it.
     pub charted: bool,
-    /// Its value; none where a picture is not finite, or what it is relative to is black or absent.
+    /// Its value; none where an image is not finite, or what it is relative to is black or absent.
     pub of: fn(&Seen) -> Option<Found>,
 }
 
@@ -83,7 +83,7 @@ pub static MEASURES: [&Measure; 10] = [
     &CAUSTICS_VARIANCE,
 ];
 
-/// FLIP of the picture.
+/// FLIP of the image.
 pub static FLIP: Measure = Measure {
     key: "flip",
     head: "FLIP",
@@ -93,7 +93,7 @@ pub static FLIP: Measure = Measure {
     of: |seen| seen.mean(|now| Some(now.flip_map(seen.truth, seen.exposure)?.mean())),
 };
 
-/// FLIP of the picture, where caustics are.
+/// FLIP of the image, where caustics are.
 pub static FLIP_CAUSTIC_REGION: Measure = Measure {
     key: "flip_caustic_region",
     head: "FLIP in the caustic region",
@@ -118,7 +118,7 @@ pub static FLIP_CAUSTICS: Measure = Measure {
     of: |seen| seen.mean(|now| flip(now.caustics_in_place.as_ref()?, &seen.truth.whole, seen.exposure)),
 };
 
-/// Relative mean squared error of the picture.
+/// Relative mean squared error of the image.
 pub static RELMSE: Measure = Measure {
     key: "relmse",
     head: "relMSE",
@@ -128,7 +128,7 @@ pub static RELMSE: Measure = Measure {
     of: |seen| seen.mean(|now| relative(&now.whole, &seen.truth.whole)),
 };
 
-/// Relative mean squared error of the picture without its worst pixels.
+/// Relative mean squared error of the image without its worst pixels.
 pub static RELMSE_TRIMMED: Measure = Measure {
     key: "relmse_trimmed",
     head: "trimmed relMSE",
@@ -163,7 +163,7 @@ pub static RELMSE_CAUSTICS: Measure = Measure {
     of: |seen| seen.mean(|now| relative(now.caustics.as_ref()?, seen.truth.caustics.as_ref()?)),
 };
 
-/// Flicker of the picture.
+/// Flicker of the image.
 pub static FLICKER: Measure = Measure {
     key: "flicker",
     head: "flicker",
@@ -172,7 +172,7 @@ pub static FLICKER: Measure = Measure {
     charted: false,
     of: |seen| {
         let change =
-            |now: &MeasuredPicture, before: &MeasuredPicture| flip(&now.whole, &before.whole, seen.exposure);
+            |now: &MeasuredImage, before: &MeasuredImage| flip(&now.whole, &before.whole, seen.exposure);
         seen.change(&change)
     },
 };
@@ -185,7 +185,7 @@ pub static FLICKER_CAUSTICS: Measure = Measure {
     limitations: "what is steadily wrong does not flicker",
     charted: false,
     of: |seen| {
-        let change = |now: &MeasuredPicture, before: &MeasuredPicture| {
+        let change = |now: &MeasuredImage, before: &MeasuredImage| {
             flip(now.caustics_in_place.as_ref()?, before.caustics_in_place.as_ref()?, seen.exposure)
         };
         seen.change(&change)
@@ -207,31 +207,31 @@ pub static CAUSTICS_VARIANCE: Measure = Measure {
 
 /// A frame of a cell, once a seed, beside the truth.
 pub struct Seen<'a> {
-    /// The pictures of the seeds.
-    pub now: &'a [MeasuredPicture],
+    /// The images of the seeds.
+    pub now: &'a [MeasuredImage],
     /// Those of the frame before, in the same order; empty where none was measured.
-    pub before: &'a [MeasuredPicture],
+    pub before: &'a [MeasuredImage],
     /// The reference of the frame.
-    pub truth: &'a MeasuredPicture,
+    pub truth: &'a MeasuredImage,
     /// That of the frame before.
-    pub truth_before: Option<&'a MeasuredPicture>,
+    pub truth_before: Option<&'a MeasuredImage>,
     /// Exposure of the display (stops).
     pub exposure: f64,
 }
 
 impl<'a> Seen<'a> {
-    /// One picture by itself, at an exposure of 0.
-    pub fn one(now: &'a MeasuredPicture, truth: &'a MeasuredPicture) -> Seen<'a> {
+    /// One image by itself, at an exposure of 0.
+    pub fn one(now: &'a MeasuredImage, truth: &'a MeasuredImage) -> Seen<'a> {
         Seen { now: std::slice::from_ref(now), before: &[], truth, truth_before: None, exposure: 0.0 }
     }
 
     /// The mean over the seeds, if all have a value.
-    fn mean(&self, of: impl Fn(&MeasuredPicture) -> Option<f64>) -> Option<Found> {
+    fn mean(&self, of: impl Fn(&MeasuredImage) -> Option<f64>) -> Option<Found> {
         Found::from_seeds(self.now.iter().map(of))
     }
 
     /// The mean change since the frame before, beyond that of the reference.
-    fn change(&self, of: &dyn Fn(&MeasuredPicture, &MeasuredPicture) -> Option<f64>) -> Option<Found> {
+    fn change(&self, of: &dyn Fn(&MeasuredImage, &MeasuredImage) -> Option<f64>) -> Option<Found> {
         let truth = of(self.truth, self.truth_before?)?;
         let pairs = self.now.iter().zip(self.before);
         Found::from_seeds(pairs.map(|(now, before)| Some(of(now, before)? - truth)))
@@ -244,9 +244,9 @@ pub fn mean(values: impl ExactSizeIterator<Item = Option<f64>>) -> Option<f64> {
     values.sum::<Option<f64>>().map(|sum| sum / count).filter(|mean| mean.is_finite())
 }
 
-/// A picture as it is measured; empty parts have no measure.
+/// An image as it is measured; empty parts have no measure.
 #[derive(Clone, Debug)]
-pub struct MeasuredPicture {
+pub struct MeasuredImage {
     /// All light.
     whole: Pixels,
     /// The caustics alone.
@@ -261,35 +261,35 @@ pub struct MeasuredPicture {
     flip: OnceCell<Option<ErrorMap>>,
 }
 
-impl MeasuredPicture {
-    /// A picture beside the reference of its frame.
-    pub fn new(picture: &Picture, reference: &Picture) -> MeasuredPicture {
+impl MeasuredImage {
+    /// An image beside the reference of its frame.
+    pub fn new(image: &RenderedImage, reference: &RenderedImage) -> MeasuredImage {
         let of = |values: Vec<Vec3>| Pixels {
-            width: picture.width,
-            height: picture.height,
+            width: image.width,
+            height: image.height,
             values: values.into_iter().map(Vec3::as_dvec3).collect(),
         };
         let in_place = || {
-            let pairs = reference.path.iter().zip(&picture.caustics);
+            let pairs = reference.path.iter().zip(&image.caustics);
             of(pairs.map(|(path, caustics)| *path + *caustics).collect())
         };
-        let split = !picture.caustics.is_empty();
-        let whole = of(picture.beauty());
-        let caustics = split.then(|| of(picture.caustics.clone()));
+        let split = !image.caustics.is_empty();
+        let whole = of(image.beauty());
+        let caustics = split.then(|| of(image.caustics.clone()));
         let region = caustics.as_ref().and_then(|caustics| CausticRegion::new(&whole, caustics));
-        MeasuredPicture {
+        MeasuredImage {
             whole,
             caustics,
             caustics_in_place: split.then(in_place),
-            radiance: picture.caustics.clone(),
+            radiance: image.caustics.clone(),
             region,
             flip: OnceCell::new(),
         }
     }
 
-    /// FLIP of each pixel of the picture, if it is finite; `exposure` is that of the display (stops). It is computed once: the
-    /// reference of a picture is that of its frame, and an experiment has one exposure.
-    pub fn flip_map(&self, reference: &MeasuredPicture, exposure: f64) -> Option<&ErrorMap> {
+    /// FLIP of each pixel of the image, if it is finite; `exposure` is that of the display (stops). It is computed once: the
+    /// reference of an image is that of its frame, and an experiment has one exposure.
+    pub fn flip_map(&self, reference: &MeasuredImage, exposure: f64) -> Option<&ErrorMap> {
         self.flip.get_or_init(|| flip_map(&self.whole, &reference.whole, exposure)).as_ref()
     }
 }
@@ -320,21 +320,27 @@ fn finite(value: f64) -> Option<f64> {
 mod tests {
     use super::*;
 
-    fn picture(path: f32, caustics: f32) -> Picture {
+    fn image(path: f32, caustics: f32) -> RenderedImage {
         let layer = |value| (0..64).map(|i| Vec3::splat(value * (1.0 + (i % 5) as f32))).collect();
-        Picture { width: 8, height: 8, path: layer(path), caustics: layer(caustics), ..Picture::default() }
+        RenderedImage {
+            width: 8,
+            height: 8,
+            path: layer(path),
+            caustics: layer(caustics),
+            ..RenderedImage::default()
+        }
     }
 
-    /// Measures of pictures, those before, and of truths.
+    /// Measures of images, those before, and of truths.
     fn seen(
-        now: &[&Picture],
-        before: &[&Picture],
-        truths: [&Picture; 2],
+        now: &[&RenderedImage],
+        before: &[&RenderedImage],
+        truths: [&RenderedImage; 2],
     ) -> impl Fn(&Measure) -> Option<f64> {
-        let of = |pictures: &[&Picture], truth: &Picture| -> Vec<MeasuredPicture> {
-            pictures.iter().map(|picture| MeasuredPicture::new(picture, truth)).collect()
+        let of = |images: &[&RenderedImage], truth: &RenderedImage| -> Vec<MeasuredImage> {
+            images.iter().map(|image| MeasuredImage::new(image, truth)).collect()
         };
-        let [truth_before, truth] = truths.map(|truth| MeasuredPicture::new(truth, truth));
+        let [truth_before, truth] = truths.map(|truth| MeasuredImage::new(truth, truth));
         let (now, before) = (of(now, truths[1]), of(before, truths[0]));
         let seen = Seen {
             now: &now,
@@ -348,11 +354,11 @@ mod tests {
     }
 
     fn alone<const N: usize>(
-        picture: &Picture,
-        truth: &Picture,
+        image: &RenderedImage,
+        truth: &RenderedImage,
         measures: [&Measure; N],
     ) -> [Option<f64>; N] {
-        measures.map(seen(&[picture], &[], [truth, truth]))
+        measures.map(seen(&[image], &[], [truth, truth]))
     }
 
     const ERRORS: [&Measure; 7] = [
@@ -367,10 +373,10 @@ mod tests {
 
     #[test]
     fn a_picture_is_no_way_from_itself_and_a_brighter_one_is() {
-        let truth = picture(0.2, 0.1);
+        let truth = image(0.2, 0.1);
         assert_eq!(alone(&truth, &truth, ERRORS), [Some(0.0); 7]);
         let [flip, flip_region, flip_caustics, relmse, trimmed, trimmed_region, relmse_caustics] =
-            alone(&picture(0.2, 0.2), &truth, ERRORS).map(Option::unwrap);
+            alone(&image(0.2, 0.2), &truth, ERRORS).map(Option::unwrap);
         assert!(flip > 0.01 && relmse_caustics > 0.5, "{flip} {relmse_caustics}");
         assert_eq!(flip, flip_caustics, "all that is wrong are the caustics");
         // Twice the caustics, a third more of all: squares of 1 and 1/3, but for eps.
@@ -384,25 +390,25 @@ mod tests {
     #[test]
     fn errors_of_the_path_are_none_of_the_caustics() {
         let measures = [&FLIP, &FLIP_CAUSTICS, &RELMSE_CAUSTICS];
-        let [flip, flip_caustics, relmse_caustics] = alone(&picture(0.4, 0.1), &picture(0.2, 0.1), measures);
+        let [flip, flip_caustics, relmse_caustics] = alone(&image(0.4, 0.1), &image(0.2, 0.1), measures);
         assert!(flip.unwrap() > 0.01);
         assert_eq!(flip_caustics.zip(relmse_caustics), Some((0.0, 0.0)));
     }
 
     #[test]
     fn what_is_not_there_has_no_measure() {
-        let dark = picture(0.2, 0.0);
+        let dark = image(0.2, 0.0);
         let measures = [&RELMSE_CAUSTICS, &FLIP_CAUSTIC_REGION, &RELMSE_TRIMMED_CAUSTIC_REGION];
-        assert_eq!(alone(&picture(0.2, 0.1), &dark, measures), [None; 3]);
+        assert_eq!(alone(&image(0.2, 0.1), &dark, measures), [None; 3]);
         let measures = [&FLIP, &FLIP_CAUSTICS, &RELMSE];
-        assert_eq!(alone(&picture(f32::NAN, 0.0), &dark, measures), [None, Some(0.0), None]);
-        let whole = Picture { caustics: vec![], ..dark.clone() };
+        assert_eq!(alone(&image(f32::NAN, 0.0), &dark, measures), [None, Some(0.0), None]);
+        let whole = RenderedImage { caustics: vec![], ..dark.clone() };
         assert_eq!(alone(&whole, &dark, [&FLIP_CAUSTICS]), [None]);
     }
 
     #[test]
     fn flicker_is_change_beyond_that_of_the_truth_and_variance_is_between_seeds() {
-        let [dim, bright] = [picture(0.2, 0.1), picture(0.2, 0.2)];
+        let [dim, bright] = [image(0.2, 0.1), image(0.2, 0.2)];
         let measures = [&FLICKER, &FLICKER_CAUSTICS, &CAUSTICS_VARIANCE];
         let found = measures.map(seen(&[&bright], &[&dim], [&dim, &bright]));
         assert_eq!(found, [Some(0.0), Some(0.0), None], "it changes as the truth does");

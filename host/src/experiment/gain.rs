@@ -7,15 +7,15 @@
 
 use glam::{DVec3, Vec3};
 
-/// Mean over pixels and channels of the variance between pictures of one size; None of fewer than two pictures, of none
-/// without pixels, and of pictures that are not finite.
-pub fn mean_variance(pictures: &[&[Vec3]]) -> Option<f64> {
-    let (first, runs) = (pictures.first()?, pictures.len() as f64);
-    if pictures.len() < 2 || first.is_empty() {
+/// Mean over pixels and channels of the variance between images of one size; None of fewer than two images, of none
+/// without pixels, and of images that are not finite.
+pub fn mean_variance(images: &[&[Vec3]]) -> Option<f64> {
+    let (first, runs) = (images.first()?, images.len() as f64);
+    if images.len() < 2 || first.is_empty() {
         return None;
     }
     let of_pixel = |pixel: usize| {
-        let values = || pictures.iter().map(|picture| picture[pixel].as_dvec3());
+        let values = || images.iter().map(|image| image[pixel].as_dvec3());
         let mean = values().sum::<DVec3>() / runs;
         values().map(|value| (value - mean) * (value - mean)).sum::<DVec3>().element_sum() / (runs - 1.0)
     };
@@ -23,7 +23,7 @@ pub fn mean_variance(pictures: &[&[Vec3]]) -> Option<f64> {
     mean.is_finite().then_some(mean)
 }
 
-/// Variance without a history over that with one; None where a picture has no noise.
+/// Variance without a history over that with one; None where an image has no noise.
 pub fn gain(of_none: f64, of_cell: f64) -> Option<f64> {
     let gain = of_none / of_cell;
     (gain.is_finite() && gain > 0.0).then_some(gain)
@@ -46,8 +46,8 @@ mod tests {
     }
 
     fn variance(seed: u32, of_one: f32) -> f64 {
-        let pictures: Vec<_> = (0..4).map(|run| runs(seed + run, of_one, 4000)).collect();
-        mean_variance(&pictures.iter().map(Vec::as_slice).collect::<Vec<_>>()).unwrap()
+        let images: Vec<_> = (0..4).map(|run| runs(seed + run, of_one, 4000)).collect();
+        mean_variance(&images.iter().map(Vec::as_slice).collect::<Vec<_>>()).unwrap()
     }
 
     #[test]

@@ -17,9 +17,9 @@ pub fn pose(scene: &mut Scene, time: f64) -> Result<(), SceneError> {
     scene.pose(time)
 }
 
-/// Text of a scene as it is posed, its view and the settings that decide the expected picture, and of the kernels.
+/// Text of a scene as it is posed, its view and the settings that decide the expected image, and of the kernels.
 pub fn view(scene: &Scene, camera: &str, settings: &Settings) -> String {
-    // Without dots: whoever adds a setting decides whether another picture is expected.
+    // Without dots: whoever adds a setting decides whether another image is expected.
     let Settings {
         width,
         height,

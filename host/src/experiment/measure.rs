@@ -11,13 +11,13 @@ use caustics_kernels::interface::point::PointGeometry;
 use glam::Vec3;
 
 use super::cell::Cell;
-use super::error::{MEASURES, MeasuredPicture, Seen};
+use super::error::{MEASURES, MeasuredImage, Seen};
 use super::identity;
 use super::plan::Plan;
 use super::record::FrameRecord;
 use super::reference::References;
 use crate::metric::error_map::ErrorMap;
-use crate::picture::Picture;
+use crate::rendered_image::RenderedImage;
 use crate::scene::Scene;
 use crate::session::Session;
 use crate::settings::Settings;
@@ -27,24 +27,24 @@ struct Run {
     cell: Cell,
     sessions: Vec<Session>,
     /// The frame before, of each seed.
-    before: Vec<MeasuredPicture>,
+    before: Vec<MeasuredImage>,
     shown: Option<Shown>,
 }
 
 /// The reference of a frame.
 struct Truth {
-    picture: Picture,
-    measured: MeasuredPicture,
+    image: RenderedImage,
+    measured: MeasuredImage,
 }
 
 /// The last frame of a cell that was compared with a reference: display colours, the first seed's.
 #[derive(Clone, Debug)]
 pub struct Shown {
-    /// The picture.
-    pub picture: Vec<Vec3>,
+    /// The image.
+    pub image: Vec<Vec3>,
     /// Its reference.
     pub reference: Vec<Vec3>,
-    /// FLIP of its pixels as colours, where the picture is finite.
+    /// FLIP of its pixels as colours, where the image is finite.
     pub error_map: Option<Vec<Vec3>>,
 }
 
@@ -105,8 +105,8 @@ pub fn measure(
                 session.frame(frame)?;
             }
             if plan.compares(frame) {
-                let picture = references.load(frame)?;
-                let truth = Truth { measured: MeasuredPicture::new(&picture, &picture), picture };
+                let image = references.load(frame)?;
+                let truth = Truth { measured: MeasuredImage::new(&image, &image), image };
                 for (run, record) in runs.iter_mut().zip(&mut records) {
                     compare(plan, run, record, &truth, truth_before.as_ref())?;
                 }
@@ -183,11 +183,11 @@ fn compare(
     run: &mut Run,
     record: &mut FrameRecord,
     truth: &Truth,
-    truth_before: Option<&MeasuredPicture>,
+    truth_before: Option<&MeasuredImage>,
 ) -> anyhow::Result<()> {
-    let pictures: Vec<Picture> = run.sessions.iter_mut().map(Session::picture).collect::<Result<_, _>>()?;
-    let now: Vec<MeasuredPicture> =
-        pictures.iter().map(|picture| MeasuredPicture::new(picture, &truth.picture)).collect();
+    let images: Vec<RenderedImage> = run.sessions.iter_mut().map(Session::image).collect::<Result<_, _>>()?;
+    let now: Vec<MeasuredImage> =
+        images.iter().map(|image| MeasuredImage::new(image, &truth.image)).collect();
     let exposure = f64::from(plan.settings.exposure);
     let seen = Seen { now: &now, before: &run.before, truth: &truth.measured, truth_before, exposure };
     for measure in MEASURES {
@@ -196,13 +196,12 @@ fn compare(
         record.set(&measure.standard_error_key(), found.and_then(|found| found.standard_error));
     }
     if record.frame + 1 == plan.frames.end
-        && let (Some(session), [picture, ..], [first, ..]) =
-            (run.sessions.first_mut(), &pictures[..], &now[..])
+        && let (Some(session), [image, ..], [first, ..]) = (run.sessions.first_mut(), &images[..], &now[..])
     {
         // What the session shows overwrites its frame, of which nothing more is read.
         run.shown = Some(Shown {
-            picture: session.display(picture)?,
-            reference: session.display(&truth.picture)?,
+            image: session.display(image)?,
+            reference: session.display(&truth.image)?,
             error_map: first.flip_map(&truth.measured, exposure).map(ErrorMap::to_colors),
         });
     }

@@ -18,10 +18,10 @@ use super::plan::Plan;
 use crate::accumulation::{Accumulation, BATCHES};
 use crate::file::read_file;
 use crate::hash::digest;
-use crate::image::Channels;
+use crate::image_file::Channels;
 use crate::output::target::Target;
 use crate::output::{attributes, exr};
-use crate::picture::Picture;
+use crate::rendered_image::RenderedImage;
 use crate::scene::Scene;
 use crate::session::Session;
 use crate::settings::Settings;
@@ -124,7 +124,7 @@ impl<'a> References<'a> {
     ///
     /// # Errors
     /// A file that is not there, is damaged, or is another's.
-    pub fn load(&self, frame: u32) -> anyhow::Result<Picture> {
+    pub fn load(&self, frame: u32) -> anyhow::Result<RenderedImage> {
         self.read(&self.path(frame), &self.identity(frame)?)
     }
 
@@ -166,7 +166,7 @@ impl<'a> References<'a> {
                 return Ok(None);
             }
             session.frame(frame)?;
-            sums.add(&session.picture()?);
+            sums.add(&session.image()?);
         }
         let attributes = BTreeMap::from([
             ("identity".to_string(), digest(identity)),
@@ -178,7 +178,7 @@ impl<'a> References<'a> {
     }
 
     /// Both layers of a file, if it is whole and of this identity.
-    fn read(&self, path: &Path, identity: &str) -> anyhow::Result<Picture> {
+    fn read(&self, path: &Path, identity: &str) -> anyhow::Result<RenderedImage> {
         let bytes = read_file(path).with_context(|| format!("cannot read {}", path.display()))?;
         anyhow::ensure!(attributes::is_whole(&bytes) == Some(true), "{} is damaged", path.display());
         let channels = Channels::decode(&bytes).map_err(anyhow::Error::msg)?;
@@ -195,6 +195,6 @@ impl<'a> References<'a> {
             Ok(pod_collect_to_vec(&values))
         };
         let (path, caustics) = (layer("path")?, layer("caustics")?);
-        Ok(Picture { width: size.0, height: size.1, path, caustics, ..Picture::default() })
+        Ok(RenderedImage { width: size.0, height: size.1, path, caustics, ..RenderedImage::default() })
     }
 }

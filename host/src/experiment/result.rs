@@ -160,8 +160,9 @@ pub struct CellError {
     pub seeds: u32,
     /// Frames of the progressive reference.
     pub reference_frames: u32,
-    /// Picture of the last frame, the first seed's: a PNG beside the JSON.
-    pub picture: Option<String>,
+    /// Image of the last frame, the first seed's: a PNG beside the JSON.
+    #[serde(rename = "picture")]
+    pub image: Option<String>,
     /// FLIP of each of its pixels as PNG.
     pub error_map: Option<String>,
     /// The reference of that frame as PNG.

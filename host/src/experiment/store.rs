@@ -55,7 +55,7 @@ pub fn read_file(path: &Path) -> anyhow::Result<CellResult> {
 }
 
 /// The result in the bytes of a file of this stem. Its names lead nowhere but into the folder of the file: the identity is
-/// the stem, hexadecimal digits, and pictures are PNGs beside it.
+/// the stem, hexadecimal digits, and images are PNGs beside it.
 pub fn parse(bytes: &[u8], stem: &str) -> anyhow::Result<CellResult> {
     memory::check(memory::json_parse_bytes(bytes)).map_err(|short| anyhow!("it would take {short}"))?;
     let mut result: CellResult = serde_json::from_slice(bytes)?;
@@ -67,11 +67,11 @@ pub fn parse(bytes: &[u8], stem: &str) -> anyhow::Result<CellResult> {
         is_hash && identity == stem,
         "its identity {identity:?} is not its name, {DIGITS} hexadecimal digits"
     );
-    let pictures = error.iter().flat_map(|error| [&error.picture, &error.error_map, &error.reference]);
-    for name in pictures.flatten() {
+    let images = error.iter().flat_map(|error| [&error.image, &error.error_map, &error.reference]);
+    for name in images.flatten() {
         let is_plain = name.chars().all(|letter| letter.is_ascii_alphanumeric() || "-_.".contains(letter));
-        let is_picture = is_plain && name.ends_with(".png") && !name.starts_with('.');
-        ensure!(is_picture, "its picture {name:?} is not the name of a PNG beside it");
+        let is_image = is_plain && name.ends_with(".png") && !name.starts_with('.');
+        ensure!(is_image, "its picture {name:?} is not the name of a PNG beside it");
     }
     Ok(result)
 }
@@ -115,7 +115,7 @@ impl Results {
         }
     }
 
-    /// Keeps a picture beside the results; its name, or none in memory.
+    /// Keeps an image beside the results; its name, or none in memory.
     ///
     /// # Errors
     /// A file that cannot be written.

@@ -97,7 +97,7 @@ fn baseline<'a>(result: &CellResult, results: &'a [(String, CellResult)]) -> Opt
     results.iter().map(|(_, other)| other).find(|other| other.cell == wanted)
 }
 
-/// Variance of the caustics without a history over that with one: the median over frames, or that of a still picture.
+/// Variance of the caustics without a history over that with one: the median over frames, or that of a still image.
 fn median_gain(result: &CellResult, none: &CellResult) -> Option<f64> {
     let variance = |frame: &FrameResult| Some((frame.frame, frame.get(&CAUSTICS_VARIANCE)?));
     let of_none: Vec<_> = none.frames.iter().filter_map(variance).collect();

@@ -1,5 +1,5 @@
 //! The caustic region: the pixels in which caustics are at least a fifth of the reference's luminance, and errors of the whole
-//! light there. Caustics are often a small part of a picture; over all of it, a method that leaves them out may look good.
+//! light there. Caustics are often a small part of an image; over all of it, a method that leaves them out may look good.
 
 use super::comparison::{Better, Comparison, Metric, NoValue, Value};
 use super::flip::color::luminance;
@@ -50,7 +50,7 @@ pub struct CausticRegion {
 }
 
 impl CausticRegion {
-    /// The region of a picture whose caustics are known; none if it has no pixels.
+    /// The region of an image whose caustics are known; none if it has no pixels.
     pub fn new(whole: &Pixels, caustics: &Pixels) -> Option<CausticRegion> {
         let pairs = whole.values.iter().zip(&caustics.values).enumerate();
         let is_in = |light: f64, caustics: f64| caustics > 0.0 && caustics >= MIN_PART * light;
@@ -61,12 +61,12 @@ impl CausticRegion {
         (!pixels.is_empty()).then_some(CausticRegion { pixels })
     }
 
-    /// Those of a picture's values that are in the region.
+    /// Those of an image's values that are in the region.
     pub fn pick(&self, values: &[f64]) -> Vec<f64> {
         self.pixels.iter().map(|&pixel| values[pixel]).collect()
     }
 
-    /// The mean of a picture's values over the region.
+    /// The mean of an image's values over the region.
     pub fn mean(&self, values: &[f64]) -> f64 {
         self.pick(values).iter().sum::<f64>() / self.pixels.len() as f64
     }

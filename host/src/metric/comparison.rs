@@ -7,14 +7,14 @@ use std::rc::Rc;
 
 use super::flip::PIXELS_PER_DEGREE;
 use super::pixels::{Estimate, Pixels};
-use crate::image::Encoding;
+use crate::image_file::Encoding;
 
-/// How to look at the pictures.
+/// How to look at the images.
 #[derive(Clone, Copy, Debug)]
 pub struct Viewing {
-    /// What the pictures were read from.
+    /// What the images were read from.
     pub encoding: Encoding,
-    /// Exposure of scene-linear pictures for `flip_ldr` (stops).
+    /// Exposure of scene-linear images for `flip_ldr` (stops).
     pub exposure: f64,
     /// Pixels per degree of visual angle.
     pub pixels_per_degree: f64,
@@ -77,13 +77,13 @@ pub enum NoValue {
 pub enum Better {
     /// The lower the better; of a part that may be negative too.
     Lower,
-    /// The nearer to 0 the better: the sign says which of the two pictures is brighter.
+    /// The nearer to 0 the better: the sign says which of the two images is brighter.
     NearZero,
     /// The nearer to 1 the better.
     NearOne,
 }
 
-/// A distance between pictures, as data.
+/// A distance between images, as data.
 #[derive(Debug)]
 pub struct Metric {
     /// Name in reports and on the command line.
@@ -129,7 +129,7 @@ impl<'a> Comparison<'a> {
         reference: &'a Estimate,
         viewing: Viewing,
     ) -> Result<Comparison<'a>, NoValue> {
-        let bad = runs.iter().chain([reference]).map(|picture| picture.mean.non_finite_count()).sum();
+        let bad = runs.iter().chain([reference]).map(|image| image.mean.non_finite_count()).sum();
         match (runs, bad) {
             ([], _) => Err(NoValue::NoImage),
             (_, 0) => Ok(Comparison { runs, reference, viewing, shared: RefCell::default() }),

@@ -1,4 +1,4 @@
-//! An error for each pixel, its mean, and a picture of it.
+//! An error for each pixel, its mean, and an image of it.
 
 use glam::Vec3;
 

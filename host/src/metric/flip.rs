@@ -1,4 +1,4 @@
-//! FLIP of two display-linear pictures: the difference per pixel that a person sees when they alternate, 0 to 1.
+//! FLIP of two display-linear images: the difference per pixel that a person sees when they alternate, 0 to 1.
 //!
 //! Our implementation of P. Andersson, J. Nilsson, T. Akenine-Möller, M. Oskarsson, K. Åström, M. Fairchild, "FLIP: A
 //! Difference Evaluator for Alternating Images", HPG 2020, with the constants of NVIDIA's (BSD-3-Clause,
@@ -23,7 +23,7 @@ const STRETCHED: f64 = 0.4;
 /// ...to this part of the scale.
 const STRETCHED_TO: f64 = 0.95;
 
-/// The difference of every pixel; both pictures display-linear in [0, 1] and of one size.
+/// The difference of every pixel; both images display-linear in [0, 1] and of one size.
 pub fn flip(image: &Pixels, reference: &Pixels, pixels_per_degree: f64) -> ErrorMap {
     let (seen_image, seen_reference) = (Seen::new(image), Seen::new(reference));
     let filters = filter::contrast_sensitivity(pixels_per_degree);
@@ -51,17 +51,17 @@ pub fn flip(image: &Pixels, reference: &Pixels, pixels_per_degree: f64) -> Error
     ErrorMap { width: image.width, height: image.height, values }
 }
 
-/// A picture in planes of opponent colours.
+/// An image in planes of opponent colours.
 struct Seen {
     width: usize,
     planes: [Vec<f64>; 3],
 }
 
 impl Seen {
-    fn new(picture: &Pixels) -> Seen {
-        let opponent: Vec<_> = picture.values.par_iter().map(|&value| color::to_opponent(value)).collect();
+    fn new(image: &Pixels) -> Seen {
+        let opponent: Vec<_> = image.values.par_iter().map(|&value| color::to_opponent(value)).collect();
         let plane = |lane: usize| opponent.par_iter().map(|value| value[lane]).collect();
-        Seen { width: picture.width, planes: [plane(0), plane(1), plane(2)] }
+        Seen { width: image.width, planes: [plane(0), plane(1), plane(2)] }
     }
 
     fn filtered(&self, plane: &[f64], across: &[f64], down: &[f64]) -> Vec<f64> {

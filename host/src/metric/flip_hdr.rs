@@ -1,4 +1,4 @@
-//! FLIP of scene-linear pictures: each pixel's largest FLIP over the exposures at which the reference can be looked at.
+//! FLIP of scene-linear images: each pixel's largest FLIP over the exposures at which the reference can be looked at.
 //!
 //! Our implementation of P. Andersson, J. Nilsson, P. Shirley, T. Akenine-Möller, "Visualizing Errors in Rendered High
 //! Dynamic Range Images", Eurographics 2021, with the tone curve, exposures and constants of NVIDIA's version 1.7.
@@ -11,7 +11,7 @@ use super::comparison::{Better, Comparison, Metric, NoValue, Value};
 use super::error_map::ErrorMap;
 use super::flip::{color, flip};
 use super::pixels::Pixels;
-use crate::image::Encoding;
+use crate::image_file::Encoding;
 
 /// What a person sees of the difference at the exposure that shows it most.
 pub static FLIP_HDR: Metric = Metric {
@@ -55,7 +55,7 @@ pub struct Exposures {
 }
 
 impl Exposures {
-    /// Exposures at which a reference can be looked at; `None` if all of it is black. In a picture more than
+    /// Exposures at which a reference can be looked at; `None` if all of it is black. In an image more than
     /// half black the median is that of the other pixels.
     pub fn from_reference(reference: &Pixels) -> Option<Exposures> {
         let mut luminances: Vec<f64> =
@@ -101,7 +101,7 @@ fn knee() -> f64 {
 /// The largest FLIP of every pixel over all exposures; `None` if the reference is black.
 pub fn flip_hdr(image: &Pixels, reference: &Pixels, pixels_per_degree: f64) -> Option<ErrorMap> {
     let maps = Exposures::from_reference(reference)?.all().map(|stops| {
-        let shown = |picture: &Pixels| picture.map(|value| expose(value, stops));
+        let shown = |image: &Pixels| image.map(|value| expose(value, stops));
         flip(&shown(image), &shown(reference), pixels_per_degree)
     });
     maps.reduce(|mut largest, map| {

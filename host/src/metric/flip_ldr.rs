@@ -8,7 +8,7 @@ use super::comparison::{Better, Comparison, Metric, NoValue, Viewing};
 use super::error_map::ErrorMap;
 use super::flip::flip;
 use super::pixels::{Estimate, Pixels};
-use crate::image::Encoding;
+use crate::image_file::Encoding;
 
 /// What a person sees of the difference on a display, at one exposure.
 pub static FLIP_LDR: Metric = Metric {
@@ -33,7 +33,7 @@ pub fn map(comparison: &Comparison<'_>) -> Rc<LdrMap> {
     })
 }
 
-/// FLIP of what a display shows. `encoding` says what the pictures were read from: EXR is exposed by `exposure` stops and
+/// FLIP of what a display shows. `encoding` says what the images were read from: EXR is exposed by `exposure` stops and
 /// tone-mapped as for the PNG of `render`; PNG is shown as it is.
 pub fn flip_ldr(
     image: &Pixels,
@@ -42,8 +42,8 @@ pub fn flip_ldr(
     exposure: f64,
     pixels_per_degree: f64,
 ) -> ErrorMap {
-    let shown = |picture: &Pixels| {
-        picture.map(|value| match encoding {
+    let shown = |image: &Pixels| {
+        image.map(|value| match encoding {
             Encoding::Linear => curve(value * exposure.exp2()),
             Encoding::Srgb => value.clamp(DVec3::ZERO, DVec3::ONE),
         })

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::flip::color;
-use crate::image::{Channels, Encoding};
+use crate::image_file::{Channels, Encoding};
 
 /// Colours of a rectangle of pixels.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -31,12 +31,12 @@ pub struct Region {
 }
 
 impl Region {
-    /// The whole of a picture.
-    pub fn whole(picture: &Channels) -> Region {
-        Region { x: 0, y: 0, width: picture.width, height: picture.height }
+    /// The whole of an image.
+    pub fn whole(image: &Channels) -> Region {
+        Region { x: 0, y: 0, width: image.width, height: image.height }
     }
 
-    /// Whether it has pixels and all are those of a picture of this size.
+    /// Whether it has pixels and all are those of an image of this size.
     pub fn is_within(&self, width: usize, height: usize) -> bool {
         let side = |start: usize, length: usize, limit: usize| {
             length > 0 && start.checked_add(length).is_some_and(|end| end <= limit)
@@ -46,15 +46,15 @@ impl Region {
 }
 
 impl Pixels {
-    /// A layer (see [`Channels::layer`]) within a region, which must be within the picture; display colours are
-    /// decoded to display-linear ones. `None` if the picture has no such layer.
-    pub fn from_layer(picture: &Channels, layer: &str, region: Region) -> Option<Pixels> {
-        let lanes = picture.layer(layer)?;
+    /// A layer (see [`Channels::layer`]) within a region, which must be within the image; display colours are
+    /// decoded to display-linear ones. `None` if the image has no such layer.
+    pub fn from_layer(image: &Channels, layer: &str, region: Region) -> Option<Pixels> {
+        let lanes = image.layer(layer)?;
         let rows = region.y..region.y + region.height;
-        let index = |row| (row * picture.width + region.x..).take(region.width);
+        let index = |row| (row * image.width + region.x..).take(region.width);
         let color = |pixel: usize| Vec3::from_array(lanes.map(|lane| lane[pixel])).as_dvec3();
         let mut values: Vec<DVec3> = rows.flat_map(index).map(color).collect();
-        if picture.encoding == Encoding::Srgb {
+        if image.encoding == Encoding::Srgb {
             values.iter_mut().for_each(|value| *value = color::from_srgb(*value));
         }
         Some(Pixels { width: region.width, height: region.height, values })
@@ -80,7 +80,7 @@ impl Pixels {
     }
 }
 
-/// A picture with noise: an estimate of the expected one.
+/// An image with noise: an estimate of the expected one.
 #[derive(Clone, Debug, Default)]
 pub struct Estimate {
     /// The estimate.
@@ -94,17 +94,17 @@ pub struct Estimate {
 impl Estimate {
     /// A layer and its variance, if the file has it: `variance.R` and so on for the beauty layer, `NAME.variance.R` for
     /// another. With the beauty layer come its caustics, if the file has them. None without the layer.
-    pub fn from_layer(picture: &Channels, layer: &str, region: Region) -> Option<Estimate> {
+    pub fn from_layer(image: &Channels, layer: &str, region: Region) -> Option<Estimate> {
         let variance = if layer.is_empty() { "variance".into() } else { format!("{layer}.variance") };
         Some(Estimate {
-            mean: Pixels::from_layer(picture, layer, region)?,
-            variance: Pixels::from_layer(picture, &variance, region),
-            caustics: if layer.is_empty() { Pixels::from_layer(picture, "caustics", region) } else { None },
+            mean: Pixels::from_layer(image, layer, region)?,
+            variance: Pixels::from_layer(image, &variance, region),
+            caustics: if layer.is_empty() { Pixels::from_layer(image, "caustics", region) } else { None },
         })
     }
 }
 
-/// Mean of several pictures of one size, pixel by pixel.
+/// Mean of several images of one size, pixel by pixel.
 pub fn mean_of(runs: &[Estimate]) -> Pixels {
     let mut mean = runs[0].mean.clone();
     for run in &runs[1..] {

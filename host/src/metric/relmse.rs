@@ -1,7 +1,7 @@
 //! Relative mean squared error: mean of (a - b)^2 / (b^2 + eps) over pixels and channels, no unit.
 //!
-//! eps = (0.1 mean of the reference)^2, so that the metric does not change when both pictures are scaled. [Rousselle et
-//! al. 2011] add 0.01 for pictures whose mean is about 1, which is the same there. No pixel is left out; [`trimmed`]
+//! eps = (0.1 mean of the reference)^2, so that the metric does not change when both images are scaled. [Rousselle et
+//! al. 2011] add 0.01 for images whose mean is about 1, which is the same there. No pixel is left out; [`trimmed`]
 //! says what is left without the worst ones, since one firefly can be more than all other pixels together.
 
 use glam::DVec3;

@@ -6,7 +6,7 @@ use super::comparison::{Comparison, Metric, NoValue, Value, Viewing};
 use super::error_map::ErrorMap;
 use super::pixels::Estimate;
 use super::{METRICS, flip_hdr, flip_ldr, z_test};
-use crate::image::Encoding;
+use crate::image_file::Encoding;
 
 /// The metric of a name.
 pub fn metric(name: &str) -> Option<&'static Metric> {
@@ -20,7 +20,7 @@ pub struct MetricReport {
     pub values: Vec<(&'static Metric, Value)>,
     /// Blocks that the z-test compared, if there is a test.
     pub z_blocks: Option<usize>,
-    /// FLIP's map: `flip_hdr` of scene-linear pictures, else `flip_ldr`; the mean over runs.
+    /// FLIP's map: `flip_hdr` of scene-linear images, else `flip_ldr`; the mean over runs.
     pub map: Option<ErrorMap>,
 }
 

@@ -1,7 +1,7 @@
 //! Symmetric mean absolute percentage error: mean of |a - b| / (|a| + |b|) over pixels and channels, no unit; 0 / 0 is 0.
 //!
-//! As [Vogels et al. 2018] have it, without their constant in the denominator: scaling both pictures changes nothing. The
-//! largest value is 1, the error of a pixel that is black in one picture alone.
+//! As [Vogels et al. 2018] have it, without their constant in the denominator: scaling both images changes nothing. The
+//! largest value is 1, the error of a pixel that is black in one image alone.
 
 use super::comparison::{Better, Metric};
 use super::pixels::Pixels;

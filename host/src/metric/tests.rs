@@ -1,4 +1,4 @@
-//! Known answers of the metrics. Pictures of noise have fixed seeds.
+//! Known answers of the metrics. Images of noise have fixed seeds.
 
 use glam::DVec3;
 
@@ -13,7 +13,7 @@ use super::report::MetricReport;
 use super::smape::smape;
 use super::split::split;
 use super::z_test::z_test;
-use crate::image::Encoding;
+use crate::image_file::Encoding;
 
 fn pixels(width: usize, height: usize, at: impl FnMut(usize) -> DVec3) -> Pixels {
     Pixels { width, height, values: (0..width * height).map(at).collect() }
@@ -23,7 +23,7 @@ fn constant(value: f64) -> Pixels {
     pixels(9, 5, |_| DVec3::splat(value))
 }
 
-/// A picture of many values.
+/// An image of many values.
 fn varied() -> Pixels {
     pixels(40, 30, |i| DVec3::new(i as f64 % 7.0, 0.1 + (i as f64 * 0.37).sin().abs(), 2.0))
 }
@@ -45,7 +45,7 @@ impl Noise {
         radius * (std::f64::consts::TAU * self.uniform()).cos()
     }
 
-    /// Another draw of a picture with independent noise of a relative deviation, and its variance.
+    /// Another draw of an image with independent noise of a relative deviation, and its variance.
     fn draw(&mut self, expected: &Pixels, deviation: f64) -> Estimate {
         let mut lane = |value: f64| value + deviation * value * self.normal();
         let mean = pixels(expected.width, expected.height, |i| {
@@ -211,7 +211,7 @@ fn squared_errors_split_into_bias_and_variance() {
     assert_eq!(split(&silent, &silent[0], |_| DVec3::ONE), None);
 }
 
-/// What the z-test says of `tries` pairs of pictures, the image brighter by a factor.
+/// What the z-test says of `tries` pairs of images, the tested one brighter by a factor.
 fn z_tests(runs: usize, tries: usize, size: (usize, usize), gain: f64) -> Vec<super::z_test::ZTest> {
     let expected = pixels(size.0, size.1, |i| DVec3::new(1.0, 2.0, 0.5) * (1.0 + (i % 13) as f64));
     let mut noise = Noise(99 + runs as u64);
@@ -248,10 +248,10 @@ fn z_rejects_two_percent_more_light() {
         for gain in [1.02, 0.98] {
             let tests = z_tests(runs, 20, size, gain);
             let min_surprise = tests.iter().map(super::z_test::ZTest::surprise).fold(f64::INFINITY, f64::min);
-            // The picture's z is 10 with one run, 14 with many: 6 deviations above the limit.
-            println!("{runs} runs, {size:?}: surprise at least {min_surprise:.1}, z {:.1}", tests[0].picture);
+            // The image's z is 10 with one run, 14 with many: 6 deviations above the limit.
+            println!("{runs} runs, {size:?}: surprise at least {min_surprise:.1}, z {:.1}", tests[0].z_image);
             assert!(min_surprise > 4.0, "{min_surprise}");
-            assert!(tests.iter().all(|test| (test.picture > 0.0) == (gain > 1.0)));
+            assert!(tests.iter().all(|test| (test.z_image > 0.0) == (gain > 1.0)));
         }
     }
 }

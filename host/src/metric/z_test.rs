@@ -4,8 +4,8 @@
 //! where only noise differs. The variance of the image's block is that between runs (noise that neighbouring pixels share
 //! is then counted), else that of its variance layer with independent pixels, as is that of the reference. Of few runs
 //! the variance itself is uncertain: their t of Welch's degrees of freedom is turned into the z of the same probability.
-//! The whole picture is tested in the same way. With fewer than [`ENOUGH`] runs its variance is taken from that of its blocks,
-//! as if they were independent, since so few pictures say little of it.
+//! The whole image is tested in the same way. With fewer than [`ENOUGH`] runs its variance is taken from that of its blocks,
+//! as if they were independent, since so few images say little of it.
 //!
 //! It assumes about normal block means. A block in which most runs meet no light at all and few meet much is not: give it
 //! longer runs.
@@ -19,10 +19,10 @@ use super::pixels::{Estimate, Pixels};
 /// Side of a block (px); those at the right and lower border may be smaller.
 pub const BLOCK: usize = 8;
 
-/// Number of runs from which on the variance of the whole picture is estimated from whole pictures.
+/// Number of runs from which on the variance of the whole image is estimated from whole images.
 pub const ENOUGH: usize = 8;
 
-/// Relative rounding that pictures may carry: sums of thousands of frames in f32.
+/// Relative rounding that images may carry: sums of thousands of frames in f32.
 const ROUNDING: f64 = 1e-6;
 
 /// Mean square over blocks of the difference, in units of its noise; 1 where only noise differs.
@@ -45,14 +45,14 @@ pub static Z_LARGEST: Metric = Metric {
     compute: |comparison| value(comparison, |test| test.largest),
 };
 
-/// Difference of the whole picture, in units of its noise.
-pub static Z_PICTURE: Metric = Metric {
+/// Difference of the whole image, in units of its noise.
+pub static Z_IMAGE: Metric = Metric {
     name: "z_picture",
     description: "Difference of the whole picture, in units of its noise",
     unit: "1",
     better: Better::NearZero,
     limitations: "what is too bright here and too dark there cancels",
-    compute: |comparison| value(comparison, |test| test.picture),
+    compute: |comparison| value(comparison, |test| test.z_image),
 };
 
 /// -log10 of the probability that noise alone differs as much.
@@ -90,8 +90,8 @@ pub struct ZTest {
     pub mean_square: f64,
     /// Largest |z| of a block.
     pub largest: f64,
-    /// z of the whole picture, of the channel where it is farthest from 0.
-    pub picture: f64,
+    /// z of the whole image, of the channel where it is farthest from 0.
+    pub z_image: f64,
     /// Probability that noise alone gives one of the three as large or larger: small where the expectations differ.
     pub probability: f64,
 }
@@ -153,19 +153,19 @@ pub fn z_test(runs: &[Estimate], reference: &Estimate) -> Result<ZTest, NoValue>
     }
     let tested: usize = counts.iter().sum();
     let whole = whole.into_iter().flatten();
-    let picture = whole.fold(0.0, |largest: f64, z| if z.abs() > largest.abs() { z } else { largest });
+    let z_image = whole.fold(0.0, |largest: f64, z| if z.abs() > largest.abs() { z } else { largest });
 
     // Each of the three may happen in any channel or block: Bonferroni, which needs no independence.
     let tail = |z: f64| 2.0 * normal().sf(z.abs());
     let chi = (0..3)
         .filter(|&lane| counts[lane] > 0)
         .map(|lane| ChiSquared::new(counts[lane] as f64).map_or(1.0, |chi| chi.sf(squares[lane])));
-    let p_values = [3.0 * tail(picture), tested as f64 * tail(largest), 3.0 * chi.fold(1.0, f64::min)];
+    let p_values = [3.0 * tail(z_image), tested as f64 * tail(largest), 3.0 * chi.fold(1.0, f64::min)];
     Ok(ZTest {
         blocks: blocks.iter().filter(|block| block.iter().any(Option::is_some)).count(),
         mean_square: if tested == 0 { 0.0 } else { squares.iter().sum::<f64>() / tested as f64 },
         largest,
-        picture,
+        z_image,
         probability: if tested == 0 { 1.0 } else { p_values.into_iter().fold(1.0, |p, q| p.min(3.0 * q)) },
     })
 }

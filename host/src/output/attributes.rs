@@ -1,4 +1,4 @@
-//! The attributes in the header of an EXR file: in the order of their names, so that equal pictures are equal files; texts
+//! The attributes in the header of an EXR file: in the order of their names, so that equal images are equal files; texts
 //! in UTF-8, which is what OpenEXR's own tools expect; and a checksum of the file among them.
 
 use std::collections::BTreeMap;
@@ -119,15 +119,16 @@ pub fn read(bytes: &[u8]) -> ::exr::error::Result<BTreeMap<String, String>> {
 mod tests {
     use super::*;
     use crate::output::exr;
-    use crate::picture::Picture;
+    use crate::rendered_image::RenderedImage;
     use glam::Vec3;
 
     #[test]
     fn equal_pictures_are_equal_files_and_their_attributes_are_read_back() {
-        let picture = Picture { width: 2, height: 1, path: vec![Vec3::ONE; 2], ..Picture::default() };
+        let image =
+            RenderedImage { width: 2, height: 1, path: vec![Vec3::ONE; 2], ..RenderedImage::default() };
         // Enough names that two hash maps almost never agree on their order: 16! orders.
         let attributes: BTreeMap<_, _> = (0..16).map(|i| (format!("name_{i}"), format!("κ {i}"))).collect();
-        let files: Vec<_> = (0..4).map(|_| exr::encode(&picture, None, &attributes).unwrap()).collect();
+        let files: Vec<_> = (0..4).map(|_| exr::encode(&image, None, &attributes).unwrap()).collect();
         assert!(files.iter().all(|file| *file == files[0]));
 
         let back = read(&files[0]).unwrap();
@@ -138,8 +139,9 @@ mod tests {
 
     #[test]
     fn every_flipped_bit_of_a_file_is_found() {
-        let picture = Picture { width: 2, height: 1, path: vec![Vec3::ONE; 2], ..Picture::default() };
-        let file = exr::encode(&picture, None, &BTreeMap::new()).unwrap();
+        let image =
+            RenderedImage { width: 2, height: 1, path: vec![Vec3::ONE; 2], ..RenderedImage::default() };
+        let file = exr::encode(&image, None, &BTreeMap::new()).unwrap();
         assert_eq!(is_whole(&file), Some(true));
         for bit in 0..8 * file.len() {
             let mut bytes = file.clone();

@@ -1,6 +1,6 @@
-//! What can go wrong while a picture is encoded.
+//! What can go wrong while an image is encoded.
 
-/// Why a picture cannot be encoded.
+/// Why an image cannot be encoded.
 #[derive(Debug, thiserror::Error)]
 pub enum EncodeError {
     /// There are not `width * height` colours.

@@ -1,6 +1,6 @@
 //! Scene-linear EXR: beauty as R, G, B; layers by channel names: `path`, `caustics`, `points`, `deposits` of a gather,
 //! `variance` (of the mean of beauty) and `samples` of a mean;
-//! what other tools ask for ([`Auxiliary`](crate::picture::Auxiliary)).
+//! what other tools ask for ([`Auxiliary`](crate::rendered_image::Auxiliary)).
 
 use std::collections::BTreeMap;
 
@@ -9,21 +9,21 @@ use glam::Vec3;
 
 use super::EncodeError;
 use super::attributes::{CHECKSUM, seal, sort, text, unknown_checksum};
-use crate::picture::Picture;
+use crate::rendered_image::RenderedImage;
 
 /// What a reader of the layer `variance` must know.
 const VARIANCE_NOTE: &str = "estimated from the samples of each pixel; too small where few of them carry the light, \
     and 0 where none has found it yet";
 
-/// Encodes a picture as the bytes of an EXR file. `variance` is the variance of its mean and the number of frames in it, for
+/// Encodes an image as the bytes of an EXR file. `variance` is the variance of its mean and the number of frames in it, for
 /// the layers `variance` and `samples`; `attributes` say how it was made and stand in the header. Colours are linear with the
 /// primaries of Rec. 709.
 ///
 /// # Errors
 ///
-/// If a layer has another size than the picture.
+/// If a layer has another size than the image.
 pub fn encode(
-    picture: &Picture,
+    image: &RenderedImage,
     variance: Option<(Vec<Vec3>, u32)>,
     attributes: &BTreeMap<String, String>,
 ) -> std::result::Result<Vec<u8>, EncodeError> {
@@ -34,20 +34,20 @@ pub fn encode(
         }
     };
     let (variance, samples) = variance.unwrap_or_default();
-    let split = if picture.caustics.is_empty() { &[] } else { &picture.path[..] };
-    let beauty = picture.beauty();
+    let split = if image.caustics.is_empty() { &[] } else { &image.path[..] };
+    let beauty = image.beauty();
     let colors =
-        [("", &beauty[..]), ("caustics.", &picture.caustics), ("path.", split), ("variance.", &variance)];
+        [("", &beauty[..]), ("caustics.", &image.caustics), ("path.", split), ("variance.", &variance)];
     for (layer, values) in colors {
         for (lane, name) in ["R", "G", "B"].iter().enumerate() {
             number(&format!("{layer}{name}"), values.iter().map(|value| value[lane]).collect());
         }
     }
-    number("points.radius", picture.radius.clone());
-    number("points.depth", picture.depth.clone());
-    number("deposits.count", picture.deposits.clone());
+    number("points.radius", image.radius.clone());
+    number("points.depth", image.depth.clone());
+    number("deposits.count", image.deposits.clone());
     number("samples.count", vec![samples as f32; variance.len()]);
-    for (name, values) in picture.auxiliary.channels() {
+    for (name, values) in image.auxiliary.channels() {
         number(&name, values);
     }
 
@@ -59,19 +59,19 @@ pub fn encode(
     for (name, value) in attributes.iter().filter(|(name, _)| *name != CHECKSUM) {
         other.insert(text(name), AttributeValue::Text(text(value)));
     }
-    let size = (picture.width, picture.height);
+    let size = (image.width, image.height);
     let layer_attributes =
         LayerAttributes { other, software_name: Some(Text::from("caustics")), ..LayerAttributes::default() };
     let layer = Layer::new(size, layer_attributes, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels));
-    let mut image = Image::from_layer(layer);
-    image.attributes.chromaticities = Some(attribute::Chromaticities {
+    let mut file = Image::from_layer(layer);
+    file.attributes.chromaticities = Some(attribute::Chromaticities {
         red: Vec2(0.64, 0.33),
         green: Vec2(0.30, 0.60),
         blue: Vec2(0.15, 0.06),
         white: Vec2(0.3127, 0.3290),
     });
     let mut bytes = std::io::Cursor::new(Vec::new());
-    image.write().to_buffered(&mut bytes)?;
+    file.write().to_buffered(&mut bytes)?;
     // The crate keeps them in the order of a hash map.
     seal(sort(bytes.into_inner())?)
 }

@@ -13,8 +13,8 @@ use super::EncodeError;
 pub fn encode(width: u32, height: u32, colors: &[Vec3]) -> Result<Vec<u8>, EncodeError> {
     let bytes = colors.iter().flat_map(|color| (*color * 255.0 + 0.5).to_array()).map(|value| value as u8);
     let wrong_size = || EncodeError::Size { width, height, colors: colors.len() };
-    let picture = RgbImage::from_raw(width, height, bytes.collect()).ok_or_else(wrong_size)?;
+    let image = RgbImage::from_raw(width, height, bytes.collect()).ok_or_else(wrong_size)?;
     let mut out = std::io::Cursor::new(Vec::new());
-    picture.write_to(&mut out, ImageFormat::Png)?;
+    image.write_to(&mut out, ImageFormat::Png)?;
     Ok(out.into_inner())
 }

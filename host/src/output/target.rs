@@ -181,7 +181,7 @@ impl Part {
         self.file.sync_all()?;
         #[cfg(unix)]
         {
-            // Temporary files are private; pictures are as public as any other new file.
+            // Temporary files are private; images are as public as any other new file.
             use std::os::unix::fs::PermissionsExt;
             self.file.set_permissions(std::fs::Permissions::from_mode(0o644))?;
         }

@@ -1,4 +1,4 @@
-//! The cells of folders of results: every `DIR/cells/*.json`, and the pictures beside them.
+//! The cells of folders of results: every `DIR/cells/*.json`, and the images beside them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -14,12 +14,12 @@ use crate::experiment::store;
 pub struct Measured {
     /// What its file says.
     pub result: CellResult,
-    /// Where its pictures are.
+    /// Where its images are.
     pub folder: PathBuf,
 }
 
 impl Measured {
-    /// The path of one of its pictures.
+    /// The path of one of its images.
     pub fn beside(&self, name: &Option<String>) -> Option<PathBuf> {
         Some(self.folder.join(name.as_ref()?))
     }

@@ -19,7 +19,7 @@ pub const SHAPES: [&str; 8] = [
     "M-6.4-3.3-3.3-6.4 0-3.1 3.3-6.4 6.4-3.3 3.1 0 6.4 3.3 3.3 6.4 0 3.1-3.3 6.4-6.4 3.3-3.1 0Z",
 ];
 
-/// Size of the picture that was timed, else of that whose error is known (px).
+/// Size of the image that was timed, else of that whose error is known (px).
 pub fn size(cell: &Measured) -> String {
     let time = cell.result.time.as_ref().map(|time| (time.width, time.height));
     let error = || cell.result.error.as_ref().map(|error| (error.width, error.height));

@@ -6,7 +6,7 @@ use super::figure::Figure;
 use super::speed::{Chart, list};
 use super::table::Table;
 
-/// What may be loaded: nothing. Pictures, style and script are in the file.
+/// What may be loaded: nothing. Images, style and script are in the file.
 const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'; \
                       base-uri 'none'; form-action 'none'";
 
@@ -24,7 +24,7 @@ pub struct Section {
 }
 
 /// The whole file.
-pub fn page(title: &str, lead: &str, sections: &[Section], pictures: &Markup) -> String {
+pub fn page(title: &str, lead: &str, sections: &[Section], images: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -38,7 +38,7 @@ pub fn page(title: &str, lead: &str, sections: &[Section], pictures: &Markup) ->
                 style { (PreEscaped(STYLE)) }
             }
             body {
-                (pictures)
+                (images)
                 header {
                     h1 { (title) }
                     p .lead { (lead) }

@@ -168,7 +168,7 @@
       const option = choice.selectedOptions[0];
       box.querySelector('[data-part="cell"]').setAttribute('href', option.value);
       box.querySelector('[data-part="reference"]').setAttribute('href', option.dataset.reference);
-      all('.picture', wipe).forEach((picture) => picture.setAttribute('viewBox', option.dataset.view));
+      all('.image', wipe).forEach((image) => image.setAttribute('viewBox', option.dataset.view));
       wipe.querySelector('.tag.left').textContent = option.textContent;
     });
   });

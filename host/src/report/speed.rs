@@ -306,7 +306,7 @@ mod tests {
         assert!(marks[2].attribute("data-tip").unwrap().starts_with("kim2019"));
         let mut front: Vec<f64> = chart.front.iter().map(|(_, ms, _)| *ms).collect();
         front.sort_by(f64::total_cmp);
-        // The GPU's cell and the small picture's would beat all others: they have fronts of their own.
+        // The GPU's cell and the small image's would beat all others: they have fronts of their own.
         assert_eq!(front, [1.0, 2.0, 10.0, 20.0]);
         assert_eq!(
             chart.figure.notes,

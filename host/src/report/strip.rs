@@ -1,40 +1,39 @@
-//! Pictures of a scene side by side with their errors below, and one of them wiped over its reference.
+//! Images of a scene side by side with their errors below, and one of them wiped over its reference.
 
 use maud::{Markup, html};
 
+use super::images::{ReportImage, ReportImages};
 use super::load::Measured;
 use super::name::Names;
 use super::number::number;
-use super::picture::{Picture, Pictures};
 use super::scene::Scene;
 use crate::experiment::error::FLIP;
 
-/// A cell's pictures.
+/// A cell's images.
 struct Shown {
     name: String,
     numbers: String,
-    picture: Picture,
-    error_map: Option<Picture>,
-    reference: Option<Picture>,
+    image: ReportImage,
+    error_map: Option<ReportImage>,
+    reference: Option<ReportImage>,
 }
 
-/// Strip and wipe of a scene with at most `count` cells; none where no cell has a picture.
+/// Strip and wipe of a scene with at most `count` cells; none where no cell has an image.
 pub fn strip(
     scene: &Scene,
     names: &Names,
-    pictures: &mut Pictures,
+    images: &mut ReportImages,
     count: usize,
 ) -> anyhow::Result<Option<Markup>> {
-    let has_picture =
-        |cell: &Measured| cell.result.error.as_ref().is_some_and(|error| error.picture.is_some());
+    let has_image = |cell: &Measured| cell.result.error.as_ref().is_some_and(|error| error.image.is_some());
     let mut shown = Vec::new();
-    for cell in scene.chosen(names, count, has_picture) {
-        shown.extend(load(cell, names, pictures)?);
+    for cell in scene.chosen(names, count, has_image) {
+        shown.extend(load(cell, names, images)?);
     }
     if shown.is_empty() {
         return Ok(None);
     }
-    let mut references: Vec<Picture> = Vec::new();
+    let mut references: Vec<ReportImage> = Vec::new();
     for reference in shown.iter().filter_map(|cell| cell.reference) {
         if !references.contains(&reference) {
             references.push(reference);
@@ -50,7 +49,7 @@ pub fn strip(
             }
             @for cell in &shown {
                 figure .tile {
-                    (cell.picture.show(&format!("{} by {}", scene.title, cell.name)))
+                    (cell.image.show(&format!("{} by {}", scene.title, cell.name)))
                     @if let Some(map) = &cell.error_map { (map.show(&format!("FLIP of {}", cell.name))) }
                     figcaption { b { (cell.name) } span .dim { (cell.numbers) } }
                 }
@@ -63,19 +62,19 @@ pub fn strip(
     }))
 }
 
-fn load(cell: &Measured, names: &Names, pictures: &mut Pictures) -> anyhow::Result<Option<Shown>> {
+fn load(cell: &Measured, names: &Names, images: &mut ReportImages) -> anyhow::Result<Option<Shown>> {
     let Some(error) = &cell.result.error else { return Ok(None) };
     let mut get = |name: &Option<String>| match cell.beside(name) {
-        Some(path) => pictures.get(&path),
+        Some(path) => images.get(&path),
         None => Ok(None),
     };
-    let Some(picture) = get(&error.picture)? else { return Ok(None) };
+    let Some(image) = get(&error.image)? else { return Ok(None) };
     let flip = error.get(&FLIP).map(|value| format!("FLIP {}", number(value)));
     let ms = cell.result.time.as_ref().map(|time| format!("{} ms", number(time.total_ms.median)));
     Ok(Some(Shown {
         name: names.label(cell),
         numbers: flip.into_iter().chain(ms).collect::<Vec<_>>().join(" · "),
-        picture,
+        image,
         error_map: get(&error.error_map)?,
         reference: get(&error.reference)?,
     }))
@@ -83,33 +82,33 @@ fn load(cell: &Measured, names: &Names, pictures: &mut Pictures) -> anyhow::Resu
 
 /// The wipe: the cell is left of the handle, its reference right of it.
 fn wipe(scene: &Scene, shown: &[Shown]) -> Markup {
-    let able: Vec<(&Shown, Picture)> =
+    let able: Vec<(&Shown, ReportImage)> =
         shown.iter().filter_map(|cell| Some((cell, cell.reference?))).collect();
-    // The picture that is furthest from path tracing's noise is not known: the first with light paths is a fair start.
+    // The image that is furthest from path tracing's noise is not known: the first with light paths is a fair start.
     let Some((first, reference)) =
         able.iter().find(|(cell, _)| !cell.name.starts_with("path")).or(able.first())
     else {
         return Markup::default();
     };
-    let view = format!("0 0 {} {}", first.picture.width, first.picture.height);
+    let view = format!("0 0 {} {}", first.image.width, first.image.height);
     html! {
         div .wipe-box {
             label .wipe-choice {
                 span { "Compare with the reference" }
                 select data-wipe-choice {
                     @for (cell, reference) in &able {
-                        option value=(cell.picture.reference()) data-reference=(reference.reference())
-                            data-view=(format!("0 0 {} {}", cell.picture.width, cell.picture.height))
+                        option value=(cell.image.reference()) data-reference=(reference.reference())
+                            data-view=(format!("0 0 {} {}", cell.image.width, cell.image.height))
                             selected[std::ptr::eq(*cell, *first)] { (cell.name) }
                     }
                 }
             }
             div .wipe data-wipe {
-                svg .picture viewBox=(view) role="img" aria-label={ "Reference of " (scene.title) } {
+                svg .image viewBox=(view) role="img" aria-label={ "Reference of " (scene.title) } {
                     use data-part="reference" href=(reference.reference()) {}
                 }
-                svg .picture.over viewBox=(view) role="img" aria-label={ "The chosen picture of " (scene.title) } {
-                    use data-part="cell" href=(first.picture.reference()) {}
+                svg .image.over viewBox=(view) role="img" aria-label={ "The chosen picture of " (scene.title) } {
+                    use data-part="cell" href=(first.image.reference()) {}
                 }
                 span .tag.left { (first.name) }
                 span .tag.right { "reference" }

@@ -1,4 +1,4 @@
-//! Light from all around: its picture, and the tables by which kernels look it up and draw directions.
+//! Light from all around: its image, and the tables by which kernels look it up and draw directions.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -11,21 +11,21 @@ use caustics_kernels::light::environment::{Map, direction_of, radiance_from};
 use glam::{DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
-use self::picture::Picture;
+use self::environment_image::EnvironmentImage;
 use super::{Radiance, Scene, SceneError};
 
-mod picture;
+mod environment_image;
 
 /// Every direction is drawn with at least this share of the chance that an even sky would give it, so that none is missed that
 /// the map's texels are too wide for.
 const MIN_SHARE: f64 = 1.0 / 64.0;
-/// Largest factor on a picture's radiance.
+/// Largest factor on an image's radiance.
 const MAX_SCALE: f32 = 1e15;
 
-/// An environment that a scene can be put into; its picture is shared by what is cloned of it.
+/// An environment that a scene can be put into; its image is shared by what is cloned of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnvironmentMap {
-    picture: Arc<Picture>,
+    image: Arc<EnvironmentImage>,
     scale: f32,
     rotation: f32,
 }
@@ -38,15 +38,15 @@ impl EnvironmentMap {
 
     /// The same radiance from everywhere (W m^-2 sr^-1).
     pub fn constant(radiance: Vec3) -> EnvironmentMap {
-        EnvironmentMap::from_image(Picture::new(1, 1, vec![radiance]))
+        EnvironmentMap::from_image(EnvironmentImage::new(1, 1, vec![radiance]))
     }
 
     /// The same from a file's bytes; an error says what is wrong with them.
     pub(crate) fn decode(bytes: &[u8]) -> Result<EnvironmentMap, String> {
-        Picture::decode(bytes).map(EnvironmentMap::from_image)
+        EnvironmentImage::decode(bytes).map(EnvironmentMap::from_image)
     }
 
-    /// What a text names: one radiance as `R,G,B`, or the file of a picture.
+    /// What a text names: one radiance as `R,G,B`, or the file of an image.
     ///
     /// # Errors
     ///
@@ -69,28 +69,28 @@ impl EnvironmentMap {
         (!Radiance::is_meant(text)).then_some(Path::new(text))
     }
 
-    /// A latitude-longitude picture by its radiances, row by row from the top; see [`EnvironmentMap::read`].
+    /// A latitude-longitude image by its radiances, row by row from the top; see [`EnvironmentMap::read`].
     ///
     /// # Panics
     ///
     /// If there are not `width` times `height`, or none.
     pub fn new(width: u32, height: u32, texels: Vec<Vec3>) -> EnvironmentMap {
-        EnvironmentMap::from_image(Picture::new(width, height, texels))
+        EnvironmentMap::from_image(EnvironmentImage::new(width, height, texels))
     }
 
-    /// A latitude-longitude picture, Radiance HDR or EXR: its middle is +z, a quarter from the left is +x, its top is +y.
+    /// A latitude-longitude image, Radiance HDR or EXR: its middle is +z, a quarter from the left is +x, its top is +y.
     ///
     /// # Errors
     ///
     /// If the file cannot be read, is neither, or would not fit into memory.
     pub fn read(path: &Path) -> Result<EnvironmentMap, SceneError> {
-        let picture = Picture::read(path)
+        let image = EnvironmentImage::read(path)
             .map_err(|what| SceneError::Environment { file: path.display().to_string(), what })?;
-        Ok(EnvironmentMap::from_image(picture))
+        Ok(EnvironmentMap::from_image(image))
     }
 
-    fn from_image(picture: Picture) -> EnvironmentMap {
-        EnvironmentMap { picture: Arc::new(picture), scale: 1.0, rotation: 0.0 }
+    fn from_image(image: EnvironmentImage) -> EnvironmentMap {
+        EnvironmentMap { image: Arc::new(image), scale: 1.0, rotation: 0.0 }
     }
 }
 
@@ -99,7 +99,7 @@ impl EnvironmentMap {
 pub struct EnvironmentTables {
     /// One row.
     pub rows: Vec<Environment>,
-    /// The picture, from its top.
+    /// The image, from its top.
     pub texels: Arc<[Vec3]>,
     /// The pyramid of its brightness over directions.
     pub tree: Vec<f32>,
@@ -143,30 +143,30 @@ impl Scene {
     ///
     /// If its scale or rotation cannot be used, or a moving scene cannot be shown at time 0, where it then stands.
     pub fn set_environment(&mut self, map: EnvironmentMap) -> Result<(), SceneError> {
-        let EnvironmentMap { picture, scale, rotation } = map;
+        let EnvironmentMap { image, scale, rotation } = map;
         if !(0.0..=MAX_SCALE).contains(&scale) || !rotation.is_finite() {
             let what = format!("scale {scale} and rotation {rotation} cannot be used");
             return Err(SceneError::Environment { file: self.name.clone(), what });
         }
         let row = Environment {
             scale: Vec3::splat(scale),
-            width: picture.width,
-            height: picture.height,
+            width: image.width,
+            height: image.height,
             turn: (f64::from(rotation) / 360.0).rem_euclid(1.0) as f32 % 1.0,
             ..Environment::default()
         };
-        let (width, height) = (picture.width, picture.height);
+        let (width, height) = (image.width, image.height);
         self.environment =
-            EnvironmentTables { rows: vec![row], texels: picture.texels.clone(), ..Default::default() };
+            EnvironmentTables { rows: vec![row], texels: image.texels.clone(), ..Default::default() };
         let (tree, mean) = self.brightness(width.max(2 * height));
         (self.environment.tree, self.environment.mean) = (tree, mean);
         self.light_again()
     }
 
-    /// The brightness of the picture over directions as a pyramid, and the mean radiance. `width` is that of the picture (texels).
+    /// The brightness of the image over directions as a pyramid, and the mean radiance. `width` is that of the image (texels).
     fn brightness(&self, width: u32) -> (Vec<f32>, DVec3) {
         let tables = self.tables();
-        // A texel of the map is as wide as 1/1800 of a turn; two places of it a texel of the picture.
+        // A texel of the map is as wide as 1/1800 of a turn; two places of it a texel of the image.
         let steps = (width * 2).div_ceil(1800).clamp(1, 8);
         let mut tree = vec![0.0; Map::NODES as usize];
         let texels = &mut tree[..Map::TEXELS as usize];

@@ -33,7 +33,7 @@ pub struct Staging {
     pub environment: Option<EnvironmentMap>,
     /// When it gets the default light.
     pub default_light: DefaultLight,
-    /// Width over height of the pictures; a camera that is placed has all in view then.
+    /// Width over height of the images; a camera that is placed has all in view then.
     pub aspect: f64,
 }
 

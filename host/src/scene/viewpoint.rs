@@ -11,7 +11,7 @@ use super::{Scene, SceneCamera, SceneError, geometry};
 const THREE_QUARTER: Orbit = Orbit { azimuth: 30.0, elevation: 20.0, distance: None };
 /// Vertical field of view if nobody says so (degrees).
 const FIELD: f64 = 40.0;
-/// Share of the picture that the bounds fill at most, along its width and its height.
+/// Share of the image that the bounds fill at most, along its width and its height.
 const FILLED: f64 = 0.9;
 /// Steepest orbit (degrees): from straight above there is no right and left.
 const STEEPEST: f64 = 89.9;
@@ -113,7 +113,7 @@ impl Orbit {
 }
 
 impl Viewpoint {
-    /// With nothing left open, for a scene of these bounds (m) and pictures of this width over height; what was left open is
+    /// With nothing left open, for a scene of these bounds (m) and images of this width over height; what was left open is
     /// rounded to five digits of the distance.
     pub fn whole(&self, [lower, upper]: [DVec3; 2], aspect: f64) -> Whole {
         let centre = 0.5 * (lower + upper);
@@ -185,7 +185,7 @@ pub struct Whole {
 }
 
 impl Scene {
-    /// A camera for pictures of this width over height. What is left open follows from [`Scene::bounds`]; the camera's name is the
+    /// A camera for images of this width over height. What is left open follows from [`Scene::bounds`]; the camera's name is the
     /// options that give it again.
     ///
     /// # Errors

@@ -14,7 +14,7 @@ const WORDS: [(&str, &str); 18] = [
     ("path_light", "ffffffff"),
     ("path_points", "ffffuuuf"),
     ("path_square", "f"),
-    ("picture_rows", "f"),
+    ("image_rows", "f"),
     ("pixel_sums", "ffff"),
     ("radius_next", "f"),
     ("start_counts", "u"),

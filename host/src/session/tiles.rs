@@ -1,4 +1,4 @@
-//! Pictures rendered tile by tile: bands of rows, one after another, in buffers that hold one of them.
+//! Images rendered tile by tile: bands of rows, one after another, in buffers that hold one of them.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use caustics_kernels::interface::frame::{FrameParams, Window};
 
 use crate::counters::Counters;
 use crate::energy::Energy;
-use crate::picture::Picture;
+use crate::rendered_image::RenderedImage;
 
 /// What outlives a frame, by buffer.
 pub type State = Vec<(&'static str, Vec<u8>)>;
@@ -27,8 +27,8 @@ pub struct Tiles {
 /// A frame of several tiles.
 #[derive(Default)]
 pub struct Rendered {
-    /// Its picture.
-    pub picture: Picture,
+    /// Its image.
+    pub image: RenderedImage,
     /// What the tiles counted.
     pub counters: Counters,
     /// The sum of the tiles' ledgers.
@@ -48,7 +48,7 @@ impl Tiles {
         self.count
     }
 
-    /// Whether the picture is one.
+    /// Whether the image is one.
     pub fn is_one(&self) -> bool {
         self.count == 1
     }

@@ -15,7 +15,7 @@ use caustics::experiment::plan::{Compared, Plan};
 use caustics::experiment::record::FrameRecord;
 use caustics::experiment::result::CellResult;
 use caustics::experiment::store;
-use caustics::image::Channels;
+use caustics::image_file::Channels;
 use caustics::scene::{Scene, resolve};
 use caustics::settings::Settings;
 use caustics_kernels::history;
@@ -23,7 +23,7 @@ use caustics_kernels::method::basic::BASIC;
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// A tiny picture with few light paths.
+/// A tiny image with few light paths.
 const TINY: [&str; 8] =
     ["--width", "40", "--height", "24", "--paths-per-pixel", "2", "--reference-frames", "8"];
 
@@ -279,7 +279,7 @@ fn a_still_reference_leaves_the_flicker_of_the_cell() {
 
 /// Mean FLIP between the frames 0 and 1 of each seed.
 fn shown_change(seeds: &[u32]) -> f64 {
-    use caustics::image::Encoding;
+    use caustics::image_file::Encoding;
     use caustics::metric::flip::PIXELS_PER_DEGREE;
     use caustics::metric::flip_ldr::flip_ldr;
     use caustics::metric::pixels::Pixels;
@@ -298,7 +298,7 @@ fn shown_change(seeds: &[u32]) -> f64 {
             Session::new(&choice, &scene, camera, &settings, &BASIC, &PHOTONS_GRID, features).unwrap();
         let [first, second] = [0, 1].map(|frame| {
             session.frame(frame).unwrap();
-            let values = session.picture().unwrap().beauty();
+            let values = session.image().unwrap().beauty();
             Pixels {
                 width: 40,
                 height: 24,

@@ -11,10 +11,10 @@ use exr::prelude::{
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// A picture to be: a layer's name and its value at each pixel.
+/// An image to be: a layer's name and its value at each pixel.
 type Layers<'a> = &'a [(&'a str, &'a dyn Fn(usize, usize) -> [f32; 3])];
 
-/// A folder with pictures of one size.
+/// A folder with images of one size.
 struct Desk {
     folder: TempDir,
     size: (usize, usize),
@@ -95,7 +95,7 @@ fn noise(seed: u32) -> impl Fn(usize, usize) -> f32 {
     }
 }
 
-/// A noisy picture of a constant.
+/// A noisy image of a constant.
 fn noisy(value: f32, seed: u32) -> impl Fn(usize, usize) -> [f32; 3] {
     let noise = noise(seed);
     move |x, y| [value * (1.0 + 0.3 * noise(x, y)); 3]
@@ -236,7 +236,7 @@ fn runs_split_the_error_and_the_z_test_tells_noise_from_bias() {
     assert!(get(&brighter["metrics"], "z_surprise") > 3.0, "{brighter}");
     assert!(get(&brighter["metrics"], "z_picture") > 4.0, "{brighter}");
 
-    // One picture with its variance will do, too.
+    // One image with its variance will do, too.
     desk.write("one.exr", &[("", &noisy(1.02, 0)), ("variance", &grey(0.03))]);
     let arguments = ["one.exr", "reference.exr", "--fail-above", "z_picture=4"];
     assert_eq!(desk.compare(&arguments).0, 3);
@@ -264,7 +264,7 @@ fn maps_show_where_the_error_is() {
     desk.report(&["a.exr", "b.exr", "--map", "part.png", "--region", "30,2,12,9"]);
     assert_eq!(image::open(desk.path("part.png")).unwrap().into_rgb8().dimensions(), (12, 9));
 
-    // Nothing is overwritten without --force, and no picture that is compared ever.
+    // Nothing is overwritten without --force, and no image that is compared ever.
     desk.refuses(&["a.exr", "b.exr", "--map", "map.png"], 2, &["map.png", "--force"]);
     desk.report(&["a.exr", "b.exr", "--map", "map.png", "--force"]);
     desk.refuses(&["a.exr", "b.exr", "--map", "./b.exr", "--force"], 2, &["--map", "b.exr"]);

@@ -58,7 +58,7 @@ fn rows(path: &Path) -> Vec<BTreeMap<String, String>> {
     reader.deserialize().map(|row| row.unwrap()).collect()
 }
 
-/// Nothing is loaded from anywhere, and every picture is in the page once.
+/// Nothing is loaded from anywhere, and every image is in the page once.
 #[test]
 fn the_page_needs_nothing_but_itself() {
     let desk = Desk::new();
@@ -71,17 +71,11 @@ fn the_page_needs_nothing_but_itself() {
     assert!(!text.contains("@import") && select(&page, "[src], iframe, object, embed").is_empty());
     let links: Vec<&str> = select(&page, "link").iter().filter_map(|link| link.attr("href")).collect();
     assert_eq!(links, ["data:,"]);
-    let pictures: Vec<&str> =
+    let images: Vec<&str> =
         select(&page, "image, img").iter().map(|node| node.attr("href").unwrap()).collect();
-    assert!(
-        pictures.len() > 20 && pictures.iter().all(|address| address.starts_with("data:image/png;base64,"))
-    );
-    assert_eq!(
-        pictures.iter().collect::<BTreeSet<_>>().len(),
-        pictures.len(),
-        "a picture is in the page twice"
-    );
-    assert_eq!(text.matches("data:image/png").count(), pictures.len());
+    assert!(images.len() > 20 && images.iter().all(|address| address.starts_with("data:image/png;base64,")));
+    assert_eq!(images.iter().collect::<BTreeSet<_>>().len(), images.len(), "a picture is in the page twice");
+    assert_eq!(text.matches("data:image/png").count(), images.len());
     for target in select(&page, "use, a").iter().map(|node| node.attr("href").unwrap()) {
         assert!(target.starts_with('#'), "{target}");
         assert_eq!(select(&page, &format!("[id=\"{}\"]", &target[1..])).len(), 1, "{target}");
@@ -281,8 +275,8 @@ fn what_cannot_be_read_or_written_is_named() {
         "the same results give the same page"
     );
 
-    let picture = cells[7].error.as_ref().unwrap().picture.clone().unwrap();
-    let missing = desk.path("results/cells").join(picture);
+    let image = cells[7].error.as_ref().unwrap().image.clone().unwrap();
+    let missing = desk.path("results/cells").join(image);
     let bytes = std::fs::read(&missing).unwrap();
     std::fs::write(&missing, &bytes[..bytes.len() / 2]).unwrap();
     refuses(&desk, &["results", "-o", "b.html"], 1, missing.file_name().unwrap().to_str().unwrap());
@@ -301,8 +295,8 @@ fn a_picture_from_elsewhere_is_not_shown() {
     let cells = fixture::write(&desk.path("results"));
     let mut cell = cells[3].clone();
     fixture::save(&desk.path("one"), &mut cell);
-    let picture = cell.error.as_mut().unwrap().picture.as_mut().unwrap();
-    *picture = format!("../../results/cells/{picture}");
+    let image = cell.error.as_mut().unwrap().image.as_mut().unwrap();
+    *image = format!("../../results/cells/{image}");
     let file = desk.path("one/cells").join(format!("{}.json", cell.identity));
     std::fs::write(file, serde_json::to_vec(&cell).unwrap()).unwrap();
     let (code, stderr) = desk.report(&["one", "-o", "a.html"]);

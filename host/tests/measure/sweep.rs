@@ -14,7 +14,7 @@ use caustics_kernels::gather::variant;
 use caustics_kernels::history;
 use tempfile::TempDir;
 
-/// Tiny pictures of time and error.
+/// Tiny images of time and error.
 const TABLES: &str = "[time]\nwidth = 40\nheight = 24\nframes = 3\nwarm_up = 1\n\
                       [error]\nwidth = 32\nheight = 20\nseeds = 2\nreference_frames = 16\nframes = 3\n";
 
@@ -141,12 +141,12 @@ fn a_finished_sweep_measures_nothing_anew_and_an_unfinished_one_what_is_missing(
         assert_eq!((time.light_paths, error.light_paths), (paths(40.0, 24.0), paths(32.0, 20.0)));
         assert!(error.get(&FLIP).unwrap() > 0.0 && error.get(&RELMSE_CAUSTICS).unwrap() > 0.0);
         assert_eq!(time.frames, 3);
-        for name in [&error.picture, &error.error_map, &error.reference] {
+        for name in [&error.image, &error.error_map, &error.reference] {
             let png = &whole[&desk.path("out/cells").join(name.as_ref().unwrap())];
             assert!(png.starts_with(b"\x89PNG"), "{identity}");
         }
     }
-    // JSON, picture and map of each cell; one reference.
+    // JSON, image and map of each cell; one reference.
     assert_eq!(whole.len(), 2 * 3 + 1);
     let table = std::fs::read_to_string(desk.path("out/cells.csv")).unwrap();
     assert_eq!(table.lines().count(), 3);

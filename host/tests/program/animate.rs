@@ -6,7 +6,7 @@ use std::process::Stdio;
 use std::time::{Duration, Instant, SystemTime};
 
 use assert_cmd::Command;
-use caustics::image::Channels;
+use caustics::image_file::Channels;
 use caustics::sealed;
 use serde_json::Value;
 use tempfile::TempDir;
@@ -322,7 +322,7 @@ fn frames_of_another_run_are_refused_by_what_differs() {
     assert_eq!(desk.files(), before);
     desk.animate("moving-caster", &["--frames", "1..3", "--force"]);
     assert_ne!(desk.files(), before);
-    std::fs::write(desk.path("f/02.exr"), "no picture").unwrap();
+    std::fs::write(desk.path("f/02.exr"), "no image").unwrap();
     let (code, _, stderr) = desk.run("moving-caster", &frames);
     assert!(code == 1 && stderr.contains("02.exr cannot be read as EXR"), "{stderr}");
 }

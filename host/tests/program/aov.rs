@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use assert_cmd::Command;
-use caustics::image::Channels;
+use caustics::image_file::Channels;
 
 const TINY: [&str; 6] = ["--width", "32", "--height", "18", "--runner", "cpu"];
 
@@ -21,8 +21,8 @@ fn write(folder: &Path, arguments: &[&str]) {
 }
 
 /// The layers of a file that are not made without being asked for.
-fn layers(picture: &Channels) -> Vec<&str> {
-    let names = picture.channels.keys().map(String::as_str);
+fn layers(image: &Channels) -> Vec<&str> {
+    let names = image.channels.keys().map(String::as_str);
     names
         .filter(|name| ["nor", "alb", "dep", "pos", "mot", "mat"].contains(&&name[..3.min(name.len())]))
         .collect()
@@ -38,16 +38,16 @@ fn what_is_asked_for_is_there_and_nothing_else() {
         desk.path(),
         &["render", "mirror-room", "-o", "a.exr", "--frames", "2", "--aov", "material,normal"],
     );
-    let picture = read("a.exr");
-    assert_eq!(layers(&picture), ["deposits.count", "material.V", "normal.X", "normal.Y", "normal.Z"]);
-    assert_eq!(picture.attributes["aov"], "normal,material");
-    let names: Vec<String> = serde_json::from_str(&picture.attributes["materials"]).unwrap();
-    let material = &picture.channels["material.V"];
+    let image = read("a.exr");
+    assert_eq!(layers(&image), ["deposits.count", "material.V", "normal.X", "normal.Y", "normal.Z"]);
+    assert_eq!(image.attributes["aov"], "normal,material");
+    let names: Vec<String> = serde_json::from_str(&image.attributes["materials"]).unwrap();
+    let material = &image.channels["material.V"];
     // In the mirror are things, not the mirror.
     let mirror = names.iter().position(|name| name == "mirror").unwrap() as f32;
     assert!(material.iter().all(|&index| index != mirror && index < names.len() as f32), "{material:?}");
     for color in ["R", "G", "B"] {
-        assert_eq!(picture.channels[color], read("plain.exr").channels[color]);
+        assert_eq!(image.channels[color], read("plain.exr").channels[color]);
     }
     write(
         desk.path(),
@@ -70,8 +70,8 @@ fn motion_is_from_the_frame_before_whether_it_is_rendered_or_not() {
     write(desk.path(), &asked);
     let frame = |index: u32| desk.path().join(format!("f/{index}.exr"));
     let longest = |index| {
-        let picture = Channels::read(&frame(index)).unwrap();
-        picture.channels["motion.X"].iter().fold(0.0f32, |largest, x| largest.max(x.abs()))
+        let image = Channels::read(&frame(index)).unwrap();
+        image.channels["motion.X"].iter().fold(0.0f32, |largest, x| largest.max(x.abs()))
     };
     assert!(
         longest(0) == 0.0 && (1..4).all(|index| longest(index) > 0.05),

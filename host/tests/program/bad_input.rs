@@ -164,7 +164,7 @@ impl Scene {
         nodes.iter().position(|node| node["name"] == name).unwrap()
     }
 
-    /// Demands a refusal where nothing may be replaced; else a picture, and a warning with these words.
+    /// Demands a refusal where nothing may be replaced; else an image, and a warning with these words.
     #[track_caller]
     fn replaces(&self, words: &[&str]) {
         self.write();

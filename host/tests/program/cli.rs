@@ -38,19 +38,19 @@ fn render(folder: &Path, scene: &str, out: &str, options: &[&str]) -> String {
 }
 
 /// An EXR file: its size and its channels.
-struct Picture {
+struct ExrImage {
     size: (usize, usize),
     channels: BTreeMap<String, Vec<f32>>,
 }
 
-impl Picture {
-    fn read(path: &Path) -> Picture {
+impl ExrImage {
+    fn read(path: &Path) -> ExrImage {
         let image = exr::prelude::read_first_flat_layer_from_file(path).unwrap();
         let layer = image.layer_data;
         let values = layer.channel_data.list.iter().map(|channel| {
             (channel.name.to_string(), channel.sample_data.values_as_f32().collect::<Vec<_>>())
         });
-        Picture { size: (layer.size.0, layer.size.1), channels: values.collect() }
+        ExrImage { size: (layer.size.0, layer.size.1), channels: values.collect() }
     }
 
     fn sum(&self, name: &str) -> f64 {
@@ -210,9 +210,9 @@ fn pictures_have_their_size_and_layers_and_beauty_is_their_sum() {
     let folder = tempfile::tempdir().unwrap();
     let options = ["--png", "out.png", "--width", "48", "--height", "27", "--light-paths", "200000"];
     render(folder.path(), "mirror-room", "out.exr", &options);
-    let picture = Picture::read(&folder.path().join("out.exr"));
-    assert_eq!(picture.size, (48, 27));
-    let names: Vec<_> = picture.channels.keys().map(String::as_str).collect();
+    let image = ExrImage::read(&folder.path().join("out.exr"));
+    assert_eq!(image.size, (48, 27));
+    let names: Vec<_> = image.channels.keys().map(String::as_str).collect();
     let expected = [
         ["B", "G", "R", "caustics.B"],
         ["caustics.G", "caustics.R", "deposits.count", "path.B"],
@@ -221,18 +221,18 @@ fn pictures_have_their_size_and_layers_and_beauty_is_their_sum() {
     assert_eq!(names, expected.concat());
     for lane in ["R", "G", "B"] {
         let (path, caustics) =
-            (&picture.channels[&format!("path.{lane}")], &picture.channels[&format!("caustics.{lane}")]);
+            (&image.channels[&format!("path.{lane}")], &image.channels[&format!("caustics.{lane}")]);
         let sum: Vec<f32> = path.iter().zip(caustics).map(|(path, caustic)| path + caustic).collect();
-        assert_eq!(picture.channels[lane], sum);
+        assert_eq!(image.channels[lane], sum);
         assert!(path.iter().chain(caustics).all(|value| value.is_finite() && *value >= 0.0));
-        assert!(picture.sum(&format!("path.{lane}")) > 0.0);
-        assert!(picture.sum(&format!("caustics.{lane}")) > 0.0);
+        assert!(image.sum(&format!("path.{lane}")) > 0.0);
+        assert!(image.sum(&format!("caustics.{lane}")) > 0.0);
     }
     // Points have a radius exactly where they have a depth, and deposits only there.
-    for ((radius, depth), deposits) in picture.channels["points.radius"]
+    for ((radius, depth), deposits) in image.channels["points.radius"]
         .iter()
-        .zip(&picture.channels["points.depth"])
-        .zip(&picture.channels["deposits.count"])
+        .zip(&image.channels["points.depth"])
+        .zip(&image.channels["deposits.count"])
     {
         assert_eq!(*radius > 0.0, *depth > 0.0);
         assert!(*deposits == 0.0 || *depth > 0.0);
@@ -251,7 +251,7 @@ fn more_frames_have_less_noise() {
             let options = ["--frames", frames, "--seed", seed, "--pixel-filter", "centre", "--force"];
             let options = [&TINY[..], &options].concat();
             render(folder.path(), "mirror-room", "out.exr", &options);
-            Picture::read(&folder.path().join("out.exr"))
+            ExrImage::read(&folder.path().join("out.exr"))
         });
         // The path layer: caustics of so few paths are a handful of bright pixels.
         let pairs = a.channels["path.G"].iter().zip(&b.channels["path.G"]);
@@ -272,12 +272,12 @@ fn code_that_a_scene_does_not_need_changes_no_bit() {
         let options = [&TINY[..], &["--force"]].concat();
         render(folder.path(), scene, "scene.exr", &options);
         render(folder.path(), scene, "all.exr", &[&options[..], &["--features", "all"]].concat());
-        let [a, b] = ["scene.exr", "all.exr"].map(|file| Picture::read(&folder.path().join(file)));
+        let [a, b] = ["scene.exr", "all.exr"].map(|file| ExrImage::read(&folder.path().join(file)));
         assert!(a.channels == b.channels, "{scene}");
     }
 }
 
-/// Passes are compiled twice for the CPU; which of them makes a picture, and by which tree its rays are traced, is not to be seen.
+/// Passes are compiled twice for the CPU; which of them makes an image, and by which tree its rays are traced, is not to be seen.
 #[test]
 fn every_cpu_makes_the_same_bits() {
     let folder = tempfile::tempdir().unwrap();
@@ -295,7 +295,7 @@ fn every_cpu_makes_the_same_bits() {
                 .args(["render", scene, "-o", &out, "--runner", "cpu", "--force"]);
             let output = command.args(TINY).args(options).output().unwrap();
             assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-            Picture::read(&folder.path().join(out))
+            ExrImage::read(&folder.path().join(out))
         });
         assert!(any.sum("G") > 0.0 && any.channels == best.channels, "{scene} {options:?}");
     }
@@ -309,9 +309,9 @@ fn a_scene_without_casters_shoots_nothing() {
         let report: Value =
             serde_json::from_str(&render(folder.path(), "plain-room", "out.exr", &options)).unwrap();
         assert_eq!(report["counters"]["light_rays"], 0);
-        let picture = Picture::read(&folder.path().join("out.exr"));
+        let image = ExrImage::read(&folder.path().join("out.exr"));
         for name in ["caustics.R", "caustics.G", "caustics.B", "deposits.count"] {
-            assert!(picture.channels[name].iter().all(|&value| value == 0.0), "{name} --features {features}");
+            assert!(image.channels[name].iter().all(|&value| value == 0.0), "{name} --features {features}");
         }
     }
 }
@@ -342,24 +342,24 @@ fn caustics_of_the_mirror_room_are_seen_in_the_mirror() {
         "out.exr",
         &["--width", "480", "--height", "270", "--preset", "frame"],
     );
-    let picture = Picture::read(&folder.path().join("out.exr"));
+    let image = ExrImage::read(&folder.path().join("out.exr"));
     let region = mirror_region(width, height);
     let (mut inside, mut all) = (0.0, 0.0);
     for (pixel, &mirror) in region.iter().enumerate() {
         let energy: f64 = ["R", "G", "B"]
-            .map(|lane| f64::from(picture.channels[&format!("caustics.{lane}")][pixel]))
+            .map(|lane| f64::from(image.channels[&format!("caustics.{lane}")][pixel]))
             .iter()
             .sum();
         all += energy;
         inside += if mirror { energy } else { 0.0 };
     }
     let area = region.iter().filter(|mirror| **mirror).count() as f64 / (width * height) as f64;
-    println!("{:.2} % of the caustics' energy on {:.1} % of the picture", 100.0 * inside / all, 100.0 * area);
+    println!("{:.2} % of the caustics' energy on {:.1} % of the image", 100.0 * inside / all, 100.0 * area);
     assert!(all > 0.0 && inside > 0.95 * all, "{inside} of {all}");
     assert!((0.05..0.8).contains(&area), "{area}");
 
     // Points in the mirror stand behind it; those beside it are primary hits.
-    let depth = &picture.channels["points.depth"];
+    let depth = &image.channels["points.depth"];
     assert!(region.iter().zip(depth).all(|(&mirror, &depth)| depth == 0.0 || mirror == (depth >= 2.0)));
 }
 
@@ -376,8 +376,8 @@ fn a_gpu_renders_under_validation() {
         return;
     }
     assert_eq!(output.status.code(), Some(0), "{stderr}");
-    let picture = Picture::read(&folder.path().join("out.exr"));
-    assert!(picture.sum("path.G") > 0.0 && picture.sum("deposits.count") > 0.0);
+    let image = ExrImage::read(&folder.path().join("out.exr"));
+    assert!(image.sum("path.G") > 0.0 && image.sum("deposits.count") > 0.0);
 }
 
 #[cfg(unix)]
@@ -404,9 +404,9 @@ fn ctrl_c_saves_what_is_done() {
 
     let report: Value = serde_json::from_str(&report).unwrap();
     assert!((1..10_000_000).contains(&report["frames"].as_u64().unwrap()));
-    let picture = Picture::read(&folder.path().join("out.exr"));
-    assert_eq!(picture.size, (32, 18));
-    // The picture, and the checkpoint that --resume goes on from.
+    let image = ExrImage::read(&folder.path().join("out.exr"));
+    assert_eq!(image.size, (32, 18));
+    // The image, and the checkpoint that --resume goes on from.
     assert_eq!(folder.path().read_dir().unwrap().count(), 2);
     assert!(folder.path().join("out.exr.checkpoint").exists());
 }

@@ -7,7 +7,7 @@ use std::time::Duration;
 use caustics::accumulation::Accumulation;
 use caustics::checkpoint::{self, Checkpoint};
 use caustics::fuzzing;
-use caustics::picture::Picture;
+use caustics::rendered_image::RenderedImage;
 use glam::Vec3;
 
 /// Runs a target over its corpus; files called `whole*` must be accepted, those called `broken*` refused.
@@ -35,7 +35,7 @@ fn scenes_replay() {
 
 #[test]
 fn pictures_replay() {
-    replay("picture", fuzzing::picture);
+    replay("image", fuzzing::image);
 }
 
 #[test]
@@ -106,7 +106,12 @@ fn checkpoints_replay() {
     let path = folder.path().join("a");
     let mut sums = Accumulation::default();
     for value in [0.25, 0.5] {
-        sums.add(&Picture { width: 2, height: 1, path: vec![Vec3::splat(value); 2], ..Picture::default() });
+        sums.add(&RenderedImage {
+            width: 2,
+            height: 1,
+            path: vec![Vec3::splat(value); 2],
+            ..RenderedImage::default()
+        });
     }
     let checkpoint = Checkpoint { sums, spent: Duration::from_secs(1), ..Checkpoint::default() };
     checkpoint::save(&path, &Default::default(), &checkpoint).unwrap();

@@ -1,4 +1,4 @@
-//! Files with a right checksum that no run has written: they are refused, and change no picture.
+//! Files with a right checksum that no run has written: they are refused, and change no image.
 
 use std::path::Path;
 

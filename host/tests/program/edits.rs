@@ -1,9 +1,9 @@
-//! `--edits`: what a file changes is in the picture, and is part of what a run is.
+//! `--edits`: what a file changes is in the image, and is part of what a run is.
 
 use std::path::Path;
 
 use assert_cmd::Command;
-use caustics::image::Channels;
+use caustics::image_file::Channels;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -54,7 +54,7 @@ fn refused(folder: &TempDir, arguments: &[&str], code: i32, words: &str) {
     assert!(stderr.contains(words), "{arguments:?}: {stderr}");
 }
 
-fn picture(folder: &TempDir, name: &str) -> Channels {
+fn image(folder: &TempDir, name: &str) -> Channels {
     Channels::read(&Path::new(folder.path()).join(name)).unwrap()
 }
 
@@ -63,7 +63,7 @@ fn render_shows_what_a_file_changes() {
     let desk = desk();
     let render = |out: &str, options: &[&str]| {
         done(&desk, &[&["render", SCENE, "--frames", "1", "-o", out], &PATHS[..], options].concat());
-        picture(&desk, out)
+        image(&desk, out)
     };
     let plain = render("plain.exr", &[]);
     let moved = render("moved.exr", &["--edits", "moved.toml"]);
@@ -98,7 +98,7 @@ fn edits_that_are_of_something_else_are_refused() {
     }
     // The camera of the file moves no node: another may be looked through.
     done(&desk, &render(&["--edits", "moved.toml", "--fov", "30"]));
-    // No picture takes the place of the edits.
+    // No image takes the place of the edits.
     std::fs::copy(desk.path().join("moved.toml"), desk.path().join("edits.exr")).unwrap();
     let over = ["render", SCENE, "-o", "edits.exr", "--edits", "edits.exr", "--force"];
     refused(&desk, &over, 2, "is a file of the scene");
@@ -121,7 +121,7 @@ fn animate_plays_the_keys_of_edits() {
     let keyed = [&animate[..], &["--edits", "keys.toml"]].concat();
     let report: Value = serde_json::from_str(&done(&desk, &keyed)).unwrap();
     assert_eq!((&report["first"], &report["end"]), (&0.into(), &4.into()));
-    let frames: Vec<_> = (0..4).map(|frame| picture(&desk, &format!("f/0{frame}.exr"))).collect();
+    let frames: Vec<_> = (0..4).map(|frame| image(&desk, &format!("f/0{frame}.exr"))).collect();
     assert!(frames.windows(2).all(|pair| pair[0].layer("caustics") != pair[1].layer("caustics")));
 
     // Frames of other edits are not gone on from, even where no key has come yet.
@@ -131,5 +131,5 @@ fn animate_plays_the_keys_of_edits() {
     refused(&desk, &keyed, 2, "belongs to another run: its edits is");
     std::fs::write(desk.path().join("keys.toml"), text).unwrap();
     done(&desk, &keyed);
-    assert_eq!(picture(&desk, "f/03.exr").layer(""), frames[3].layer(""));
+    assert_eq!(image(&desk, "f/03.exr").layer(""), frames[3].layer(""));
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use assert_cmd::Command;
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use caustics::image::Channels;
+use caustics::image_file::Channels;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -86,7 +86,7 @@ fn mirror() -> TempDir {
     folder
 }
 
-/// The green values of a picture, and the report of its run.
+/// The green values of an image, and the report of its run.
 fn render(folder: &Path, options: &[&str]) -> (Vec<f32>, Value) {
     let size = SIZE.to_string();
     let mut command = Command::new(env!("CARGO_BIN_EXE_caustics"));
@@ -96,20 +96,20 @@ fn render(folder: &Path, options: &[&str]) -> (Vec<f32>, Value) {
         .args(options);
     let output = command.output().unwrap();
     assert!(output.status.success(), "{options:?}: {}", String::from_utf8_lossy(&output.stderr));
-    let picture = Channels::read(&folder.join("a.exr")).unwrap();
-    (picture.layer("").unwrap()[1].to_vec(), serde_json::from_slice(&output.stdout).unwrap())
+    let image = Channels::read(&folder.join("a.exr")).unwrap();
+    (image.layer("").unwrap()[1].to_vec(), serde_json::from_slice(&output.stdout).unwrap())
 }
 
-/// Mean and standard error of a picture's middle, and of all of it, over independent runs.
+/// Mean and standard error of an image's middle, and of all of it, over independent runs.
 fn means(folder: &Path, options: &[&str], first: usize) -> [[f64; 2]; 2] {
     let runs: Vec<Vec<f32>> = (first..first + SEEDS)
         .map(|seed| render(folder, &[&["--seed", &seed.to_string()], options].concat()).0)
         .collect();
     let middle = |id: usize| [id % SIZE, id / SIZE].iter().all(|at| (12..20).contains(at));
     let of = |is_in: &dyn Fn(usize) -> bool| {
-        let mean = |picture: &Vec<f32>| {
+        let mean = |image: &Vec<f32>| {
             let values: Vec<f64> =
-                picture.iter().enumerate().filter(|&(id, _)| is_in(id)).map(|(_, &v)| v.into()).collect();
+                image.iter().enumerate().filter(|&(id, _)| is_in(id)).map(|(_, &v)| v.into()).collect();
             values.iter().sum::<f64>() / values.len() as f64
         };
         let of_runs: Vec<f64> = runs.iter().map(mean).collect();

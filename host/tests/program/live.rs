@@ -1,4 +1,4 @@
-//! Pictures while they converge: `--refresh` and `--tev`.
+//! Images while they converge: `--refresh` and `--tev`.
 
 use std::io::Read;
 use std::net::{TcpListener, TcpStream};
@@ -7,7 +7,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use caustics::image::Channels;
+use caustics::image_file::Channels;
 
 const VIEW: [&str; 8] = ["render", "mirror-room", "--width", "32", "--height", "18", "--runner", "cpu"];
 const PIXELS: usize = 32 * 18;
@@ -42,7 +42,7 @@ fn the_png_is_there_and_whole_before_the_run_is_done_and_changes_nothing() {
     let (path, begin) = (desk.path().join("endless.png"), Instant::now());
     let mut seen = Vec::<Vec<u8>>::new();
     while seen.len() < 4 {
-        assert!(begin.elapsed() < Duration::from_secs(120), "{} pictures", seen.len());
+        assert!(begin.elapsed() < Duration::from_secs(120), "{} images", seen.len());
         assert!(child.0.try_wait().unwrap().is_none(), "it is not done");
         if let Ok(bytes) = std::fs::read(&path)
             && seen.last() != Some(&bytes)
@@ -107,14 +107,14 @@ impl Packet {
     }
 }
 
-/// Reads what a run sends: it must be a picture that is made, then its pixels again and again. Those of each time, three a pixel.
-fn pictures(stream: &mut TcpStream) -> Vec<Vec<f32>> {
+/// Reads what a run sends: it must be an image that is made, then its pixels again and again. Those of each time, three a pixel.
+fn images(stream: &mut TcpStream) -> Vec<Vec<f32>> {
     let mut created = Packet::read(stream).expect("a packet");
-    assert_eq!((created.bytes(), created.bytes()), ([4], [1]), "a new picture comes to the front");
+    assert_eq!((created.bytes(), created.bytes()), ([4], [1]), "a new image comes to the front");
     assert_eq!((created.text().as_str(), created.int(), created.int()), ("a.exr", 32, 18));
     let count = created.int();
     assert_eq!((created.texts(count), created.0.len()), (["R", "G", "B"].map(String::from).to_vec(), 0));
-    let mut pictures = Vec::new();
+    let mut images = Vec::new();
     while let Some(mut update) = Packet::read(stream) {
         assert_eq!((update.bytes(), update.bytes()), ([6], [0]), "one that is updated does not");
         assert_eq!((update.text().as_str(), update.int()), ("a.exr", 3));
@@ -122,9 +122,9 @@ fn pictures(stream: &mut TcpStream) -> Vec<Vec<f32>> {
         assert_eq!([(); 4].map(|()| update.int()), [0, 0, 32, 18]);
         assert_eq!([(); 6].map(|()| update.long()), [0, 1, 2, 3, 3, 3]);
         assert_eq!(update.0.len(), 3 * PIXELS * 4);
-        pictures.push((0..3 * PIXELS).map(|_| f32::from_le_bytes(update.bytes())).collect());
+        images.push((0..3 * PIXELS).map(|_| f32::from_le_bytes(update.bytes())).collect());
     }
-    pictures
+    images
 }
 
 #[test]
@@ -132,17 +132,17 @@ fn tev_is_sent_the_picture_while_it_converges() {
     let desk = tempfile::tempdir().unwrap();
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
-    let viewer = thread::spawn(move || pictures(&mut listener.accept().unwrap().0));
+    let viewer = thread::spawn(move || images(&mut listener.accept().unwrap().0));
     let options = ["-o", "a.exr", "--frames", "3", "--tev", &address, "--refresh", "0"];
     let (code, stderr) = run(desk.path(), &options);
     assert_eq!(code, 0, "{stderr}");
-    let pictures = viewer.join().unwrap();
+    let images = viewer.join().unwrap();
     // After each frame, and when all is done.
-    assert_eq!(pictures.len(), 4);
-    assert!(pictures[0] != pictures[1] && pictures[1] != pictures[2] && pictures[2] == pictures[3]);
+    assert_eq!(images.len(), 4);
+    assert!(images[0] != images[1] && images[1] != images[2] && images[2] == images[3]);
     let file = Channels::read(&desk.path().join("a.exr")).unwrap();
     for (lane, name) in ["R", "G", "B"].into_iter().enumerate() {
-        assert!(pictures[3].iter().skip(lane).step_by(3).eq(&file.channels[name]), "{name}");
+        assert!(images[3].iter().skip(lane).step_by(3).eq(&file.channels[name]), "{name}");
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use assert_cmd::Command;
-use caustics::image::Channels;
+use caustics::image_file::Channels;
 use serde_json::{Value, json};
 
 const BINARY: &str = env!("CARGO_BIN_EXE_caustics");
@@ -80,10 +80,10 @@ fn a_reference_holds_mean_variance_and_number_of_samples() {
     let report: Value = serde_json::from_str(&report.stdout).unwrap();
     assert_eq!((&report["method"], &report["frames"]), (&"path".into(), &80.into()));
     assert!(report["rates"]["camera_paths_per_s"].as_f64().unwrap() > 1000.0);
-    let picture = channels(folder.path(), "a.exr");
-    let names: Vec<&str> = picture.channels.keys().map(String::as_str).collect();
+    let image = channels(folder.path(), "a.exr");
+    let names: Vec<&str> = image.channels.keys().map(String::as_str).collect();
     assert_eq!(names, ["B", "G", "R", "samples.count", "variance.B", "variance.G", "variance.R"]);
-    assert!(picture.channels["samples.count"].iter().all(|&samples| samples == 80.0));
+    assert!(image.channels["samples.count"].iter().all(|&samples| samples == 80.0));
     assert_eq!(files(folder.path()), ["a.exr", "a.png"]);
 
     // The variance that the file states is the one between independent runs.
@@ -195,7 +195,7 @@ fn a_progressive_render_goes_on_to_the_same_bits() {
     assert_eq!(whole.channels, part.channels);
     // The radii of the mean are smaller than the first frame's.
     run(folder.path(), &[&frame[..], &["-o", "one.exr"]].concat());
-    let radius = |picture: &Channels| picture.channels["points.radius"].iter().sum::<f32>();
+    let radius = |image: &Channels| image.channels["points.radius"].iter().sum::<f32>();
     assert!(radius(&whole) < 0.8 * radius(&channels(folder.path(), "one.exr")));
 }
 
@@ -258,7 +258,7 @@ fn merged_references_weigh_by_samples() {
     let [a, b, ab] = ["a.exr", "b.exr", "ab.exr"].map(|file| channels(folder.path(), file));
     let close = |x: f32, y: f32| (x - y).abs() <= 1e-6 * x.abs().max(y.abs());
     for pixel in 0..32 * 18 {
-        let of = |name: &str| [&a, &b, &ab].map(|picture| picture.channels[name][pixel]);
+        let of = |name: &str| [&a, &b, &ab].map(|image| image.channels[name][pixel]);
         let [mean_a, mean_b, mean] = of("R");
         let [variance_a, variance_b, variance] = of("variance.R");
         assert!(close(mean, 0.25 * mean_a + 0.75 * mean_b));
@@ -267,7 +267,7 @@ fn merged_references_weigh_by_samples() {
     assert_eq!(ab.channels["samples.count"][0], 40.0);
     assert_eq!((&ab.attributes["seed"][..], &ab.attributes["frames"][..]), ("1, 2", "40"));
 
-    // The same samples twice, other views, pictures that are no references.
+    // The same samples twice, other views, images that are no references.
     reference(folder.path(), "deep.exr", &["--spp", "10", "--seed", "3", "--max-bounces", "7"]);
     reference(folder.path(), "again.exr", &["--spp", "12", "--seed", "2"]);
     run(folder.path(), &[&["render", "ring", "-o", "frame.exr", "--light-paths", "100"], &TINY[..]].concat());

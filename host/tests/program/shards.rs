@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use caustics::experiment::store;
-use caustics::image::Channels;
+use caustics::image_file::Channels;
 
 const TINY: [&str; 6] = ["--width", "32", "--height", "18", "--runner", "cpu"];
 /// Frames that lend nothing to each other.
@@ -83,7 +83,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
         .collect()
 }
 
-/// Whether two pictures are one to an ulp, variances aside: those are differences of large sums.
+/// Whether two images are one to an ulp, variances aside: those are differences of large sums.
 #[track_caller]
 fn assert_one(whole: &Channels, merged: &Channels) {
     assert!(whole.channels.keys().eq(merged.channels.keys()), "{:?}", merged.channels.keys());
@@ -96,8 +96,8 @@ fn assert_one(whole: &Channels, merged: &Channels) {
             assert!(is_one, "{name} {pixel}: {a} {b}");
         }
     }
-    let of_run = |picture: &Channels| {
-        let mut attributes = picture.attributes.clone();
+    let of_run = |image: &Channels| {
+        let mut attributes = image.attributes.clone();
         attributes.retain(|name, _| !["seconds", "crc32"].contains(&name.as_str()));
         attributes
     };

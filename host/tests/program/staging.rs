@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
-use caustics::image::Channels;
+use caustics::image_file::Channels;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -41,7 +41,7 @@ fn run(folder: &TempDir, arguments: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
-/// Renders to `out`, which must succeed: the picture and stderr.
+/// Renders to `out`, which must succeed: the image and stderr.
 #[track_caller]
 fn render(folder: &TempDir, out: &str, options: &[&str]) -> (Channels, String) {
     let arguments = [&["render", "scene.gltf", "-o", out], &TINY[..], options].concat();
@@ -56,23 +56,23 @@ fn a_file_without_camera_and_light_is_rendered_and_says_how() {
         without_camera(json);
         without_light(json);
     });
-    let (picture, stderr) = render(&folder, "a.exr", &[]);
+    let (image, stderr) = render(&folder, "a.exr", &[]);
     assert!(
         stderr.contains("no light in scene.gltf: lit by") && stderr.contains("--no-default-light"),
         "{stderr}"
     );
-    let camera = picture.attributes["camera"].clone();
+    let camera = image.attributes["camera"].clone();
     assert!(stderr.contains(&format!("no camera in scene.gltf: seen by {camera}")), "{stderr}");
-    assert!(picture.attributes["light"].contains("spot"), "{:?}", picture.attributes);
-    let beauty = picture.layer("").unwrap();
+    assert!(image.attributes["light"].contains("spot"), "{:?}", image.attributes);
+    let beauty = image.layer("").unwrap();
     let lit = beauty[1].iter().filter(|value| value.is_finite() && **value > 0.0).count();
     assert_eq!(lit, 32 * 18, "nothing is black");
-    assert!(picture.layer("caustics").unwrap()[1].iter().any(|value| *value > 0.0), "a ring casts caustics");
+    assert!(image.layer("caustics").unwrap()[1].iter().any(|value| *value > 0.0), "a ring casts caustics");
 
     // The options that were told, pasted, give the same bits.
     let pasted: Vec<&str> = camera.split(' ').collect();
     let (again, _) = render(&folder, "b.exr", &pasted);
-    assert_eq!(again.layer(""), picture.layer(""));
+    assert_eq!(again.layer(""), image.layer(""));
     assert_eq!(again.attributes["camera"], camera);
 
     let (code, stderr) = run(&folder, &["render", "scene.gltf", "-o", "c.exr", "--no-default-light"]);
@@ -84,15 +84,15 @@ fn a_file_without_camera_and_light_is_rendered_and_says_how() {
 #[test]
 fn a_file_that_has_both_keeps_them() {
     let folder = changed(|_| {});
-    let (picture, stderr) = render(&folder, "a.exr", &["--no-default-light"]);
+    let (image, stderr) = render(&folder, "a.exr", &["--no-default-light"]);
     assert!(!stderr.contains("no camera") && !stderr.contains("no light"), "{stderr}");
-    assert!(!picture.attributes.contains_key("light") && !picture.attributes.contains_key("origin"));
-    assert!(!picture.attributes["camera"].contains("--from"));
+    assert!(!image.attributes.contains_key("light") && !image.attributes.contains_key("origin"));
+    assert!(!image.attributes["camera"].contains("--from"));
 
     // Places replace its camera; the light stays.
     let (other, stderr) = render(&folder, "b.exr", &["--from", "-1,2,1", "--fov", "60"]);
     assert!(other.attributes["camera"].starts_with("--from -1,2,1 --look-at "), "{stderr}");
-    assert_ne!(other.layer(""), picture.layer(""));
+    assert_ne!(other.layer(""), image.layer(""));
     let (orbit, _) = render(&folder, "c.exr", &["--camera", "orbit:-90,30"]);
     assert!(orbit.attributes["camera"].starts_with("--from -"), "{:?}", orbit.attributes["camera"]);
 }
@@ -100,7 +100,7 @@ fn a_file_that_has_both_keeps_them() {
 #[test]
 fn lamps_are_added_to_what_glows() {
     let folder = changed(without_camera);
-    let sum = |picture: &Channels| picture.layer("").unwrap()[1].iter().sum::<f32>();
+    let sum = |image: &Channels| image.layer("").unwrap()[1].iter().sum::<f32>();
     let (own, _) = render(&folder, "a.exr", &["--no-default-light"]);
     assert!(!own.attributes.contains_key("light"));
     for (file, options, note) in [
@@ -184,7 +184,7 @@ fn a_floor_takes_the_caustics_of_what_stands_alone() {
         json["scenes"][0]["nodes"] = json!([ring]);
     };
     let folder = changed(alone);
-    let caustics = |picture: &Channels| picture.layer("caustics").unwrap()[1].iter().sum::<f32>();
+    let caustics = |image: &Channels| image.layer("caustics").unwrap()[1].iter().sum::<f32>();
     let (void, _) = render(&folder, "a.exr", &[]);
     let (standing, _) = render(&folder, "b.exr", &["--floor"]);
     assert_eq!(caustics(&void), 0.0, "nothing to fall on");

@@ -124,7 +124,7 @@ impl Page {
         self.0.send(Message::text(word.to_string())).unwrap();
     }
 
-    /// Reads, and says that pictures are shown, until something in words is found.
+    /// Reads, and says that images are shown, until something in words is found.
     fn until<T>(&mut self, mut find: impl FnMut(&Value) -> Option<T>) -> T {
         let end = Instant::now() + PATIENCE;
         while Instant::now() < end {
@@ -144,8 +144,8 @@ impl Page {
         panic!("nothing is found");
     }
 
-    /// The next picture's head, and its bytes.
-    fn picture(&mut self) -> (Value, Vec<u8>) {
+    /// The next image's head, and its bytes.
+    fn image(&mut self) -> (Value, Vec<u8>) {
         loop {
             if let Message::Binary(bytes) = self.0.read().unwrap() {
                 let head = head(&bytes);
@@ -274,7 +274,7 @@ fn pages_that_misbehave_are_answered_and_the_others_go_on() {
         word["camera"]["from"][0].as_f64().filter(|x| is_still && (x - 0.3).abs() < 1e-6)
     });
     assert!((from - 0.3).abs() < 1e-6);
-    let (head, bytes) = wheel.picture();
+    let (head, bytes) = wheel.image();
     assert_eq!((head["width"].as_u64(), head["height"].as_u64()), (Some(32), Some(18)));
     assert!(!bytes.is_empty());
 }
@@ -306,7 +306,7 @@ fn a_port_that_is_taken_and_options_that_cannot_be_are_told() {
     }
 }
 
-/// The command that a page of a scene copies, once there is a picture; none if there is none.
+/// The command that a page of a scene copies, once there is an image; none if there is none.
 fn command_of(scene: &Scene) -> Option<String> {
     let mut command = Command::new(env!("CARGO_BIN_EXE_caustics"));
     let program = Program::serve(command.current_dir(scene.write().path()), "scene.gltf");
@@ -389,7 +389,7 @@ fn idle_connections_without_a_token_keep_no_page_out_and_are_closed() {
     rlimit::increase_nofile_limit(4096).unwrap();
     let program = Program::start();
     let mut first = program.own_page();
-    first.picture();
+    first.image();
     // Single precision.
     let is_at = |word: &Value, z: f64| word["camera"]["from"][2].as_f64().filter(|is| (is - z).abs() < 1e-6);
     let mut idle: Vec<TcpStream> = (0..1100).map(|_| program.stream()).collect();
@@ -402,7 +402,7 @@ fn idle_connections_without_a_token_keep_no_page_out_and_are_closed() {
     first.until(|word| is_at(word, 2.0));
     let host = format!("127.0.0.1:{}", program.port);
     assert_eq!(program.get(&format!("/?token={TOKEN}"), &[("Host", &host)]).0, 200);
-    program.own_page().picture();
+    program.own_page().image();
     wait_for("at most 64 stay", || idle.iter().filter(|stream| !is_closed(stream)).count() <= 64);
     idle.drain(..idle.len() - 64);
     wait_for("none stays that says nothing", || idle.iter().all(is_closed));
@@ -420,7 +420,7 @@ fn a_page_opens_while_connections_take_all_files_that_may_be_open() {
     let program = Program::serve(&mut shell, "mirror-room");
     let idle: Vec<TcpStream> = (0..100).map(|_| program.stream()).collect();
     wait_for("it says so", || program.said().contains("cannot be accepted"));
-    program.own_page().picture();
+    program.own_page().image();
     assert_eq!(program.said().matches("cannot be accepted").count(), 1, "{}", program.said());
     drop(idle);
 }
@@ -458,7 +458,7 @@ fn a_signal_ends_the_program_in_every_state() {
         let mut program = Program::start();
         let mut page = (state != "nobody").then(|| program.own_page());
         if let Some(page) = &mut page {
-            page.picture();
+            page.image();
             match state {
                 "moving" => page.say(&json!({ "do": "time", "seconds": 0, "playing": true })),
                 "paused" => page.say(&json!({ "do": "pause", "paused": true })),

@@ -1,6 +1,6 @@
 //! `denoise.guide` and `denoise.atrous`: an edge-stopping a-trous wavelet over the path-traced part [Dammertz et al. 2010],
 //! guided by measured variance [Schied et al. 2017], as an exchange of light between pairs of pixels: what one gives the other
-//! takes, so the picture keeps its energy.
+//! takes, so the image keeps its energy.
 //!
 //! Filtered is the light that arrives at collection points (direct and from behind). What a path saw before its point
 //! stays: lights seen, highlights of mirrors, emission. Pairs are told by the features of their points, which

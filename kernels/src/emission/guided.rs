@@ -1,4 +1,4 @@
-//! Guided emission: where paths were seen to give the picture something (`light::guided`), and how that is learnt.
+//! Guided emission: where paths were seen to give the image something (`light::guided`), and how that is learnt.
 //!
 //! Shooting counts the starts of every texel, gathering adds up their scores (`gather::score`). Before the next frame shoots,
 //! both are added to what is known; sums over nodes of each map give texels with few starts the mean of their surroundings;
@@ -70,7 +70,7 @@ fn learn(params: &FrameParams, time: u32) -> Vec<Step> {
 
 /// Largest score that starts of a texel have in the mean of a frame, relative to their map: else single paths would rule it.
 const MAX_SCORE: f32 = 64.0;
-/// Score of a start of an unknown map that counts one unit, relative to what a map gives that all light of the picture is from.
+/// Score of a start of an unknown map that counts one unit, relative to what a map gives that all light of the image is from.
 const UNSEEN: f32 = 1.0e-6;
 /// Starts of a texel that count as much as the mean of the node above.
 const SHRINKAGE: f32 = 4.0;
@@ -81,7 +81,7 @@ pub fn guide_learn(
     index: u32,
     params: &FrameParams,
     dispatch: Dispatch,
-    picture_rows: &[f32],
+    image_rows: &[f32],
     pixel_sums: &[PixelSum],
     guide_maps: &[GuideMap],
     #[len = max_map_count(params) * Map::TEXELS] mut start_counts: AtomicWords<'_>,
@@ -92,8 +92,8 @@ pub fn guide_learn(
     if dispatch.level == 0 {
         let all = guide_sums.read(max_map_count(params) * Map::NODES).starts;
         keep_starts = kept(all / params.light_path_count as f32, params);
-        // Scores are relative to the picture: where that became brighter, so did all that was scored.
-        keep_score = keep_starts * picture_rows[params.height as usize + 1].min(1.0);
+        // Scores are relative to the image: where that became brighter, so did all that was scored.
+        keep_score = keep_starts * image_rows[params.height as usize + 1].min(1.0);
     }
     // In the second frame: what the first pilot scored knew of no caustic.
     let is_second = pixel_sums[0].path_frames == 1.0 + kept(1.0, params);

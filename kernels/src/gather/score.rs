@@ -1,7 +1,7 @@
-//! What an emission that learns is told: how much a start gave to the picture.
+//! What an emission that learns is told: how much a start gave to the image.
 //!
 //! The score of a start is the sum over pixels of the squares of what it gave them, relative to what they show: what it adds
-//! to the relative variance of the picture. It is summed over pairs of deposit and pixel in integers, so that no order shows.
+//! to the relative variance of the image. It is summed over pairs of deposit and pixel in integers, so that no order shows.
 
 use crate::interface::point::{DepositLight, PointGeometry, PointShading};
 use crate::math::PI;

@@ -10,7 +10,7 @@ use crate::seam::{AtomicWords, Slots};
 pub struct Build<'a> {
     /// Settings.
     pub params: &'a FrameParams,
-    /// Pixel of each place in the picture's Morton order.
+    /// Pixel of each place in the image's Morton order.
     pub pixel_order: &'a [u32],
     /// Points by pixel.
     pub point_geometry: &'a [PointGeometry],
@@ -51,7 +51,7 @@ pub struct Tables<'a> {
     pub features: Features,
     /// All materials.
     pub materials: &'a [Material],
-    /// Pixel of each place in the picture's Morton order.
+    /// Pixel of each place in the image's Morton order.
     pub pixel_order: &'a [u32],
     /// Points by pixel.
     pub point_geometry: &'a [PointGeometry],

@@ -90,8 +90,8 @@ impl Errand for Shown<'_> {
     fn leave(&mut self, _light: &PathLight, _kept: &()) {}
 }
 
-/// Where the picture shows a point less where the picture before did (px). Behind mirrors and glass the eye alone moves:
-/// the image is taken to stand where it is; so is what bends.
+/// Where the image shows a point less where the image before did (px). Behind mirrors and glass the eye alone moves:
+/// the virtual image is taken to stand where it is; so is what bends.
 #[inline(always)]
 fn motion(pixel: u32, seen: &CollectionPoint, instances: &[Instance], params: &FrameParams) -> Vec2 {
     let (point, shading) = (&seen.geometry, &seen.shading);

@@ -85,13 +85,13 @@ const MIN_KNOWN_FRAMES: f32 = 4.0;
 /// Relative difference that two compilations of one computation may make.
 const ROUNDING: f32 = 1.0e-3;
 
-/// Blocks along a row of the picture.
+/// Blocks along a row of the image.
 #[inline(always)]
 fn blocks_per_row(params: &FrameParams) -> u32 {
     params.width.div_ceil(BLOCK)
 }
 
-/// Blocks of the picture.
+/// Blocks of the image.
 #[inline(always)]
 pub fn block_count(params: &FrameParams) -> u32 {
     blocks_per_row(params) * params.height.div_ceil(BLOCK)

@@ -68,7 +68,7 @@ pub fn blend(
         return out;
     }
     let (sum, _) = Sum::read(accumulator, pixel, params.quantum);
-    // Without history the picture is that of `resolve`, to the bit.
+    // Without history the image is that of `resolve`, to the bit.
     out.radiance = resolve::radiance(point, shading, sum);
     let fresh = (sum / point.radius) / (PI * point.radius);
 

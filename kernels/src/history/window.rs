@@ -1,7 +1,7 @@
-//! Where a point of today stood in the picture of the frame before, and the pixels around that place.
+//! Where a point of today stood in the image of the frame before, and the pixels around that place.
 //!
-//! The collection points of a frame are a picture too: neighbours on a surface, seen the same way, are neighbours in it. A
-//! point is carried back to the previous camera as the eye sees it: at its image, which lies on its own ray at the length of
+//! The collection points of a frame are an image too: neighbours on a surface, seen the same way, are neighbours in it. A
+//! point is carried back to the previous camera as the eye sees it: at its virtual image, which lies on its own ray at the length of
 //! its path behind plane mirrors, and where `math::pencil` says behind curved mirrors and glass, to first order in the eye's
 //! way. Cost: nine rows of 32 bytes a point, and no structure. A structure in space finds more (a place seen directly and in
 //! a mirror lends to both), but pixels behind curved glass scatter over the room and are in every search's way: over
@@ -10,13 +10,13 @@
 use crate::interface::frame::{Camera, FrameParams};
 use crate::interface::history::HistoryPoint;
 use crate::interface::point::{PointGeometry, PointShading};
-use crate::math::pencil::Image;
+use crate::math::pencil::VirtualImage;
 use spirv_std::glam::{Vec2, Vec3};
 
 /// Half width of the window (px) where light was seen through specular events and none lends in the small one.
 pub const WIDE_HALF_WIDTH: i32 = 3;
 
-/// Where the eye of the frame before saw the point, from there: any length along the way to it, or to its image.
+/// Where the eye of the frame before saw the point, from there: any length along the way to it, or to its virtual image.
 /// `position` is the point in the frame before.
 #[inline(always)]
 pub fn seen_from(
@@ -36,11 +36,11 @@ pub fn seen_from(
     if shading.astigmatism == 0 && shading.distance > 0.0 {
         return camera.position + along * shading.distance - before.position;
     }
-    let image = Image::from_packed(shading.distance, shading.astigmatism);
-    image.from_eye(camera.position - before.position, along, camera.right)
+    let virtual_image = VirtualImage::from_packed(shading.distance, shading.astigmatism);
+    virtual_image.from_eye(camera.position - before.position, along, camera.right)
 }
 
-/// Where a camera's picture shows what lies along `from_eye` (px), far outside of it if that is behind the eye.
+/// Where a camera's image shows what lies along `from_eye` (px), far outside of it if that is behind the eye.
 #[inline(always)]
 pub fn project(from_eye: Vec3, camera: &Camera, params: &FrameParams) -> Vec2 {
     let (is_before, at) = camera.on_plane(from_eye);
@@ -129,20 +129,20 @@ mod tests {
         let to_mirror = (-1.0 - EYE.z) / direction.z;
         let to_floor = (-20.0 - EYE.y) / direction.y;
         assert!(0.0 < to_mirror && to_mirror < to_floor, "the pixel sees the mirror");
-        let image = EYE + direction * to_floor;
-        let position = Vec3::new(image.x, image.y, -2.0 - image.z);
+        let virtual_image = EYE + direction * to_floor;
+        let position = Vec3::new(virtual_image.x, virtual_image.y, -2.0 - virtual_image.z);
         let point = PointGeometry { position, radius: 0.01, normal: Vec3::Y, depth: 2 };
-        (point, PointShading { distance: to_floor, ..Default::default() }, image)
+        (point, PointShading { distance: to_floor, ..Default::default() }, virtual_image)
     }
 
     #[test]
     fn points_behind_a_plane_mirror_come_back_to_their_pixel() {
         let params = params(Vec3::new(0.1, -1.0, -0.9));
         for pixel in (0..160 * 90).step_by(77) {
-            let (point, shading, image) = mirrored(pixel, &params);
+            let (point, shading, virtual_image) = mirrored(pixel, &params);
             let seen = seen_from(&params.camera, pixel, &point, &shading, point.position, &params);
             // A few ulp of 40 m.
-            assert!((EYE + seen - image).length() < 2.0e-5, "{seen} should lead to {image}");
+            assert!((EYE + seen - virtual_image).length() < 2.0e-5, "{seen} should lead to {virtual_image}");
             let at = project(seen, &params.camera, &params);
             let centre = ray(pixel, &params).0;
             assert!((at - centre).length() < 1.0e-3, "{at} should be {centre}");
@@ -168,7 +168,7 @@ mod tests {
         let middle = Vec2::new(80.0, 45.0);
         let project = |camera: &Camera| project(place - camera.position, camera, &params);
         assert!((project(&params.camera) - middle).length() < 1.0e-4);
-        // The eye stood 0.1 m further left: the place was 0.1 / (4 0.8) of half a picture further right.
+        // The eye stood 0.1 m further left: the place was 0.1 / (4 0.8) of half an image further right.
         let left = Camera { position: EYE - Vec3::X * 0.1, ..params.camera };
         let right = Vec2::new(80.0 * 0.1 / 3.2, 0.0);
         assert!((project(&left) - middle - right).length() < 1.0e-3);
@@ -176,7 +176,7 @@ mod tests {
         let below = Camera { position: EYE - Vec3::Y * 0.1, ..params.camera };
         let up = Vec2::new(0.0, -45.0 * 0.1 / (4.0 * 0.45));
         assert!((project(&below) - middle - up).length() < 1.0e-3);
-        // It looked further left by 0.2 rad: tan(0.2) / 0.8 of half a picture.
+        // It looked further left by 0.2 rad: tan(0.2) / 0.8 of half an image.
         let (sin, cos) = 0.2f32.sin_cos();
         let forward = Vec3::new(-sin, 0.0, -cos);
         let panned = Camera { forward, right: forward.cross(Vec3::Y) * 0.8, ..params.camera };
@@ -205,7 +205,7 @@ mod tests {
             let at = project(place - EYE, &params.camera, &params);
             assert_eq!(around(at, WIDE_HALF_WIDTH, &params), []);
         }
-        // So are places far beside the picture, whatever their distance.
+        // So are places far beside the image, whatever their distance.
         let beside = project(Vec3::new(1.0e9, 0.0, -1.0e-5), &params.camera, &params);
         assert_eq!((beside.x, around(beside, WIDE_HALF_WIDTH, &params)), (1.0e6, vec![]));
     }

@@ -19,7 +19,7 @@ pub struct Auxiliary {
     pub albedo: Vec3,
     /// Keeps rows at 16 bytes.
     pub padding: u32,
-    /// Where the picture shows it less where the picture before did (px); x to the right, y down.
+    /// Where the image shows it less where the image before did (px); x to the right, y down.
     pub motion: Vec2,
     /// Keeps rows at 16 bytes.
     pub padding_behind: [u32; 2],

@@ -95,6 +95,6 @@ choice! {
     TextureFilter
     /// That of the pixel's ray cone: one ray a pixel does not flicker, and materials are not what they are close by.
     Cone "cone" "that of the pixel's ray cone"
-    /// The finest: rays over the whole pixel must average it, and then its picture is right.
+    /// The finest: rays over the whole pixel must average it, and then its image is right.
     Finest "finest" "the finest, always"
 }

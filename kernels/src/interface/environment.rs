@@ -1,24 +1,24 @@
-//! The environment: light from all around, from infinitely far away, by a picture of all directions.
+//! The environment: light from all around, from infinitely far away, by an image of all directions.
 
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::Vec3;
 
-/// What is around a scene. Its picture is latitude-longitude as OpenEXR has it: the middle is +z, a quarter from the left is +x,
+/// What is around a scene. Its image is latitude-longitude as OpenEXR has it: the middle is +z, a quarter from the left is +x,
 /// the top is +y.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Environment {
-    /// Factor on the picture's radiance.
+    /// Factor on the image's radiance.
     pub scale: Vec3,
-    /// Width of the picture (texels).
+    /// Width of the image (texels).
     pub width: u32,
     /// Middle of a sphere around the scene (m).
     pub centre: Vec3,
-    /// Height of the picture (texels).
+    /// Height of the image (texels).
     pub height: u32,
     /// Radius of that sphere (m).
     pub radius: f32,
-    /// How far the picture is turned around +y, from +z towards +x (turns, in [0, 1)).
+    /// How far the image is turned around +y, from +z towards +x (turns, in [0, 1)).
     pub turn: f32,
     /// Keeps rows at 16 bytes.
     pub padding: [u32; 2],
@@ -26,7 +26,7 @@ pub struct Environment {
 
 const _: () = assert!(size_of::<Environment>() == 48);
 
-/// A radiance of its picture (W m^-2 sr^-1, before the factor).
+/// A radiance of its image (W m^-2 sr^-1, before the factor).
 pub type EnvironmentTexel = Vec3;
 /// A sum of the pyramid that directions are drawn by.
 pub type EnvironmentSum = f32;

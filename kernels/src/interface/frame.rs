@@ -21,13 +21,13 @@ pub struct Camera {
     pub forward: Vec3,
 }
 
-/// The part of a film that a picture shows; all of it, where pictures are not rendered tile by tile.
+/// The part of a film that an image shows; all of it, where images are not rendered tile by tile.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Window {
-    /// Column of the film that is the picture's first.
+    /// Column of the film that is the image's first.
     pub first_column: u32,
-    /// Row of the film that is the picture's first.
+    /// Row of the film that is the image's first.
     pub first_row: u32,
     /// Width of the film (px).
     pub film_width: u32,

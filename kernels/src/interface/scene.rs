@@ -22,7 +22,7 @@ pub struct SceneTables<'a> {
     pub lights: &'a [Light],
     /// The environment: one row, or none, as in the two tables behind it.
     pub environment: &'a [Environment],
-    /// Its picture, from the top.
+    /// Its image, from the top.
     pub environment_texels: &'a [EnvironmentTexel],
     /// Its brightness over directions.
     pub environment_tree: &'a [EnvironmentSum],

@@ -6,7 +6,7 @@ use spirv_std::glam::UVec4;
 /// Groups of four numbers of a path that come from sequences; later ones are independent.
 pub const SEQUENCE_GROUPS: usize = 8;
 
-/// A point of each group's sequence, the same in all pixels: each scrambles it by itself, or moves it by its place in the picture.
+/// A point of each group's sequence, the same in all pixels: each scrambles it by itself, or moves it by its place in the image.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Sequence {
@@ -18,7 +18,7 @@ pub struct Sequence {
     pub groups: u32,
     /// Which of the sequences that frames take in turns.
     pub batch: u32,
-    /// Pixels to a row of the picture where points are moved, else 0.
+    /// Pixels to a row of the image where points are moved, else 0.
     pub width: u32,
     /// Zero.
     pub padding: u32,

@@ -1,8 +1,8 @@
 //! The environment: a directional light by chance. A path draws the direction that its light comes from, by the brightness of the
-//! picture; what is left is parallel light, so that it starts, is aimed and is guided as `directional` does.
+//! image; what is left is parallel light, so that it starts, is aimed and is guided as `directional` does.
 //!
-//! Directions are drawn over the unit square, of which an area is a solid angle: the picture's brightness over it is a pyramid,
-//! as the maps of guided emission have it. Radiance is looked up in the picture itself, between texels.
+//! Directions are drawn over the unit square, of which an area is a solid angle: the image's brightness over it is a pyramid,
+//! as the maps of guided emission have it. Radiance is looked up in the image itself, between texels.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -48,14 +48,14 @@ pub fn place_of(direction: Vec3) -> Vec2 {
 pub fn radiance_from(scene: SceneTables<'_>, direction: Vec3) -> Vec3 {
     let environment = scene.environment[0];
     let across = (direction.x * direction.x + direction.z * direction.z).sqrt();
-    // From the top of the picture, and from its left.
+    // From the top of the image, and from its left.
     let down = 2.0 * turns(across, direction.y);
     let mut along = turns(direction.x, -direction.z) + environment.turn;
     along -= along.floor();
     texels_around(scene, &environment, along, down) * environment.scale
 }
 
-/// The mean of the four texels around a place of the picture, by how near they are.
+/// The mean of the four texels around a place of the image, by how near they are.
 #[inline(always)]
 fn texels_around(scene: SceneTables<'_>, environment: &Environment, along: f32, down: f32) -> Vec3 {
     let Environment { width, height, .. } = *environment;

@@ -1,5 +1,5 @@
 //! Guided emission: paths start as aimed ones do, towards casters, but in the parts of their cones that were seen to give the
-//! picture something, and from the lights that did.
+//! image something, and from the lights that did.
 //!
 //! Lights that follow each other form a group. A group has a map over the cone of each caster as its places see it, and one,
 //! the last, over all aims, for what casts beside the cones; a caster without a cone from a place leaves its share to that one.

@@ -46,7 +46,7 @@ const MIN_COS: f32 = 1.0e-3;
 /// An image is at most this many times as far as the path is long, and at least as near by the same factor.
 const MAX_VERGENCE_DISTANCE: f32 = 1.0e6;
 
-/// Unit axes across a direction, the first along the picture's rows.
+/// Unit axes across a direction, the first along the rows of pixels.
 #[shared]
 pub fn axes(direction: Vec3, right: Vec3) -> (Vec3, Vec3) {
     let x = (right - direction * right.dot(direction)).normalize();
@@ -56,18 +56,18 @@ pub fn axes(direction: Vec3, right: Vec3) -> (Vec3, Vec3) {
 /// Where the eye sees a point: the vergence is 1 / `distance` times the symmetric matrix of trace 2 m, difference of the
 /// diagonal 2 x and off the diagonal y, where (x, y) is `astigmatism` and m = 1 - |(x, y)|, negative like `distance`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Image {
+pub struct VirtualImage {
     /// Distance of the nearer of the two images (m); negative where their mean vergence is, behind the eye.
     pub distance: f32,
     /// What tells the two apart, in the unit disc.
     pub astigmatism: Vec2,
 }
 
-impl Image {
+impl VirtualImage {
     /// Where nothing bends the ray: as far as its path is long (m).
     #[inline(always)]
-    pub fn straight(length: f32) -> Image {
-        Image { distance: length, astigmatism: Vec2::ZERO }
+    pub fn straight(length: f32) -> VirtualImage {
+        VirtualImage { distance: length, astigmatism: Vec2::ZERO }
     }
 }
 
@@ -157,9 +157,9 @@ impl Pencil {
 
     /// Where the eye sees the point that the ray has reached after `length` (m).
     #[shared]
-    pub fn image(self, length: f32) -> Image {
+    pub fn virtual_image(self, length: f32) -> VirtualImage {
         if !self.is_bent {
-            return Image::straight(length);
+            return VirtualImage::straight(length);
         }
         // B^-1 A by Cramer's rule, its determinant apart: where rays meet again it is zero, and the image is at the eye.
         let (a_x, a_y) = (self.moved_x.place, self.moved_y.place);
@@ -172,12 +172,15 @@ impl Pencil {
         let astigmatism = Vec2::new(0.5 * (xx - yy), xy) * sign;
         let largest = mean.abs() + astigmatism.length();
         if !is_finite(determinant.abs() + largest) {
-            return Image::straight(length * MAX_VERGENCE_DISTANCE);
+            return VirtualImage::straight(length * MAX_VERGENCE_DISTANCE);
         }
         let largest = largest.max(1.0e-30);
         let (nearest, farthest) = (length / MAX_VERGENCE_DISTANCE, length * MAX_VERGENCE_DISTANCE);
         let distance = clamp(determinant.abs() / largest, nearest, farthest);
-        Image { distance: if mean < 0.0 { -distance } else { distance }, astigmatism: astigmatism / largest }
+        VirtualImage {
+            distance: if mean < 0.0 { -distance } else { distance },
+            astigmatism: astigmatism / largest,
+        }
     }
 
     #[inline(always)]
@@ -192,11 +195,11 @@ impl Pencil {
     }
 }
 
-impl Image {
+impl VirtualImage {
     /// The image of a point of today, from the two words that its row holds.
     #[inline]
     pub fn from_packed(distance: f32, astigmatism: u32) -> Self {
-        Image { distance, astigmatism: packed::from_signed_shares(astigmatism) }
+        VirtualImage { distance, astigmatism: packed::from_signed_shares(astigmatism) }
     }
 
     /// Direction, of any length, from an eye that stands `back` (m) from today's, whose ray has the unit `direction`.
@@ -230,19 +233,22 @@ mod tests {
     }
 
     /// The image on the axis of what lies `behind` the last of the surfaces: way to each (m), curvature [1/m], eta.
-    fn on_axis(surfaces: &[(f32, f32, Option<f32>)], behind: f32) -> Image {
+    fn on_axis(surfaces: &[(f32, f32, Option<f32>)], behind: f32) -> VirtualImage {
         let (mut pencil, mut from) = (Pencil::at_eye(Vec3::NEG_Z, Vec3::X), Vec3::NEG_Z);
         let mut length = behind;
         for &(way, curvature, eta) in surfaces {
             (pencil, from) = met(pencil.advance(way), from, -from, curvature, eta);
             length += way;
         }
-        pencil.advance(behind).image(length)
+        pencil.advance(behind).virtual_image(length)
     }
 
-    fn assert_single(image: Image, distance: f32) {
-        let off = (image.distance / distance - 1.0).abs();
-        assert!(off < 1.0e-5 && image.astigmatism.length() < 1.0e-5, "{image:?} should be at {distance}");
+    fn assert_single(virtual_image: VirtualImage, distance: f32) {
+        let off = (virtual_image.distance / distance - 1.0).abs();
+        assert!(
+            off < 1.0e-5 && virtual_image.astigmatism.length() < 1.0e-5,
+            "{virtual_image:?} should be at {distance}"
+        );
     }
 
     #[test]
@@ -252,8 +258,11 @@ mod tests {
             let pencil = met(pencil, Vec3::NEG_Z, normal, 0.0, None).0.advance(1.7);
             // To the bit, and by the rays themselves to a few ulp.
             let length = 2.0 + 1.7;
-            assert_eq!(pencil.image(length), Image { distance: length, astigmatism: Vec2::ZERO });
-            assert_single(Pencil { is_bent: true, ..pencil }.image(length), length);
+            assert_eq!(
+                pencil.virtual_image(length),
+                VirtualImage { distance: length, astigmatism: Vec2::ZERO }
+            );
+            assert_single(Pencil { is_bent: true, ..pencil }.virtual_image(length), length);
         }
     }
 
@@ -277,19 +286,25 @@ mod tests {
     #[test]
     fn no_image_leaves_the_direction() {
         // What stands in the focus of a concave mirror is seen by parallel rays.
-        let image = on_axis(&[(2.0, -1.0, None)], 0.5);
-        let turn = image.from_eye(Vec3::X, Vec3::NEG_Z, Vec3::X) - Vec3::NEG_Z;
-        assert!(image.distance.abs() > 1.0e5 && turn.length() < 1.0e-5, "{image:?}");
+        let virtual_image = on_axis(&[(2.0, -1.0, None)], 0.5);
+        let turn = virtual_image.from_eye(Vec3::X, Vec3::NEG_Z, Vec3::X) - Vec3::NEG_Z;
+        assert!(virtual_image.distance.abs() > 1.0e5 && turn.length() < 1.0e-5, "{virtual_image:?}");
         // And an eye whose rays meet again on a point sees it all over the mirror.
-        let image = on_axis(&[(2.0, -1.0, None)], 2.0 / 3.0);
-        assert!(image.distance.abs() < 1.0e-5 && is_finite(image.astigmatism.element_sum()), "{image:?}");
+        let virtual_image = on_axis(&[(2.0, -1.0, None)], 2.0 / 3.0);
+        assert!(
+            virtual_image.distance.abs() < 1.0e-5 && is_finite(virtual_image.astigmatism.element_sum()),
+            "{virtual_image:?}"
+        );
         // Nonsense is no image either.
         let lost = Pencil {
             moved_x: Beside { place: Vec2::splat(f32::NAN), slope: Vec2::ZERO },
             is_bent: true,
             ..Pencil::at_eye(Vec3::NEG_Z, Vec3::X)
         };
-        assert_eq!(lost.image(2.0), Image { distance: 2.0 * MAX_VERGENCE_DISTANCE, astigmatism: Vec2::ZERO });
+        assert_eq!(
+            lost.virtual_image(2.0),
+            VirtualImage { distance: 2.0 * MAX_VERGENCE_DISTANCE, astigmatism: Vec2::ZERO }
+        );
     }
 
     /// Coddington: 1 / s' = 1 / s + 2 / (r cos) in the plane of incidence, 1 / s + 2 cos / r across.
@@ -306,17 +321,20 @@ mod tests {
                 1.0 / radius,
                 None,
             );
-            let image = pencil.advance(place).image(eye + place);
+            let virtual_image = pencil.advance(place).virtual_image(eye + place);
             let vergence = |power: f32| 1.0 / (eye + 1.0 / (1.0 / place + power));
             let expected = [vergence(2.0 / (radius * cos)), vergence(2.0 * cos / radius)];
             let incidence = Vec3::new(cos_turn, sin_turn, 0.0);
             for (axis, expected) in [incidence, Vec3::Z.cross(incidence)].into_iter().zip(expected) {
-                let turned = image.from_eye(axis, Vec3::NEG_Z, Vec3::X) - Vec3::NEG_Z;
+                let turned = virtual_image.from_eye(axis, Vec3::NEG_Z, Vec3::X) - Vec3::NEG_Z;
                 assert!((turned - axis * expected).length() < 1.0e-5, "{turned} along {axis}, {expected}");
             }
             // Words keep it.
-            let kept = Image::from_packed(image.distance, packed::to_signed_shares(image.astigmatism));
-            assert!((kept.astigmatism - image.astigmatism).length() < 1.0e-4);
+            let kept = VirtualImage::from_packed(
+                virtual_image.distance,
+                packed::to_signed_shares(virtual_image.astigmatism),
+            );
+            assert!((kept.astigmatism - virtual_image.astigmatism).length() < 1.0e-4);
         }
     }
 
@@ -393,7 +411,7 @@ mod tests {
                 pencil = met(pencil.advance(way as f32), from.as_vec3(), normal.as_vec3(), curvature, eta).0;
                 (origin, from) = (origin + from * way, to);
             }
-            let image = pencil.advance(0.9).image(length as f32 + 0.9);
+            let virtual_image = pencil.advance(0.9).virtual_image(length as f32 + 0.9);
 
             let (x, y) = axes(direction.as_vec3(), Vec3::X);
             for way in [x, y, (x - y) * 0.7].map(|way| way * 1.0e-4) {
@@ -401,7 +419,7 @@ mod tests {
                     let (last, end, _) = trace(chain, way.as_dvec3(), towards.normalize());
                     (place - last).reject_from(end).length()
                 };
-                let found = miss(image.from_eye(-way, direction.as_vec3(), Vec3::X).as_dvec3());
+                let found = miss(virtual_image.from_eye(-way, direction.as_vec3(), Vec3::X).as_dvec3());
                 let by_length = miss(direction * (length + 0.9) - way.as_dvec3());
                 // What is left is the square of the way, and ulps.
                 assert!(found < 0.01 * by_length, "chain {index}: {found:.1e} m off, not {by_length:.1e}");

@@ -39,7 +39,7 @@ impl Camera {
 }
 
 impl FrameParams {
-    /// Place in the picture (px) of a place on the film's plane.
+    /// Place in the image (px) of a place on the film's plane.
     #[inline(always)]
     pub fn place_of(&self, on_plane: Vec2) -> Vec2 {
         let Window { first_column, first_row, film_width, film_height } = self.window;
@@ -48,7 +48,7 @@ impl FrameParams {
         Vec2::new(0.5 + 0.5 * on_plane.x, 0.5 - 0.5 * on_plane.y) * size - first
     }
 
-    /// Whether a place (px) is in the picture.
+    /// Whether a place (px) is in the image.
     #[inline(always)]
     pub fn shows(&self, place: Vec2) -> bool {
         let (width, height) = (self.width as f32, self.height as f32);

@@ -8,7 +8,7 @@
 //! a function of (seed, pixel, frame, dimension) as before: in any order, on any runner.
 //!
 //! Or pixels beside each other share what is still even: all are scrambled alike, and each pixel's points are moved by a point of
-//! the same sequence, that of the pixel's place on a curve through the picture that fills squares first [Ahmed and Wonka 2020,
+//! the same sequence, that of the pixel's place on a curve through the image that fills squares first [Ahmed and Wonka 2020,
 //! Screen-space blue-noise diffusion of Monte Carlo sampling error]. In every frame the numbers of a square of pixels then fill
 //! the unit square evenly, so that their errors differ and cancel for an eye or a denoiser; in every pixel those of its frames do.
 //! Neighbours meet again in other frames of a batch: over very many frames squares of pixels gain less than single ones.
@@ -120,7 +120,7 @@ mod points {
             Sequence { points, groups, batch, ..Sequence::default() }
         }
 
-        /// The same points, moved in each pixel of a picture so wide.
+        /// The same points, moved in each pixel of an image so wide.
         pub fn moved(seed: u32, batches: u32, frame: u32, width: u32) -> Sequence {
             let sequence = Sequence::sobol(seed, batches, frame);
             let of_group = |group| pcg4d(UVec4::new(group as u32, sequence.batch, seed, 0x626c_7565));

@@ -153,7 +153,7 @@ fn agrees(
     if !is_on_plane(point, deposit.position, deposit.normal, eye) {
         return false;
     }
-    // At the edge of the picture a pixel is beside itself.
+    // At the edge of the image a pixel is beside itself.
     let (_, own) = place_of(point.position - eye, params);
     let pixel = pixel_of(place, params);
     let (column, row) = (pixel % params.width, pixel / params.width);
@@ -185,7 +185,7 @@ fn sees_plane(point: &PointGeometry, beside: u32, points: &[PointGeometry], eye:
     other.depth == 1 && is_on_plane(point, other.position, other.normal, eye)
 }
 
-/// Whether what lies in a direction from the eye is in the picture, and where (px).
+/// Whether what lies in a direction from the eye is in the image, and where (px).
 #[inline(always)]
 fn place_of(to: Vec3, params: &FrameParams) -> (bool, Vec2) {
     let (is_before, at) = params.camera.on_plane(to);
@@ -193,7 +193,7 @@ fn place_of(to: Vec3, params: &FrameParams) -> (bool, Vec2) {
     (is_before && params.shows(place), place)
 }
 
-/// Pixel of a place in the picture.
+/// Pixel of a place in the image.
 #[inline(always)]
 fn pixel_of(place: Vec2, params: &FrameParams) -> u32 {
     (place.y as u32).min(params.height - 1) * params.width + (place.x as u32).min(params.width - 1)

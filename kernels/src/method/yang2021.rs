@@ -86,7 +86,7 @@ fn prepare(params: &FrameParams) -> Vec<Step> {
     steps
 }
 
-/// Light paths, one an invocation; deposits are spread over the picture.
+/// Light paths, one an invocation; deposits are spread over the image.
 #[pass(name = "shoot.yang2021", over = params.light_path_batch, work = Light)]
 pub fn shoot_yang2021(
     index: u32,

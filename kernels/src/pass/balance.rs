@@ -1,4 +1,4 @@
-//! `balance.*`: how many light paths the next frame shoots, so that its time serves the picture best.
+//! `balance.*`: how many light paths the next frame shoots, so that its time serves the image best.
 //!
 //! A frame whose camera paths cost C leaves the variance V, and n light paths that cost c each leave A / n. What the time of
 //! a frame buys, (V + A / n) (C + n c), is least at n^2 = A C / (V c). V is measured by the distances of pixels from

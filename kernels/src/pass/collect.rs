@@ -24,7 +24,7 @@ use crate::light::environment;
 use crate::math::cone::RayCone;
 use crate::math::is_finite;
 use crate::math::offset;
-use crate::math::pencil::{Image, Pencil};
+use crate::math::pencil::{Pencil, VirtualImage};
 use crate::math::rng::{Rng, Stream};
 use crate::math::sampler::next4;
 use crate::seam::{Atomics, Slots, scratch};
@@ -50,12 +50,12 @@ const BENDS: Features = Features(Features::GLASS.0 | Features::SMOOTH_NORMALS.0)
 
 /// Whether somebody asks where a point is imaged, and that is not where its path's length says.
 #[inline(always)]
-fn images(features: Features) -> bool {
+fn needs_virtual_image(features: Features) -> bool {
     features.has(Features::HISTORY) && features.has(BENDS)
 }
 
 #[cfg(not(target_arch = "spirv"))]
-/// Pixels in Morton order: neighbouring invocations and boxes stay close in the picture.
+/// Pixels in Morton order: neighbouring invocations and boxes stay close in the image.
 pub fn pixel_order(width: u32, height: u32) -> Vec<u32> {
     let spread = |x: u32| (0..16).fold(0u32, |code, bit| code | (x >> bit & 1) << (2 * bit));
     let mut order: Vec<u32> = (0..width * height).collect();
@@ -331,7 +331,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
     scratch!(words: aside::ROOM);
     let mut aside = Aside::new(words, features, params);
     aside.set_cone(direct, 0.0);
-    if images(features) {
+    if needs_virtual_image(features) {
         aside.set_pencil(&Pencil::at_eye(ray.direction, params.camera.right));
     }
     let mut shadow_rays = 0;
@@ -373,7 +373,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                 let (cone, distance) = aside.cone();
                 let cone = cone.advance(hit.distance);
                 aside.set_cone(cone, distance + hit.distance);
-                if images(features) {
+                if needs_virtual_image(features) {
                     aside.set_pencil(&aside.pencil().advance(hit.distance));
                 }
                 if !params.has_filter(TEXTURE_FILTER_FINEST) {
@@ -489,9 +489,9 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                     if depth < params.max_bounces && chance > 0.0 {
                         let cos = here.to_previous.dot(here.face_normal);
                         let (cone, distance) = aside.cone();
-                        let mut image = Image::straight(distance);
-                        if images(features) {
-                            image = aside.pencil().image(distance);
+                        let mut virtual_image = VirtualImage::straight(distance);
+                        if needs_virtual_image(features) {
+                            virtual_image = aside.pencil().virtual_image(distance);
                         }
                         if parts {
                             aside.set_chance(chance);
@@ -516,8 +516,8 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                             blue_roughness_metallic: 0,
                             eta: scattering.bsdf.eta,
                             instance: here.instance,
-                            distance: image.distance,
-                            astigmatism: to_signed_shares(image.astigmatism),
+                            distance: virtual_image.distance,
+                            astigmatism: to_signed_shares(virtual_image.astigmatism),
                         };
                         if features.has(Features::TEXTURES) && material.flags & FLAGS_SCATTER_TEXTURE != 0 {
                             let (first, second) = packed(&material);
@@ -542,7 +542,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                 let carried = throughput.element_sum();
                 goes_on = (prefix || beyond.is_lit()) && is_finite(carried) && carried > 0.0;
                 if prefix {
-                    if images(features) {
+                    if needs_virtual_image(features) {
                         scatter_pencil(&mut aside, scene, features, &hit, &here, &scattered);
                     }
                     let (cone, distance) = aside.cone();

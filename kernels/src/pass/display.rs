@@ -8,7 +8,7 @@ use crate::interface::frame::FrameParams;
 use crate::seam::Slots;
 use spirv_std::glam::Vec3;
 
-/// Display colours of the whole picture.
+/// Display colours of the whole image.
 #[pass(name = "display", over = params.pixel_count(), work = Display)]
 pub fn display(
     pixel: u32,

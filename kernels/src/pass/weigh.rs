@@ -15,7 +15,7 @@ use spirv_std::glam::{Vec2, Vec3};
 
 /// What outlives a frame.
 #[cfg(not(target_arch = "spirv"))]
-pub const KEPT: [&str; 2] = ["picture_rows", "pixel_sums"];
+pub const KEPT: [&str; 2] = ["image_rows", "pixel_sums"];
 
 /// Once a frame that shoots, after `collect`: adds what camera paths found, and weighs pixels.
 #[cfg(not(target_arch = "spirv"))]
@@ -63,7 +63,7 @@ pub fn kept(frames: f32, params: &FrameParams) -> f32 {
     }
 }
 
-/// Light of a pixel below which no error counts, relative to the mean of the picture.
+/// Light of a pixel below which no error counts, relative to the mean of the image.
 const DARK: f32 = 0.1;
 /// Squares of light below this have no inverse in an f32.
 const MIN_SQUARE: f32 = 1.0e-37;
@@ -127,14 +127,14 @@ pub fn weigh_means(
     pixel_means.write(pixel, sum.mean());
 }
 
-/// The mean light of each row; at level 1 that of the picture, and behind it the square of what it was relative to it.
+/// The mean light of each row; at level 1 that of the image, and behind it the square of what it was relative to it.
 #[pass(name = "weigh.rows", over = params.height, work = Guide)]
 pub fn weigh_rows(
     row: u32,
     params: &FrameParams,
     dispatch: Dispatch,
     pixel_means: &[f32],
-    #[len = params.height + 2] mut picture_rows: Slots<'_, f32>,
+    #[len = params.height + 2] mut image_rows: Slots<'_, f32>,
 ) {
     let count = if dispatch.level == 0 { params.width } else { params.height };
     let mut sum = 0.0;
@@ -143,33 +143,33 @@ pub fn weigh_rows(
         sum += if dispatch.level == 0 {
             pixel_means[(row * params.width + index) as usize]
         } else {
-            picture_rows.read(index)
+            image_rows.read(index)
         };
         index += 1;
     }
     let mean = sum / count as f32;
     if dispatch.level == 0 {
-        picture_rows.write(row, mean);
+        image_rows.write(row, mean);
     } else {
-        let ratio = if mean > 0.0 { picture_rows.read(params.height) / mean } else { 1.0 };
-        picture_rows.write(params.height, mean);
-        picture_rows.write(params.height + 1, ratio * ratio);
+        let ratio = if mean > 0.0 { image_rows.read(params.height) / mean } else { 1.0 };
+        image_rows.write(params.height, mean);
+        image_rows.write(params.height + 1, ratio * ratio);
     }
 }
 
-/// How much an error of each pixel counts: 1 / (its light, or that around it, squared), or that of what is dark beside the picture's mean.
+/// How much an error of each pixel counts: 1 / (its light, or that around it, squared), or that of what is dark beside the image's mean.
 #[pass(name = "weigh.pixels", over = params.pixel_count(), work = Guide)]
 pub fn weigh_pixels(
     pixel: u32,
     params: &FrameParams,
     pixel_means: &[f32],
-    picture_rows: &[f32],
+    image_rows: &[f32],
     #[len = params.pixel_count()] mut pixel_weights: Slots<'_, f32>,
 ) {
     // Of few light paths, most pixels saw none.
     let sum = params.sum_around(pixel, AROUND, |other| Vec2::new(pixel_means[other as usize], 1.0));
     let light = (sum.x / sum.y).max(pixel_means[pixel as usize]);
-    let dark = DARK * picture_rows[params.height as usize];
+    let dark = DARK * image_rows[params.height as usize];
     let square = light * light + dark * dark;
     pixel_weights.write(pixel, if square > MIN_SQUARE { 1.0 / square } else { 0.0 });
 }

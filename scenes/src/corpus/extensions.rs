@@ -7,7 +7,7 @@ use super::paint;
 use super::small::Small;
 use super::surfaces::{checks, panel, textured, wall};
 use crate::mesh::Mesh;
-use crate::picture::draw;
+use crate::texture::draw;
 
 fn floor() -> Mesh {
     Mesh::default().panel(DVec3::ZERO, DVec3::Z * 1.5, DVec3::X * 1.5)
@@ -172,7 +172,7 @@ pub fn second_coordinates() -> Small {
     let mut small = Small::new();
     let texture = small.texture(&checks());
     let mut material = textured(&json!({ "index": texture, "texCoord": 1 }));
-    // A texture without a picture, as an extension may bring it: the factor alone.
+    // A texture without an image, as an extension may bring it: the factor alone.
     let empty = small.push("textures", json!({}));
     material["emissiveTexture"] = json!({ "index": empty });
     small.thing(material, &panel());

@@ -61,7 +61,7 @@ pub fn no_normals() -> Small {
 
 pub fn small_types() -> Small {
     let mut small = Small::new();
-    let texture = small.texture(&crate::picture::draw(4, |u, v| {
+    let texture = small.texture(&crate::texture::draw(4, |u, v| {
         [if u < 0.5 { 220 } else { 40 }, if v < 0.5 { 200 } else { 60 }, 90, 255]
     }));
     let material = small.push(

@@ -117,7 +117,7 @@ impl Small {
         self.root(json!({ "mesh": mesh }))
     }
 
-    /// Adds a picture inside of the buffer, and a texture of it.
+    /// Adds an image inside of the buffer, and a texture of it.
     pub fn texture(&mut self, png: &[u8]) -> usize {
         let view = self.view(png);
         let image = self.push("images", json!({ "bufferView": view, "mimeType": "image/png" }));

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::paint;
 use super::small::Small;
 use crate::mesh::Mesh;
-use crate::picture::{draw, normal};
+use crate::texture::{draw, normal};
 
 /// A square of two metres before a wall, upright.
 pub(super) fn panel() -> Mesh {

@@ -41,9 +41,9 @@ def write(name, image, reference):
     error = np.squeeze(error).astype(np.float32)
     print(name, "mean", mean, parameters)
     channels = {"flip": error.reshape(image.shape[:2])}
-    for prefix, picture in (("image", image), ("reference", reference)):
+    for prefix, pixels in (("image", image), ("reference", reference)):
         for lane, letter in enumerate("RGB"):
-            channels[f"{prefix}.{letter}"] = picture[..., lane]
+            channels[f"{prefix}.{letter}"] = pixels[..., lane]
     exr(os.path.join(os.path.dirname(os.path.abspath(__file__)), name), channels)
 
 

@@ -14,7 +14,7 @@ use caustics_kernels::method::frame::frame_buffers;
 use caustics_tests::gpu::watched_gpu;
 use caustics_tests::twin::load;
 
-/// The talk's size of picture, with fewer light paths than its 1024^2.
+/// The talk's size of image, with fewer light paths than its 1024^2.
 fn full() -> Settings {
     Settings {
         width: 1920,
@@ -37,9 +37,9 @@ fn base_module_renders_on_a_device_without_ray_queries() {
         Session::new(&gpu.choice(false), &scene, &scene.cameras[0], &settings, &BASIC, variant, features)
             .unwrap();
     session.frame(0).unwrap();
-    let picture = session.picture().unwrap();
-    assert!(picture.path.iter().all(|pixel| pixel.is_finite()));
-    assert!(picture.caustics.iter().any(|pixel| pixel.max_element() > 0.0));
+    let image = session.image().unwrap();
+    assert!(image.path.iter().all(|pixel| pixel.is_finite()));
+    assert!(image.caustics.iter().any(|pixel| pixel.max_element() > 0.0));
     assert!(session.counters().unwrap().get(Counter::Gathered) > 0);
 }
 
@@ -76,9 +76,9 @@ fn full_hd_frame_runs() {
         let times = session.frame(0).unwrap();
         eprintln!("{} on {}: {:.2?}", variant.name, session.device(), start.elapsed());
         times.iter().for_each(|step| eprintln!("  {:<22} {:>10.2?}", step.pass, step.time));
-        let picture = session.picture().unwrap();
-        assert_eq!(picture.path.len(), 1920 * 1080);
-        assert!(picture.path.iter().chain(&picture.caustics).all(|pixel| pixel.is_finite()));
+        let image = session.image().unwrap();
+        assert_eq!(image.path.len(), 1920 * 1080);
+        assert!(image.path.iter().chain(&image.caustics).all(|pixel| pixel.is_finite()));
         assert!(session.counters().unwrap().get(Counter::Gathered) > 10_000);
     }
 }

@@ -10,7 +10,7 @@ use proc_macro2::{TokenStream, TokenTree};
 use crate::rings::all_files;
 
 /// Ignored tests that no script runs: one compares two builds, by hand; the other is a process that the test beside it starts.
-const NOT_BY_SCRIPTS: [&str; 2] = ["pictures::every_picture_is_what_it_was", "caught::tests::child"];
+const NOT_BY_SCRIPTS: [&str; 2] = ["images::every_picture_is_what_it_was", "caught::tests::child"];
 
 /// Roots of the targets that have tests.
 const TARGETS: [(&str, &str); 14] = [
@@ -304,7 +304,7 @@ pub fn documents() -> Vec<PathBuf> {
 fn every_test_that_a_document_names_exists() {
     let tests = tests();
     let mut command_count = 0;
-    let sources = [Path::new("host/src/commands_page.rs"), Path::new("tests/tests/house/pictures.rs")];
+    let sources = [Path::new("host/src/commands_page.rs"), Path::new("tests/tests/house/images.rs")];
     for path in documents().into_iter().chain(sources.map(|path| root().join(path))) {
         for command in test_commands(&std::fs::read_to_string(&path).unwrap()) {
             assert_eq!(unknown_names(&command, tests), [""; 0], "{}", path.display());

@@ -1,16 +1,16 @@
 //! Every file of `tests/corpus` loads and renders to what `tests/golden/corpus` holds.
-//! `CAUSTICS_BLESS=1 cargo test --workspace --test house corpus` writes the pictures: look at them before they are committed.
+//! `CAUSTICS_BLESS=1 cargo test --workspace --test house corpus` writes the images: look at them before they are committed.
 
 use std::path::{Path, PathBuf};
 
 use caustics::accumulation::Accumulation;
-use caustics::image::Channels;
+use caustics::image_file::Channels;
 use caustics::output::exr;
 use caustics::scene::{CameraChoice, DefaultLight, LoadOptions, Staged, Staging};
-use caustics::{Picture, Session, Settings};
+use caustics::{RenderedImage, Session, Settings};
 
 const SIZE: (usize, usize) = (32, 18);
-/// Frames of a picture: enough that a wrong texture or normal is seen through the noise, which is the same each time.
+/// Frames of an image: enough that a wrong texture or normal is seen through the noise, which is the same each time.
 const FRAMES: u32 = 4;
 /// The time that is shown (s): in the middle of the animations.
 const TIME: f64 = 0.5;
@@ -24,8 +24,8 @@ fn folder(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
 }
 
-/// The picture of a file; whatever it lacks, it gets.
-fn picture(path: &Path) -> Picture {
+/// The image of a file; whatever it lacks, it gets.
+fn image(path: &Path) -> RenderedImage {
     let aspect = SIZE.0 as f64 / SIZE.1 as f64;
     let staging = Staging {
         camera: CameraChoice::First,
@@ -49,21 +49,21 @@ fn picture(path: &Path) -> Picture {
     let mut sums = Accumulation::default();
     for frame in 0..FRAMES {
         session.frame(frame).expect("a frame");
-        sums.add(&session.picture().expect("its picture"));
+        sums.add(&session.image().expect("its image"));
     }
     let mean = sums.mean();
-    Picture { width: SIZE.0, height: SIZE.1, path: mean.beauty(), ..Picture::default() }
+    RenderedImage { width: SIZE.0, height: SIZE.1, path: mean.beauty(), ..RenderedImage::default() }
 }
 
 /// The values of the beauty layer, pixel by pixel.
 fn values(bytes: &[u8]) -> Vec<[f32; 3]> {
-    let channels = Channels::decode(bytes).expect("a picture");
+    let channels = Channels::decode(bytes).expect("an image");
     assert_eq!((channels.width, channels.height), SIZE);
     let [r, g, b] = channels.layer("").expect("a beauty layer");
     r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect()
 }
 
-/// Pixels that differ by more than last bits, beside what is usual in the picture.
+/// Pixels that differ by more than last bits, beside what is usual in the image.
 fn differing(ours: &[[f32; 3]], golden: &[[f32; 3]]) -> usize {
     let mean = golden.iter().flatten().sum::<f32>() / (3 * golden.len()) as f32;
     // Written so that what is not a number differs.
@@ -88,11 +88,11 @@ fn every_file_of_the_corpus_renders_to_its_golden_picture() {
     let files = files();
     for path in &files {
         let name = path.file_name().expect("a name").to_string_lossy();
-        let bytes = exr::encode(&picture(path), None, &Default::default()).expect("an EXR file");
+        let bytes = exr::encode(&image(path), None, &Default::default()).expect("an EXR file");
         let file = golden.join(format!("{name}.exr"));
         if blesses {
             std::fs::create_dir_all(&golden).expect("a folder");
-            std::fs::write(&file, &bytes).expect("a golden picture");
+            std::fs::write(&file, &bytes).expect("a golden image");
         }
         let ours = values(&bytes);
         assert!(ours.iter().flatten().all(|value| value.is_finite()), "{name}");
@@ -112,8 +112,7 @@ fn every_file_of_the_corpus_renders_to_its_golden_picture() {
 
 #[test]
 fn a_picture_that_is_another_is_noticed() {
-    let of =
-        |name: &str| values(&std::fs::read(folder("golden/corpus").join(name)).expect("a golden picture"));
+    let of = |name: &str| values(&std::fs::read(folder("golden/corpus").join(name)).expect("a golden image"));
     let plain = of("plain.gltf.exr");
     assert_eq!(differing(&plain, &plain), 0);
     // A little more light, a tint, one column to the side, a patch of 4 by 4, the file without its other scenes.

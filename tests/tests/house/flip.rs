@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use caustics::image::{Channels, Encoding};
+use caustics::image_file::{Channels, Encoding};
 use caustics::metric::error_map::ErrorMap;
 use caustics::metric::flip::PIXELS_PER_DEGREE;
 use caustics::metric::flip_hdr::{Exposures, expose, flip_hdr};
@@ -14,7 +14,7 @@ use nv_flip::FlipImageRgb8;
 /// The project's bound on the mean and on each pixel of the map. Theirs is f32, ours f64.
 const TOLERANCE: f64 = 1e-4;
 
-/// A picture of bytes.
+/// An image of bytes.
 #[derive(Clone)]
 struct Bytes {
     width: usize,
@@ -42,14 +42,14 @@ impl Bytes {
     fn pixels(&self) -> Pixels {
         let lane = |lane: usize| self.values.iter().map(|value| f32::from(value[lane]) / 255.0).collect();
         let channels = [("R", lane(0)), ("G", lane(1)), ("B", lane(2))];
-        let picture = Channels {
+        let image = Channels {
             width: self.width,
             height: self.height,
             channels: channels.into_iter().map(|(name, values)| (name.to_string(), values)).collect(),
             encoding: Encoding::Srgb,
             ..Channels::default()
         };
-        Pixels::from_layer(&picture, "", Region::whole(&picture)).unwrap()
+        Pixels::from_layer(&image, "", Region::whole(&image)).unwrap()
     }
 
     fn nvidia(&self) -> FlipImageRgb8 {
@@ -73,7 +73,7 @@ fn largest_difference(ours: &ErrorMap, theirs: &[f64]) -> f64 {
     ours.values.iter().zip(theirs).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// Pairs of pictures with a name: noise, edges, points, gradients, shifts.
+/// Pairs of images with a name: noise, edges, points, gradients, shifts.
 fn pairs(width: usize, height: usize) -> Vec<(&'static str, Bytes, Bytes)> {
     let noise = Bytes::noise(width, height, 1);
     let less = |amplitude: u8| {
@@ -179,9 +179,9 @@ fn equal_pictures_have_no_error() {
 /// Image, reference and NVIDIA's map of a golden file.
 fn golden(name: &str) -> (Pixels, Pixels, Vec<f64>) {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden/flip").join(name);
-    let picture = Channels::read(&file).unwrap();
-    let pixels = |layer| Pixels::from_layer(&picture, layer, Region::whole(&picture)).unwrap();
-    let map = picture.channels["flip"].iter().map(|&value| f64::from(value)).collect();
+    let image = Channels::read(&file).unwrap();
+    let pixels = |layer| Pixels::from_layer(&image, layer, Region::whole(&image)).unwrap();
+    let map = image.channels["flip"].iter().map(|&value| f64::from(value)).collect();
     (pixels("image"), pixels("reference"), map)
 }
 
@@ -197,17 +197,17 @@ fn hdr_is_nvidias_on_every_pixel() {
     }
 }
 
-/// HDR composed here of NVIDIA's LDR; their crate takes bytes, so the pictures are rounded to them first.
+/// HDR composed here of NVIDIA's LDR; their crate takes bytes, so the images are rounded to them first.
 #[test]
 fn hdr_is_the_largest_of_nvidias_ldr_over_the_exposures() {
     let (image, reference, _) = golden("structure.exr");
     let mut largest = vec![0.0_f64; image.values.len()];
     for stops in Exposures::from_reference(&reference).unwrap().all() {
-        let shown = |picture: &Pixels| {
+        let shown = |image: &Pixels| {
             let encode =
                 |x: f64| if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
-            Bytes::new(picture.width, picture.height, |x, y| {
-                let color = expose(picture.values[y * picture.width + x], stops);
+            Bytes::new(image.width, image.height, |x, y| {
+                let color = expose(image.values[y * image.width + x], stops);
                 color.to_array().map(|value| (encode(value) * 255.0).round() as u8)
             })
         };
@@ -234,7 +234,7 @@ fn hdr_does_not_depend_on_the_unit_of_radiance() {
     let (image, reference, _) = golden("noise.exr");
     let map = flip_hdr(&image, &reference, PIXELS_PER_DEGREE).unwrap();
     for scale in [1e-3, 512.0] {
-        let scaled = [&image, &reference].map(|picture| picture.map(|value: DVec3| value * scale));
+        let scaled = [&image, &reference].map(|image| image.map(|value: DVec3| value * scale));
         let other = flip_hdr(&scaled[0], &scaled[1], PIXELS_PER_DEGREE).unwrap();
         // Exposures are differences of logarithms: 1e-15, times the slopes of the filters.
         assert!(largest_difference(&other, &map.values) < 1e-6, "{scale}");

@@ -5,7 +5,7 @@ mod ci;
 mod corpus;
 mod dependencies;
 mod flip;
-mod pictures;
+mod images;
 mod quotes;
 mod ray_queries;
 mod reading;

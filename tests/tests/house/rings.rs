@@ -24,10 +24,10 @@ const KERNELS: &[&[&str]] = &[
 /// Those of the host's library, then of its program.
 const HOST: &[&[&str]] = &[
     &["caught", "exact", "hash", "memory", "shard", "shell", "text", "threads"],
-    &["file", "counters", "energy", "picture", "machine"],
+    &["file", "counters", "energy", "rendered_image", "machine"],
     &["output", "sealed", "vulkan"],
     &["kernels"],
-    &["image"],
+    &["image_file"],
     &["scene"],
     &["settings", "accumulation"],
     &["metric", "exposure"],

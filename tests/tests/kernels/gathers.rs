@@ -226,15 +226,15 @@ fn a_variant_from_outside_runs_on_the_cpu() {
     let scene = committed("mirror-room");
     let settings = Settings { width: 80, height: 45, light_paths: 30_000, ..Settings::default() };
     let choice = RunnerChoice::Cpu { threads: 0 };
-    let picture = |variant: &'static Variant| {
+    let image = |variant: &'static Variant| {
         let (camera, features) = (&scene.cameras[0], scene.features(settings.specular_roughness));
         let mut session =
             Session::new(&choice, &scene, camera, &settings, &BASIC, variant, features).unwrap();
         let times = session.frame(0).unwrap();
         assert!(times.iter().any(|time| time.pass == variant.gather.name));
-        session.picture().unwrap()
+        session.image().unwrap()
     };
-    assert!(picture(&STRIPES) == picture(&BRUTE));
+    assert!(image(&STRIPES) == image(&BRUTE));
 }
 
 /// A gather that forgets one deposit in a thousand.
@@ -403,18 +403,18 @@ fn gathers_agree_on_real_scenes() {
         // Of more deposits than those of casters that are met first.
         let (light_paths, caustics) = (30_000, Caustics::Any);
         let settings = Settings { width: 80, height: 45, light_paths, caustics, ..Settings::default() };
-        let mut first: Option<caustics::picture::Picture> = None;
+        let mut first: Option<caustics::rendered_image::RenderedImage> = None;
         for variant in variant::ALL {
             if variant.hardware {
                 println!("{} needs ray queries: not on the CPU", variant.name);
                 continue;
             }
-            let (picture, _) = render(&scene, &settings, variant.name, None, 0, 1).remove(0);
-            let taken: f32 = picture.deposits.iter().sum();
+            let (image, _) = render(&scene, &settings, variant.name, None, 0, 1).remove(0);
+            let taken: f32 = image.deposits.iter().sum();
             println!("{name}, {}: {taken} deposits taken", variant.name);
             assert!(taken > 300.0, "the test has lost its subject");
-            let first = first.get_or_insert_with(|| picture.clone());
-            assert!(*first == picture, "{name}: {} differs", variant.name);
+            let first = first.get_or_insert_with(|| image.clone());
+            assert!(*first == image, "{name}: {} differs", variant.name);
         }
     }
 }

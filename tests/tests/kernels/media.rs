@@ -97,7 +97,7 @@ fn a_passive_stack_shows_no_more_than_its_surroundings() {
             Session::new(&CPU, &scene, &scene.cameras[0], &settings, &PATH, &PHOTONS_GRID, features)
                 .expect("a session opens");
         session.frame(0).expect("a frame runs");
-        let radiance: Vec<f32> = session.picture().expect("a picture").path.iter().map(|v| v.x).collect();
+        let radiance: Vec<f32> = session.image().expect("an image").path.iter().map(|v| v.x).collect();
         let max_radiance = radiance.iter().copied().fold(0.0, f32::max);
         let mean = radiance.iter().sum::<f32>() / radiance.len() as f32;
         let unexpected = session.counters().expect("counters").get(Counter::UnexpectedFaces);
@@ -144,10 +144,10 @@ fn a_bottle_of_water_is_a_hole_full_of_water() {
         let counters = session.counters().expect("counters");
         // At edges, by rounding: few of some 60,000 segments.
         assert!(counters.get(Counter::UnexpectedFaces) <= 3 && counters.get(Counter::MediaOverflow) == 0);
-        session.picture().expect("a picture").beauty()
+        session.image().expect("an image").beauty()
     };
     let (overlapping, explicit) = (frame(&build(false)), frame(&build(true)));
-    let sum = |picture: &[Vec3]| picture.iter().map(|v| f64::from(v.element_sum())).sum::<f64>();
+    let sum = |image: &[Vec3]| image.iter().map(|v| f64::from(v.element_sum())).sum::<f64>();
     let ratio = sum(&overlapping) / sum(&explicit);
     let close = |(a, b): (&Vec3, &Vec3)| (*a - *b).abs().max_element() <= 1e-2 * b.max_element();
     let same = overlapping.iter().zip(&explicit).filter(|&pair| close(pair)).count();
@@ -431,7 +431,7 @@ fn mean_of(scene: &Scene, seed: u32, progressive: bool, frames: u32) -> [Mean; 3
     let mut sums = [const { Vec::new() }; 3];
     for frame in 0..frames {
         session.frame(frame).expect("a frame runs");
-        let beauty = session.picture().expect("a picture").beauty();
+        let beauty = session.image().expect("an image").beauty();
         for (channel, sums) in sums.iter_mut().enumerate() {
             sums.push(beauty.iter().map(|v| f64::from(v[channel])).sum::<f64>());
         }

@@ -206,7 +206,7 @@ fn places() -> Vec<Vec3> {
 const SIZE: [u32; 2] = [32, 32];
 const FRAMES: u32 = 24;
 
-/// Sums of a picture's columns and rows in the middle, where the marble is seen, and of all, frame by frame.
+/// Sums of an image's columns and rows in the middle, where the marble is seen, and of all, frame by frame.
 fn rendered(scene: &Scene, seed: u32) -> [Mean; 2] {
     let [width, height] = SIZE;
     let settings = Settings {
@@ -224,7 +224,7 @@ fn rendered(scene: &Scene, seed: u32) -> [Mean; 2] {
     let mut sums = [const { Vec::new() }; 2];
     for frame in 0..FRAMES {
         session.frame(frame).expect("a frame runs");
-        let beauty = session.picture().expect("a picture").beauty();
+        let beauty = session.image().expect("an image").beauty();
         let is_middle = |id: usize| {
             let (x, y) = (id as u32 % width, id as u32 / width);
             (12..20).contains(&x) && (12..20).contains(&y)

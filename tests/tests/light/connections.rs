@@ -80,9 +80,9 @@ fn two_point_lights_leave_no_noise() {
         let mut worst = 0.0f64;
         for frame in 0..2 {
             session.frame(frame).expect("a frame runs");
-            let picture = session.picture().expect("a picture");
+            let image = session.image().expect("an image");
             let params = session.params(frame);
-            for (pixel, found) in picture.path.iter().enumerate() {
+            for (pixel, found) in image.path.iter().enumerate() {
                 let (column, row) = ((pixel % 64) as f32 + 0.5, (pixel / 64) as f32 + 0.5);
                 let direction = params.camera.direction_of(column, row, &params).as_dvec3();
                 let at =

@@ -52,8 +52,8 @@ fn settings(light_paths: u32, seed: u32) -> Settings {
 
 /// Caustic radiance at the middle of each pixel: Lambert of the light's image in the mirror.
 fn virtual_light() -> Vec<f64> {
-    let image = DVec3::new(2.0 * MIRROR_X - LIGHT.x, LIGHT.y, LIGHT.z);
-    // The camera looks straight down with z upwards in the picture, so x points to its left or right: symmetric use of
+    let virtual_image = DVec3::new(2.0 * MIRROR_X - LIGHT.x, LIGHT.y, LIGHT.z);
+    // The camera looks straight down with z upwards in the image, so x points to its left or right: symmetric use of
     // the camera that the scene has.
     let camera = &scene().cameras[0];
     let (right, up) = (camera.right.as_dvec3(), camera.up.as_dvec3());
@@ -65,13 +65,14 @@ fn virtual_light() -> Vec<f64> {
         EYE.with_y(-1.0) + across * right + along * up
     };
     let radiance = |place: DVec3| {
-        let to_image = image - place;
-        let distance = to_image.length();
+        let to_virtual_image = virtual_image - place;
+        let distance = to_virtual_image.length();
         // Schlick at the mirror, whose normal is x.
-        let cos = -to_image.x / distance;
+        let cos = -to_virtual_image.x / distance;
         let f0 = f64::from(REFLECTANCE);
         let reflectance = f0 + (1.0 - f0) * (1.0 - cos).powi(5);
-        let irradiance = reflectance * f64::from(INTENSITY) * (to_image.y / distance) / distance.powi(2);
+        let irradiance =
+            reflectance * f64::from(INTENSITY) * (to_virtual_image.y / distance) / distance.powi(2);
         irradiance * f64::from(ALBEDO) / PI
     };
     (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| (x, y))).map(|(x, y)| radiance(at(x, y))).collect()
@@ -91,7 +92,7 @@ fn progressive(scene: &Scene, settings: &Settings, frames: u32, mut look: impl F
     let mut sums = Accumulation::default();
     for frame in 0..frames {
         session.frame(frame).unwrap();
-        sums.add(&session.picture().unwrap());
+        sums.add(&session.image().unwrap());
         if sums.frames().is_power_of_two() {
             look(sums.frames(), &sums);
         }

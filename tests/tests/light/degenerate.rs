@@ -6,7 +6,7 @@
 //! `every_gather_does_without_nine_points_in_ten`); files moved by 1e5 in `invariances.rs` (`moved_scenes_look_the_same`).
 
 use caustics::counters::Counters;
-use caustics::picture::Picture;
+use caustics::rendered_image::RenderedImage;
 use caustics::scene::{LightShape, PunctualLight, Scene, SceneError, SceneParts};
 use caustics::settings::Settings;
 use caustics_kernels::interface::choice::Caustics;
@@ -18,14 +18,14 @@ use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
 use std::f32::consts::PI;
 
-fn frame(scene: &Scene, settings: &Settings) -> (Picture, Counters) {
+fn frame(scene: &Scene, settings: &Settings) -> (RenderedImage, Counters) {
     render(scene, settings, "photons-grid", None, 0, 1).remove(0)
 }
 
-fn assert_sound(picture: &Picture, counters: &Counters) {
-    let layers = picture.path.iter().chain(&picture.caustics);
+fn assert_sound(image: &RenderedImage, counters: &Counters) {
+    let layers = image.path.iter().chain(&image.caustics);
     assert!(layers.clone().all(|value| value.is_finite() && value.min_element() >= 0.0));
-    assert!(picture.radius.iter().all(|radius| radius.is_finite() && *radius >= 0.0));
+    assert!(image.radius.iter().all(|radius| radius.is_finite() && *radius >= 0.0));
     assert_eq!(counters.get(Counter::NonFinite), 0);
     assert!(counters.warnings().is_empty(), "{:?}", counters.warnings());
 }
@@ -58,13 +58,13 @@ fn radius_below_an_ulp_is_kept_above_it_and_the_light_stays() {
         let radius_px = if away == 0.0 { 105.6 } else { 1.0 };
         let settings = Settings { radius_px, ..settings };
         let frames = render(&scene, &settings, "photons-grid", None, 0, 20);
-        let means: Vec<f64> = frames.iter().map(|(picture, _)| mean_of(&picture.caustics)).collect();
+        let means: Vec<f64> = frames.iter().map(|(image, _)| mean_of(&image.caustics)).collect();
         let (mean, error) = mean_and_error(&means);
         let radius = frames[0].0.radius[0];
         println!(
             "{away:e} m away: radius {radius}, caustics {mean:.5} +- {error:.5}, expected {expected:.5}"
         );
-        frames.iter().for_each(|(picture, counters)| assert_sound(picture, counters));
+        frames.iter().for_each(|(image, counters)| assert_sound(image, counters));
         if away > 0.0 {
             assert!((radius / (4.0 * 1e5 / 8_388_608.0) - 1.0).abs() < 1e-3, "{radius}");
         }
@@ -103,7 +103,7 @@ fn spoiled(
     parts.build()
 }
 
-/// Triangles without an area are left out and counted; the picture is the same to the bit. What is not finite is
+/// Triangles without an area are left out and counted; the image is the same to the bit. What is not finite is
 /// refused: no number of it reaches a kernel.
 #[test]
 fn zero_area_is_dropped_and_counted_and_not_a_number_is_refused() {
@@ -134,22 +134,19 @@ fn zero_area_is_dropped_and_counted_and_not_a_number_is_refused() {
     assert!(error.contains("triangle 1"), "{error}");
 }
 
-/// Pictures of any size hold what each pixel's own path brings.
+/// Images of any size hold what each pixel's own path brings.
 #[test]
 fn odd_sizes_render_every_pixel() {
     let scene = mixed_room().build();
     for (width, height) in [(1, 1), (1, 7), (7, 1), (1917, 1079)] {
         let settings = Settings { width, height, light_paths: 20_000, ..Settings::default() };
-        let (picture, counters) = frame(&scene, &settings);
-        assert_sound(&picture, &counters);
+        let (image, counters) = frame(&scene, &settings);
+        assert_sound(&image, &counters);
         let pixels = (width * height) as usize;
-        assert_eq!(
-            (picture.path.len(), picture.caustics.len(), picture.radius.len()),
-            (pixels, pixels, pixels)
-        );
-        assert!(mean_of(&picture.path) > 0.01, "{width} x {height} is dark");
+        assert_eq!((image.path.len(), image.caustics.len(), image.radius.len()), (pixels, pixels, pixels));
+        assert!(mean_of(&image.path) > 0.01, "{width} x {height} is dark");
 
-        // Path by path on this thread, all pixels of a small picture and 500 of a large one.
+        // Path by path on this thread, all pixels of a small image and 500 of a large one.
         let world = World::new(&scene, &settings);
         let (mut tracer, mut tally) = (world.tracer(), Tally::default());
         for pixel in (0..pixels).step_by((pixels / 500).max(1)).chain([pixels - 1]) {
@@ -161,8 +158,8 @@ fn odd_sizes_render_every_pixel() {
                 &mut tracer,
                 &mut tally,
             );
-            assert_eq!(own.light.radiance, picture.path[pixel], "{width} x {height}, pixel {pixel}");
-            assert_eq!(own.point.geometry.radius, picture.radius[pixel]);
+            assert_eq!(own.light.radiance, image.path[pixel], "{width} x {height}, pixel {pixel}");
+            assert_eq!(own.point.geometry.radius, image.radius[pixel]);
         }
     }
 }
@@ -175,11 +172,11 @@ fn one_light_path_a_frame_gives_the_same_mean() {
         let settings =
             Settings { width: 16, height: 16, light_paths, radius_px: 40_000.0, ..Settings::default() };
         let frames = render(&scene, &settings, "photons-grid", None, 0, frames);
-        frames.iter().for_each(|(picture, counters)| {
-            assert_sound(picture, counters);
+        frames.iter().for_each(|(image, counters)| {
+            assert_sound(image, counters);
             assert_eq!(counters.get(Counter::LightPaths), u64::from(light_paths));
         });
-        let means: Vec<f64> = frames.iter().map(|(picture, _)| mean_of(&picture.caustics)).collect();
+        let means: Vec<f64> = frames.iter().map(|(image, _)| mean_of(&image.caustics)).collect();
         mean_and_error(&means)
     };
     let ((one, error), (many, error_many)) = (with(1, 4000), with(4000, 16));
@@ -201,9 +198,9 @@ fn grazing_footprints_are_finite_and_bounded() {
     let scene = b.build();
     let radius_px = 30.0;
     let settings = Settings { width: 32, height: 32, light_paths: 100_000, radius_px, ..Settings::default() };
-    let (picture, counters) = frame(&scene, &settings);
-    assert_sound(&picture, &counters);
-    assert!(mean_of(&picture.caustics) > 0.0, "the test has lost its caustics");
+    let (image, counters) = frame(&scene, &settings);
+    assert_sound(&image, &counters);
+    assert!(mean_of(&image.caustics) > 0.0, "the test has lost its caustics");
     let world = World::new(&scene, &settings);
     let mut grazing = 0;
     for collected in world.collect().iter().filter(|c| c.point.geometry.depth == 1) {
@@ -215,10 +212,7 @@ fn grazing_footprints_are_finite_and_bounded() {
         assert!(geometry.radius <= bound.max(ulps), "{geometry:?}: {bound}");
         grazing += u32::from(cos < 0.002);
     }
-    println!(
-        "{grazing} points are seen at less than 0.12 degrees; caustics {:.4}",
-        mean_of(&picture.caustics)
-    );
+    println!("{grazing} points are seen at less than 0.12 degrees; caustics {:.4}", mean_of(&image.caustics));
     assert!(grazing > 100, "the test has lost its subject");
 }
 
@@ -252,15 +246,15 @@ fn what_is_missing_leaves_its_layer_black() {
         ("light path", scene(true, mirror, grey, above), &none, true, false),
     ];
     for (missing, scene, settings, direct, shot) in cases {
-        let (picture, counters) = frame(&scene, settings);
-        assert_sound(&picture, &counters);
-        assert!(black(&picture.caustics), "no {missing}");
-        assert_eq!(black(&picture.path), !direct, "no {missing}");
+        let (image, counters) = frame(&scene, settings);
+        assert_sound(&image, &counters);
+        assert!(black(&image.caustics), "no {missing}");
+        assert_eq!(black(&image.path), !direct, "no {missing}");
         assert_eq!(counters.get(Counter::LightPaths) > 0, shot, "no {missing}");
     }
 }
 
-/// A floor that fills a tenth of the picture: its pixels are as bright as anywhere, the others black.
+/// A floor that fills a tenth of the image: its pixels are as bright as anywhere, the others black.
 #[test]
 fn nine_pixels_in_ten_without_a_point_stay_black() {
     let mut b = Builder::default();
@@ -271,17 +265,17 @@ fn nine_pixels_in_ten_without_a_point_stay_black() {
     b.light(DVec3::new(0.0, 1.5, 0.5), 3.0);
     b.camera(DVec3::new(0.0, 2.0, 0.0), DVec3::ZERO, 0.76);
     let settings = Settings { width: 64, height: 64, light_paths: 400_000, ..Settings::default() };
-    let (picture, counters) = frame(&b.build(), &settings);
-    assert_sound(&picture, &counters);
-    let there = picture.depth.iter().filter(|depth| **depth > 0.0).count() as f64 / 4096.0;
+    let (image, counters) = frame(&b.build(), &settings);
+    assert_sound(&image, &counters);
+    let there = image.depth.iter().filter(|depth| **depth > 0.0).count() as f64 / 4096.0;
     println!("{:.1} % of the pixels have a point", 100.0 * there);
     assert!(there > 0.05 && there < 0.11);
-    for (pixel, depth) in picture.depth.iter().enumerate() {
+    for (pixel, depth) in image.depth.iter().enumerate() {
         if *depth == 0.0 {
-            assert_eq!((picture.caustics[pixel], picture.radius[pixel]), (Vec3::ZERO, 0.0));
+            assert_eq!((image.caustics[pixel], image.radius[pixel]), (Vec3::ZERO, 0.0));
         }
     }
-    assert!(mean_of(&picture.caustics) / there > 1e-2);
+    assert!(mean_of(&image.caustics) / there > 1e-2);
 }
 
 /// A ball under a directional light on a floor of +- 300 m gets four in 10^6 of the light paths, which shine on all of the

@@ -327,17 +327,17 @@ fn endless_total_reflection_ends_and_is_counted_as_cut() {
     assert!(cut.value < trapped + band + 3.0 * cut.error);
 }
 
-/// Energies and the caustic picture of a frame through a session.
+/// Energies and the caustic image of a frame through a session.
 fn session(choice: &RunnerChoice, scene: &Scene, features: Features) -> (Energy, Vec<Vec3>) {
     let settings = Settings { width: 48, height: 27, ..settings(6) };
     let gather = variant::find("photons-grid").unwrap();
     let mut session =
         Session::new(choice, scene, &scene.cameras[0], &settings, &BASIC, gather, features).unwrap();
     session.frame(3).unwrap();
-    (session.energy().unwrap(), session.picture().unwrap().caustics)
+    (session.energy().unwrap(), session.image().unwrap().caustics)
 }
 
-/// The ledger has the same bits on any number of threads, and asking for it changes no bit of the picture.
+/// The ledger has the same bits on any number of threads, and asking for it changes no bit of the image.
 #[test]
 fn the_ledger_is_deterministic_and_disturbs_nothing() {
     let scene = mixed_room().build();

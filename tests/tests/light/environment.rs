@@ -1,4 +1,4 @@
-//! Light from all around: where its picture lies, how directions are drawn, and what it makes of a scene.
+//! Light from all around: where its image lies, how directions are drawn, and what it makes of a scene.
 
 use caustics::scene::{EnvironmentMap, Scene};
 use caustics::session::RunnerChoice;
@@ -50,7 +50,7 @@ fn put(mut scene: Scene, map: EnvironmentMap) -> Scene {
     scene
 }
 
-/// A picture of a colour for each axis: where it is, whatever it is turned by.
+/// An image of a colour for each axis: where it is, whatever it is turned by.
 #[test]
 fn the_middle_of_the_picture_is_z_and_a_quarter_from_the_left_is_x() {
     let axes = [Vec3::NEG_Z, Vec3::X, Vec3::Z, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y];
@@ -97,7 +97,7 @@ fn the_square_of_directions_keeps_areas_and_comes_back() {
     assert!((sum / n - Vec3::splat(1.0 / 3.0)).abs().max_element() < 4.0 * 0.3 / n.sqrt(), "{}", sum / n);
 }
 
-/// What connections draw: its density is what `pdf_solid_angle` says, and irradiance upwards is that of the picture.
+/// What connections draw: its density is what `pdf_solid_angle` says, and irradiance upwards is that of the image.
 #[test]
 fn connections_follow_their_density_and_bring_the_irradiance() {
     let scene = put(ball(lambert(0.5)), sky());
@@ -119,7 +119,7 @@ fn connections_follow_their_density_and_bring_the_irradiance() {
     let (measure, error) = mean_and_error(&measures);
     println!("solid angle {measure:.4} +- {error:.4}");
     assert!((measure - 4.0 * std::f64::consts::PI).abs() < 4.0 * error && error < 0.2);
-    // By a fine sum over the picture's texels; the same as between them, but for what crosses the horizon.
+    // By a fine sum over the image's texels; the same as between them, but for what crosses the horizon.
     let (sum, _) = integral(&scene, |direction| direction.y.max(0.0));
     let (irradiance, error) = mean_and_error(&irradiances);
     println!(
@@ -238,7 +238,7 @@ fn every_way_finds_the_light_of_the_sky() {
     assert!(faults.is_empty(), "{faults:?}");
 }
 
-/// The sun of a picture behaves like parallel light of its irradiance, as far as its width lets it.
+/// The sun of an image behaves like parallel light of its irradiance, as far as its width lets it.
 #[test]
 fn a_sun_in_the_picture_is_a_directional_light() {
     let (width, height) = (2048, 1024);

@@ -1,7 +1,7 @@
-//! O9: what must not change a picture, and what must scale it.
+//! O9: what must not change an image, and what must scale it.
 
 use bytemuck::{cast_slice, pod_collect_to_vec};
-use caustics::picture::Picture;
+use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, open};
 use caustics::settings::Settings;
@@ -20,11 +20,11 @@ fn settings() -> Settings {
     Settings { width: 64, height: 48, light_paths: 60_000, ..Settings::default() }
 }
 
-fn picture(scene: &Scene, settings: &Settings) -> Picture {
+fn image(scene: &Scene, settings: &Settings) -> RenderedImage {
     render(scene, settings, "photons-grid", None, 0, 1).remove(0).0
 }
 
-fn assert_same(a: &Picture, b: &Picture, what: &str) {
+fn assert_same(a: &RenderedImage, b: &RenderedImage, what: &str) {
     assert!(a.path == b.path, "{what}: path differs in {} pixels", differing(&a.path, &b.path));
     assert!(a.caustics == b.caustics, "{what}: {} pixels", differing(&a.caustics, &b.caustics));
     assert!(a == b, "{what}: points differ");
@@ -74,7 +74,7 @@ fn threads_change_no_bit_of_what_blends() {
 #[test]
 fn another_seed_draws_other_numbers() {
     let scene = mixed_room().build();
-    let (a, b) = (picture(&scene, &settings()), picture(&scene, &Settings { seed: 1, ..settings() }));
+    let (a, b) = (image(&scene, &settings()), image(&scene, &Settings { seed: 1, ..settings() }));
     assert!(differing(&a.path, &b.path) > 64 * 48 / 2);
     assert!(differing(&a.caustics, &b.caustics) > 100);
 }
@@ -87,17 +87,17 @@ const SCENES: [(&str, Make); 2] = [("mixed room", mixed_room), ("open air", open
 #[test]
 fn pictures_scale_with_the_light() {
     for (name, scene) in SCENES {
-        let plain = picture(&scene().build(), &settings());
+        let plain = image(&scene().build(), &settings());
         assert!(mean_of(&plain.caustics) > 1e-3, "{name} has lost its caustics");
         for exponent in [-20, 20] {
             let scale = 2.0_f32.powi(exponent);
-            let mut scaled = picture(&scene().brightened(scale).build(), &settings());
+            let mut scaled = image(&scene().brightened(scale).build(), &settings());
             scaled.path.iter_mut().chain(&mut scaled.caustics).for_each(|value| *value /= scale);
             assert_same(&plain, &scaled, &format!("{name}, light x 2^{exponent}"));
         }
         // Other factors: the paths are the same, so rounding alone is seen.
         for scale in [1e-6_f32, 1e6] {
-            let mut scaled = picture(&scene().brightened(scale).build(), &settings());
+            let mut scaled = image(&scene().brightened(scale).build(), &settings());
             scaled.path.iter_mut().chain(&mut scaled.caustics).for_each(|value| *value /= scale);
             let (path, caustics) =
                 (max_relative(&scaled.path, &plain.path), max_relative(&scaled.caustics, &plain.caustics));
@@ -112,15 +112,15 @@ fn pictures_scale_with_the_light() {
 #[test]
 fn pictures_do_not_depend_on_the_unit_of_length() {
     for (name, scene) in SCENES {
-        let plain = picture(&scene().build(), &settings());
+        let plain = image(&scene().build(), &settings());
         for exponent in [-10, 13] {
             let scale = 2.0_f32.powi(exponent);
-            let mut scaled = picture(&scene().scaled(scale).build(), &settings());
+            let mut scaled = image(&scene().scaled(scale).build(), &settings());
             scaled.radius.iter_mut().for_each(|radius| *radius /= scale);
             assert_same(&plain, &scaled, &format!("{name}, lengths x 2^{exponent}"));
         }
         for scale in [1e-3_f32, 0.1, 10.0, 1e4] {
-            let scaled = picture(&scene().scaled(scale).build(), &settings());
+            let scaled = image(&scene().scaled(scale).build(), &settings());
             let path = mean_of(&scaled.path) / mean_of(&plain.path) - 1.0;
             let caustics = mean_of(&scaled.caustics) / mean_of(&plain.caustics) - 1.0;
             let off =
@@ -202,8 +202,8 @@ fn translated_ring(folder: &Path, by: f64) -> Scene {
 fn moved_scenes_look_the_same() {
     let folder = tempfile::tempdir().unwrap();
     let plain = translated_ring(folder.path(), 0.0);
-    let expected = picture(&plain, &settings());
-    assert_same(&expected, &picture(&committed("ring"), &settings()), "a root node at the origin");
+    let expected = image(&plain, &settings());
+    assert_same(&expected, &image(&committed("ring"), &settings()), "a root node at the origin");
     for by in [1e4, 1e5] {
         let moved = translated_ring(folder.path(), by);
         assert!((moved.origin - plain.origin - DVec3::new(by, -by, by)).length() < 1e-9 * by);
@@ -213,7 +213,7 @@ fn moved_scenes_look_the_same() {
             .zip(&moved.triangles)
             .map(|(a, b)| (a.a - b.a).length().max((a.b - b.b).length()).max((a.c - b.c).length()))
             .fold(0.0, f32::max);
-        let got = picture(&moved, &settings());
+        let got = image(&moved, &settings());
         let path = mean_of(&got.path) / mean_of(&expected.path) - 1.0;
         let caustics = mean_of(&got.caustics) / mean_of(&expected.caustics) - 1.0;
         println!(

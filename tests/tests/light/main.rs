@@ -1,4 +1,4 @@
-//! Light transport as a whole: known answers, energy, and statistics of pictures.
+//! Light transport as a whole: known answers, energy, and statistics of images.
 
 mod connections;
 mod convergence;

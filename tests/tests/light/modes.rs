@@ -50,7 +50,7 @@ fn brightest(frame: &[f64]) -> f64 {
 }
 
 /// Inside a mirrored ring cones focus again and again. Without a least width a pixel there had a disc of 0.04 mm among those
-/// of 18 mm: hardly ever a deposit on it, and then one that outshines the picture. Too rare to be met in a few frames, so
+/// of 18 mm: hardly ever a deposit on it, and then one that outshines the image. Too rare to be met in a few frames, so
 /// the variance is not sampled but computed: n deposits of equal flux, n of Poisson's law, on a disc of radius r have one in
 /// proportion to L / r^2.
 #[test]

@@ -59,7 +59,7 @@ fn energy(scene: &Scene, way: Way, paths_per_pixel: f64, frames: u32, runs: u32)
         let mut sum = 0.0;
         for frame in 0..frames {
             session.frame(frame).expect("a frame runs");
-            let caustics = session.picture().expect("a picture").caustics;
+            let caustics = session.image().expect("an image").caustics;
             sum += caustics.iter().map(|light| f64::from(light.element_sum())).sum::<f64>();
         }
         sum / f64::from(frames)

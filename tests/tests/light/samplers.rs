@@ -2,7 +2,7 @@
 //! of a mean is what is said of it.
 
 use caustics::accumulation::{Accumulation, BATCHES};
-use caustics::picture::Picture;
+use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
@@ -66,19 +66,19 @@ fn every_sampler_finds_the_same_light() {
 /// Mean over pixels of the relative variance of means of so many frames, from runs of several seeds.
 fn variance(scene: &Scene, settings: &Settings, counts: &[u32]) -> Vec<f64> {
     let runs = 8;
-    let mut means: Vec<Vec<Picture>> = vec![Vec::new(); counts.len()];
+    let mut means: Vec<Vec<RenderedImage>> = vec![Vec::new(); counts.len()];
     for seed in 0..runs {
         let mut session = session(scene, &Settings { seed, ..settings.clone() }, &PATH);
         let mut sums = Accumulation::default();
         for (means, count) in means.iter_mut().zip(counts) {
             while sums.frames() < *count {
                 session.frame(sums.frames()).expect("a frame runs");
-                sums.add(&session.picture().expect("a picture"));
+                sums.add(&session.image().expect("an image"));
             }
             means.push(sums.mean());
         }
     }
-    let of_means = |means: &Vec<Picture>| {
+    let of_means = |means: &Vec<RenderedImage>| {
         let pixels = means[0].path.len();
         let of_pixel = |pixel: usize| {
             let values: Vec<f64> = means.iter().map(|mean| f64::from(mean.path[pixel].x)).collect();
@@ -117,14 +117,14 @@ fn noise_of_neighbours_evens_out() {
     let (width, height, side, runs) = (64, 48, 4, 24);
     // Variance between seeds of the means of blocks, over that mean squared.
     let variance = |sampler, side: usize| {
-        let frames: Vec<Picture> = (0..runs)
+        let frames: Vec<RenderedImage> = (0..runs)
             .map(|seed| {
                 let mut session = session(&scene, &settings(sampler, 1, seed), &PATH);
                 session.frame(0).expect("a frame runs");
-                session.picture().expect("a picture")
+                session.image().expect("an image")
             })
             .collect();
-        let block = |frame: &Picture, left: usize, top: usize| {
+        let block = |frame: &RenderedImage, left: usize, top: usize| {
             let rows =
                 (top..top + side).flat_map(|row| (left..left + side).map(move |column| row * width + column));
             rows.map(|pixel| f64::from(frame.path[pixel].x)).sum::<f64>()
@@ -154,7 +154,7 @@ fn variances_of_batches_are_honest() {
         let mut session = session(&scene, &settings(Sampler::Sobol, BATCHES, 9), &PATH);
         for frame in 0..frames {
             session.frame(frame).expect("a frame runs");
-            sums.add(&session.picture().expect("a picture"));
+            sums.add(&session.image().expect("an image"));
         }
         let (mean, variance) = (sums.mean(), sums.variance().expect("several frames"));
         let relative = mean.path.iter().zip(&variance).filter(|(mean, _)| mean.x > 0.0);

@@ -1,5 +1,5 @@
 //! The split is exact: light that no path tracer has to find (`path`) and caustics sum to what plain path tracing of
-//! everything finds, in every block of the picture and for every threshold of what is specular.
+//! everything finds, in every block of the image and for every threshold of what is specular.
 //!
 //! Area lights of some size, so that the reference converges. A disc of finite radius blurs, and loses light at borders:
 //! `progressive` with small first radii keeps that below the noise, so that it is not blamed on the split.
@@ -253,8 +253,8 @@ fn mean_to(error: f64, scene: &Scene, settings: &Settings, method: &'static Meth
     loop {
         for _ in 0..16 {
             session.frame(means.len() as u32).expect("a frame runs");
-            let picture = session.picture().expect("a picture");
-            let (path, caustics) = (sum(&picture.path), sum(&picture.caustics));
+            let image = session.image().expect("an image");
+            let (path, caustics) = (sum(&image.path), sum(&image.caustics));
             means.push(path + caustics);
             caustic += caustics;
             all += path + caustics;

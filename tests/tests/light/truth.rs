@@ -153,12 +153,12 @@ fn blocks(scene: &caustics::scene::Scene, settings: &Settings, frames: u32) -> (
     let mut all = 0.0;
     let rows = render(scene, settings, "photons-grid", None, 0, frames)
         .into_iter()
-        .map(|(picture, counters)| {
+        .map(|(image, counters)| {
             assert!(counters.warnings().is_empty(), "{:?}", counters.warnings());
-            caustic += mean_of(&picture.caustics);
-            all += mean_of(&picture.caustics) + mean_of(&picture.path);
+            caustic += mean_of(&image.caustics);
+            all += mean_of(&image.caustics) + mean_of(&image.path);
             let mut sums = vec![0.0; (width / 8) * (height / 8)];
-            for (pixel, (a, b)) in picture.path.iter().zip(&picture.caustics).enumerate() {
+            for (pixel, (a, b)) in image.path.iter().zip(&image.caustics).enumerate() {
                 let (x, y) = (pixel % width / 8, pixel / width / 8);
                 sums[y * (width / 8) + x] += f64::from(a.x + b.x) / 64.0;
             }
@@ -168,7 +168,7 @@ fn blocks(scene: &caustics::scene::Scene, settings: &Settings, frames: u32) -> (
     (rows, caustic / all)
 }
 
-/// z-scores of the blocks' differences between two settings, and of the whole picture's.
+/// z-scores of the blocks' differences between two settings, and of the whole image's.
 fn compare(a: &[Vec<f64>], b: &[Vec<f64>]) -> (f64, f64, f64) {
     let z = |a: Vec<f64>, b: Vec<f64>| {
         let ((mean_a, error_a), (mean_b, error_b)) = (mean_and_error(&a), mean_and_error(&b));
@@ -216,7 +216,7 @@ fn sums_of_thresholds_agree(
     println!("{what}, threshold {above}: {:?}, caustic share {high_share:.4}", mean(&high));
     println!("{what}: z of the whole {whole:.2}, mean square z of 48 blocks {square:.2}, largest {worst:.2}");
     assert!(low_share == 0.0 && high_share > 0.02, "the test has lost its subject");
-    assert!(whole.abs() < 3.0, "the whole picture: z = {whole}");
+    assert!(whole.abs() < 3.0, "the whole image: z = {whole}");
     // 48 blocks: their mean square z is 1 +- 0.2; 4.2 is exceeded by one block in 800 such tests.
     assert!(square < 1.8 && worst < 4.2, "blocks: {square} {worst}");
 }
@@ -231,7 +231,7 @@ mod long {
         check_ring(16_000_000, 4);
     }
 
-    /// The sum rule: who computes a path does not change the picture, in no block of it.
+    /// The sum rule: who computes a path does not change the image, in no block of it.
     #[test]
     #[ignore = "600 frames: about half a minute on two cores"]
     fn the_split_into_classes_does_not_change_the_sum() {

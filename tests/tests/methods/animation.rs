@@ -573,14 +573,14 @@ fn frames_go_dark_with_the_lamp_and_light_up_again() {
         scene.pose(time).unwrap();
         session.pose(&scene, &camera(&scene)).unwrap();
         session.frame(0).unwrap();
-        let picture = session.picture().unwrap();
+        let image = session.image().unwrap();
         let sum = |pixels: &[Vec3]| pixels.iter().map(|p| f64::from(p.element_sum())).sum::<f64>();
-        assert_eq!((sum(&picture.path) > 0.0, sum(&picture.caustics) > 0.0), (is_lit, is_lit), "at {time} s");
+        assert_eq!((sum(&image.path) > 0.0, sum(&image.caustics) > 0.0), (is_lit, is_lit), "at {time} s");
         // What is uploaded is all that a session opened at this time has.
         let mut fresh = open(&scene);
         fresh.frame(0).unwrap();
-        let fresh = fresh.picture().unwrap();
-        assert_eq!((fresh.path, fresh.caustics), (picture.path, picture.caustics), "at {time} s");
+        let fresh = fresh.image().unwrap();
+        assert_eq!((fresh.path, fresh.caustics), (image.path, image.caustics), "at {time} s");
     }
 }
 

@@ -1,8 +1,8 @@
 //! What pixels show for other tools: known answers on planes and in a plane mirror, lengths in curved glass, and that asking for
 //! it changes nothing else.
 
-use caustics::picture::Auxiliary;
-use caustics::picture::auxiliary::NO_MATERIAL;
+use caustics::rendered_image::Auxiliary;
+use caustics::rendered_image::auxiliary::NO_MATERIAL;
 use caustics::scene::{Scene, SceneCamera};
 use caustics::session::Session;
 use caustics::settings::Settings;
@@ -46,7 +46,7 @@ struct Shown {
     normal: DVec3,
     depth: f64,
     /// Where the eye sees it (m).
-    image: DVec3,
+    virtual_image: DVec3,
 }
 
 /// Unit direction of the ray through the middle of a pixel.
@@ -57,7 +57,7 @@ fn direction(camera: &SceneCamera, pixel: u32) -> DVec3 {
     (frame.forward.as_dvec3() + x * frame.right.as_dvec3() + y * frame.up.as_dvec3()).normalize()
 }
 
-/// Where a camera's picture shows a place (px).
+/// Where a camera's image shows a place (px).
 fn place(camera: &SceneCamera, at: DVec3) -> DVec2 {
     let frame = camera.camera(WIDTH, HEIGHT);
     let along = at - frame.position.as_dvec3();
@@ -86,14 +86,14 @@ fn shown(camera: &SceneCamera, pixel: u32) -> Option<Shown> {
         let (material, distance, normal) = on_room(at, back);
         let depth = to_mirror + distance;
         let position = at + distance * back;
-        return Some(Shown { material, position, normal, depth, image: eye + depth * along })
+        return Some(Shown { material, position, normal, depth, virtual_image: eye + depth * along })
             .filter(|shown| shown.position.x.abs() < 2.9);
     }
     let (material, depth, normal) = on_room(eye, along);
     let position = eye + depth * along;
     let is_there = depth.is_finite() && position.x.abs().max(position.z.abs()) < 2.9;
     let hides = to_mirror > 0.0 && to_mirror < depth && beside < 0.01;
-    (is_there && !hides).then_some(Shown { material, position, normal, depth, image: position })
+    (is_there && !hides).then_some(Shown { material, position, normal, depth, virtual_image: position })
 }
 
 fn session(scene: &Scene, settings: Settings) -> Session {
@@ -102,7 +102,7 @@ fn session(scene: &Scene, settings: Settings) -> Session {
 
 fn auxiliary(session: &mut Session, frame: u32) -> Auxiliary {
     session.frame(frame).expect("a frame");
-    session.picture().expect("a picture").auxiliary
+    session.image().expect("an image").auxiliary
 }
 
 #[test]
@@ -114,7 +114,7 @@ fn in_a_mirror_is_what_the_mirror_shows() {
     for pixel in 0..WIDTH * HEIGHT {
         let Some(shown) = shown(&camera, pixel) else { continue };
         let at = pixel as usize;
-        let is_direct = (shown.image - shown.position).length() < 1e-9;
+        let is_direct = (shown.virtual_image - shown.position).length() < 1e-9;
         let count = if is_direct { &mut direct } else { &mut mirrored };
         count[shown.material as usize] += 1;
         assert_eq!(found.material[at], shown.material, "pixel {pixel}");
@@ -150,7 +150,7 @@ fn motion_is_the_way_from_the_picture_before_in_mirrors_too() {
     let mut longest = 0.0f64;
     for pixel in 0..WIDTH * HEIGHT {
         let Some(shown) = shown(&after, pixel) else { continue };
-        let expected = place(&after, shown.image) - place(&before, shown.image);
+        let expected = place(&after, shown.virtual_image) - place(&before, shown.virtual_image);
         let motion = found.motion[pixel as usize].as_dvec2();
         assert!((motion - expected).length() < 1e-3, "pixel {pixel}: {motion} instead of {expected}");
         longest = longest.max(expected.length());
@@ -200,18 +200,22 @@ fn depth_is_the_length_of_the_path_and_nothing_else_changes() {
         let auxiliary = auxiliary(&mut session, 0);
         let lengths: Vec<PointShading> = session.read("point_shading").expect("points");
         let lengths: Vec<f32> = lengths.iter().map(|shading| shading.distance).collect();
-        (session.picture().expect("a picture"), session.counters().expect("counters"), lengths, auxiliary)
+        (session.image().expect("an image"), session.counters().expect("counters"), lengths, auxiliary)
     };
-    let (picture, counters, lengths, found) = of(&history::NONE, true);
+    let (image, counters, lengths, found) = of(&history::NONE, true);
     let there = found.depth.iter().filter(|depth| **depth > 0.0).count();
     assert!(lengths == found.depth && there > lengths.len() / 2, "{there}");
     let (plain, plain_counters, _, nothing) = of(&history::NONE, false);
     assert!(nothing.is_empty());
-    assert_eq!((plain.beauty(), plain_counters), (picture.beauty(), counters));
-    // With a history, a point's distance is that of its image.
-    let (_, _, images, same) = of(&history::VALIDATED, true);
+    assert_eq!((plain.beauty(), plain_counters), (image.beauty(), counters));
+    // With a history, a point's distance is that of its virtual image.
+    let (_, _, virtual_image_distances, same) = of(&history::VALIDATED, true);
     assert_eq!(same, found);
-    let bent = images.iter().zip(&found.depth).filter(|(image, depth)| image != depth).count();
+    let bent = virtual_image_distances
+        .iter()
+        .zip(&found.depth)
+        .filter(|(virtual_image, depth)| virtual_image != depth)
+        .count();
     assert!(bent > 50, "{bent}");
     // Methods without points say the same.
     let mut path =

@@ -65,9 +65,9 @@ fn measured(scene: &Scene, paths: f64) -> Measured {
         cost[0] += f64::from(count(Counter::CameraRays) + count(Counter::ShadowRays));
         let [rays, deposits, pairs] = [Counter::LightRays, Counter::Deposits, Counter::Gathered].map(count);
         cost[1] += f64::from(light_cost(rays, deposits, pairs));
-        let picture = session.picture().expect("a picture");
+        let image = session.image().expect("an image");
         for (pixel, sums) in pixels.iter_mut().enumerate() {
-            for (sums, light) in sums.iter_mut().zip([picture.path[pixel], picture.caustics[pixel]]) {
+            for (sums, light) in sums.iter_mut().zip([image.path[pixel], image.caustics[pixel]]) {
                 let value = f64::from(light.element_sum()) / 3.0;
                 *sums = [sums[0] + value, sums[1] + value * value];
             }
@@ -277,7 +277,7 @@ fn what_cannot_be_judged_changes_nothing() {
         match frame {
             6..12 => assert_eq!(balance, before, "a black frame says something"),
             12 | 13 => {
-                let seen = session.picture().expect("a picture").path.into_iter().map(Vec3::max_element);
+                let seen = session.image().expect("an image").path.into_iter().map(Vec3::max_element);
                 assert!(seen.fold(0.0, f32::max) > 1.0e28, "it is bright");
             }
             15..24 => assert_ne!(balance, before, "nothing is learnt any more"),

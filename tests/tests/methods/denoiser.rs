@@ -353,7 +353,7 @@ fn threads_change_no_bit() {
     assert_eq!(one, input.filtered_by(&RunnerChoice::Cpu { threads: 3 }));
 }
 
-/// No direction over the image is special: a picture upside down is filtered to the result upside down.
+/// No direction over the image is special: an image upside down is filtered to the result upside down.
 #[test]
 fn the_order_of_pixels_does_not_matter() {
     let input = Input::noisy(61, 45, 3);
@@ -399,13 +399,13 @@ fn a_room_keeps_its_energy_and_loses_its_noise() {
     };
     let frame = |session: &mut Session, index| {
         session.frame(index).unwrap();
-        session.picture().unwrap()
+        session.image().unwrap()
     };
     let mut plain = open(&denoiser::NONE);
     let mut truth = vec![Vec3::ZERO; 160 * 90];
     for index in 1..=100 {
-        let picture = frame(&mut plain, index);
-        truth.iter_mut().zip(&picture.path).for_each(|(mean, light)| *mean += *light / 100.0);
+        let image = frame(&mut plain, index);
+        truth.iter_mut().zip(&image.path).for_each(|(mean, light)| *mean += *light / 100.0);
     }
     let (noisy, filtered) = (frame(&mut plain, 0), frame(&mut open(&ATROUS), 0));
     assert!(noisy.caustics == filtered.caustics && energy(&noisy.caustics, 0) > 0.0);

@@ -31,7 +31,7 @@ fn open(scene: &Scene, settings: &Settings, method: &'static Method) -> Session 
 fn layer(scene: &Scene, fireflies: Fireflies, seed: u32) -> Vec<Vec3> {
     let mut session = open(scene, &settings(fireflies, seed), &BASIC);
     session.frame(0).expect("a frame runs");
-    session.picture().expect("a picture").path
+    session.image().expect("an image").path
 }
 
 /// What is above eight times the mean of the 24 pixels around, of what is not steady, is taken from a pixel and from no other.
@@ -41,7 +41,7 @@ fn samples_are_bounded_by_the_pixels_around() {
     let kept = layer(&scene, Fireflies::Kept, 1);
     let mut session = open(&scene, &settings(Fireflies::Bounded, 1), &BASIC);
     session.frame(0).expect("a frame runs");
-    let bounded = session.picture().expect("a picture").path;
+    let bounded = session.image().expect("an image").path;
     let steady: Vec<Vec3> = session.read("steady_radiance").expect("what is steady");
     let mean = |value: Vec3| f64::from(value.element_sum()) / 3.0;
     let loose = |pixel: usize| mean(kept[pixel] - steady[pixel]);

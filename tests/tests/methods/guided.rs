@@ -63,21 +63,20 @@ impl Truth {
         let frames = 16;
         for frame in 0..frames {
             session.frame(frame).expect("a frame runs");
-            let picture = session.picture().expect("a picture");
-            for (sum, (path, caustic)) in light.iter_mut().zip(picture.path.iter().zip(&picture.caustics)) {
+            let image = session.image().expect("an image");
+            for (sum, (path, caustic)) in light.iter_mut().zip(image.path.iter().zip(&image.caustics)) {
                 *sum += f64::from((*path + *caustic).element_sum()) / f64::from(frames);
             }
-            direct = picture.depth.iter().map(|depth| *depth == 1.0).collect();
+            direct = image.depth.iter().map(|depth| *depth == 1.0).collect();
         }
         let dark = 0.1 * light.iter().sum::<f64>() / light.len() as f64;
         Truth { squares: light.iter().map(|light| light * light + dark * dark).collect(), direct }
     }
 
     /// The mean relative variance of pixels, of all or of those that see the floor at once.
-    fn variance(&self, pictures: &[Vec<Vec3>], all: bool) -> f64 {
+    fn variance(&self, images: &[Vec<Vec3>], all: bool) -> f64 {
         let pixel = |&pixel: &usize| {
-            let values: Vec<f64> =
-                pictures.iter().map(|picture| f64::from(picture[pixel].element_sum())).collect();
+            let values: Vec<f64> = images.iter().map(|image| f64::from(image[pixel].element_sum())).collect();
             Mean::from_samples(&values).error.powi(2) * values.len() as f64 / self.squares[pixel]
         };
         let pixels: Vec<usize> = (0..self.squares.len()).filter(|&pixel| all || self.direct[pixel]).collect();
@@ -96,8 +95,8 @@ fn frames(scene: &Scene, emission: &'static Emission, light_paths: u32, frame: u
 }
 
 /// The mean of their sums.
-fn light(pictures: &[Vec<Vec3>]) -> Mean {
-    Mean::from_samples(&pictures.iter().map(|picture| sum(picture)).collect::<Vec<_>>())
+fn light(images: &[Vec<Vec3>]) -> Mean {
+    Mean::from_samples(&images.iter().map(|image| sum(image)).collect::<Vec<_>>())
 }
 
 /// The committed room with a mirror: most of what a lamp sends into the cones is seen nowhere.
@@ -106,8 +105,8 @@ fn guided_paths_bring_the_same_light_with_less_noise_from_the_first_frame_on() {
     let scene = committed("mirror-room");
     let truth = Truth::for_scene(&scene);
     let of = |emission, frame| {
-        let pictures = frames(&scene, emission, 16_384, frame);
-        (light(&pictures), truth.variance(&pictures, true))
+        let images = frames(&scene, emission, 16_384, frame);
+        (light(&images), truth.variance(&images, true))
     };
     let (power, aimed) = (of(&POWER, 0), of(&AIMED, 0));
     let (first, fifth) = (of(&GUIDED, 0), of(&GUIDED, 4));
@@ -282,7 +281,7 @@ fn a_ceiling_of_a_thousand_emitters() {
     is_better("a thousand emitters", &b.build(), 0.02);
 }
 
-/// Mirrors all around: no caster has a cone, and the map of all directions says where the picture sees anything.
+/// Mirrors all around: no caster has a cone, and the map of all directions says where the image sees anything.
 #[test]
 fn a_room_of_mirrors_is_no_worse() {
     let mut b = Builder::default();
@@ -298,8 +297,8 @@ fn a_room_of_mirrors_is_no_worse() {
 fn is_better(what: &str, scene: &Scene, limit: f64) {
     let truth = Truth::for_scene(scene);
     let of = |emission, frame| {
-        let pictures = frames(scene, emission, 65_536, frame);
-        (light(&pictures), truth.variance(&pictures, false))
+        let images = frames(scene, emission, 65_536, frame);
+        (light(&images), truth.variance(&images, false))
     };
     let (power, guided) = (of(&POWER, 0), of(&GUIDED, 3));
     println!("{what}: power {power:?}, guided {guided:?}: {:.1} times less", power.1 / guided.1);
@@ -354,10 +353,10 @@ fn animation(name: &str, emission: &'static Emission, seed: u32) -> Vec<[Vec<Vec
         scene.pose(f64::from(frame) / 12.0).expect("a pose");
         session.pose(&scene, &scene.cameras[0].clone()).expect("a pose");
         session.frame(frame).expect("a frame runs");
-        let picture = session.picture().expect("a picture");
-        let all = picture.path.iter().zip(&picture.caustics).map(|(path, caustic)| *path + *caustic);
+        let image = session.image().expect("an image");
+        let all = image.path.iter().zip(&image.caustics).map(|(path, caustic)| *path + *caustic);
         let all = all.collect();
-        [picture.caustics, all]
+        [image.caustics, all]
     };
     (0..FRAMES).map(frame).collect()
 }
@@ -372,10 +371,10 @@ fn no_frame_is_noisier_than_by_power(names: &[&str]) {
         let mut ratios = Vec::new();
         for frame in 0..FRAMES as usize {
             // All light, by both.
-            let pictures: Vec<_> = power.iter().chain(&guided).map(|run| &run[frame][1]).collect();
+            let images: Vec<_> = power.iter().chain(&guided).map(|run| &run[frame][1]).collect();
             let light = |pixel: usize| {
-                let sum: f64 = pictures.iter().map(|all| f64::from(all[pixel].element_sum())).sum();
-                sum / pictures.len() as f64
+                let sum: f64 = images.iter().map(|all| f64::from(all[pixel].element_sum())).sum();
+                sum / images.len() as f64
             };
             let light: Vec<f64> = (0..160 * 90).map(light).collect();
             let dark = 0.1 * light.iter().sum::<f64>() / light.len() as f64;

@@ -54,20 +54,20 @@ fn pixels(deposits: &[f32], depth: &[f32]) -> Vec<u32> {
     [vec![order[0], order[1], order[any / 2], order[any - 1], order[order.len() - 1]], bent].concat()
 }
 
-/// Holds a pixel against the picture of the frame.
+/// Holds a pixel against the image of the frame.
 #[track_caller]
 fn holds(session: &mut Session, scene: &Scene, pixel: u32) -> Inspection {
-    let picture = session.picture().expect("a picture");
+    let image = session.image().expect("an image");
     let geometry: Vec<PointGeometry> = session.read("point_geometry").expect("points");
     let point = geometry[pixel as usize];
     let found = session.inspect(scene, pixel % WIDTH, pixel / WIDTH, 6).expect("a pixel");
     let deposits = found.deposits.as_ref().expect("deposits");
     assert_eq!(
         (deposits.count, deposits.gathered),
-        (deposits.gathered, picture.deposits[pixel as usize] as u32)
+        (deposits.gathered, image.deposits[pixel as usize] as u32)
     );
     assert_eq!(deposits.skipped, 0);
-    assert_eq!(deposits.radiance, picture.caustics[pixel as usize].to_array());
+    assert_eq!(deposits.radiance, image.caustics[pixel as usize].to_array());
     assert_eq!(found.point.is_some(), point.exists());
 
     // The prefix ends at the point.
@@ -155,8 +155,8 @@ fn deposits_are_those_of_the_picture_for_every_emission_and_share_of_light() {
                     // The first has a pilot where the emission learns, the second was learnt for.
                     for frame in 0..2 {
                         session.frame(frame).expect("a frame");
-                        let picture = session.picture().expect("a picture");
-                        for pixel in pixels(&picture.deposits, &picture.depth) {
+                        let image = session.image().expect("an image");
+                        for pixel in pixels(&image.deposits, &image.depth) {
                             let found = holds(&mut session, &scene, pixel);
                             let is_first = |path: &LightPath| scatterings(&path.vertices)[0].specular;
                             assert!(caustics == Caustics::Any || found.light_paths.iter().all(is_first));
@@ -215,10 +215,10 @@ fn paths_are_told_in_every_kind_of_scene() {
     for (name, scene) in scenes {
         let mut session = open(&scene, settings(&AIMED, Caustics::Any), &method::BASIC);
         session.frame(3).expect("a frame");
-        let picture = session.picture().expect("a picture");
+        let image = session.image().expect("an image");
         let (mut events, mut of_one_channel) = (Vec::new(), false);
         let middle = (HEIGHT / 2) * WIDTH + WIDTH / 2;
-        for pixel in pixels(&picture.deposits, &picture.depth).into_iter().chain([middle]) {
+        for pixel in pixels(&image.deposits, &image.depth).into_iter().chain([middle]) {
             let found = holds(&mut session, &scene, pixel);
             let paths =
                 found.light_paths.iter().map(|path| &path.vertices).chain([&found.camera_path.vertices]);
@@ -311,15 +311,15 @@ fn without_its_maps_a_pilot_is_left_out_and_said_to_be() {
 #[test]
 fn keeping_what_paths_start_by_changes_no_picture() {
     let scene = committed("mirror-room");
-    let pictures = [false, true].map(|keeps| {
+    let images = [false, true].map(|keeps| {
         let mut session = open(&scene, settings(&GUIDED, Caustics::First), &method::BASIC);
         session.keep_starts(keeps);
         [0, 1].map(|frame| {
             session.frame(frame).expect("a frame");
-            session.picture().expect("a picture")
+            session.image().expect("an image")
         })
     });
-    assert_eq!(pictures[0], pictures[1]);
+    assert_eq!(images[0], images[1]);
 }
 
 #[test]
@@ -350,10 +350,10 @@ fn a_history_lends_light_but_no_deposits() {
     for frame in 0..2 {
         session.frame(frame).expect("a frame");
     }
-    let picture = session.picture().expect("a picture");
-    for pixel in pixels(&picture.deposits, &picture.depth) {
+    let image = session.image().expect("an image");
+    for pixel in pixels(&image.deposits, &image.depth) {
         let found = session.inspect(&scene, pixel % WIDTH, pixel / WIDTH, 1).expect("a pixel");
-        assert_eq!(found.deposits.expect("deposits").count, picture.deposits[pixel as usize] as u32);
+        assert_eq!(found.deposits.expect("deposits").count, image.deposits[pixel as usize] as u32);
     }
 }
 
@@ -374,8 +374,8 @@ fn there_is_nothing_to_look_into_before_a_frame_and_where_the_scene_is_another()
     session.pose(&scene, &camera).expect("a pose");
     assert!(no_frame(&mut session, &scene));
     session.frame(1).expect("a frame");
-    let picture = session.picture().expect("a picture");
-    for pixel in pixels(&picture.deposits, &picture.depth) {
+    let image = session.image().expect("an image");
+    for pixel in pixels(&image.deposits, &image.depth) {
         holds(&mut session, &scene, pixel);
     }
 }

@@ -1,8 +1,8 @@
 //! The baseline `kim2019`: its energy and its error beside OurBasic's where a caustic is seen directly, and that it shows
 //! none in a mirror.
 
-use caustics::experiment::error::{FLIP_CAUSTICS, MeasuredPicture, Seen};
-use caustics::picture::Picture;
+use caustics::experiment::error::{FLIP_CAUSTICS, MeasuredImage, Seen};
+use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
@@ -26,13 +26,13 @@ fn session(choice: &RunnerChoice, scene: &Scene, settings: &Settings, method: &'
     Session::new(choice, scene, &scene.cameras[0], settings, method, &PHOTONS_GRID, features).unwrap()
 }
 
-fn pictures(scene: &Scene, settings: &Settings, method: &'static Method, frames: u32) -> Vec<Picture> {
+fn images(scene: &Scene, settings: &Settings, method: &'static Method, frames: u32) -> Vec<RenderedImage> {
     let mut session = session(&RunnerChoice::Cpu { threads: 0 }, scene, settings, method);
-    let mut picture = |frame| {
+    let mut image = |frame| {
         session.frame(frame).unwrap();
-        session.picture().unwrap()
+        session.image().unwrap()
     };
-    (0..frames).map(&mut picture).collect()
+    (0..frames).map(&mut image).collect()
 }
 
 fn sum(layer: &[Vec3]) -> f64 {
@@ -40,12 +40,12 @@ fn sum(layer: &[Vec3]) -> f64 {
 }
 
 /// Sums of the caustics that are seen directly, frame by frame.
-fn direct(pictures: &[Picture]) -> Vec<f64> {
-    let of_frame = |picture: &Picture| -> f64 {
-        let pairs = picture.depth.iter().zip(&picture.caustics);
+fn direct(images: &[RenderedImage]) -> Vec<f64> {
+    let of_frame = |image: &RenderedImage| -> f64 {
+        let pairs = image.depth.iter().zip(&image.caustics);
         pairs.filter(|(depth, _)| **depth == 1.0).map(|(_, caustics)| f64::from(caustics.element_sum())).sum()
     };
-    pictures.iter().map(of_frame).collect()
+    images.iter().map(of_frame).collect()
 }
 
 /// The caustic of a ring on a floor, seen directly and whole.
@@ -53,7 +53,7 @@ fn direct(pictures: &[Picture]) -> Vec<f64> {
 fn kim_conserves_the_energy_of_a_caustic_seen_directly() {
     let scene = committed("moving-caster");
     let many = Settings { light_paths: 200_000, ..settings(1) };
-    let of_frames = |method| direct(&pictures(&scene, &many, method, 40));
+    let of_frames = |method| direct(&images(&scene, &many, method, 40));
     // The same light paths, so that ratios frame by frame have little noise.
     let truth = of_frames(&PROGRESSIVE);
     let ratio = |method| {
@@ -68,7 +68,7 @@ fn kim_conserves_the_energy_of_a_caustic_seen_directly() {
     assert!(facing.0 > 1.05, "the areas differ: {}", facing.0);
 }
 
-/// A caustic on a floor that is seen at 8 to 20 degrees, so that one pixel of the small picture reaches over a tenth of its
+/// A caustic on a floor that is seen at 8 to 20 degrees, so that one pixel of the small image reaches over a tenth of its
 /// distance: whatever the size, what is splatted is what discs gather, which lose nothing in the middle of a plane.
 #[test]
 fn kim_conserves_the_energy_of_a_grazing_caustic() {
@@ -83,8 +83,8 @@ fn kim_conserves_the_energy_of_a_grazing_caustic() {
     for (width, height) in [(128, 80), (512, 320)] {
         let size = |seed| Settings { width, height, light_paths: 50_000, ..settings(seed) };
         let jittered = Settings { pixel_filter: PIXEL_FILTER_BOX, ..size(1) };
-        let truth = direct(&pictures(&scene, &jittered, &BASIC, 8));
-        let kim = direct(&pictures(&scene, &size(1), &KIM2019, 8));
+        let truth = direct(&images(&scene, &jittered, &BASIC, 8));
+        let kim = direct(&images(&scene, &size(1), &KIM2019, 8));
         // The same light paths, so that ratios frame by frame have little noise.
         let ratios: Vec<f64> = kim.iter().zip(&truth).map(|(own, truth)| own / truth).collect();
         let (ratio, error) = mean_and_error(&ratios);
@@ -98,15 +98,14 @@ fn kim_conserves_the_energy_of_a_grazing_caustic() {
 #[test]
 fn kim_is_as_good_as_our_basic_where_a_caustic_is_seen_directly() {
     let scene = committed("ring");
-    let (kim, basic) =
-        (pictures(&scene, &settings(1), &KIM2019, 12), pictures(&scene, &settings(1), &BASIC, 12));
+    let (kim, basic) = (images(&scene, &settings(1), &KIM2019, 12), images(&scene, &settings(1), &BASIC, 12));
     let depth = &basic[0].depth;
-    let caustics = |picture: &Picture| -> Vec<Vec3> {
-        let pairs = depth.iter().zip(&picture.caustics);
+    let caustics = |image: &RenderedImage| -> Vec<Vec3> {
+        let pairs = depth.iter().zip(&image.caustics);
         pairs.map(|(depth, value)| if *depth == 1.0 { *value } else { Vec3::ZERO }).collect()
     };
-    let frames = pictures(&scene, &Settings { light_paths: 131_072, ..settings(9) }, &PROGRESSIVE, 128);
-    let mean = |layer: &dyn Fn(&Picture) -> Vec<Vec3>| {
+    let frames = images(&scene, &Settings { light_paths: 131_072, ..settings(9) }, &PROGRESSIVE, 128);
+    let mean = |layer: &dyn Fn(&RenderedImage) -> Vec<Vec3>| {
         let mut mean = vec![Vec3::ZERO; depth.len()];
         for frame in &frames {
             mean.iter_mut().zip(layer(frame)).for_each(|(sum, value)| *sum += value / frames.len() as f32);
@@ -114,16 +113,21 @@ fn kim_is_as_good_as_our_basic_where_a_caustic_is_seen_directly() {
         mean
     };
     let path = mean(&|of| of.path.clone());
-    let with =
-        |caustics| Picture { width: 240, height: 135, path: path.clone(), caustics, ..Picture::default() };
+    let with = |caustics| RenderedImage {
+        width: 240,
+        height: 135,
+        path: path.clone(),
+        caustics,
+        ..RenderedImage::default()
+    };
     let truth = with(mean(&caustics));
-    let reference = MeasuredPicture::new(&truth, &truth);
-    let flip = |pictures: &[Picture]| -> Vec<f64> {
-        let of = |picture| {
-            let measured = MeasuredPicture::new(&with(caustics(picture)), &truth);
+    let reference = MeasuredImage::new(&truth, &truth);
+    let flip = |images: &[RenderedImage]| -> Vec<f64> {
+        let of = |image| {
+            let measured = MeasuredImage::new(&with(caustics(image)), &truth);
             (FLIP_CAUSTICS.of)(&Seen::one(&measured, &reference)).unwrap().value
         };
-        pictures.iter().map(of).collect()
+        images.iter().map(of).collect()
     };
     let (kim, basic) = (flip(&kim), flip(&basic));
     // The same light paths: their noise falls out of a frame's ratio.
@@ -139,10 +143,10 @@ fn kim_is_as_good_as_our_basic_where_a_caustic_is_seen_directly() {
 fn kim_shows_no_caustic_in_a_perfect_mirror() {
     let scene = committed("mirror-room");
     let many = Settings { light_paths: 100_000, ..settings(1) };
-    let kim = pictures(&scene, &many, &KIM2019, 1).remove(0);
-    let basic = pictures(&scene, &many, &BASIC, 1).remove(0);
-    let behind = |picture: &Picture| -> (usize, f64) {
-        let pairs = picture.depth.iter().zip(&picture.caustics);
+    let kim = images(&scene, &many, &KIM2019, 1).remove(0);
+    let basic = images(&scene, &many, &BASIC, 1).remove(0);
+    let behind = |image: &RenderedImage| -> (usize, f64) {
+        let pairs = image.depth.iter().zip(&image.caustics);
         let layer: Vec<Vec3> =
             pairs.filter(|(depth, _)| **depth > 1.0).map(|(_, caustics)| *caustics).collect();
         (layer.len(), sum(&layer))
@@ -159,12 +163,12 @@ fn a_gpu_splats_as_the_cpu_does() {
     let Some(gpu) = watched_gpu() else { return };
     let scene = committed("ring");
     let small = Settings { width: 96, height: 54, light_paths: 40_000, ..settings(1) };
-    let expected = direct(&pictures(&scene, &small, &KIM2019, 3)).iter().sum::<f64>();
+    let expected = direct(&images(&scene, &small, &KIM2019, 3)).iter().sum::<f64>();
     for &hardware in gpu.tracers() {
         let mut session = session(&gpu.choice(hardware), &scene, &small, &KIM2019);
         let mut frame = |frame| {
             session.frame(frame).unwrap();
-            session.picture().unwrap()
+            session.image().unwrap()
         };
         let found = direct(&(0..3).map(&mut frame).collect::<Vec<_>>()).iter().sum::<f64>();
         println!("caustics: CPU {:.5}, GPU {:.5} (hardware {hardware})", expected, found);

@@ -1,7 +1,7 @@
 //! Things that move, seen in mirrors: a history costs no more there than it gives, of caustics and of path-traced light.
 
 use caustics::accumulation::Accumulation;
-use caustics::picture::Picture;
+use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
@@ -38,7 +38,7 @@ fn open(scene: &Scene, settings: &Settings) -> Session {
 }
 
 /// The last frames of an animation.
-fn animation(scene: &Scene, settings: &Settings) -> Vec<Picture> {
+fn animation(scene: &Scene, settings: &Settings) -> Vec<RenderedImage> {
     let mut scene = scene.clone();
     scene.pose(0.0).expect("a pose");
     let mut session = open(&scene, settings);
@@ -46,16 +46,16 @@ fn animation(scene: &Scene, settings: &Settings) -> Vec<Picture> {
         scene.pose(f64::from(frame) / FPS).expect("a pose");
         session.pose(&scene, &scene.cameras[0].clone()).expect("a pose");
         session.frame(frame).expect("a frame runs");
-        session.picture().expect("a picture")
+        session.image().expect("an image")
     };
     (0..FRAMES).map(frame).skip((FRAMES - COMPARED) as usize).collect()
 }
 
-/// A layer of a picture.
-type Layer = fn(&Picture) -> &Vec<Vec3>;
+/// A layer of an image.
+type Layer = fn(&RenderedImage) -> &Vec<Vec3>;
 
 /// Means of many frames of each of the last poses, over whole pixels.
-fn reference(scene: &Scene, samples: u32) -> Vec<Picture> {
+fn reference(scene: &Scene, samples: u32) -> Vec<RenderedImage> {
     let mut scene = scene.clone();
     let many = Settings {
         light_paths: 4 * WIDTH * HEIGHT,
@@ -69,7 +69,7 @@ fn reference(scene: &Scene, samples: u32) -> Vec<Picture> {
         let mut sum = Accumulation::default();
         for frame in 0..samples {
             session.frame(frame).expect("a frame runs");
-            sum.add(&session.picture().expect("a picture"));
+            sum.add(&session.image().expect("an image"));
         }
         sum.mean()
     };
@@ -77,19 +77,24 @@ fn reference(scene: &Scene, samples: u32) -> Vec<Picture> {
 }
 
 /// Sum of squared differences of what displays can show, where `seen` shows the mirror.
-fn squares(pictures: &[Picture], reference: &[Picture], seen: &[Picture], layer: Layer) -> f64 {
-    let of_picture = |((picture, reference), seen): ((&Picture, &Picture), &Picture)| -> f64 {
-        let pixels = layer(picture).iter().zip(layer(reference)).zip(&seen.depth);
+fn squares(
+    images: &[RenderedImage],
+    reference: &[RenderedImage],
+    seen: &[RenderedImage],
+    layer: Layer,
+) -> f64 {
+    let of_image = |((image, reference), seen): ((&RenderedImage, &RenderedImage), &RenderedImage)| -> f64 {
+        let pixels = layer(image).iter().zip(layer(reference)).zip(&seen.depth);
         let mirrored = pixels.filter(|(_, depth)| **depth == MIRRORED);
         mirrored.map(|((a, b), _)| f64::from((a.min(Vec3::ONE) - b.min(Vec3::ONE)).length_squared())).sum()
     };
-    pictures.iter().zip(reference).zip(seen).map(of_picture).sum()
+    images.iter().zip(reference).zip(seen).map(of_image).sum()
 }
 
 /// Squared error of caustics and of path-traced light in mirrors, with histories over without.
 fn errors_over_none(scene: &Scene, samples: u32, seeds: u32) -> [f64; 2] {
     let reference = reference(scene, samples);
-    let layers: [Layer; 2] = [|picture| &picture.caustics, |picture| &picture.path];
+    let layers: [Layer; 2] = [|image| &image.caustics, |image| &image.path];
     let mut sums = [[0.0; 2]; 2];
     for seed in 0..seeds {
         let none = animation(scene, &settings(seed));

@@ -72,8 +72,8 @@ fn a_still_view_shows_the_mean_of_its_frames() {
             for session in [&mut raw, &mut kept] {
                 session.frame(frame).expect("a frame runs");
             }
-            mean.add(&raw.picture().expect("a picture"));
-            let (shown, mean) = (kept.picture().expect("a picture").path, mean.mean().path);
+            mean.add(&raw.image().expect("an image"));
+            let (shown, mean) = (kept.image().expect("an image").path, mean.mean().path);
             let points: Vec<HistoryPoint> = kept.read("path_points").expect("points");
             let (mut same, mut seen) = (0_u32, 0_u32);
             for (pixel, point) in points.iter().enumerate().filter(|(_, point)| point.samples > 0.0) {
@@ -195,7 +195,7 @@ fn truth(scene: &Scene, samples: u32, frames: u32) -> Vec<Vec3> {
     let mut sum = Accumulation::default();
     for frame in 0..samples {
         session.frame(frame).expect("a frame runs");
-        sum.add(&session.picture().expect("a picture"));
+        sum.add(&session.image().expect("an image"));
     }
     sum.mean().path
 }
@@ -230,7 +230,7 @@ fn behind_dispersive_glass_nothing_is_lent() {
     let [none, kept] = ALL.map(|of| {
         let mut session = session(&scene, &settings(of, 0), 0);
         (0..6).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
-        session.picture().expect("a picture").path
+        session.image().expect("an image").path
     });
     let lit = |channel| none.iter().filter(|seen| seen[channel] > 0.0).count();
     assert!([0, 1, 2].map(lit).iter().all(|lit| *lit > none.len() / 6), "each pixel has a channel");
@@ -254,7 +254,7 @@ fn what_lies_below_a_coat_keeps_its_light() {
         let run = |seed| {
             let mut session = session(&scene, &settings(path_history, seed), 0);
             (0..6).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
-            total(&session.picture().expect("a picture").path)
+            total(&session.image().expect("an image").path)
         };
         Mean::from_samples(&(0..48).map(run).collect::<Vec<f64>>())
     };

@@ -1,6 +1,6 @@
 //! Stability over time: histories where lamps go out, casters and receivers move, and the camera jumps.
 
-use caustics::image::Encoding;
+use caustics::image_file::Encoding;
 use caustics::metric::flip_ldr::flip_ldr;
 use caustics::metric::pixels::Pixels;
 use caustics::scene::Scene;

@@ -1,7 +1,7 @@
-//! Tiles: a picture that is rendered tile by tile is the picture, to the bit where neither frames nor pixels depend on each other, and
+//! Tiles: an image that is rendered tile by tile is the image, to the bit where neither frames nor pixels depend on each other, and
 //! as an estimate elsewhere.
 
-use caustics::picture::Picture;
+use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session, SessionError};
 use caustics::settings::Settings;
@@ -21,7 +21,7 @@ use caustics_tests::statistics::Mean;
 use caustics_tests::twin::load;
 use glam::Vec3;
 
-/// Pictures of 45 rows: five tiles of nine, or four, of twelve and of nine at the end.
+/// Images of 45 rows: five tiles of nine, or four, of twelve and of nine at the end.
 fn settings(tiles: u32) -> Settings {
     let light_paths = 20_000;
     Settings { width: 80, height: 45, light_paths, radius_px: 3.0, tiles: Some(tiles), ..Settings::default() }
@@ -34,9 +34,9 @@ fn open(scene: &Scene, settings: &Settings, method: &'static Method) -> Session 
         .expect("a session opens")
 }
 
-fn frame(session: &mut Session, index: u32) -> Picture {
+fn frame(session: &mut Session, index: u32) -> RenderedImage {
     session.frame(index).expect("a frame runs");
-    session.picture().expect("a picture")
+    session.image().expect("an image")
 }
 
 #[test]
@@ -54,13 +54,13 @@ fn a_picture_of_tiles_is_the_picture_to_the_bit() {
             ..settings(tiles)
         };
         let mut whole = open(&scene, &of(1), method);
-        let pictures = [0, 1].map(|index| frame(&mut whole, index));
-        assert!(method.name == "path" || pictures[0].caustics.iter().any(|light| *light != Vec3::ZERO));
+        let images = [0, 1].map(|index| frame(&mut whole, index));
+        assert!(method.name == "path" || images[0].caustics.iter().any(|light| *light != Vec3::ZERO));
         for tiles in [4, 5] {
             let mut tiled = open(&scene, &of(tiles), method);
             assert_eq!(tiled.tiles(), tiles);
-            assert_eq!([0, 1].map(|index| frame(&mut tiled, index)), pictures, "{} {tiles}", method.name);
-            assert_eq!(tiled.display(&pictures[1]).unwrap(), whole.display(&pictures[1]).unwrap());
+            assert_eq!([0, 1].map(|index| frame(&mut tiled, index)), images, "{} {tiles}", method.name);
+            assert_eq!(tiled.display(&images[1]).unwrap(), whole.display(&images[1]).unwrap());
 
             // Each pixel is of one tile, each light path of all; their flux counts once.
             let [a, b] = [&mut whole, &mut tiled].map(|session| session.counters().unwrap());
@@ -107,12 +107,12 @@ fn tiles_learn_each_for_itself_and_go_on_from_where_they_were() {
     assert!(matches!(of_others, Err(SessionError::State { .. })));
 }
 
-/// Light of a picture by its parts, each with its share of all pixels.
-fn light(picture: &Picture) -> [f64; 2] {
+/// Light of an image by its parts, each with its share of all pixels.
+fn light(image: &RenderedImage) -> [f64; 2] {
     let mean = |light: &[Vec3]| {
         light.iter().map(|light| f64::from(light.element_sum())).sum::<f64>() / light.len() as f64
     };
-    [mean(&picture.path), mean(&picture.caustics)]
+    [mean(&image.path), mean(&image.caustics)]
 }
 
 #[test]

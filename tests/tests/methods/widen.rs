@@ -1,6 +1,6 @@
 //! Discs that are wider where deposits were few: how wide, and what it buys.
 
-use caustics::picture::Picture;
+use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
@@ -28,10 +28,10 @@ fn open(scene: &Scene, settings: &Settings, gather: &'static Variant) -> Session
     Session::new(&CPU, scene, &scene.cameras[0], settings, &BASIC, gather, features).expect("a session opens")
 }
 
-/// The picture of this frame, after those before it.
-fn picture(session: &mut Session, frame: u32) -> Picture {
+/// The image of this frame, after those before it.
+fn image(session: &mut Session, frame: u32) -> RenderedImage {
     (0..=frame).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
-    session.picture().expect("a picture")
+    session.image().expect("an image")
 }
 
 /// Each disc is as wide as what those around took in the frame before says, by a sum in f64.
@@ -47,10 +47,10 @@ fn discs_are_as_wide_as_deposits_were_few() {
     for frame in 1..3 {
         let words: Vec<u32> = session.read("accumulator").expect("sums");
         let scale: Vec<f32> = session.read("radius_now").expect("radii");
-        let before = plain.picture().expect("a picture").radius;
+        let before = plain.image().expect("an image").radius;
         let [radii, bases] = [&mut session, &mut plain].map(|session| {
             session.frame(frame).expect("a frame runs");
-            session.picture().expect("a picture").radius
+            session.image().expect("an image").radius
         });
         for (pixel, (radius, base)) in
             radii.iter().zip(&bases).enumerate().filter(|(_, (_, base))| **base > 0.0)
@@ -86,7 +86,7 @@ fn discs_that_widen_change_nothing_else() {
     let run = |widens| {
         let settings = Settings { widens, denoiser: &ATROUS, history: &VALIDATED, ..settings(3000, 1) };
         let mut session = open(&scene, &settings, &PHOTONS_GRID);
-        let found = picture(&mut session, 3);
+        let found = image(&mut session, 3);
         let points: Vec<HistoryPoint> = session.read("history_points").expect("points");
         let samples: Vec<f32> = points.iter().map(|point| point.samples).collect();
         (found.path, samples, found.radius)
@@ -110,11 +110,11 @@ fn of_few_paths_discs_that_widen_have_the_least_error() {
     let (mut caustics, mut all) = (vec![0.0; SIZE.0 * SIZE.1], vec![0.0; SIZE.0 * SIZE.1]);
     for frame in 0..frames {
         session.frame(frame).expect("a frame runs");
-        let picture = session.picture().expect("a picture");
+        let image = session.image().expect("an image");
         for pixel in 0..caustics.len() {
             let of = |value: glam::Vec3| f64::from(value.element_sum()) / f64::from(frames);
-            caustics[pixel] += of(picture.caustics[pixel]);
-            all[pixel] += of(picture.caustics[pixel]) + of(picture.path[pixel]);
+            caustics[pixel] += of(image.caustics[pixel]);
+            all[pixel] += of(image.caustics[pixel]) + of(image.path[pixel]);
         }
     }
     let dark = 0.1 * all.iter().sum::<f64>() / all.len() as f64;
@@ -123,7 +123,7 @@ fn of_few_paths_discs_that_widen_have_the_least_error() {
         let (mut error, mut light) = (0.0, 0.0);
         for seed in 0..seeds {
             let settings = Settings { widens, radius_px, ..settings(light_paths, seed) };
-            let found = picture(&mut open(&scene, &settings, &PHOTONS_GRID), 2).caustics;
+            let found = image(&mut open(&scene, &settings, &PHOTONS_GRID), 2).caustics;
             for (pixel, found) in found.iter().enumerate() {
                 let found = f64::from(found.element_sum());
                 error += (found - caustics[pixel]).powi(2) / (all[pixel] * all[pixel] + dark * dark);
@@ -142,7 +142,7 @@ fn of_few_paths_discs_that_widen_have_the_least_error() {
     let [narrow_many, auto_many] = [false, true].map(|widens| of(widens, 1.0, many, 2));
     println!("of many paths: narrow {narrow_many:.4?}, by deposits {auto_many:.4?}");
     assert!((auto.1 - narrow.1).abs() < 0.05 && (auto_many.1 - narrow_many.1).abs() < 0.01);
-    let by = |gather| picture(&mut open(&scene, &settings(1 << 12, 1), gather), 2).caustics;
+    let by = |gather| image(&mut open(&scene, &settings(1 << 12, 1), gather), 2).caustics;
     let one = by(&PHOTONS_GRID);
     for gather in variant::ALL.iter().filter(|gather| !gather.hardware && gather.name != "brute") {
         assert!(one == by(gather), "{}", gather.name);

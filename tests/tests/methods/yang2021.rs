@@ -2,8 +2,8 @@
 //! differentials, and its density map.
 
 use caustics::counters::Counters;
-use caustics::experiment::error::{FLIP_CAUSTICS, MeasuredPicture, Seen};
-use caustics::picture::Picture;
+use caustics::experiment::error::{FLIP_CAUSTICS, MeasuredImage, Seen};
+use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
@@ -43,19 +43,19 @@ fn render(
     settings: &Settings,
     method: &'static Method,
     frames: u32,
-) -> Vec<(Picture, Counters)> {
+) -> Vec<(RenderedImage, Counters)> {
     let mut session = open(scene, settings, method, 0);
     (0..frames)
         .map(|frame| {
             session.frame(frame).expect("a frame runs");
-            (session.picture().expect("a picture"), session.counters().expect("counters"))
+            (session.image().expect("an image"), session.counters().expect("counters"))
         })
         .collect()
 }
 
-/// Caustics of a picture, summed over the pixels that see their point directly.
-fn directly_seen(picture: &Picture) -> f64 {
-    let pixels = picture.caustics.iter().zip(&picture.depth);
+/// Caustics of an image, summed over the pixels that see their point directly.
+fn directly_seen(image: &RenderedImage) -> f64 {
+    let pixels = image.caustics.iter().zip(&image.depth);
     pixels.filter(|(_, depth)| **depth == 1.0).map(|(value, _)| f64::from(value.element_sum())).sum()
 }
 
@@ -72,12 +72,12 @@ fn ball() -> Scene {
 }
 
 /// The mean of frames of progressive photon mapping.
-fn truth(scene: &Scene, settings: &Settings, frames: u32) -> Picture {
-    let mut all = render(scene, settings, &PROGRESSIVE, frames).into_iter().map(|(picture, _)| picture);
+fn truth(scene: &Scene, settings: &Settings, frames: u32) -> RenderedImage {
+    let mut all = render(scene, settings, &PROGRESSIVE, frames).into_iter().map(|(image, _)| image);
     let mut mean = all.next().expect("a frame");
-    for picture in all {
-        mean.caustics.iter_mut().zip(&picture.caustics).for_each(|(sum, value)| *sum += *value);
-        mean.path.iter_mut().zip(&picture.path).for_each(|(sum, value)| *sum += *value);
+    for image in all {
+        mean.caustics.iter_mut().zip(&image.caustics).for_each(|(sum, value)| *sum += *value);
+        mean.path.iter_mut().zip(&image.path).for_each(|(sum, value)| *sum += *value);
     }
     let scale = 1.0 / frames as f32;
     mean.caustics.iter_mut().chain(&mut mean.path).for_each(|value| *value *= scale);
@@ -88,13 +88,13 @@ fn truth(scene: &Scene, settings: &Settings, frames: u32) -> Picture {
 /// first, adapted later. 2 % is what is asked for.
 fn conserves_energy(scene: &Scene, width: u32, height: u32, paths: u32, truth_paths: u32, truth_frames: u32) {
     let reference = render(scene, &settings(width, height, truth_paths, 77), &PROGRESSIVE, truth_frames);
-    let reference: Vec<f64> = reference.iter().map(|(picture, _)| directly_seen(picture)).collect();
+    let reference: Vec<f64> = reference.iter().map(|(image, _)| directly_seen(image)).collect();
     let reference = Mean::from_samples(&reference);
     assert!(reference.error < 0.005 * reference.value, "the test has lost its sharpness: {reference:?}");
     let (mut first, mut later) = (Vec::new(), Vec::new());
     for seed in 0..4 {
         let frames = render(scene, &settings(width, height, paths, seed), &YANG2021, 8);
-        let sums: Vec<f64> = frames.iter().map(|(picture, _)| directly_seen(picture)).collect();
+        let sums: Vec<f64> = frames.iter().map(|(image, _)| directly_seen(image)).collect();
         first.push(sums[0] / reference.value);
         let mean = Mean::from_samples(&sums[4..]).value / reference.value;
         println!("seed {seed}: first frame {:.4}, frames 4 to 7 {mean:.4}", sums[0] / reference.value);
@@ -118,14 +118,14 @@ fn energy_behind_a_lens_is_the_truths() {
 fn a_frame_is_no_further_from_the_truth_than_ourbasics() {
     let scene = ball();
     let reference = truth(&scene, &settings(240, 135, 262_144, 99), 48);
-    let measured_reference = MeasuredPicture::new(&reference, &reference);
+    let measured_reference = MeasuredImage::new(&reference, &reference);
     let flip = |method| {
         let frames = render(&scene, &settings(240, 135, 32_768, 5), method, 8);
         let errors: Vec<f64> = frames[4..]
             .iter()
-            .map(|(picture, _)| {
-                let measured = MeasuredPicture::new(picture, &reference);
-                (FLIP_CAUSTICS.of)(&Seen::one(&measured, &measured_reference)).expect("finite pictures").value
+            .map(|(image, _)| {
+                let measured = MeasuredImage::new(image, &reference);
+                (FLIP_CAUSTICS.of)(&Seen::one(&measured, &measured_reference)).expect("finite images").value
             })
             .collect();
         Mean::from_samples(&errors)
@@ -142,8 +142,8 @@ fn a_perfect_mirror_shows_no_caustic() {
     let scene = committed("mirror-room");
     let mirrored = |method| {
         let frames = render(&scene, &settings(160, 90, 100_000, 1), method, 3);
-        let picture = &frames[2].0;
-        let pixels = picture.caustics.iter().zip(&picture.depth).filter(|(_, depth)| **depth > 1.0);
+        let image = &frames[2].0;
+        let pixels = image.caustics.iter().zip(&image.depth).filter(|(_, depth)| **depth > 1.0);
         let values: Vec<f64> = pixels.map(|(value, _)| f64::from(value.element_sum())).collect();
         (values.len(), values.iter().sum::<f64>())
     };
@@ -222,8 +222,8 @@ fn a_map_that_is_restored_goes_on() {
     let mut resumed = open(&scene, &settings, &YANG2021, 0);
     resumed.restore(2, &state).unwrap();
     resumed.frame(3).unwrap();
-    let picture = |session: &mut Session| session.read::<Vec3>("caustic_radiance").unwrap();
-    assert!(picture(&mut whole) == picture(&mut resumed));
+    let image = |session: &mut Session| session.read::<Vec3>("caustic_radiance").unwrap();
+    assert!(image(&mut whole) == image(&mut resumed));
 }
 
 /// A plane mirror keeps a photon's area: it is that of the unfolded path, d^2 times the solid angle.

@@ -6,10 +6,10 @@ use std::path::Path;
 use anyhow::Context;
 use caustics::checkpoint::{Difference, Identity, difference};
 use caustics::file::read_file;
-use caustics::image::Channels;
+use caustics::image_file::Channels;
 use caustics::output::attributes;
 use caustics::output::target::TargetError;
-use caustics::picture::Picture;
+use caustics::rendered_image::RenderedImage;
 use glam::Vec3;
 
 use super::pattern::Pattern;
@@ -75,8 +75,8 @@ pub fn refusal(file: &str, Difference { name, theirs, ours }: &Difference) -> Us
     ))
 }
 
-/// The picture of a frame that is there.
-pub fn picture(pattern: &Pattern, frame: u32) -> anyhow::Result<Picture> {
+/// The image of a frame that is there.
+pub fn image(pattern: &Pattern, frame: u32) -> anyhow::Result<RenderedImage> {
     let image = Channels::read(&pattern.frame(frame, "exr"))?;
     let layer = |name: &str| -> Vec<Vec3> {
         let colors = image
@@ -88,5 +88,5 @@ pub fn picture(pattern: &Pattern, frame: u32) -> anyhow::Result<Picture> {
     let (path, caustics) = (layer("path"), layer("caustics"));
     // A method without layers has all its light in one.
     let path = if path.is_empty() { layer("") } else { path };
-    Ok(Picture { width, height, path, caustics, ..Picture::default() })
+    Ok(RenderedImage { width, height, path, caustics, ..RenderedImage::default() })
 }

@@ -11,7 +11,7 @@ use caustics::experiment::cell::Cell;
 use caustics::exposure::Exposure;
 use caustics::output::lock;
 use caustics::output::target::TargetError;
-use caustics::picture::Aov;
+use caustics::rendered_image::Aov;
 use caustics::scene::Scene;
 use caustics::settings::Settings;
 use caustics::shard::Shard;

@@ -7,7 +7,7 @@ use caustics::exposure::Exposure;
 use caustics::file::read_file;
 use caustics::output::target::{Target, remove};
 use caustics::output::{exr, png};
-use caustics::picture::{Aov, Picture};
+use caustics::rendered_image::{Aov, RenderedImage};
 use caustics::scene::Scene;
 use caustics::session::Session;
 
@@ -145,8 +145,8 @@ impl Run {
 
     /// Writes the frame at hand.
     fn write(&mut self, frame: u32) -> anyhow::Result<()> {
-        let mut picture = self.session.picture()?;
-        picture.auxiliary.keep(&self.plan.aov);
+        let mut image = self.session.image()?;
+        image.auxiliary.keep(&self.plan.aov);
         let mut attributes = self.identity.clone();
         attributes.extend([
             ("frame".into(), frame.to_string()),
@@ -156,21 +156,21 @@ impl Run {
         attributes.extend(aov::attributes(&self.plan.aov, &self.scene));
         let path = self.plan.pattern.frame(frame, "exr");
         let target = Target::claim(&path, kept::is_damaged(&path))?;
-        target.finish(&exr::encode(&picture, None, &attributes)?)?;
+        target.finish(&exr::encode(&image, None, &attributes)?)?;
         if self.plan.pngs {
-            self.write_png(frame, &picture)?;
+            self.write_png(frame, &image)?;
         }
         Ok(())
     }
 
-    fn write_png(&mut self, frame: u32, picture: &Picture) -> anyhow::Result<()> {
+    fn write_png(&mut self, frame: u32, image: &RenderedImage) -> anyhow::Result<()> {
         // One for all frames: that of the first, which is written before all others.
         if self.plan.exposure == Exposure::Auto {
-            let first = kept::picture(&self.plan.pattern, self.plan.frames.start)?;
+            let first = kept::image(&self.plan.pattern, self.plan.frames.start)?;
             self.plan.exposure = Exposure::Stops(self.plan.exposure.stops_for(&first));
         }
-        self.session.expose(self.plan.exposure.stops_for(picture) as f32);
-        let colors = self.session.display(picture)?;
+        self.session.expose(self.plan.exposure.stops_for(image) as f32);
+        let colors = self.session.display(image)?;
         let bytes = png::encode(self.plan.settings.width, self.plan.settings.height, &colors)?;
         let path = self.plan.pattern.frame(frame, "png");
         if read_file(&path).is_ok_and(|there| there == bytes) {
@@ -182,8 +182,8 @@ impl Run {
     /// Writes the PNGs of frames that were there, where they lack one or have one of another exposure.
     pub fn write_kept_pngs(&mut self, missing: &[u32]) -> anyhow::Result<()> {
         for frame in self.plan.frames.clone().filter(|frame| missing.binary_search(frame).is_err()) {
-            let picture = kept::picture(&self.plan.pattern, frame)?;
-            self.write_png(frame, &picture)?;
+            let image = kept::image(&self.plan.pattern, frame)?;
+            self.write_png(frame, &image)?;
         }
         Ok(())
     }

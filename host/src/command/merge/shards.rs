@@ -75,10 +75,10 @@ pub fn join(options: &Merge, target: Target) -> anyhow::Result<()> {
         attributes.insert(name.into(), values.into_iter().collect::<Vec<_>>().join(", "));
     }
     end(&mut attributes, sums.frames(), parts.iter().map(|part| part.head.seconds).sum());
-    let mut picture = sums.mean();
-    picture.auxiliary.keep(&layers(attributes.get("aov").map_or("", String::as_str)));
+    let mut image = sums.mean();
+    image.auxiliary.keep(&layers(attributes.get("aov").map_or("", String::as_str)));
     let variance = sums.variance().map(|variance| (variance, sums.frames()));
-    target.finish(&exr::encode(&picture, variance, &attributes)?)?;
+    target.finish(&exr::encode(&image, variance, &attributes)?)?;
     let (out, frames, count) = (options.output.display(), sums.frames(), parts.len());
     tell!("{out}: the mean of {frames} frames from {count} shards");
     Ok(())

@@ -1,4 +1,4 @@
-//! A page's connection. Pictures wait for the page to have shown the one before, so that a slow one gets fewer, and always the latest.
+//! A page's connection. Images wait for the page to have shown the one before, so that a slow one gets fewer, and always the latest.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -136,7 +136,7 @@ async fn speak(
     status.mark_changed();
     holder.mark_changed();
     let mut line = Line::new();
-    // A picture is on its way; what is shown of each side.
+    // An image is on its way; what is shown of each side.
     let mut on_its_way: Option<Sent> = None;
     let mut has: [Option<(u64, Look)>; 2] = [None, None];
     loop {

@@ -2,13 +2,13 @@
 
 use std::time::{Duration, Instant};
 
-use caustics::image::Encoding;
+use caustics::image_file::Encoding;
 use caustics::metric::comparison::Viewing;
 use caustics::metric::flip_ldr::flip_ldr;
 use caustics::metric::percentile::percentile;
 use caustics::metric::pixels::Pixels;
 use caustics::metric::relmse::{errors, relmse};
-use caustics::picture::Picture;
+use caustics::rendered_image::RenderedImage;
 use serde_json::{Value, json};
 
 use super::share::Share;
@@ -35,23 +35,23 @@ impl Distance {
         *self = Distance::new();
     }
 
-    /// Measures again, unless that would take too much of the time. Pictures are made only if it does.
-    pub fn measure(&mut self, pictures: impl FnOnce() -> [Picture; 2], stops: f64) {
+    /// Measures again, unless that would take too much of the time. Images are made only if it does.
+    pub fn measure(&mut self, images: impl FnOnce() -> [RenderedImage; 2], stops: f64) {
         let start = Instant::now();
         if !self.share.is_due(start) {
             return;
         }
-        let [own, other] = pictures().map(|picture| Pixels {
-            width: picture.width,
-            height: picture.height,
-            values: picture.beauty().iter().map(|color| color.as_dvec3()).collect(),
+        let [own, other] = images().map(|image| Pixels {
+            width: image.width,
+            height: image.height,
+            values: image.beauty().iter().map(|color| color.as_dvec3()).collect(),
         });
         self.value = Some(distances(&own, &other, stops));
         self.share.spent(start, Instant::now());
     }
 }
 
-/// How far a picture is from another, at an exposure (stops).
+/// How far an image is from another, at an exposure (stops).
 fn distances(own: &Pixels, other: &Pixels, stops: f64) -> Value {
     let flip = flip_ldr(own, other, Encoding::Linear, stops, Viewing::default().pixels_per_degree).mean();
     let errors = errors(own, other);
@@ -66,21 +66,26 @@ mod tests {
     use super::*;
     use glam::Vec3;
 
-    fn picture(value: f32) -> Picture {
-        Picture { width: 32, height: 32, path: vec![Vec3::splat(value); 1024], ..Picture::default() }
+    fn image(value: f32) -> RenderedImage {
+        RenderedImage {
+            width: 32,
+            height: 32,
+            path: vec![Vec3::splat(value); 1024],
+            ..RenderedImage::default()
+        }
     }
 
     #[test]
     fn equal_pictures_are_not_apart_and_others_are() {
         let mut distance = Distance::new();
-        distance.measure(|| [picture(0.5), picture(0.5)], 0.0);
+        distance.measure(|| [image(0.5), image(0.5)], 0.0);
         let same = distance.value.clone().unwrap();
         assert_eq!((same["FLIP"].as_f64(), same["relMSE"].as_f64()), (Some(0.0), Some(0.0)));
         // Too soon for another.
-        distance.measure(|| [picture(0.25), picture(0.5)], 0.0);
+        distance.measure(|| [image(0.25), image(0.5)], 0.0);
         assert_eq!(distance.value, Some(same));
         distance.forget();
-        distance.measure(|| [picture(0.25), picture(0.5)], 0.0);
+        distance.measure(|| [image(0.25), image(0.5)], 0.0);
         let apart = distance.value.unwrap();
         assert!(apart["FLIP"].as_f64() > Some(0.05), "{apart}");
         assert!((apart["relMSE"].as_f64().unwrap() - 0.0625 / (0.25 + 0.0025)).abs() < 1e-6, "{apart}");

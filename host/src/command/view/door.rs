@@ -23,7 +23,7 @@ const MAX_STRANGERS: usize = 64;
 const MAX_GUESTS: usize = 64;
 /// Longest wait for the head of a request, on a new connection and between two requests.
 const HEAD: Duration = Duration::from_secs(10);
-/// Longest wait for a reader that takes nothing of an answer, a picture or a message.
+/// Longest wait for a reader that takes nothing of an answer, an image or a message.
 const STALL: Duration = Duration::from_secs(30);
 /// Longest head of a request (bytes).
 const MAX_HEAD: usize = 64 << 10;

@@ -27,7 +27,7 @@ use super::wish::{Against, Wish, still};
 use crate::cli::Viewer;
 use crate::command::say::told;
 
-/// Least time between pictures of what stands still; making them takes at most one part in so many of the time.
+/// Least time between images of what stands still; making them takes at most one part in so many of the time.
 const SHOW_EVERY: Duration = Duration::from_millis(60);
 const SHOWS: u32 = 8;
 /// Least time between looks for new kernels.
@@ -47,7 +47,7 @@ pub struct Engine<'a> {
     /// What renders while something moves, and its size.
     moving: Option<Lane>,
     pace: Pace,
-    /// What converges: the picture, and what it is held against.
+    /// What converges: the image, and what it is held against.
     still: [Option<Lane>; 2],
     /// What the lanes that converge stand at: text of the camera and the time; none since something moved.
     stands: Option<String>,
@@ -57,7 +57,7 @@ pub struct Engine<'a> {
     serial: u64,
     shows: Share,
     said: Option<Instant>,
-    /// The exposure that suits the picture (stops).
+    /// The exposure that suits the image (stops).
     suits: Option<f64>,
     distance: Distance,
     /// Kernels from a folder, which change while this program runs.
@@ -192,7 +192,7 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// How to render the picture, and what it is held against.
+    /// How to render the image, and what it is held against.
     fn sides(&self, wish: &Wish) -> [Option<Cell>; 2] {
         let [own, other] = &wish.cells;
         let against = match wish.against {
@@ -250,7 +250,7 @@ impl<'a> Engine<'a> {
         self.pace.learn(size, took);
         self.record(wish);
         let lane = self.moving.as_mut().context("a session was opened")?;
-        let shown = Shown { picture: lane.opened.session.picture()?, ..Shown::default() };
+        let shown = Shown { image: lane.opened.session.image()?, ..Shown::default() };
         self.show(0, 1, true, wish.at, shown);
         self.say(wish, None);
         Ok(())
@@ -351,10 +351,10 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// Hands a picture to the pages.
+    /// Hands an image to the pages.
     fn show(&mut self, side: usize, samples: u32, moves: bool, at: f64, mut shown: Shown) {
         if side == 0 {
-            self.suits = Some(suiting(&shown.picture, self.suits));
+            self.suits = Some(suiting(&shown.image, self.suits));
         }
         shown.suits = self.suits.unwrap_or_default();
         self.serial += 1;

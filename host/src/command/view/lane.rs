@@ -125,7 +125,7 @@ impl Lane {
 
     /// Adds the last frame to the sums.
     pub fn add(&mut self) -> Result<(), SessionError> {
-        self.sums.add(&self.opened.session.picture()?);
+        self.sums.add(&self.opened.session.image()?);
         let start = Instant::now();
         if self.sums.frames().is_power_of_two() || self.estimates.is_due(start) {
             self.error = self.sums.relative_error();
@@ -137,6 +137,6 @@ impl Lane {
     /// The mean of its frames, with what the layer needs.
     pub fn mean(&self, layer: Layer) -> Shown {
         let variance = (layer == Layer::Variance).then(|| self.sums.variance()).flatten().unwrap_or_default();
-        Shown { picture: self.sums.mean(), variance, ..Shown::default() }
+        Shown { image: self.sums.mean(), variance, ..Shown::default() }
     }
 }

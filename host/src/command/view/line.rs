@@ -1,8 +1,8 @@
-//! What a connection bears: whether pictures are sent as they are, or as JPEG, and how fine.
+//! What a connection bears: whether images are sent as they are, or as JPEG, and how fine.
 
 use std::time::{Duration, Instant};
 
-/// How a picture is sent.
+/// How an image is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// Three bytes a pixel.
@@ -11,20 +11,20 @@ pub enum Format {
     Jpeg(u8),
 }
 
-/// Time from sending a picture to its being shown that nobody minds.
+/// Time from sending an image to its being shown that nobody minds.
 const PROMPT: Duration = Duration::from_millis(60);
 /// Time that is too long.
 const SLOW: Duration = Duration::from_millis(250);
-/// Pictures that must be prompt in a row before larger ones are tried.
+/// Images that must be prompt in a row before larger ones are tried.
 const TRIES: u32 = 8;
-/// Time after which a connection that once was too slow is tried with raw pictures again.
+/// Time after which a connection that once was too slow is tried with raw images again.
 const PATIENCE: Duration = Duration::from_secs(30);
 const COARSEST: u8 = 40;
 const FINEST: u8 = 92;
 /// Quality to begin with.
 const DEFAULT_QUALITY: u8 = 80;
 
-/// A connection, by how soon the pictures that were sent over it were shown.
+/// A connection, by how soon the images that were sent over it were shown.
 #[derive(Debug)]
 pub struct Line {
     format: Format,
@@ -38,12 +38,12 @@ impl Line {
         Line { format: Format::Jpeg(DEFAULT_QUALITY), prompt: 0, no_raw_before: None }
     }
 
-    /// How to send the next picture.
+    /// How to send the next image.
     pub fn format(&self) -> Format {
         self.format
     }
 
-    /// Learns of a picture how long it took until it was shown.
+    /// Learns of an image how long it took until it was shown.
     pub fn learn(&mut self, took: Duration, now: Instant) {
         self.prompt = if took <= PROMPT { self.prompt + 1 } else { 0 };
         match self.format {

@@ -1,13 +1,13 @@
-//! How a picture is shown: a layer of it as colours of eight bits.
+//! How an image is shown: a layer of it as colours of eight bits.
 
 use caustics::exposure::Exposure;
-use caustics::picture::Picture;
+use caustics::rendered_image::RenderedImage;
 use caustics_kernels::pass::display::tone_mapped;
 use glam::Vec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// What of a picture is shown.
+/// What of an image is shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Layer {
@@ -41,7 +41,7 @@ impl Layer {
     ];
 }
 
-/// How a picture is shown.
+/// How an image is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Look {
     /// What of it.
@@ -50,18 +50,18 @@ pub struct Look {
     pub exposure: Exposure,
 }
 
-/// A picture that is to be shown.
+/// An image that is to be shown.
 #[derive(Clone, Debug, Default)]
 pub struct Shown {
     /// Its layers.
-    pub picture: Picture,
+    pub image: RenderedImage,
     /// Variance of the mean of all radiance; empty where nobody knows it.
     pub variance: Vec<Vec3>,
     /// The exposure that suits it, or what it is held against (stops).
     pub suits: f64,
 }
 
-/// A picture as it is shown: three bytes a pixel, row by row from the top.
+/// An image as it is shown: three bytes a pixel, row by row from the top.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Raster {
     /// Width (px).
@@ -76,19 +76,19 @@ pub struct Raster {
     pub brightest: Option<f32>,
 }
 
-/// Of so many pixels one decides the exposure that suits a picture.
+/// Of so many pixels one decides the exposure that suits an image.
 const STRIDE: usize = 7;
-/// Stops by which that must change to be another: pictures must not flicker.
+/// Stops by which that must change to be another: images must not flicker.
 const STEADY: f64 = 0.35;
 
-/// The exposure (stops) that suits a picture, or the one before if that does too.
-pub fn suiting(picture: &Picture, before: Option<f64>) -> f64 {
-    let stops = Exposure::Auto.stops(picture.beauty().iter().step_by(STRIDE).map(|color| color.as_dvec3()));
+/// The exposure (stops) that suits an image, or the one before if that does too.
+pub fn suiting(image: &RenderedImage, before: Option<f64>) -> f64 {
+    let stops = Exposure::Auto.stops(image.beauty().iter().step_by(STRIDE).map(|color| color.as_dvec3()));
     before.filter(|before| (before - stops).abs() < STEADY).unwrap_or(stops)
 }
 
 impl Look {
-    /// Its exposure (stops), where this one suits the picture.
+    /// Its exposure (stops), where this one suits the image.
     pub fn stops(&self, suits: f64) -> f64 {
         match self.exposure {
             Exposure::Auto => suits,
@@ -96,29 +96,29 @@ impl Look {
         }
     }
 
-    /// The picture as it is shown.
+    /// The image as it is shown.
     pub fn to_raster(&self, shown: &Shown) -> Raster {
-        let picture = &shown.picture;
+        let image = &shown.image;
         let mut raster =
-            Raster { width: picture.width as u32, height: picture.height as u32, ..Raster::default() };
+            Raster { width: image.width as u32, height: image.height as u32, ..Raster::default() };
         raster.stops = self.stops(shown.suits);
         let light =
             |raster: &mut Raster, colors: &[Vec3]| raster.bytes = ToneMap::new(raster.stops).bytes(colors);
         match self.layer {
-            Layer::Beauty => light(&mut raster, &picture.beauty()),
-            Layer::Path => light(&mut raster, &picture.path),
-            Layer::Caustics => light(&mut raster, &or_black(&picture.caustics, picture)),
-            Layer::Deposits => raster.set(&picture.deposits),
-            Layer::Radius => raster.set(&picture.radius),
-            Layer::Depth => raster.set(&picture.depth),
+            Layer::Beauty => light(&mut raster, &image.beauty()),
+            Layer::Path => light(&mut raster, &image.path),
+            Layer::Caustics => light(&mut raster, &or_black(&image.caustics, image)),
+            Layer::Deposits => raster.set(&image.deposits),
+            Layer::Radius => raster.set(&image.radius),
+            Layer::Depth => raster.set(&image.depth),
             Layer::Variance => raster.set(&relative_errors(shown)),
         }
         raster
     }
 }
 
-fn or_black(layer: &[Vec3], picture: &Picture) -> Vec<Vec3> {
-    if layer.is_empty() { vec![Vec3::ZERO; picture.path.len()] } else { layer.to_vec() }
+fn or_black(layer: &[Vec3], image: &RenderedImage) -> Vec<Vec3> {
+    if layer.is_empty() { vec![Vec3::ZERO; image.path.len()] } else { layer.to_vec() }
 }
 
 /// Standard error of the mean luminance over the mean.
@@ -127,7 +127,7 @@ fn relative_errors(shown: &Shown) -> Vec<f32> {
         let mean = mean.element_sum() / 3.0;
         if mean > 0.0 { (variance.element_sum() / 3.0).sqrt() / mean } else { 0.0 }
     };
-    shown.picture.beauty().into_iter().zip(&shown.variance).map(relative).collect()
+    shown.image.beauty().into_iter().zip(&shown.variance).map(relative).collect()
 }
 
 impl Raster {
@@ -186,8 +186,9 @@ mod tests {
 
     fn shown(path: Vec<Vec3>) -> Shown {
         let deposits = (0..path.len()).map(|pixel| pixel as f32).collect();
-        let picture = Picture { width: path.len(), height: 1, path, deposits, ..Picture::default() };
-        Shown { picture, variance: Vec::new(), suits: 0.0 }
+        let image =
+            RenderedImage { width: path.len(), height: 1, path, deposits, ..RenderedImage::default() };
+        Shown { image, variance: Vec::new(), suits: 0.0 }
     }
 
     #[test]
@@ -208,7 +209,7 @@ mod tests {
 
     #[test]
     fn exposures_are_steady() {
-        let grey = |value: f32| shown(vec![Vec3::splat(value); 100]).picture;
+        let grey = |value: f32| shown(vec![Vec3::splat(value); 100]).image;
         assert_eq!(suiting(&grey(0.18), None), 0.0);
         assert_eq!(suiting(&grey(0.2), Some(0.0)), 0.0);
         assert_eq!(suiting(&grey(0.36), Some(0.0)), -1.0);

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-/// Shares of the sides of a picture.
+/// Shares of the sides of an image.
 const SHARES: [f64; 8] = [1.0, 0.75, 0.5, 0.375, 0.25, 0.1875, 0.125, 0.0625];
 /// Least side (px).
 const MIN_SIDE: u32 = 16;
@@ -39,7 +39,7 @@ impl Pace {
         self.cost = None;
     }
 
-    /// The size of the next frame of a picture of this size, at so many frames a second.
+    /// The size of the next frame of an image of this size, at so many frames a second.
     pub fn size(&mut self, full: [u32; 2], fps: f64) -> [u32; 2] {
         if let Some(cost) = self.cost {
             let time = |level: usize| cost * f64::from(pixels(full, level)) * fps;

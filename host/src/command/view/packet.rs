@@ -1,4 +1,4 @@
-//! A picture as it travels to a page.
+//! An image as it travels to a page.
 
 use std::borrow::Cow;
 use std::time::Instant;
@@ -10,7 +10,7 @@ use super::line::Format;
 use super::look::{Look, Raster};
 use super::shared::Frame;
 
-/// A picture as it is sent: the length of a head in four bytes, the head in JSON, the bytes of the picture.
+/// An image as it is sent: the length of a head in four bytes, the head in JSON, the bytes of the image.
 pub fn packet(frame: &Frame, side: usize, look: Look, format: Format) -> Vec<u8> {
     let start = Instant::now();
     let raster = look.to_raster(&frame.shown);
@@ -41,7 +41,7 @@ fn encoded(raster: &Raster, format: Format) -> (&'static str, Cow<'_, [u8]>) {
     }
 }
 
-/// A picture for the encoder. (Its own `encode` is compiled once for every kind of pixels there is.)
+/// An image for the encoder. (Its own `encode` is compiled once for every kind of pixels there is.)
 struct Rgb<'a> {
     width: u16,
     height: u16,

@@ -22,7 +22,7 @@ const SCRIPT: &str = concat!(
     include_str!("page/view.js"),
     "})();\n",
 );
-/// What a picture can be held against: value, and what it is.
+/// What an image can be held against: value, and what it is.
 const AGAINST: [(&str, &str); 3] =
     [("nothing", "nothing"), ("other", "other settings"), ("reference", "the reference, path traced")];
 
@@ -87,13 +87,13 @@ fn document(scene: &Scene, wish: &Wish, run: &str) -> Markup {
     }
 }
 
-/// Where pictures are.
+/// Where images are.
 fn stage() -> Markup {
     html! {
         div .theatre {
             div #stage tabindex="0" role="application" aria-label="Picture: drag to orbit, shift and drag to pan, wheel to come closer" {
-                canvas .picture {}
-                canvas .picture .over hidden {}
+                canvas .image {}
+                canvas .image .over hidden {}
                 canvas #overlay hidden {}
                 div #mark hidden {}
                 div .handle role="slider" tabindex="0" aria-label="Wipe" aria-valuemin="0" aria-valuemax="100" aria-valuenow="50" {}

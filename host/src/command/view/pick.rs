@@ -23,7 +23,7 @@ pub struct Picked {
     pub node: Option<usize>,
 }
 
-/// What a camera's ray meets first, in a picture of this size (px), at a place by shares of its width and height from the upper left.
+/// What a camera's ray meets first, in an image of this size (px), at a place by shares of its width and height from the upper left.
 pub fn picked(scene: &Scene, camera: &SceneCamera, size: [u32; 2], place: [f64; 2]) -> Option<Picked> {
     let eye = camera.camera(size[0], size[1]);
     let [x, y] = place.map(|share| (2.0 * share - 1.0) as f32);

@@ -1,4 +1,4 @@
-//! The picture as a file, and the command that renders it again.
+//! The image as a file, and the command that renders it again.
 
 use std::path::Path;
 
@@ -71,7 +71,7 @@ pub fn kept() -> Vec<String> {
     words
 }
 
-/// What of a picture is not in the wish.
+/// What of an image is not in the wish.
 pub struct Shot<'a> {
     /// Name of the camera.
     pub camera: &'a str,
@@ -87,7 +87,7 @@ pub struct Shot<'a> {
     pub is_staged: bool,
 }
 
-/// The command that renders a picture again, with the same bits: `kept` of the command line, and what the page decided. None if
+/// The command that renders an image again, with the same bits: `kept` of the command line, and what the page decided. None if
 /// no command can say it: the camera's name has a NUL.
 pub fn command(kept: &[String], wish: &Wish, cell: &Cell, shot: &Shot<'_>) -> Option<String> {
     let Shot { camera, is_edited, time, frames, stops, is_staged } = *shot;

@@ -1,5 +1,5 @@
 //! What the renderer and the connections of pages share. Nothing in it grows: a wish is one, whatever the number of messages that
-//! made it, and of pictures and words only the latest is kept.
+//! made it, and of images and words only the latest is kept.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,7 +15,7 @@ use super::wish::{Message, Wish};
 /// What pages ask the renderer for and have not got yet, at most.
 const MAX_REQUESTS: usize = 8;
 
-/// A picture for pages.
+/// An image for pages.
 #[derive(Debug)]
 pub struct Frame {
     /// The how manieth of all.
@@ -26,16 +26,16 @@ pub struct Frame {
     pub moves: bool,
     /// When its camera was asked for, by the clock of the page that did.
     pub at: f64,
-    /// The picture.
+    /// The image.
     pub shown: Shown,
 }
 
 /// What a page asks the renderer for between frames.
 #[derive(Debug)]
 pub enum Asked {
-    /// The picture as an EXR file.
+    /// The image as an EXR file.
     Exr,
-    /// The picture as a PNG file.
+    /// The image as a PNG file.
     Png,
     /// The edits as a file.
     Edits,
@@ -77,9 +77,9 @@ pub struct Shared {
     pub stop: Arc<AtomicBool>,
     /// Ends the frame that is rendered, and all that follow.
     pub is_over: Arc<AtomicBool>,
-    /// The latest picture, and that which it is held against.
+    /// The latest image, and that which it is held against.
     pub frames: [watch::Sender<Option<Arc<Frame>>>; 2],
-    /// How pictures are shown.
+    /// How images are shown.
     pub look: watch::Sender<Look>,
     /// What the renderer says of itself, in JSON.
     pub status: watch::Sender<Arc<str>>,

@@ -23,6 +23,6 @@ pub struct Site {
     pub wheel: Wheel,
     /// Places for files on their way to a page.
     pub files: Arc<Semaphore>,
-    /// Places for pictures that are packed for a page.
+    /// Places for images that are packed for a page.
     pub packers: Arc<Semaphore>,
 }

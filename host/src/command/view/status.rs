@@ -29,13 +29,13 @@ pub struct Said<'a> {
     pub time: f64,
     /// Whether something moves.
     pub moves: bool,
-    /// What renders the picture.
+    /// What renders the image.
     pub lane: Option<&'a Lane>,
     /// What renders what it is held against.
     pub against: Option<&'a Lane>,
     /// How far they are apart.
     pub distance: Option<&'a Value>,
-    /// Exposure of the picture that was shown last (stops).
+    /// Exposure of the image that was shown last (stops).
     pub stops: f64,
     /// What failed.
     pub failure: Option<&'a str>,

@@ -1,4 +1,4 @@
-//! What is wanted of the picture, and the messages of the page that change it.
+//! What is wanted of the image, and the messages of the page that change it.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -26,7 +26,7 @@ pub const RATES: std::ops::RangeInclusive<f64> = 0.1..=240.0;
 /// Edits by the index of their node.
 pub type NodeEdits = BTreeMap<usize, NodeEdit>;
 
-/// What the picture is held against.
+/// What the image is held against.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Against {
@@ -39,7 +39,7 @@ pub enum Against {
     Reference,
 }
 
-/// What is wanted of the picture.
+/// What is wanted of the image.
 #[derive(Clone, Debug)]
 pub struct Wish {
     /// Whom it is seen by.
@@ -50,7 +50,7 @@ pub struct Wish {
     pub time: f64,
     /// Since when they play, from that time on.
     pub playing: Option<Instant>,
-    /// Width and height of the picture (px).
+    /// Width and height of the image (px).
     pub size: [u32; 2],
     /// Frames a second to hold while something moves.
     pub target_fps: f64,
@@ -58,7 +58,7 @@ pub struct Wish {
     pub cells: [Cell; 2],
     /// What it is held against.
     pub against: Against,
-    /// How a picture is shown.
+    /// How an image is shown.
     pub look: Look,
     /// Until when something counts as moving.
     pub moves_until: Option<Instant>,
@@ -75,7 +75,7 @@ pub struct Wish {
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Message {
     /// Look from here, in the file's coordinates (m), with this vertical field of view (degrees); `at` is the time of the page's clock,
-    /// which the picture tells back.
+    /// which the image tells back.
     Look {
         from: [f64; 3],
         look_at: [f64; 3],
@@ -87,9 +87,9 @@ pub enum Message {
     Camera { name: String },
     /// Go to a time (s), and play or not.
     Time { seconds: f64, playing: bool },
-    /// Give an axis a value, of the picture (0) or of what it is held against (1).
+    /// Give an axis a value, of the image (0) or of what it is held against (1).
     Axis { side: u8, key: String, value: String },
-    /// Size of the picture (px).
+    /// Size of the image (px).
     Size { width: u32, height: u32 },
     /// Frames a second to hold while something moves.
     Rate { fps: f64 },
@@ -97,7 +97,7 @@ pub enum Message {
     Exposure { stops: String },
     /// The layer that is shown.
     Layer { name: Layer },
-    /// What the picture is held against.
+    /// What the image is held against.
     Against { what: Against },
     /// Put a node of the file there, by its own transform.
     Place { node: usize, translation: [f64; 3], rotation: [f64; 4], scale: [f64; 3] },
@@ -113,7 +113,7 @@ pub enum Message {
     Inspect { x: f64, y: f64 },
     /// What is known of a node of the file.
     Node { node: usize },
-    /// The page has shown a picture.
+    /// The page has shown an image.
     Shown { serial: u64 },
     /// The sender wants to be at the wheel.
     Wheel,
@@ -132,7 +132,7 @@ impl Message {
 }
 
 impl Wish {
-    /// Does what a message says; whether the picture at hand is no longer what is wanted.
+    /// Does what a message says; whether the image at hand is no longer what is wanted.
     ///
     /// # Errors
     ///

@@ -88,7 +88,7 @@ pub struct Config {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EnvironmentTable {
-    /// A latitude-longitude picture (.hdr or .exr), or one radiance as `R,G,B`.
+    /// A latitude-longitude image (.hdr or .exr), or one radiance as `R,G,B`.
     pub source: String,
     /// By how much it is turned around the y axis, from +z towards +x (degrees).
     #[serde(default)]

@@ -65,7 +65,7 @@ pub fn measure_error(sweep: &Sweep, task: &Task, cell: &Cell) -> anyhow::Result<
             .unwrap_or_default() as u32,
         seeds: plan.seeds,
         reference_frames: error.reference_frames.0,
-        picture: write(format!("{identity}.png"), &shown.picture)?,
+        image: write(format!("{identity}.png"), &shown.image)?,
         error_map: match &shown.error_map {
             Some(colors) => write(format!("{identity}-flip.png"), colors)?,
             None => None,

@@ -32,7 +32,7 @@ pub struct Part {
     pub camera: String,
     /// What the scene got that its file does not have, a line each.
     pub notes: Vec<String>,
-    /// Width and height of the picture that is timed, if it is (px).
+    /// Width and height of the image that is timed, if it is (px).
     pub timed_size: Option<(u32, u32)>,
     /// Hash of all that cells of the part share.
     view: String,
@@ -231,7 +231,7 @@ impl Part {
     }
 }
 
-/// Sizes of the pictures that are timed; one that is none where no times are measured.
+/// Sizes of the images that are timed; one that is none where no times are measured.
 fn timed_sizes(config: &Config, matrix: &MatrixTable) -> Vec<Option<(u32, u32)>> {
     if matrix.size.is_empty() {
         return vec![config.time.as_ref().map(|time| (time.width.0, time.height.0))];
@@ -239,7 +239,7 @@ fn timed_sizes(config: &Config, matrix: &MatrixTable) -> Vec<Option<(u32, u32)>>
     matrix.size.iter().map(|(width, height)| Some((width.0, height.0))).collect()
 }
 
-/// The cells with light paths a pixel instead of a number of them, so that pictures of all sizes have the same.
+/// The cells with light paths a pixel instead of a number of them, so that images of all sizes have the same.
 fn per_pixel(config: &Config, timed_size: Option<(u32, u32)>, cells: &[Cell]) -> Vec<Cell> {
     let size = timed_size.or(config.error.as_ref().map(|error| (error.width.0, error.height.0)));
     let pixels = size.map_or(1.0, |(width, height)| f64::from(width) * f64::from(height));

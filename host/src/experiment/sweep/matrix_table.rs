@@ -19,7 +19,7 @@ pub struct MatrixTable {
     pub scene: Vec<String>,
     /// The camera.
     pub camera: CameraChoice,
-    /// Widths and heights of the pictures that are timed; none: that of `[time]`.
+    /// Widths and heights of the images that are timed; none: that of `[time]`.
     pub size: Vec<(Side, Side)>,
     /// Values of the axes.
     pub axes: Matrix,
@@ -42,8 +42,8 @@ impl MatrixTable {
 
     /// Combinations of its lists.
     pub fn count(&self) -> u64 {
-        let pictures = self.scene.len() as u64 * self.size.len().max(1) as u64;
-        self.axes.count().saturating_mul(pictures)
+        let images = self.scene.len() as u64 * self.size.len().max(1) as u64;
+        self.axes.count().saturating_mul(images)
     }
 }
 

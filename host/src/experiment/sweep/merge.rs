@@ -21,7 +21,7 @@ pub struct Joined {
     pub older: usize,
 }
 
-/// Copies every result of the folders, with its pictures, into `out`, which keeps what it has. Of two of one identity the
+/// Copies every result of the folders, with its images, into `out`, which keeps what it has. Of two of one identity the
 /// one that was measured more fully wins (time and error), else the newer one. A count for each folder.
 pub fn merge(folders: &[PathBuf], out: &Path) -> anyhow::Result<Vec<Joined>> {
     store::create(out)?;
@@ -36,7 +36,7 @@ pub fn merge(folders: &[PathBuf], out: &Path) -> anyhow::Result<Vec<Joined>> {
                 Some(old) if rank(old) >= rank(&result) => joined.older += 1,
                 _ => {
                     joined.taken += 1;
-                    copy_pictures(folder, out, &result)?;
+                    copy_images(folder, out, &result)?;
                     store::write(out, &result)?;
                     known.insert(result.identity.clone(), result);
                 }
@@ -52,9 +52,9 @@ fn rank(result: &CellResult) -> (usize, u64) {
     (parts, result.provenance.unix_s)
 }
 
-fn copy_pictures(from: &Path, to: &Path, result: &CellResult) -> anyhow::Result<()> {
+fn copy_images(from: &Path, to: &Path, result: &CellResult) -> anyhow::Result<()> {
     let Some(error) = &result.error else { return Ok(()) };
-    for name in [&error.picture, &error.error_map, &error.reference].into_iter().flatten() {
+    for name in [&error.image, &error.error_map, &error.reference].into_iter().flatten() {
         let (source, target) = (store::cells(from).join(name), store::cells(to).join(name));
         let bytes = read_file(&source).with_context(|| format!("cannot read {}", source.display()))?;
         Target::claim(&target, true)?.finish(&bytes)?;
@@ -74,7 +74,7 @@ mod tests {
 
     fn result(digit: &str, unix_s: u64, is_whole: bool) -> CellResult {
         let identity = digit_identity(digit);
-        let error = CellError { picture: Some(format!("{identity}.png")), ..CellError::default() };
+        let error = CellError { image: Some(format!("{identity}.png")), ..CellError::default() };
         CellResult {
             identity,
             time: is_whole.then(CellTime::default),
@@ -84,11 +84,11 @@ mod tests {
         }
     }
 
-    fn write(folder: &Path, results: &[CellResult], picture: &str) {
+    fn write(folder: &Path, results: &[CellResult], image: &str) {
         store::create(folder).unwrap();
         for result in results {
             store::write(folder, result).unwrap();
-            std::fs::write(store::cells(folder).join(format!("{}.png", result.identity)), picture).unwrap();
+            std::fs::write(store::cells(folder).join(format!("{}.png", result.identity)), image).unwrap();
         }
     }
 
@@ -111,10 +111,10 @@ mod tests {
         assert_eq!(counts, [Joined { taken: 4, ..Joined::default() }, expected]);
         let merged = store::read_all(&out).unwrap();
         assert_eq!(merged, [&old[0], &new[1], &old[2], &old[3], &new[4]].map(Clone::clone));
-        let pictures = ["1", "2", "3", "4", "5"].map(|name| {
+        let images = ["1", "2", "3", "4", "5"].map(|name| {
             std::fs::read_to_string(store::cells(&out).join(digit_identity(name) + ".png")).unwrap()
         });
-        assert_eq!(pictures, ["a", "b", "a", "a", "b"]);
+        assert_eq!(images, ["a", "b", "a", "a", "b"]);
         // Again, in the other order: the same.
         merge(&[b, a], &out).unwrap();
         assert_eq!(store::read_all(&out).unwrap(), merged);
@@ -124,8 +124,8 @@ mod tests {
     fn names_that_lead_out_of_the_folder_are_refused() {
         let root = tempfile::tempdir().unwrap();
         let [a, out] = ["a", "out"].map(|name| root.path().join(name));
-        let picture = |name: &str| {
-            let error = CellError { picture: Some(name.into()), ..CellError::default() };
+        let image = |name: &str| {
+            let error = CellError { image: Some(name.into()), ..CellError::default() };
             CellResult { error: Some(error), ..result("1", 1, true) }
         };
         let named = |identity: &str| CellResult { identity: identity.into(), ..result("1", 1, true) };
@@ -133,11 +133,11 @@ mod tests {
         let absolute = root.path().join("precious");
         std::fs::write(&precious, "precious").unwrap();
         let results = [
-            (picture("../x.png"), "picture"),
-            (picture("/x.png"), "picture"),
-            (picture("x\\y.png"), "picture"),
-            (picture(".x.png"), "picture"),
-            (picture(&format!("{}.json", digit_identity("2"))), "picture"),
+            (image("../x.png"), "picture"),
+            (image("/x.png"), "picture"),
+            (image("x\\y.png"), "picture"),
+            (image(".x.png"), "picture"),
+            (image(&format!("{}.json", digit_identity("2"))), "picture"),
             (named("../../precious"), "identity"),
             (named(absolute.to_str().unwrap()), "identity"),
             (named(&digit_identity("2")), "identity"),

@@ -16,7 +16,7 @@ pub struct Positive(pub f64);
 #[derive(Clone, Copy, Debug)]
 pub struct Count(pub u32);
 
-/// Side of a picture (px).
+/// Side of an image (px).
 #[derive(Clone, Copy, Debug)]
 pub struct Side(pub u32);
 

@@ -50,7 +50,7 @@ pub fn features(pixels_per_degree: f64) -> [Weights; 3] {
     [of(&gauss), of(&|x| -x * gauss(x)), of(&curvature)]
 }
 
-/// Filters each row of a plane; outside the picture its border is repeated.
+/// Filters each row of a plane; outside the image its border is repeated.
 pub fn along_rows(plane: &[f64], width: usize, weights: &[f64]) -> Vec<f64> {
     let radius = weights.len() / 2;
     let mut out = vec![0.0; plane.len()];

@@ -1,4 +1,4 @@
-//! EXT_lights_image_based: light from all around as the faces of a cube, made into a latitude-longitude picture.
+//! EXT_lights_image_based: light from all around as the faces of a cube, made into a latitude-longitude image.
 //!
 //! The largest faces are taken; smaller ones are blurred for other renderers. Where they cannot be had, the coefficients of the
 //! irradiance say about where the light comes from. Colours of PNG files are divided by alpha (RGBD).
@@ -14,9 +14,9 @@ use super::image;
 use crate::scene::texture::{Image, srgb};
 use crate::scene::{EnvironmentMap, SceneError};
 
-/// Largest height of the picture (texels).
+/// Largest height of the image (texels).
 const MAX_HEIGHT: u32 = 2048;
-/// Height of a picture of nine coefficients (texels).
+/// Height of an image of nine coefficients (texels).
 const SMOOTH_HEIGHT: u32 = 32;
 
 /// The environment that it makes.
@@ -38,13 +38,13 @@ pub fn read(document: &mut Document) -> Result<Option<EnvironmentMap>, SceneErro
     let map = match faces(document, &light["specularImages"][0]) {
         Ok(faces) => {
             let side = faces.iter().map(|face| face.width.max(face.height)).max().unwrap_or(1);
-            Some(picture(side.saturating_mul(2).min(MAX_HEIGHT), side, rotation, |d| seen(&faces, d)))
+            Some(environment_map(side.saturating_mul(2).min(MAX_HEIGHT), side, rotation, |d| seen(&faces, d)))
         }
         Err(what) => {
             let error = error(document, &what);
             document.replace(OWNER, &what, "lit by its irradianceCoefficients", error)?;
             coefficients(&light["irradianceCoefficients"])
-                .map(|all| picture(SMOOTH_HEIGHT, 1, rotation, |d| radiance(&all, d)))
+                .map(|all| environment_map(SMOOTH_HEIGHT, 1, rotation, |d| radiance(&all, d)))
         }
     };
     let intensity = light["intensity"].as_f64().unwrap_or(1.0) as f32;
@@ -104,8 +104,8 @@ fn faces(document: &mut Document, level: &Value) -> Result<Vec<Face>, String> {
     images.iter().map(read).collect()
 }
 
-/// A picture of so many rows of what is in a direction, with enough samples for faces of this side.
-fn picture(height: u32, side: u32, rotation: DQuat, seen: impl Fn(DVec3) -> Vec3) -> EnvironmentMap {
+/// An image of so many rows of what is in a direction, with enough samples for faces of this side.
+fn environment_map(height: u32, side: u32, rotation: DQuat, seen: impl Fn(DVec3) -> Vec3) -> EnvironmentMap {
     let height = height.max(2);
     let width = 2 * height;
     // Twice as many as texels of a face, which has a quarter of a turn.

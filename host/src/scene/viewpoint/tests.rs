@@ -19,7 +19,7 @@ fn kinds() -> Vec<[DVec3; 2]> {
     kinds
 }
 
-/// Half of the picture's width and height that a place is away from its middle, or none behind the eye.
+/// Half of the image's width and height that a place is away from its middle, or none behind the eye.
 fn seen(whole: &Whole, place: DVec3, aspect: f64) -> Option<(f64, f64)> {
     let forward = (whole.look_at.0 - whole.from.0).normalize();
     let (right, up) = axes(forward);
@@ -102,7 +102,7 @@ fn a_name_pasted_gives_the_same_camera_to_the_bit() {
         let bounds = [lower, upper].map(|corner| (corner - origin).as_vec3());
         let mut scene = Scene { origin, bounds, ..Scene::default() };
         let first = scene.place_camera(&Viewpoint::default(), 1.5).unwrap().clone();
-        // The picture may have another shape then.
+        // The image may have another shape then.
         let again = scene.place_camera(&read(&first.name), 0.7).unwrap();
         assert_eq!(*again, first);
         assert!(first.position.is_finite() && first.position.length() > 0.0);

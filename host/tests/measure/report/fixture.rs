@@ -15,7 +15,7 @@ use glam::Vec3;
 
 /// A name that is markup unless it is escaped.
 pub const ROUGH: &str = "moving <b> & \"glass\"";
-/// Size of the pictures (px).
+/// Size of the images (px).
 const SIZE: (u32, u32) = (240, 135);
 
 /// Method, gather, history, time of a path a pixel (ms), error at one path a pixel.
@@ -144,7 +144,7 @@ fn hash(text: &str) -> u64 {
         .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
-/// Writes the cell and, of every cell but those of 0.25 paths, its pictures.
+/// Writes the cell and, of every cell but those of 0.25 paths, its images.
 pub fn save(folder: &Path, cell: &mut CellResult) {
     let cells = folder.join("cells");
     std::fs::create_dir_all(&cells).unwrap();
@@ -169,7 +169,7 @@ pub fn save(folder: &Path, cell: &mut CellResult) {
             noise * ((bits >> 40) as f32 / 8_388_608.0 - 1.0)
         };
         error.reference = write(format!("{id}-reference.png"), &|x, y| room(x, y, turn));
-        error.picture = write(format!("{id}.png"), &|x, y| {
+        error.image = write(format!("{id}.png"), &|x, y| {
             (room(x, y, turn) * (1.0 + 2.0 * grain(x, y))).clamp(Vec3::ZERO, Vec3::ONE)
         });
         error.error_map = write(format!("{id}-flip.png"), &|x, y| {

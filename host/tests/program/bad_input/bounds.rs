@@ -32,7 +32,7 @@ fn frames_beyond_memory_are_refused() {
     refuses_in_4_gib(folder.path(), &large, &words);
 }
 
-/// One small picture of 8192 x 8192, named 20 times: each name is an image.
+/// One small file of 8192 x 8192, named 20 times: each name is an image.
 #[test]
 #[cfg(target_os = "linux")]
 fn textures_beyond_memory_are_refused_undecoded() {

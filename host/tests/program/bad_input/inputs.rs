@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use super::{TINY, caustics, listing, refuses};
 
-/// A folder of one result, with a picture beside it.
+/// A folder of one result, with an image beside it.
 fn results(folder: &Path) {
     let bench = [
         "bench",

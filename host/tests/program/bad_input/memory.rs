@@ -149,18 +149,18 @@ fn write(folder: &Path) {
         std::fs::write(folder.join(name), sealed).unwrap();
     }
 
-    let picture = image::RgbImage::from_pixel(SIDE, SIDE, image::Rgb([200, 200, 200]));
-    picture.save(folder.join("white.png")).unwrap();
-    let float = image::DynamicImage::ImageRgb8(picture).into_rgb32f();
+    let image = image::RgbImage::from_pixel(SIDE, SIDE, image::Rgb([200, 200, 200]));
+    image.save(folder.join("white.png")).unwrap();
+    let float = image::DynamicImage::ImageRgb8(image).into_rgb32f();
     float.save(folder.join("sky.hdr")).unwrap();
     let pixels = float.pixels().map(|pixel| pixel.0);
-    let picture = caustics::picture::Picture {
+    let image = caustics::rendered_image::RenderedImage {
         width: SIDE as usize,
         height: SIDE as usize,
         path: pixels.map(Into::into).collect(),
         ..Default::default()
     };
-    let bytes = caustics::output::exr::encode(&picture, None, &Default::default()).unwrap();
+    let bytes = caustics::output::exr::encode(&image, None, &Default::default()).unwrap();
     std::fs::write(folder.join("sky.exr"), bytes).unwrap();
 }
 

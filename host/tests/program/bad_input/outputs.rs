@@ -119,7 +119,7 @@ fn force_overwrites_no_file_of_the_scene() {
         let render = ["render", "scene.gltf", "--force", "-o", exr, "--png", png];
         refuses(scene.path(), &[&render[..], &TINY].concat(), 2, &["is a file of the scene", "another name"]);
     }
-    // The picture of all around is one too; a radiance is none.
+    // The image of all around is one too; a radiance is none.
     std::fs::copy(scene.path().join("a buffer.exr"), scene.path().join("sky.exr")).unwrap();
     let render = ["render", "scene.gltf", "--force", "-o", "sky.exr", "--environment", "./sky.exr"];
     refuses(scene.path(), &[&render[..], &TINY].concat(), 2, &["sky.exr is a file of the scene"]);

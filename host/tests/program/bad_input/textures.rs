@@ -44,7 +44,7 @@ fn textures_that_cannot_be_had_are_replaced() {
         caustics(whole().write().path(), &[&["render", "scene.gltf", "-o", "out.exr"], &TINY[..]].concat());
     assert_eq!(run.code, Some(0), "{}", run.stderr);
 
-    // The file: missing, empty, no picture, cut off, and with a damaged length.
+    // The file: missing, empty, no image, cut off, and with a damaged length.
     let scene = whole();
     std::fs::remove_file(scene.path().join("tiles.png")).unwrap();
     scene.replaces(&["image 0", "tiles.png"]);
@@ -63,7 +63,7 @@ fn textures_that_cannot_be_had_are_replaced() {
         scene.replaces(&["image 0", words]);
     }
 
-    // A size that no picture has room for.
+    // A size that no image has room for.
     let mut huge = tiles.clone();
     huge[16..24].copy_from_slice(&[0, 0, 0xff, 0xff, 0, 0, 0xff, 0xff]);
     let scene = whole();

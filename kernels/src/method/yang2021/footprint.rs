@@ -1,7 +1,7 @@
 //! The footprint of a photon: the ellipse on its tangent plane over which its flux is spread, and the pixels that may see
 //! it [Yang and Ouyang 2021].
 //!
-//! The photon's own part is `SCALE` times its differential, with its anisotropy and its size in the picture clamped. To it
+//! The photon's own part is `SCALE` times its differential, with its anisotropy and its size in the image clamped. To it
 //! the footprint of a pixel is added, in quadrature, so that no ellipse falls between pixels.
 
 #[cfg(target_arch = "spirv")]
@@ -20,7 +20,7 @@ const SCALE: f32 = 1.5;
 const PIXEL_HALF_AXIS: f32 = 0.9;
 /// Longest half axis over the shortest, of the photon's own part.
 const MAX_ANISOTROPY: f32 = 16.0;
-/// Half the size of the photon's own part in the picture, at most (px).
+/// Half the size of the photon's own part in the image, at most (px).
 const MAX_HALF_SIZE: f32 = 15.0;
 
 /// A symmetric matrix of two rows over the tangents of a plane.
@@ -80,7 +80,7 @@ pub struct Footprint {
     pub first_row: u32,
     /// Last row.
     pub last_row: u32,
-    /// Area in the picture (px), without what rough scattering adds: what denser light paths make smaller.
+    /// Area in the image (px), without what rough scattering adds: what denser light paths make smaller.
     pub area_px: f32,
     /// Longest half axis, at most (m).
     pub reach: f32,
@@ -269,6 +269,6 @@ mod tests {
         assert!(at(Vec3::ZERO, Vec3::Y));
         assert!(!at(Vec3::ZERO, Vec3::NEG_Y), "faces away");
         assert!(!at(Vec3::new(0.0, 3.0, 4.0), Vec3::NEG_Y), "behind the eye");
-        assert!(!at(Vec3::new(20.0, 0.0, 0.0), Vec3::Y), "beside the picture");
+        assert!(!at(Vec3::new(20.0, 0.0, 0.0), Vec3::Y), "beside the image");
     }
 }

@@ -16,7 +16,7 @@ const FRAMES: u32 = 5;
 /// The last frame's caustics, by the CPU and by the GPU.
 pub struct Compared {
     pub table: Table,
-    /// Means of a channel over the picture (W m^-2 sr^-1).
+    /// Means of a channel over the image (W m^-2 sr^-1).
     pub means: [f64; 2],
 }
 

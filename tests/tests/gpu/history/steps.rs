@@ -173,7 +173,7 @@ fn reprojected(twin: &mut Twin) -> Vec<Difference> {
     fields.into_iter().chain([pixels]).collect()
 }
 
-/// The picture, and what it leaves to the next frame.
+/// The image, and what it leaves to the next frame.
 fn remembered(twin: &mut Twin) -> Vec<Difference> {
     let mut found = vec![];
     for buffer in ["caustic_radiance", "history_mean"] {

@@ -38,9 +38,9 @@ fn means(choice: &RunnerChoice, scene: &Scene, features: Features, variant: &'st
     let (mut caustics, mut path) = (vec![], vec![]);
     for frame in 0..FRAMES {
         session.frame(frame).unwrap();
-        let picture = session.picture().unwrap();
-        caustics.push(mean(&picture.caustics));
-        path.push(mean(&picture.path));
+        let image = session.image().unwrap();
+        caustics.push(mean(&image.caustics));
+        path.push(mean(&image.path));
     }
     [Mean::from_samples(&caustics), Mean::from_samples(&path)]
 }
@@ -209,7 +209,7 @@ fn tiles_are_the_picture_on_a_device() {
             Session::new(&choice, &scene, camera, &settings, &BASIC, &variant::PHOTONS_GRID, features)
                 .unwrap();
         session.frame(1).unwrap();
-        (session.picture().unwrap(), session.tiles())
+        (session.image().unwrap(), session.tiles())
     });
     assert_eq!((whole.1, tiled.1), (1, 3));
     assert!(whole.0 == tiled.0);

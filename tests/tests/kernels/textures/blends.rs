@@ -204,7 +204,7 @@ fn spotted(b: &mut Builder, alpha: u8) -> u32 {
 #[test]
 fn what_blends_to_one_everywhere_is_opaque_to_the_bit() {
     let settings = Settings { width: 48, height: 36, light_paths: 4000, ..Settings::default() };
-    let picture = |scene: &Scene| render(scene, &settings, "photons-grid", None, 0, 1).remove(0).0;
+    let image = |scene: &Scene| render(scene, &settings, "photons-grid", None, 0, 1).remove(0).0;
     let textured = |b: &mut Builder, alpha, blends| MaterialTextures {
         base_color: spotted(b, alpha),
         blends,
@@ -212,14 +212,14 @@ fn what_blends_to_one_everywhere_is_opaque_to_the_bit() {
     };
     let opaque = pane_of(|b| textured(b, 255, 0));
     let blended = pane_of(|b| textured(b, 255, 1));
-    assert!(!blended.features(0.25).has(Features::BLENDS) && picture(&opaque) == picture(&blended));
+    assert!(!blended.features(0.25).has(Features::BLENDS) && image(&opaque) == image(&blended));
     let plain = pane_of(|_| MaterialTextures::default());
     let blended = pane_of(|_| veil(1.0));
-    assert!(!blended.features(0.25).has(Features::BLENDS) && picture(&plain) == picture(&blended));
+    assert!(!blended.features(0.25).has(Features::BLENDS) && image(&plain) == image(&blended));
     // One texel is enough.
     let spotted = pane_of(|b| textured(b, 254, 1));
     assert!(spotted.features(0.25).has(Features::BLENDS));
-    assert!(picture(&pane_of(|_| veil(0.5))) != picture(&plain));
+    assert!(image(&pane_of(|_| veil(0.5))) != image(&plain));
 }
 
 /// All code alive changes no bit of a scene in which nothing blends.

@@ -1,6 +1,6 @@
 //! What a pixel shows of a texture: the mean over its area of what is lit, or what is lit of the mean.
 
-use caustics::image::Encoding;
+use caustics::image_file::Encoding;
 use caustics::metric::flip_ldr::flip_ldr;
 use caustics::metric::pixels::Pixels;
 use caustics::session::{RunnerChoice, Session};
@@ -12,7 +12,7 @@ use caustics_kernels::method::path::PATH;
 use caustics_tests::scenes::committed;
 use glam::DVec3;
 
-/// Size of the picture (px), and by how much that of the truth is larger each way.
+/// Size of the image (px), and by how much that of the truth is larger each way.
 const WIDTH: usize = 96;
 const HEIGHT: usize = 54;
 const FINER: usize = 8;
@@ -37,7 +37,7 @@ fn render(texture_filter: TextureFilter, scale: usize, samples: u32, seed: u32) 
     let share = 1.0 / (f64::from(samples) * (scale * scale) as f64);
     for sample in 0..samples {
         session.frame(sample).unwrap();
-        for (pixel, radiance) in session.picture().unwrap().path.iter().enumerate() {
+        for (pixel, radiance) in session.image().unwrap().path.iter().enumerate() {
             let (x, y) = (pixel % width / scale, pixel / width / scale);
             values[y * WIDTH + x] += radiance.as_dvec3() * share;
         }
@@ -45,15 +45,15 @@ fn render(texture_filter: TextureFilter, scale: usize, samples: u32, seed: u32) 
     Pixels { width: WIDTH, height: HEIGHT, values }
 }
 
-/// The finest level under many rays is the picture of eight times the size, averaged; there even a cone is an eighth as
-/// wide, so that the truth owes nothing to the filter under test. The level of the cone is another picture.
+/// The finest level under many rays is the image of eight times the size, averaged; there even a cone is an eighth as
+/// wide, so that the truth owes nothing to the filter under test. The level of the cone is another image.
 #[test]
 fn the_finest_level_is_the_supersampled_picture_and_the_cone_is_not() {
     let truth = render(TextureFilter::Cone, FINER, 4, 1);
     let compare = |filter, seed| {
-        let picture = render(filter, 1, 256, seed);
-        let ratio = picture.values.iter().sum::<DVec3>() / truth.values.iter().sum::<DVec3>();
-        let flip = flip_ldr(&picture, &truth, Encoding::Linear, 0.0, 67.0).mean();
+        let image = render(filter, 1, 256, seed);
+        let ratio = image.values.iter().sum::<DVec3>() / truth.values.iter().sum::<DVec3>();
+        let flip = flip_ldr(&image, &truth, Encoding::Linear, 0.0, 67.0).mean();
         println!("{}: energy {ratio:.4}, FLIP {flip:.4}", filter.name());
         (ratio, flip)
     };

@@ -38,7 +38,7 @@ fn half_open_screens_let_half_the_light_through() {
     let light = |scene: &Scene| mean_of(&render(scene, &settings, "photons-grid", None, 0, 1)[0].0.path);
     let (open, half) = (light(&screened(false, 0.5)), light(&screened(true, 0.5)));
     println!("{half:.5} of {open:.5}");
-    // The picture shows about 2 x 2 squares of the shadow pattern, counted by pixels of 2 mm: borders take 1 %.
+    // The image shows about 2 x 2 squares of the shadow pattern, counted by pixels of 2 mm: borders take 1 %.
     assert!((half / open - 0.5).abs() < 0.01, "{half} of {open}");
     // All of it is there, or nothing.
     assert!(light(&screened(true, 1e-6)) < 1e-3 * open);

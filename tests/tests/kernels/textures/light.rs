@@ -1,4 +1,4 @@
-//! Normal maps and textured materials in whole pictures.
+//! Normal maps and textured materials in whole images.
 
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
@@ -34,14 +34,14 @@ fn bumped(texel: Option<[u8; 4]>) -> Scene {
 #[test]
 fn flat_normal_maps_change_no_bit() {
     let settings = Settings { width: 64, height: 48, light_paths: 60_000, ..Settings::default() };
-    let picture = |scene: &Scene| render(scene, &settings, "photons-grid", None, 0, 1).remove(0).0;
+    let image = |scene: &Scene| render(scene, &settings, "photons-grid", None, 0, 1).remove(0).0;
     let (plain, flat) = (bumped(None), bumped(Some([128, 128, 255, 255])));
     assert!(
         flat.features(0.25).has(Features::NORMAL_MAPS) && !plain.features(0.25).has(Features::NORMAL_MAPS)
     );
-    let (plain, flat) = (picture(&plain), picture(&flat));
+    let (plain, flat) = (image(&plain), image(&flat));
     assert!(plain == flat);
-    let tilted = picture(&bumped(Some([150, 128, 252, 255])));
+    let tilted = image(&bumped(Some([150, 128, 252, 255])));
     assert!(tilted != plain && plain.deposits.iter().sum::<f32>() > 50.0, "the test has lost its subject");
 }
 

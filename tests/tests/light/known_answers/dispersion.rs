@@ -286,11 +286,11 @@ fn a_highlight_on_dispersive_glass_has_its_hue_after_32_frames() {
     );
     let mut sum = DVec3::ZERO;
     let mut seen = 0;
-    for (picture, _) in &frames {
+    for (image, _) in &frames {
         for y in -4..=4 {
             for x in -4..=4 {
                 let (x, y) = (column as i32 + x, row as i32 + y);
-                sum += picture.path[(y * side as i32 + x) as usize].as_dvec3();
+                sum += image.path[(y * side as i32 + x) as usize].as_dvec3();
                 seen += 1;
             }
         }

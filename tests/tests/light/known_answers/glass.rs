@@ -234,8 +234,8 @@ fn an_eye_inside_of_glass_sees_through_it() {
     b.panel(lamp, DVec3::new(0.0, 0.0, -1.0), 1.0 * DVec3::X, 1.0 * DVec3::Y);
     b.camera(DVec3::ZERO, DVec3::NEG_Z, 0.02);
     let scene = b.build();
-    let (picture, _) = render(&scene, &settings(4, 4, 1), "photons-grid", None, 0, 1).remove(0);
-    for pixel in picture.path {
+    let (image, _) = render(&scene, &settings(4, 4, 1), "photons-grid", None, 0, 1).remove(0);
+    for pixel in image.path {
         let expected = Vec3::new(1.0, (-0.5_f32).exp(), (-1.0_f32).exp());
         assert!((pixel - expected).abs().max_element() < 2e-4, "{pixel} {expected}");
     }

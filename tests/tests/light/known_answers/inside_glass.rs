@@ -51,7 +51,7 @@ fn seen_over(scene: &Scene, max_bounces: u32, frames: u32, expected: impl Fn(f64
     let frames = render(scene, &settings, "photons-grid", None, 0, frames);
     let ratios: Vec<f64> = frames
         .iter()
-        .flat_map(|(picture, _)| picture.path.iter().zip(&expected))
+        .flat_map(|(image, _)| image.path.iter().zip(&expected))
         .map(|(seen, expected)| f64::from(seen.x) / expected)
         .collect();
     mean_and_error(&ratios)

@@ -226,16 +226,17 @@ fn plane_mirror_makes_a_virtual_spot() {
     b.camera(DVec3::new(-0.1, 3.0, 0.3), DVec3::new(-0.1, 0.0, 0.3), 0.45);
     let scene = b.build();
     let settings = settings(48, 32, 300_000);
-    let (image, mirrored_axis) = (DVec3::new(2.0, 1.0, 0.0), DVec3::new(-axis.x, axis.y, axis.z));
+    let (virtual_image, mirrored_axis) = (DVec3::new(2.0, 1.0, 0.0), DVec3::new(-axis.x, axis.y, axis.z));
     let points: Vec<_> = World::new(&scene, &settings).collect().iter().map(|c| c.point.geometry).collect();
     let irradiance = |p: DVec3| {
-        let along = p - image;
-        5.0 * falloff(angles, along.normalize().dot(mirrored_axis).acos()) * image.y / along.length().powi(3)
+        let along = p - virtual_image;
+        5.0 * falloff(angles, along.normalize().dot(mirrored_axis).acos()) * virtual_image.y
+            / along.length().powi(3)
     };
     let at: Vec<f64> = points.iter().map(|point| irradiance(point.position.as_dvec3())).collect();
     let expected = at.iter().sum::<f64>() / at.len() as f64;
     let dark = at.iter().filter(|&&value| value == 0.0).count();
-    assert!(dark > 100 && dark < at.len() - 400, "the border of the cone is in the picture: {dark} are dark");
+    assert!(dark > 100 && dark < at.len() - 400, "the border of the cone is in the image: {dark} are dark");
 
     let frames = render(&scene, &settings, "photons-grid", None, 0, 10);
     let measured: Vec<f64> =

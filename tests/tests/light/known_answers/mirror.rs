@@ -51,23 +51,23 @@ fn virtual_light(metallic: f32) {
     let points: Vec<DVec3> = (0..params.pixel_count()).map(on_floor).collect();
 
     // Irradiance at every pixel's own point. The metal's reflectance is Schlick's at the mirror's cosine.
-    let (light, image) = (DVec3::new(0.0, 1.0, 0.0), DVec3::new(2.0, 1.0, 0.0));
+    let (light, virtual_image) = (DVec3::new(0.0, 1.0, 0.0), DVec3::new(2.0, 1.0, 0.0));
     let irradiance = |p: DVec3, from: DVec3| f64::from(intensity) * from.y / (from - p).length().powi(3);
     let (mut direct, mut mirrored) = (Vec::new(), 0.0);
     for &p in &points {
-        let cos = ((image - p).x / (image - p).length()).abs();
+        let cos = ((virtual_image - p).x / (virtual_image - p).length()).abs();
         let reflectance = f64::from(rho) + (1.0 - f64::from(rho)) * (1.0 - cos).powi(5);
         direct.push(irradiance(p, light) * f64::from(albedo) / PI);
-        mirrored += reflectance * irradiance(p, image) / points.len() as f64;
+        mirrored += reflectance * irradiance(p, virtual_image) / points.len() as f64;
     }
     let frames = render(&scene, &settings, "photons-grid", None, 0, 30);
-    for (picture, _) in &frames {
-        for (got, want) in picture.path.iter().zip(&direct) {
+    for (image, _) in &frames {
+        for (got, want) in image.path.iter().zip(&direct) {
             assert!((f64::from(got.x) / want - 1.0).abs() < 1e-4, "direct light {} {want}", got.x);
         }
     }
     let measured: Vec<f64> =
-        frames.iter().map(|(picture, _)| mean_of(&picture.caustics) * PI / f64::from(albedo)).collect();
+        frames.iter().map(|(image, _)| mean_of(&image.caustics) * PI / f64::from(albedo)).collect();
     let (mean, error) = mean_and_error(&measured);
     println!("E = {mean:.5} +- {error:.5} W/m^2, expected {mirrored:.5}");
     assert!(error < 0.01 * mirrored, "the test has lost its sharpness");

@@ -98,7 +98,7 @@ fn plain(half: f64, tilt_degrees: f64, scale: f64) -> Scene {
     Scene::load(&file).unwrap()
 }
 
-/// Frames of one picture: few paths take another turn where rays are rounded otherwise, and each weighs as many deposits.
+/// Frames of one image: few paths take another turn where rays are rounded otherwise, and each weighs as many deposits.
 const FRAMES: u32 = 16;
 
 /// Sums of the path-traced light and of the caustics.
@@ -111,8 +111,8 @@ fn means(scene: &Scene, choice: &RunnerChoice) -> [f64; 2] {
     let mut sums = [0.0; 2];
     for frame in 0..FRAMES {
         session.frame(frame).unwrap();
-        let picture = session.picture().unwrap();
-        let each = [mean_of(&picture.path), mean_of(&picture.caustics)];
+        let image = session.image().unwrap();
+        let each = [mean_of(&image.path), mean_of(&image.caustics)];
         sums = [0, 1].map(|layer| sums[layer] + each[layer]);
     }
     sums
@@ -166,9 +166,8 @@ fn a_huge_plain_does_not_depend_on_the_unit_of_length() {
     let frame = |scale: f64| {
         let scene = plain(2e5, 37.0, scale);
         let settings = settings(64, 48, 20_000);
-        let picture =
-            caustics_tests::direct::render(&scene, &settings, "photons-grid", None, 0, 1).remove(0).0;
-        (scene.triangles.len(), picture.path, picture.caustics)
+        let image = caustics_tests::direct::render(&scene, &settings, "photons-grid", None, 0, 1).remove(0).0;
+        (scene.triangles.len(), image.path, image.caustics)
     };
     let plain = frame(1.0);
     assert!(mean_of(&plain.2) > 0.0 && plain.0 > 2000, "the test has lost its subject");

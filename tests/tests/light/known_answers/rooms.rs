@@ -16,14 +16,14 @@ use super::{near, settings};
 fn plain_room_has_no_caustic_and_shoots_no_light_path() {
     let scene = committed("plain-room");
     for features in [None, Some(Features::ALL)] {
-        let (picture, counters) =
+        let (image, counters) =
             render(&scene, &settings(96, 54, 100_000), "photons-grid", features, 0, 1).remove(0);
-        assert!(picture.caustics.iter().all(|&value| value == Vec3::ZERO));
-        assert!(picture.deposits.iter().all(|&count| count == 0.0));
+        assert!(image.caustics.iter().all(|&value| value == Vec3::ZERO));
+        assert!(image.deposits.iter().all(|&count| count == 0.0));
         for counter in [Counter::LightPaths, Counter::LightRays, Counter::Deposits, Counter::Gathered] {
             assert_eq!(counters.get(counter), 0, "{counter:?}");
         }
-        assert!(mean_of(&picture.path) > 0.0);
+        assert!(mean_of(&image.path) > 0.0);
     }
 }
 
@@ -70,7 +70,7 @@ fn paths_in_a_coloured_room_end_by_chance_and_lose_nothing() {
         let mean = |path: &[Vec3]| {
             path.iter().map(|value| f64::from(value[channel])).sum::<f64>() / path.len() as f64
         };
-        let means: Vec<f64> = frames.iter().map(|(picture, _)| mean(&picture.path)).collect();
+        let means: Vec<f64> = frames.iter().map(|(image, _)| mean(&image.path)).collect();
         let expected = (0..=BOUNCES as i32).map(|bounce| albedo.powi(bounce)).sum();
         near("coloured room", mean_and_error(&means), expected, 5e-4);
     }
@@ -94,18 +94,18 @@ fn coarse_smooth_things_in_a_glowing_room_have_no_dark_dashes() {
         b.smooth_block(thing, DVec3::new(0.7, 0.0, 0.0), 0.5);
         b.camera(DVec3::new(0.0, 0.9, 1.9), DVec3::ZERO, 1.0);
         let settings = Settings { max_bounces: 40, ..settings(128, 96, 1) };
-        let (picture, _) = render(&b.build(), &settings, "photons-grid", None, 0, 1).remove(0);
-        let total = picture.path.len() as f64;
-        let dark = picture.path.iter().filter(|v| v.x < 0.5).count() as f64 / total;
-        println!("{name}: mean {:.5}, dark pixels {dark:.5}", mean_of(&picture.path));
+        let (image, _) = render(&b.build(), &settings, "photons-grid", None, 0, 1).remove(0);
+        let total = image.path.len() as f64;
+        let dark = image.path.iter().filter(|v| v.x < 0.5).count() as f64 / total;
+        println!("{name}: mean {:.5}, dark pixels {dark:.5}", mean_of(&image.path));
         // A ray may slip through an edge, and a path through glass be longer than the limit; one sample a pixel of direct light has a noise of about 0.4 on
-        // the third of the picture that Lambert fills: four standard errors.
+        // the third of the image that Lambert fills: four standard errors.
         let bound = match name {
             "mirror" => 1e-3,
             "glass" => 0.02,
             _ => 8e-3,
         };
-        assert!((mean_of(&picture.path) - 1.0).abs() < bound, "{name}");
+        assert!((mean_of(&image.path) - 1.0).abs() < bound, "{name}");
         assert!(name == "lambert" || dark < bound, "{name}: {dark}");
     }
 }
@@ -122,10 +122,10 @@ fn glass_in_a_black_glowing_room_shows_its_radiance_in_every_pixel() {
     b.camera(DVec3::new(0.0, 0.0, 0.95), DVec3::ZERO, 1.0);
     let scene = b.build();
     let settings = Settings { max_bounces: 40, ..settings(128, 96, 1) };
-    let (picture, _) = render(&scene, &settings, "photons-grid", None, 0, 1).remove(0);
-    let total = picture.path.len() as f64;
-    let off = picture.path.iter().filter(|v| (v.x - 1.0).abs() > 1e-4).count() as f64 / total;
-    println!("mean {:.6}, pixels off by more than 1e-4: {:.5}", mean_of(&picture.path), off);
-    assert!(picture.path.iter().all(|v| v.x < 1.0 + 1e-4));
-    assert!((mean_of(&picture.path) - 1.0).abs() < 2e-3);
+    let (image, _) = render(&scene, &settings, "photons-grid", None, 0, 1).remove(0);
+    let total = image.path.len() as f64;
+    let off = image.path.iter().filter(|v| (v.x - 1.0).abs() > 1e-4).count() as f64 / total;
+    println!("mean {:.6}, pixels off by more than 1e-4: {:.5}", mean_of(&image.path), off);
+    assert!(image.path.iter().all(|v| v.x < 1.0 + 1e-4));
+    assert!((mean_of(&image.path) - 1.0).abs() < 2e-3);
 }

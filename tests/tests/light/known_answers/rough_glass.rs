@@ -116,7 +116,7 @@ fn point_light_behind_rough_glass_is_connected_to_and_absorbed() {
 }
 
 /// Whether the reflection of rough glass is specular decides who computes its light, not how much there is: the mean
-/// of a room's picture is the same with the threshold below and above its roughness. 0.5 % is for what discs lose at
+/// of a room's image is the same with the threshold below and above its roughness. 0.5 % is for what discs lose at
 /// borders, which lie elsewhere.
 #[test]
 fn the_class_of_rough_glass_moves_light_between_layers_only() {

@@ -1,5 +1,5 @@
-//! Histories in curved mirrors and through glass, where the eye sees an image of a point: by it a point finds itself in the
-//! picture of the frame before, though the eye moved.
+//! Histories in curved mirrors and through glass, where the eye sees a virtual image of a point: by it a point finds itself in the
+//! image of the frame before, though the eye moved.
 
 use std::ops::Range;
 
@@ -99,7 +99,7 @@ fn the_image_in_a_ball_is_where_the_mirror_equation_says() {
     let shading: Vec<PointShading> = frames.session.read("point_shading").unwrap();
     let expected = 2.0 + 1.0 / (1.0 / 2.2 + 2.0 / 0.3);
     for (point, shading) in points.iter().zip(&shading) {
-        assert_eq!(point.depth, 2, "all of the picture sees the wall in the ball");
+        assert_eq!(point.depth, 2, "all of the image sees the wall in the ball");
         // Facets: the curvature of interpolated normals is off by their angle squared, 0.05 squared, and more on slanted ones.
         let off = (shading.distance / expected - 1.0).abs();
         assert!(off < 0.005, "{} m, should be {expected}", shading.distance);
@@ -139,7 +139,7 @@ fn curved_mirrors_and_glass_keep_their_history_under_a_moving_eye() {
     }
 }
 
-/// Places of today's points in the picture of the frame before, by their images and by where that picture's own points are:
+/// Places of today's points in the image of the frame before, by their virtual images and by where that image's own points are:
 /// sorted distances (px) between the two.
 fn misses(scene: &Scene) -> Vec<f32> {
     let settings = Settings { width: 96, height: 96, light_paths: 100, ..Settings::default() };

@@ -40,7 +40,7 @@ impl Engine<'_> {
         Ok(serde_json::to_vec(&picked)?)
     }
 
-    /// The lane of the picture, if it has frames.
+    /// The lane of the image, if it has frames.
     fn converged(&mut self) -> anyhow::Result<&mut Lane> {
         let standing = self.stands.is_some();
         let lane = self.still[0].as_mut().filter(|lane| standing && lane.sums.frames() > 0);
@@ -52,7 +52,7 @@ impl Engine<'_> {
         let lane = self.still[0].as_mut().context("a session was opened")?;
         let [x, y] = [0, 1].map(|axis| {
             let size = lane.way.size[axis];
-            // A place beyond the picture is its border.
+            // A place beyond the image is its border.
             ((place[axis] * f64::from(size)) as u32).min(size - 1)
         });
         let found = lane.opened.session.inspect(&self.edited.scene, x, y, LIGHT_PATHS)?;

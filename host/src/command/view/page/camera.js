@@ -48,7 +48,7 @@ class Camera {
     this.lookAt = add(this.from, this.turned(azimuth, elevation, this.axes().forward), this.distance);
   }
 
-  // Moves by shares of the picture's height at the distance of what is looked at.
+  // Moves by shares of the image's height at the distance of what is looked at.
   pan(x, y) {
     const { right, up } = this.axes();
     const height = 2 * this.distance * Math.tan((this.fov * Math.PI) / 360);
@@ -65,7 +65,7 @@ class Camera {
     this.from = add(this.lookAt, forward, -Math.max(1e-6, this.distance * factor));
   }
 
-  // Where a place of the world is in the picture, in shares of its width and height; null behind the eye.
+  // Where a place of the world is in the image, in shares of its width and height; null behind the eye.
   project(place, aspect) {
     const { forward, right, up } = this.axes();
     const to = add(place, this.from, -1);

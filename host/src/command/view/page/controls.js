@@ -1,5 +1,5 @@
 // Pointer, touch and keys on the stage: they move a camera.
-const TURN = 3.2; // Of a drag across the height of the picture (rad).
+const TURN = 3.2; // Of a drag across the height of the image (rad).
 const CLICK = 5; // A press that moves less is a click (px).
 const FLY = { KeyW: [0, 0, 1], KeyS: [0, 0, -1], KeyD: [1, 0, 0], KeyA: [-1, 0, 0], KeyE: [0, 1, 0], KeyQ: [0, -1, 0] };
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };

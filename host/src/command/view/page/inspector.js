@@ -1,4 +1,4 @@
-// What light transport did at a pixel, drawn over the picture: its camera path, the disc of its collection point, and light paths.
+// What light transport did at a pixel, drawn over the image: its camera path, the disc of its collection point, and light paths.
 const CIRCLE = 48; // Corners of a disc that is drawn.
 
 class Inspector {

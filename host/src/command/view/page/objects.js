@@ -30,7 +30,7 @@ class Thing {
     this.rotation = turned(this.rotation, unit(apply(this.toParent, [0, 1, 0])), angle);
   }
 
-  // Moves it as it is dragged by shares of the picture's height, at its own distance from the eye.
+  // Moves it as it is dragged by shares of the image's height, at its own distance from the eye.
   drag(camera, x, y) {
     const { forward, right, up } = camera.axes();
     const depth = Math.max(1e-6, dot(add(this.place, camera.from, -1), forward));

@@ -1,8 +1,8 @@
-// The pictures: two canvases, of which the upper one is cut where the wipe is.
+// The images: two canvases, of which the upper one is cut where the wipe is.
 class Screen {
   constructor(stage) {
     this.stage = stage;
-    this.canvases = [...stage.querySelectorAll('canvas.picture')];
+    this.canvases = [...stage.querySelectorAll('canvas.image')];
     this.contexts = this.canvases.map((canvas) => canvas.getContext('2d', { alpha: false }));
     this.handle = stage.querySelector('.handle');
     this.heads = [null, null];

@@ -20,14 +20,14 @@ fn word(bytes: &[u8], at: usize) -> Option<u32> {
     Some(u32::from_le_bytes(word.try_into().ok()?))
 }
 
-/// Whether a file holds one picture, and its finest level claims no more than its texels are worth: the transcoder makes room for
+/// Whether a file holds one image, and its finest level claims no more than its texels are worth: the transcoder makes room for
 /// what a compressed level claims before it looks.
 fn is_sound(bytes: &[u8], width: u32, height: u32) -> bool {
     let number = |at| Some(u64::from(word(bytes, at)?) | u64::from(word(bytes, at + 4)?) << 32);
     let blocks = u64::from(width.div_ceil(4)) * u64::from(height.div_ceil(4));
-    let one_picture = word(bytes, 32).is_some_and(|layers| layers <= 1) && word(bytes, 36) == Some(1);
+    let one_image = word(bytes, 32).is_some_and(|layers| layers <= 1) && word(bytes, 36) == Some(1);
     // Sixteen bytes a block.
-    one_picture && number(96).is_some_and(|claimed| claimed <= 16 * blocks)
+    one_image && number(96).is_some_and(|claimed| claimed <= 16 * blocks)
 }
 
 /// Width and height by the header [texels].

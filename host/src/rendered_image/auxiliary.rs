@@ -1,4 +1,4 @@
-//! What other tools ask of a picture's pixels: layers that are made on demand.
+//! What other tools ask of an image's pixels: layers that are made on demand.
 
 use caustics_kernels::interface::auxiliary::Auxiliary as Pixel;
 use clap::ValueEnum;
@@ -38,7 +38,7 @@ impl Aov {
 /// Value of `material` where a pixel shows none.
 pub const NO_MATERIAL: f32 = -1.0;
 
-/// What the pixels of a picture show at their collection points: the first vertices of their camera paths that are not specular,
+/// What the pixels of an image show at their collection points: the first vertices of their camera paths that are not specular,
 /// so behind mirrors and glass. Zeros where there is none. Empty where nobody asked, or a layer was left out.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Auxiliary {
@@ -50,7 +50,7 @@ pub struct Auxiliary {
     pub depth: Vec<f32>,
     /// Position in the file's coordinates (m).
     pub position: Vec<Vec3>,
-    /// Where the picture shows it less where the picture before did (px); x to the right, y down.
+    /// Where the image shows it less where the image before did (px); x to the right, y down.
     pub motion: Vec<Vec2>,
     /// Index of the material in the scene; `NO_MATERIAL` where there is none.
     pub material: Vec<f32>,

@@ -1,4 +1,4 @@
-//! The picture of an environment: read from a file, made small enough.
+//! The image of an environment: read from a file, made small enough.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -8,7 +8,7 @@ use glam::Vec3;
 use image::{ImageFormat, ImageReader};
 
 use crate::file::read_file;
-use crate::image::Channels;
+use crate::image_file::Channels;
 
 /// Largest width (texels); its texels are 96 MiB at 2:1, below what every Vulkan device binds.
 const MAX_WIDTH: u32 = 4096;
@@ -23,7 +23,7 @@ const MAX_SIDE: u32 = 16_384;
 
 /// Radiance by direction, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
+pub struct EnvironmentImage {
     /// Width (texels).
     pub width: u32,
     /// Height (texels).
@@ -32,36 +32,36 @@ pub struct Picture {
     pub texels: Arc<[Vec3]>,
 }
 
-impl Picture {
+impl EnvironmentImage {
     /// These radiances, as far as light can be drawn by them, made small enough for the tables.
-    pub fn new(width: u32, height: u32, texels: Vec<Vec3>) -> Picture {
+    pub fn new(width: u32, height: u32, texels: Vec<Vec3>) -> EnvironmentImage {
         assert!(!texels.is_empty() && texels.len() as u64 == u64::from(width) * u64::from(height));
-        let mut picture = Picture { width, height, texels: texels.into_iter().map(usable).collect() };
-        while picture.width > MAX_WIDTH || picture.height > MAX_HEIGHT {
-            picture = picture.half();
+        let mut image = EnvironmentImage { width, height, texels: texels.into_iter().map(usable).collect() };
+        while image.width > MAX_WIDTH || image.height > MAX_HEIGHT {
+            image = image.half();
         }
-        picture
+        image
     }
 
-    /// The picture of a file; an error says what is wrong.
-    pub fn read(path: &Path) -> Result<Picture, String> {
-        Picture::decode(
+    /// The image of a file; an error says what is wrong.
+    pub fn read(path: &Path) -> Result<EnvironmentImage, String> {
+        EnvironmentImage::decode(
             &read_file(path).map_err(|error| format!("cannot be read ({error}); check the path"))?,
         )
     }
 
-    /// The picture in a file's bytes.
-    pub fn decode(bytes: &[u8]) -> Result<Picture, String> {
+    /// The image in a file's bytes.
+    pub fn decode(bytes: &[u8]) -> Result<EnvironmentImage, String> {
         let (width, height, texels) =
             if bytes.starts_with(HDR_MAGIC) { radiance_hdr(bytes)? } else { open_exr(bytes)? };
         if texels.is_empty() {
             return Err("has no texels".into());
         }
-        Ok(Picture::new(width, height, texels))
+        Ok(EnvironmentImage::new(width, height, texels))
     }
 
     /// Half as wide and half as high: each texel is the mean of four; a last odd one counts twice.
-    fn half(&self) -> Picture {
+    fn half(&self) -> EnvironmentImage {
         let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
         let at = |x: u32, y: u32| {
             self.texels[(y.min(self.height - 1) * self.width + x.min(self.width - 1)) as usize]
@@ -70,7 +70,7 @@ impl Picture {
             let (x, y) = (2 * (place % width), 2 * (place / width));
             0.25 * (at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1))
         };
-        Picture { width, height, texels: (0..width * height).map(mean).collect() }
+        EnvironmentImage { width, height, texels: (0..width * height).map(mean).collect() }
     }
 }
 
@@ -89,15 +89,15 @@ fn radiance_hdr(bytes: &[u8]) -> Result<(u32, u32, Vec<Vec3>), String> {
     // Its texels are copied once.
     limits.max_alloc = crate::memory::available().map(|bytes| bytes / 2);
     reader.limits(limits);
-    let picture = reader.decode().map_err(wrong)?.into_rgb32f();
-    let (width, height) = picture.dimensions();
-    Ok((width, height, picture.pixels().map(|texel| Vec3::from_array(texel.0)).collect()))
+    let image = reader.decode().map_err(wrong)?.into_rgb32f();
+    let (width, height) = image.dimensions();
+    Ok((width, height, image.pixels().map(|texel| Vec3::from_array(texel.0)).collect()))
 }
 
 fn open_exr(bytes: &[u8]) -> Result<(u32, u32, Vec<Vec3>), String> {
     let other = |what: String| format!("is no latitude-longitude picture: {what}; give Radiance HDR or EXR");
     let channels = Channels::decode(bytes).map_err(other)?;
-    if channels.encoding != crate::image::Encoding::Linear {
+    if channels.encoding != crate::image_file::Encoding::Linear {
         return Err("holds display colours and no radiance; give Radiance HDR or EXR".into());
     }
     if channels.width.max(channels.height) > MAX_SIDE as usize {
@@ -115,7 +115,7 @@ mod tests {
     #[test]
     fn halves_keep_the_mean_of_even_pictures() {
         let texels = (0..32).map(|i| Vec3::splat(i as f32)).collect();
-        let half = Picture { width: 8, height: 4, texels }.half();
+        let half = EnvironmentImage { width: 8, height: 4, texels }.half();
         assert_eq!((half.width, half.height), (4, 2));
         assert_eq!(half.texels[0], Vec3::splat((0.0 + 1.0 + 8.0 + 9.0) / 4.0));
         assert_eq!(half.texels.iter().sum::<Vec3>() / 8.0, Vec3::splat(15.5));

@@ -19,11 +19,11 @@ pub fn decode(bytes: &[u8]) -> Result<Channels, String> {
     let reader = || ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
     let (width, height) = reader().into_dimensions().map_err(wrong)?;
     check_samples(3 * u128::from(width) * u128::from(height), SAMPLE_BYTES)?;
-    let picture = reader().decode().map_err(wrong)?.into_rgb32f();
-    let lane = |lane: usize| picture.pixels().map(|pixel| pixel.0[lane]).collect();
+    let image = reader().decode().map_err(wrong)?.into_rgb32f();
+    let lane = |lane: usize| image.pixels().map(|pixel| pixel.0[lane]).collect();
     Ok(Channels {
-        width: picture.width() as usize,
-        height: picture.height() as usize,
+        width: image.width() as usize,
+        height: image.height() as usize,
         channels: ["R", "G", "B"]
             .into_iter()
             .zip([lane(0), lane(1), lane(2)])

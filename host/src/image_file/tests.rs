@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::limit::{MAX_SAMPLES, check_samples_within};
 use super::{Channels, ImageError, png};
-use crate::picture::Picture;
+use crate::rendered_image::RenderedImage;
 
 fn write(folder: &tempfile::TempDir, name: &str, bytes: &[u8]) -> PathBuf {
     let path = folder.path().join(name);
@@ -39,7 +39,7 @@ fn parts(parts: &[Part]) -> Vec<u8> {
 fn pictures_come_back_with_layers_and_attributes() {
     let folder = tempfile::tempdir().unwrap();
     let colors = |scale: f32| (0..6).map(|i| Vec3::new(i as f32, 0.5, 1e-3) * scale).collect::<Vec<_>>();
-    let picture = Picture {
+    let image = RenderedImage {
         width: 3,
         height: 2,
         path: colors(1.0),
@@ -47,11 +47,10 @@ fn pictures_come_back_with_layers_and_attributes() {
         radius: vec![0.25; 6],
         depth: vec![2.0; 6],
         deposits: vec![7.0; 6],
-        ..Picture::default()
+        ..RenderedImage::default()
     };
     let bytes =
-        crate::output::exr::encode(&picture, None, &BTreeMap::from([("scene".into(), "ring".into())]))
-            .unwrap();
+        crate::output::exr::encode(&image, None, &BTreeMap::from([("scene".into(), "ring".into())])).unwrap();
     let read = Channels::read(&write(&folder, "a.exr", &bytes)).unwrap();
     assert_eq!((read.width, read.height, read.encoding), (3, 2, super::Encoding::Linear));
     assert_eq!(read.attributes["scene"], "ring");
@@ -117,7 +116,7 @@ fn damaged_files_are_named() {
     assert!(matches!(error, ImageError::Read { .. }) && error.to_string().contains("none.exr"));
 }
 
-/// The file of a picture whose header says another size; the rest stays.
+/// The file of an image whose header says another size; the rest stays.
 fn resized(bytes: &[u8], width: i32, height: i32) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     for name in [&b"dataWindow\0box2i\0"[..], b"displayWindow\0box2i\0"] {

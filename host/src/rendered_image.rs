@@ -1,4 +1,4 @@
-//! Pictures: the layers of a frame, or of a mean of frames.
+//! Images: the layers of a frame, or of a mean of frames.
 
 use glam::Vec3;
 
@@ -6,9 +6,9 @@ pub mod auxiliary;
 
 pub use auxiliary::{Aov, Auxiliary};
 
-/// A picture and what it is made of, row by row from the top. Layers that a method does not make are empty.
+/// An image and what it is made of, row by row from the top. Layers that a method does not make are empty.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Picture {
+pub struct RenderedImage {
     /// Width (px).
     pub width: usize,
     /// Height (px).
@@ -27,9 +27,9 @@ pub struct Picture {
     pub auxiliary: Auxiliary,
 }
 
-impl Picture {
-    /// Appends a picture of the rows below.
-    pub fn append(&mut self, below: Picture) {
+impl RenderedImage {
+    /// Appends an image of the rows below.
+    pub fn append(&mut self, below: RenderedImage) {
         self.width = below.width;
         self.height += below.height;
         self.path.extend(below.path);

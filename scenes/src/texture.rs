@@ -1,4 +1,4 @@
-//! Pictures for textures, drawn by a function of the place and written as PNG.
+//! Images of textures, drawn by a function of the place and written as PNG.
 
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 
@@ -10,7 +10,7 @@ pub fn draw(size: u32, texel: impl Fn(f64, f64) -> [u8; 4]) -> Vec<u8> {
     let mut png = Vec::new();
     PngEncoder::new(&mut png)
         .write_image(&bytes, size, size, ExtendedColorType::Rgba8)
-        .expect("a picture in memory can be written");
+        .expect("an image in memory can be written");
     png
 }
 

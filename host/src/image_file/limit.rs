@@ -1,13 +1,13 @@
-//! Pictures that are too large to be read.
+//! Images that are too large to be read.
 
 use crate::memory;
 
-/// Most samples of a picture, those of all channels of all parts: 16 channels of the largest frame.
+/// Most samples of an image, those of all channels of all parts: 16 channels of the largest frame.
 pub const MAX_SAMPLES: u128 = 1 << 30;
-/// Samples from which on a picture is compared with the memory that is there.
+/// Samples from which on an image is compared with the memory that is there.
 const LARGE: u128 = 1 << 16;
 
-/// Refuses a picture of more samples than can be, or than there is memory for, before it is decoded: a header of few bytes may
+/// Refuses an image of more samples than can be, or than there is memory for, before it is decoded: a header of few bytes may
 /// speak of any number.
 ///
 /// Reading takes `each` of a sample (bytes), measured as the growth of the peak of `compare`.

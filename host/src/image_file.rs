@@ -1,4 +1,4 @@
-//! Pictures read back: the channels of an EXR file, or the colours of a PNG file.
+//! Images read back: the channels of an EXR file, or the colours of a PNG file.
 
 mod channels;
 mod exr;
@@ -13,7 +13,7 @@ use crate::file::read_file;
 
 pub use self::channels::{Channels, Encoding};
 
-/// Why a file gives no picture.
+/// Why a file gives no image.
 #[derive(Debug, Error)]
 pub enum ImageError {
     /// The system cannot read it.

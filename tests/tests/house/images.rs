@@ -1,7 +1,7 @@
 //! Hashes of images: a refactoring that must change no image compares those before and after it.
 //!
 //! ```text
-//! CAUSTICS_PICTURES=/tmp/pictures.txt cargo test --locked --workspace --test house -- --ignored pictures::
+//! CAUSTICS_PICTURES=/tmp/images.txt cargo test --locked --workspace --test house -- --ignored images::
 //! ```
 //!
 //! The first run writes the file. Later ones compare with it, print how many images differ, and fail if one does. Bits differ
@@ -16,7 +16,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use caustics::Picture;
+use caustics::RenderedImage;
 use caustics::scene::{CameraChoice, DefaultLight, LoadOptions, Staged, Staging};
 use caustics::session::{RunnerChoice, Session};
 
@@ -43,8 +43,8 @@ impl Hash {
         }
     }
 
-    fn picture(&mut self, picture: &Picture) {
-        let Picture { width, height, path, caustics, radius, depth, deposits, auxiliary } = picture;
+    fn image(&mut self, image: &RenderedImage) {
+        let RenderedImage { width, height, path, caustics, radius, depth, deposits, auxiliary } = image;
         self.layer([*width as f32, *height as f32].into_iter());
         let vectors = [path, caustics, &auxiliary.normal, &auxiliary.albedo, &auxiliary.position];
         for vectors in vectors {
@@ -107,9 +107,9 @@ fn render(source: &Source) -> Result<Hashes, Box<dyn std::error::Error>> {
             scene.pose(time)?;
             session.pose(&scene, &scene.camera(Some(&camera))?.clone())?;
             session.frame(frame as u32)?;
-            hash.picture(&session.picture()?);
+            hash.image(&session.image()?);
         }
-        let last = session.picture()?;
+        let last = session.image()?;
         let colors = session.display(&last)?;
         hash.layer(colors.iter().flat_map(|color| color.to_array()).collect::<Vec<_>>().into_iter());
         let name = format!("{} {name}", source.name);
@@ -236,7 +236,7 @@ fn images_that_differ_are_named_and_so_are_missing_and_new_ones() {
 #[test]
 fn a_hash_is_another_when_one_bit_of_a_layer_is() {
     use glam::{Vec2, Vec3};
-    let mut picture = Picture {
+    let mut image = RenderedImage {
         width: 1,
         height: 1,
         path: vec![Vec3::ONE],
@@ -244,41 +244,41 @@ fn a_hash_is_another_when_one_bit_of_a_layer_is() {
         radius: vec![1.0],
         depth: vec![1.0],
         deposits: vec![1.0],
-        ..Picture::default()
+        ..RenderedImage::default()
     };
-    let auxiliary = &mut picture.auxiliary;
+    let auxiliary = &mut image.auxiliary;
     (auxiliary.normal, auxiliary.albedo, auxiliary.position) =
         (vec![Vec3::ONE], vec![Vec3::ONE], vec![Vec3::ONE]);
     (auxiliary.depth, auxiliary.motion, auxiliary.material) = (vec![1.0], vec![Vec2::ONE], vec![1.0]);
-    let hash = |picture: &Picture| {
+    let hash = |image: &RenderedImage| {
         let mut hash = Hash::NEW;
-        hash.picture(picture);
+        hash.image(image);
         hash.0
     };
     let next = 1.0f32.next_up();
-    let changes: [fn(&mut Picture, f32); 11] = [
-        |picture, next| picture.path[0].z = next,
-        |picture, next| picture.caustics[0].x = next,
-        |picture, next| picture.radius[0] = next,
-        |picture, next| picture.depth[0] = next,
-        |picture, next| picture.deposits[0] = next,
-        |picture, next| picture.auxiliary.normal[0].y = next,
-        |picture, next| picture.auxiliary.albedo[0].y = next,
-        |picture, next| picture.auxiliary.position[0].y = next,
-        |picture, next| picture.auxiliary.depth[0] = next,
-        |picture, next| picture.auxiliary.motion[0].y = next,
-        |picture, next| picture.auxiliary.material[0] = next,
+    let changes: [fn(&mut RenderedImage, f32); 11] = [
+        |image, next| image.path[0].z = next,
+        |image, next| image.caustics[0].x = next,
+        |image, next| image.radius[0] = next,
+        |image, next| image.depth[0] = next,
+        |image, next| image.deposits[0] = next,
+        |image, next| image.auxiliary.normal[0].y = next,
+        |image, next| image.auxiliary.albedo[0].y = next,
+        |image, next| image.auxiliary.position[0].y = next,
+        |image, next| image.auxiliary.depth[0] = next,
+        |image, next| image.auxiliary.motion[0].y = next,
+        |image, next| image.auxiliary.material[0] = next,
     ];
-    let mut all = vec![hash(&picture)];
+    let mut all = vec![hash(&image)];
     for change in changes {
-        let mut changed = picture.clone();
+        let mut changed = image.clone();
         change(&mut changed, next);
         all.push(hash(&changed));
     }
     // A layer that moves into another's place is another image, too.
-    let caustics = std::mem::take(&mut picture.caustics);
-    picture.auxiliary.normal.extend(caustics);
-    all.push(hash(&picture));
+    let caustics = std::mem::take(&mut image.caustics);
+    image.auxiliary.normal.extend(caustics);
+    all.push(hash(&image));
     let count = all.len();
     all.sort_unstable();
     all.dedup();

@@ -1,8 +1,8 @@
-//! A picture as named channels.
+//! An image as named channels.
 
 use std::collections::BTreeMap;
 
-/// What the numbers of a picture mean.
+/// What the numbers of an image mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Encoding {
     /// Proportional to light: EXR.
@@ -12,7 +12,7 @@ pub enum Encoding {
     Srgb,
 }
 
-/// A picture as a set of named channels, row by row from the top.
+/// An image as a set of named channels, row by row from the top.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Channels {
     /// Width (px).

@@ -1,0 +1,7 @@
+//! An image, EXR or PNG: whatever the bytes, there is an answer.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    caustics::fuzzing::image(bytes);
+});

@@ -1,7 +1,0 @@
-//! A picture, EXR or PNG: whatever the bytes, there is an answer.
-
-#![no_main]
-
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    caustics::fuzzing::picture(bytes);
-});

@@ -77,7 +77,7 @@ impl SessionBuilder<'_> {
         Self { gather: Some(gather), ..self }
     }
 
-    /// Keeps this kernel code alive instead of what the scene needs. Code that the scene needs and that is left out makes
+    /// Compiles in this kernel code instead of what the scene needs. Code that the scene needs and that is left out makes
     /// the image wrong; `Features::LEDGER` in addition to `Scene::features` fills [`Session::energy`].
     pub fn features(self, features: Features) -> Self {
         Self { features: Some(features), ..self }

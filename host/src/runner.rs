@@ -38,9 +38,9 @@ pub trait Runner {
     }
     /// Overwrites a buffer from an offset on (bytes).
     fn write_at(&mut self, buffer: &str, offset: usize, bytes: &[u8]) -> Result<(), RunError>;
-    /// Brings instances to where they stand, and meshes that were bent, by their index, to what their rows say now, for structures
+    /// Brings instances to where they stand, and meshes that were deformed, by their index, to what their rows say now, for structures
     /// that are not buffers.
-    fn place(&mut self, placements: &[Placement], bent: &[usize]) -> Result<(), RunError>;
+    fn place(&mut self, placements: &[Placement], deformed: &[usize]) -> Result<(), RunError>;
     /// A whole buffer.
     fn read(&mut self, buffer: &str) -> Result<Vec<u8>, RunError>;
     /// Shows a whole buffer, without a copy where it is memory of the host.

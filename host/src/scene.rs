@@ -65,13 +65,13 @@ mod light;
 mod media;
 pub(crate) mod mesh;
 pub(crate) mod motion;
+mod open_surfaces;
 mod parts;
 mod pose;
 mod priorities;
 mod punctual;
 mod radiance;
 mod recorded;
-mod sheets;
 mod solids;
 mod staging;
 #[cfg(test)]
@@ -130,7 +130,7 @@ pub struct Scene {
     pub bounds: [Vec3; 2],
     /// Emitted flux of each channel (W).
     pub flux: Vec3,
-    /// Whether a path can be inside of two solids at once, or of an open sheet.
+    /// Whether a path can be inside of two solids at once, or of an open surface.
     pub has_nested_media: bool,
     /// What the file asks for and is not rendered, each once; what in it should be repaired.
     pub warnings: Vec<String>,

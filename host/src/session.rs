@@ -232,7 +232,7 @@ pub struct Session {
     moved: bool,
     /// Buffers in which something outlives its frame.
     kept: Vec<BufferSpec>,
-    /// Which kernel code is alive.
+    /// Kernel code that is compiled in.
     features: Features,
     /// The frame before, unless the scene is another since then.
     last: Option<Last>,

@@ -122,7 +122,7 @@ impl Settings {
     }
 
     /// The settings of frame `frame` as kernels get them. Without casters, receivers or light in the scene no light path is
-    /// shot, whatever code is alive.
+    /// shot, whatever code is compiled in.
     pub fn params(&self, scene: &Scene, camera: &SceneCamera, frame: u32) -> FrameParams {
         self.params_where(scene, camera, frame, !scene.lights.is_empty())
     }

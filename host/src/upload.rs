@@ -16,8 +16,8 @@ pub struct Upload {
     lights: Vec<Light>,
     environment: Vec<Environment>,
     placements: Vec<Placement>,
-    /// Triangles of each mesh that is bent.
-    bent: Vec<Vec<Triangle>>,
+    /// Triangles of each mesh that is deformed.
+    deformed: Vec<Vec<Triangle>>,
 }
 
 impl Upload {
@@ -30,7 +30,7 @@ impl Upload {
             lights: scene.lights.clone(),
             environment: scene.environment.rows.clone(),
             placements: scene.instanced.placements().to_vec(),
-            bent: bent(scene).map(|(_, mesh)| scene.triangles[mesh.rows()].to_vec()).collect(),
+            deformed: deformed(scene).map(|(_, mesh)| scene.triangles[mesh.rows()].to_vec()).collect(),
         }
     }
 
@@ -55,7 +55,7 @@ impl Upload {
         if now.environment != self.environment {
             runner.write("environment", cast_slice(&scene.environment.rows))?;
         }
-        for (_, mesh) in bent(scene) {
+        for (_, mesh) in deformed(scene) {
             rows(runner, "triangles", &scene.triangles, mesh.rows())?;
             rows(runner, "surfaces", &scene.surfaces, mesh.rows())?;
             if !scene.textures.coordinates.is_empty() {
@@ -67,8 +67,8 @@ impl Upload {
         if !now.placements.is_empty() {
             rows(runner, "nodes", &scene.nodes, 0..scene.instanced.top)?;
             rows(runner, "instances", &scene.instances, 1..scene.instances.len())?;
-            let bent: Vec<usize> = bent(scene).map(|(id, _)| id).collect();
-            runner.place(&now.placements, &bent)?;
+            let deformed: Vec<usize> = deformed(scene).map(|(id, _)| id).collect();
+            runner.place(&now.placements, &deformed)?;
         }
         let changed = now != *self;
         *self = now;
@@ -76,8 +76,8 @@ impl Upload {
     }
 }
 
-/// Meshes that are bent, by their index.
-fn bent(scene: &Scene) -> impl Iterator<Item = (usize, &Mesh)> {
+/// Meshes that are deformed, by their index.
+fn deformed(scene: &Scene) -> impl Iterator<Item = (usize, &Mesh)> {
     let meshes = scene.instanced.meshes.iter().enumerate();
     meshes.filter(|(_, mesh)| mesh.deformation.is_some())
 }

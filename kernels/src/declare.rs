@@ -1,5 +1,5 @@
 //! What a pass declares about itself (see the attribute [`pass`]), how a CPU calls it, and what frames are made of passes.
-//! Imports `interface`, `seam`, `math` and the seam of `light`; what the attribute makes stands in the pass's own file.
+//! Imports `interface`, `platform`, `math` and the trait of `light`; what the attribute makes stands in the pass's own file.
 
 #[cfg(target_arch = "spirv")]
 pub use caustics_kernel_macros::joint;

@@ -4,7 +4,7 @@
 //!
 //! A pass of its own, without `joint`, has an entry point of its own.
 
-use crate::seam::Atomics;
+use crate::platform::Atomics;
 
 pub mod camera;
 pub mod light;

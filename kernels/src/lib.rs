@@ -24,7 +24,7 @@
 //! 2. **Denoise**, if asked for ([`denoiser`]): smooths that path-traced light. Caustics are not touched.
 //! 3. **Lend**, if there is a history ([`history`]): finds the point of the frame before that is this one's
 //!    ([`history::window`], [`history::reprojected`]), and how much of its light still holds ([`history::cells`]).
-//! 4. **Shoot** ([`pass::shoot`]): light paths leave the lights by power ([`light::power`], behind the seam [`light::emit`]),
+//! 4. **Shoot** ([`pass::shoot`]): light paths leave the lights by power ([`light::power`], behind the trait of [`light::emit`]),
 //!    or where earlier ones were seen to give the image something ([`light::guided`], [`emission::guided`]).
 //!    Those whose first surface is a *caster* (specular) go on; each later hit on a *receiver* is a *deposit*: a place, a
 //!    direction, a flux.
@@ -53,9 +53,9 @@
 //! | [`interface`] | types that host and kernels share, a unit on every field |
 //! | [`math`] | random numbers, warps, cones, pencils, fixed point |
 //! | [`texture`], [`surface`], [`light`] | what is at a hit: texels, lobes, lamps |
-//! | [`trace`] | the seam of tracers: our own tree, ray queries |
+//! | [`trace`] | the trait of tracers: our own tree, ray queries |
 //! | [`mod@gather`], [`pass`], [`history`], [`denoiser`], [`method`] | what frames are made of, each variant a file and a line |
-//! | [`declare`], [`seam`], [`memory`] | how one function runs on a GPU and on a CPU |
+//! | [`declare`], [`platform`], [`memory`] | how one function runs on a GPU and on a CPU |
 //! | `joint` | entry points that passes share on a GPU |
 #![cfg_attr(target_arch = "spirv", no_std)]
 #![cfg_attr(target_arch = "spirv", feature(asm_experimental_arch))]
@@ -77,7 +77,7 @@ pub mod math;
 pub mod memory;
 pub mod method;
 pub mod pass;
-pub mod seam;
+pub mod platform;
 pub mod surface;
 pub mod texture;
 pub mod trace;

@@ -1,5 +1,5 @@
 //! Mathematics of light paths: random numbers, warps, frames, offsets, ray cones, the camera, sums in fixed point. Imports `interface`
-//! and `seam` only.
+//! and `platform` only.
 
 pub mod cone;
 pub mod differential;

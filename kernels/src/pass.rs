@@ -1,5 +1,5 @@
 //! The passes that methods share, a pass a file: each declares what it binds, and is a function of an index, generic over the
-//! seams. Imports all but `history`, `filter` and `method`.
+//! traits. Imports all but `history`, `filter` and `method`.
 
 pub mod balance;
 pub mod bound;

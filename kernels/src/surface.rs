@@ -1,12 +1,12 @@
 //! Scattering at a surface: one lobe a file, and their mixture at a vertex. Imports `interface`, `math` and
 //! `texture`.
 //!
-//! A material is up to four lobes, weighted as glTF does: metal; a coat over a Lambertian base; glass. All rough
+//! A material is up to four lobes, weighted as glTF does: metal; a coat over a Lambertian base; a dielectric. All rough
 //! reflections share their facets. Local directions have the shading normal as z and point away from the surface.
 //!
 //! A lobe is a file, a line of `for_each_lobe` and a bit of `Features`. `albedo` holds each against its closed form.
 
-/// Calls a macro with the lobes that reflect, glass aside. Reflections at facets are chosen and drawn together: a lobe of
+/// Calls a macro with the lobes that reflect, the dielectric aside. Reflections at facets are chosen and drawn together: a lobe of
 /// theirs has `occurs`, `chance`, `eval` and `smooth`, and bits of `Features` for where it is rough and where it is smooth. A
 /// diffuse lobe is never specular, and has `occurs`, `chance`, `eval`, `pdf`, `sample` and `albedo`; the bit of the first is
 /// that of all receivers.
@@ -39,15 +39,15 @@ for_each_lobe!(modules);
 
 pub mod albedo;
 pub mod class;
+pub mod dielectric;
 pub mod dispersion;
-pub mod fold;
 pub mod fresnel;
 pub mod ggx;
-pub mod glass;
+pub mod hemisphere;
 mod lobes;
 pub mod media;
 pub mod normal_map;
-pub mod rough_glass;
+pub mod rough_dielectric;
 pub mod scatter;
 pub mod textured;
 pub mod turn;
@@ -75,9 +75,9 @@ pub struct Bsdf {
     pub eta: f32,
     /// Of each channel.
     etas: Vec3,
-    /// Whether the glass has facets.
-    rough_glass: bool,
-    /// Whether each of these reflects or transmits by its own Fresnel reflectance: `chances.glass` is that of both.
+    /// Whether the dielectric is rough: it has facets.
+    rough_dielectric: bool,
+    /// Whether each of these reflects or transmits by its own Fresnel reflectance: `chances.dielectric` is that of both.
     by_facet: bool,
     features: Features,
     chances: Chances,
@@ -106,7 +106,7 @@ pub struct Sampled {
     pub class: Classes,
     /// Whether the direction passes the surface.
     pub transmitted: bool,
-    /// Whether the direction passes without bending (a thin wall).
+    /// Whether the direction passes without refraction (a thin wall).
     pub straight: bool,
     /// Index before over index behind, for transmission.
     pub eta: f32,
@@ -125,19 +125,21 @@ impl Bsdf {
         classes: Classes,
         divides: bool,
         features: Features,
-    ) -> (Self, GlassInterface) {
+    ) -> (Self, DielectricInterface) {
         let Indices { eta, etas, .. } = indices;
         let reflection_class = class::reflection(material.roughness, specular_roughness);
-        let rough_glass = features.has(Features::ROUGH_GLASS) && rough_glass::is_rough(&material, eta);
+        let rough_dielectric =
+            features.has(Features::ROUGH_DIELECTRIC) && rough_dielectric::is_rough(&material, eta);
         let follows_both = classes.has(reflection_class) && classes.has(Classes::SPECULAR);
-        let by_facet = rough_glass && follows_both && (!divides || reflection_class == Classes::SPECULAR);
+        let by_facet =
+            rough_dielectric && follows_both && (!divides || reflection_class == Classes::SPECULAR);
         let chances = Chances::default();
         let mut bsdf = Bsdf {
             material,
             to_previous,
             eta,
             etas,
-            rough_glass,
+            rough_dielectric,
             by_facet,
             features,
             chances,
@@ -146,40 +148,43 @@ impl Bsdf {
 
         // Weigh each lobe by what it is about to scatter.
         let mut chances = bsdf.chances_of_reflections(classes);
-        let mut glass = GlassInterface { indices, reflectance: 0.0, reflectances: Vec3::ZERO };
+        let mut dielectric = DielectricInterface { indices, reflectance: 0.0, reflectances: Vec3::ZERO };
         let cos = to_previous.z;
         if by_facet {
-            let reflected = glass::reflectance(&material, cos, eta);
-            chances.glass = bsdf.glass_share() * (reflected + (1.0 - reflected) * mean(material.base_color));
-        } else if rough_glass {
-            let reflected = rough_glass::reflection_chance(&material, cos, eta);
+            let reflected = dielectric::reflectance(&material, cos, eta);
+            chances.dielectric =
+                bsdf.dielectric_share() * (reflected + (1.0 - reflected) * mean(material.base_color));
+        } else if rough_dielectric {
+            let reflected = rough_dielectric::reflection_chance(&material, cos, eta);
             if classes.has(reflection_class) {
-                chances.gloss = bsdf.glass_share() * reflected;
+                chances.gloss = bsdf.dielectric_share() * reflected;
             }
             if classes.has(Classes::SPECULAR) {
-                chances.glass = bsdf.glass_share() * (1.0 - reflected) * mean(material.base_color);
+                chances.dielectric = bsdf.dielectric_share() * (1.0 - reflected) * mean(material.base_color);
             }
-        } else if features.has(Features::GLASS) && classes.has(Classes::SPECULAR) && bsdf.glass_share() > 0.0
+        } else if features.has(Features::DIELECTRIC)
+            && classes.has(Classes::SPECULAR)
+            && bsdf.dielectric_share() > 0.0
         {
             if features.has(Features::DISPERSION) && indices.is_dispersive {
                 let reflectances = dispersion::reflectances(cos, etas);
                 let passed = material.base_color * (Vec3::ONE - reflectances);
-                glass.reflectances = reflectances;
-                chances.glass = bsdf.glass_share() * indices.mean(reflectances + passed);
+                dielectric.reflectances = reflectances;
+                chances.dielectric = bsdf.dielectric_share() * indices.mean(reflectances + passed);
             } else {
-                glass.reflectance = glass::reflectance(&material, cos, eta);
-                let passed = (1.0 - glass.reflectance) * mean(material.base_color);
-                chances.glass = bsdf.glass_share() * (glass.reflectance + passed);
+                dielectric.reflectance = dielectric::reflectance(&material, cos, eta);
+                let passed = (1.0 - dielectric.reflectance) * mean(material.base_color);
+                chances.dielectric = bsdf.dielectric_share() * (dielectric.reflectance + passed);
             }
         }
         bsdf.chances = chances.normalised();
-        (bsdf, glass)
+        (bsdf, dielectric)
     }
 
     /// Whether any lobe scatters.
     #[inline]
     pub fn scatters(&self) -> bool {
-        self.chances.reflections() + self.chances.diffuse() + self.chances.glass > 0.0
+        self.chances.reflections() + self.chances.diffuse() + self.chances.dielectric > 0.0
     }
 
     /// Whether any lobe has a width, so that a connection to a light may give something.
@@ -188,14 +193,14 @@ impl Bsdf {
         let rough = self.material.roughness >= ggx::DELTA_ROUGHNESS;
         self.chances.diffuse() > 0.0
             || (rough && self.chances.reflections() > 0.0)
-            || (self.rough_glass && self.chances.glass > 0.0)
+            || (self.rough_dielectric && self.chances.dielectric > 0.0)
     }
 
     /// Whether a lobe of this class that is no diffuse one may have a width.
     #[inline]
     pub fn is_wide_in(&self, class: Classes) -> bool {
         let rough = self.material.roughness >= ggx::DELTA_ROUGHNESS;
-        (rough && class.has(self.reflection_class)) || (self.rough_glass && class.has(Classes::SPECULAR))
+        (rough && class.has(self.reflection_class)) || (self.rough_dielectric && class.has(Classes::SPECULAR))
     }
 
     /// Whether any lobe that is not specular scatters.
@@ -205,7 +210,7 @@ impl Bsdf {
         if self.reflection_class == Classes::NON_SPECULAR {
             chance += self.chances.reflections();
             if self.by_facet {
-                chance += self.chances.glass;
+                chance += self.chances.dielectric;
             }
         }
         chance > 0.0
@@ -219,7 +224,7 @@ impl Bsdf {
             chance += self.chances.diffuse();
         }
         if class.has(Classes::SPECULAR) {
-            chance += self.chances.glass;
+            chance += self.chances.dielectric;
         }
         chance
     }
@@ -234,12 +239,12 @@ impl Bsdf {
             return Evaluated { f, pdf_solid_angle: pdf };
         }
         if direction.z <= 0.0 {
-            if self.rough_glass && direction.z < 0.0 && class.has(Classes::SPECULAR) {
-                let passed = rough_glass::eval(&self.material, self.to_previous, direction, self.eta);
-                f = self.material.base_color * (self.glass_share() * passed.f);
-                pdf = self.chances.glass * passed.pdf_solid_angle;
+            if self.rough_dielectric && direction.z < 0.0 && class.has(Classes::SPECULAR) {
+                let passed = rough_dielectric::eval(&self.material, self.to_previous, direction, self.eta);
+                f = self.material.base_color * (self.dielectric_share() * passed.f);
+                pdf = self.chances.dielectric * passed.pdf_solid_angle;
                 if self.by_facet {
-                    pdf *= rough_glass::shares(passed.reflectance, mean(self.material.base_color)).1;
+                    pdf *= rough_dielectric::shares(passed.reflectance, mean(self.material.base_color)).1;
                 }
             }
             return Evaluated { f, pdf_solid_angle: pdf };
@@ -252,14 +257,14 @@ impl Bsdf {
             let facets = ggx::eval(self.to_previous, direction, half, alpha);
             let reflected = ggx::visible_pdf(self.to_previous, half, alpha);
             let mut sum = self.eval_facets(facets, reflected, cos_half);
-            if self.rough_glass {
-                let reflectance = glass::reflectance(&self.material, cos_half, self.eta);
+            if self.rough_dielectric {
+                let reflectance = dielectric::reflectance(&self.material, cos_half, self.eta);
                 let mut chance = self.chances.gloss;
                 if self.by_facet {
                     let tint = mean(self.material.base_color);
-                    chance = self.chances.glass * rough_glass::shares(reflectance, tint).0;
+                    chance = self.chances.dielectric * rough_dielectric::shares(reflectance, tint).0;
                 }
-                let share = self.glass_share() * reflectance;
+                let share = self.dielectric_share() * reflectance;
                 sum.f += Vec3::splat(share * facets);
                 sum.pdf_solid_angle += chance * reflected;
             }
@@ -277,33 +282,39 @@ impl Bsdf {
         albedo::albedo(&self, classes, u.x, u.y)
     }
 
-    /// Share of what is neither metal nor glass.
+    /// Share of the lobes that are neither metal nor dielectric.
     #[inline]
     fn opaque_share(&self) -> f32 {
         (1.0 - self.material.metallic) * (1.0 - self.material.transmission)
     }
 
-    /// Share of glass.
+    /// Share of the dielectric.
     #[inline]
-    fn glass_share(&self) -> f32 {
+    fn dielectric_share(&self) -> f32 {
         (1.0 - self.material.metallic) * self.material.transmission
     }
 
-    /// Samples one lobe; `u` = (choice of lobe, two for its direction, one for glass).
+    /// Samples one lobe; `u` = (choice of lobe, two for its direction, one for the dielectric).
     #[shared]
-    pub fn sample(self, glass: GlassInterface, u: Vec4) -> Sampled {
+    pub fn sample(self, dielectric: DielectricInterface, u: Vec4) -> Sampled {
         let reflections = self.chances.reflections();
-        let before_glass = reflections + self.chances.diffuse();
-        let into_glass = u.x >= before_glass && self.chances.glass > 0.0;
-        if self.features.has(Features::GLASS) && into_glass && !self.rough_glass {
-            if self.features.has(Features::DISPERSION) && glass.indices.is_dispersive {
-                let (tint, share) = (self.material.base_color, self.glass_share());
-                let GlassInterface { indices, reflectances, .. } = glass;
-                let chance = self.chances.glass;
+        let before_dielectric = reflections + self.chances.diffuse();
+        let into_dielectric = u.x >= before_dielectric && self.chances.dielectric > 0.0;
+        if self.features.has(Features::DIELECTRIC) && into_dielectric && !self.rough_dielectric {
+            if self.features.has(Features::DISPERSION) && dielectric.indices.is_dispersive {
+                let (tint, share) = (self.material.base_color, self.dielectric_share());
+                let DielectricInterface { indices, reflectances, .. } = dielectric;
+                let chance = self.chances.dielectric;
                 let to_previous = self.to_previous;
                 return dispersion::sample(tint, to_previous, indices, reflectances, share, chance, u.w, u.y);
             }
-            return glass::sample(&self.material, self.to_previous, glass, self.chances.glass, u.w);
+            return dielectric::sample(
+                &self.material,
+                self.to_previous,
+                dielectric,
+                self.chances.dielectric,
+                u.w,
+            );
         }
 
         // A smooth reflection is a delta lobe of its own.
@@ -324,22 +335,22 @@ impl Bsdf {
         // Everything else is weighed with all non-delta lobes of its class.
         let mut class = Classes::NON_SPECULAR;
         let mut roughness = 1.0;
-        let mut transmitted = self.rough_glass && into_glass;
+        let mut transmitted = self.rough_dielectric && into_dielectric;
         let direction;
         if self.features.has(ROUGH_FACETS) && (reflect || transmitted) {
             roughness = self.material.roughness;
             let half = warp::visible_ggx_normal(self.to_previous, ggx::alpha(roughness), u.y, u.z);
             if transmitted && self.by_facet {
                 // What is left of the choice among lobes is uniform again.
-                let choice = (u.x - before_glass) / self.chances.glass;
+                let choice = (u.x - before_dielectric) / self.chances.dielectric;
                 let cos_half = self.to_previous.dot(half);
-                let reflectance = glass::reflectance(&self.material, cos_half, self.eta);
+                let reflectance = dielectric::reflectance(&self.material, cos_half, self.eta);
                 let tint = mean(self.material.base_color);
-                transmitted = choice >= rough_glass::shares(reflectance, tint).0;
+                transmitted = choice >= rough_dielectric::shares(reflectance, tint).0;
             }
             if transmitted {
                 class = Classes::SPECULAR;
-                direction = rough_glass::refracted(&self.material, self.to_previous, self.eta, half);
+                direction = rough_dielectric::refracted(&self.material, self.to_previous, self.eta, half);
             } else {
                 class = self.reflection_class;
                 direction = ggx::mirrored(self.to_previous, half);
@@ -367,7 +378,7 @@ impl Bsdf {
 
 /// What a smooth dielectric interface does at one vertex.
 #[derive(Clone, Copy, Debug)]
-pub struct GlassInterface {
+pub struct DielectricInterface {
     /// Index on the path's side over index behind.
     pub indices: Indices,
     /// Share that is reflected, where all channels are refracted alike.

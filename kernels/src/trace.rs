@@ -1,13 +1,13 @@
-//! Tracing: the seam `Tracer`, its software and hardware implementations, and what rays meet in media. Imports `interface`,
+//! Tracing: the trait `Tracer`, its software and hardware implementations, and what rays meet in media. Imports `interface`,
 //! `math`, `texture` and `surface`.
 
 pub mod bvh;
-pub mod enclosing;
+pub mod initial_media;
 #[cfg(not(target_arch = "spirv"))]
 pub mod on_cpu;
 #[cfg(feature = "ray-query")]
 pub mod ray_query;
-pub mod reach;
+pub mod through_media;
 #[cfg(target_arch = "x86_64")]
 pub mod wide;
 

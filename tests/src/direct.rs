@@ -29,7 +29,7 @@ use caustics_kernels::pass::collect::{Collected, camera_path};
 use caustics_kernels::pass::resolve::resolve;
 use caustics_kernels::pass::shoot;
 use caustics_kernels::pass::shoot::receive::Receive;
-use caustics_kernels::seam::{Atomics, Slots};
+use caustics_kernels::platform::{Atomics, Slots};
 use caustics_kernels::trace::bvh::BvhTracer;
 use glam::Vec3;
 

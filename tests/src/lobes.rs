@@ -136,7 +136,7 @@ mod tests {
     fn the_scene_needs_every_lobe_and_light() {
         let scene = scene();
         // All but textures, which a scene of their own has, and the ledger, which is asked for.
-        let all = Features((Features::ROUGH_GLASS.0 << 1) - 1);
+        let all = Features((Features::ROUGH_DIELECTRIC.0 << 1) - 1);
         assert_eq!(scene.features(0.25), all | Features::DISPERSION);
         assert_eq!(scene.dropped_triangles, 0);
     }

@@ -25,7 +25,7 @@ pub fn over_normals(alpha: f64, value: impl Fn(DVec3) -> f64) -> f64 {
 }
 
 /// Shares that rough glass (white) reflects and transmits, by quadrature: all in f64 and written out anew.
-pub fn glass_by_quadrature(material: &Material, cos: f64, eta: f64) -> (f64, f64) {
+pub fn dielectric_by_quadrature(material: &Material, cos: f64, eta: f64) -> (f64, f64) {
     let alpha = f64::from(material.roughness).powi(2);
     let thin = material.flags & FLAG_THIN != 0;
     let o = DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);

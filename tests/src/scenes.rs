@@ -460,7 +460,7 @@ pub fn room_of_lamps(lamps: u32) -> Builder {
     b
 }
 
-/// A basin of 2 x 2 x 2 m around the origin under a lamp, half full of tinted water: an open sheet that leaves gaps of 1 mm
+/// A basin of 2 x 2 x 2 m around the origin under a lamp, half full of tinted water: an open surface that leaves gaps of 1 mm
 /// to the walls.
 pub fn pool(eye: DVec3, target: DVec3) -> Builder {
     let mut b = Builder::default();

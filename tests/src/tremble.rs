@@ -18,7 +18,7 @@ use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::pass::collect::{Collected, camera_path};
 use caustics_kernels::pass::shoot::follow;
 use caustics_kernels::pass::shoot::receive::Receive;
-use caustics_kernels::seam::Atomics;
+use caustics_kernels::platform::Atomics;
 use caustics_kernels::trace::Tracer;
 use caustics_kernels::trace::bvh::BvhTracer;
 use glam::Vec3;

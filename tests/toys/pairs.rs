@@ -3,7 +3,7 @@
 use caustics_kernels::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
 use caustics_kernels::declare::{Denoiser, Step};
-use caustics_kernels::seam::Slots;
+use caustics_kernels::platform::Slots;
 use spirv_std::glam::Vec3;
 
 /// The mean of each two pixels.

@@ -10,7 +10,7 @@ use caustics_kernels::history::resolve_history::RESOLVE_HISTORY;
 use caustics_kernels::interface::history::HistorySettings;
 use caustics_kernels::interface::history::{HistoryPoint, Reprojected};
 use caustics_kernels::interface::point::PointGeometry;
-use caustics_kernels::seam::Slots;
+use caustics_kernels::platform::Slots;
 use spirv_std::glam::Vec3;
 
 /// Half of the light that the same pixel had in the last frame.
@@ -20,7 +20,7 @@ pub const SAME_PIXEL: History = History {
     description: "half of the same pixel's last light: a toy",
     cost: "a read of 44 bytes a pixel",
     limitations: "wherever anything moves",
-    settings: Some(HistorySettings { reach: 1.0, lag: 0.0, max_samples: 1.0, demodulates: 0 }),
+    settings: Some(HistorySettings { search_radius: 1.0, lag: 0.0, max_samples: 1.0, demodulates: 0 }),
     before: |params| vec![Step::new(&REUSE_SAME_PIXEL, params)],
     resolve: &RESOLVE_HISTORY,
     forget: &[],

@@ -6,7 +6,7 @@
 use caustics_kernels::gather::tables::{Build, Tables};
 use caustics_kernels::gather::variant::{Over, Stage, Variant, Words};
 use caustics_kernels::gather::{Gather, Index, Near, Visit};
-use caustics_kernels::seam::{Atomics, Words as _};
+use caustics_kernels::platform::{Atomics, Words as _};
 
 /// Deposits in stripes along x.
 pub struct Stripes;

@@ -63,7 +63,7 @@ fn hash(words: &[u32]) -> String {
     fnv1a(words.iter().flat_map(|word| word.to_le_bytes()).chain([0xff]))
 }
 
-/// Names and bits of what code is alive.
+/// Names and bits of the code that is compiled in.
 fn features(names: &[String]) -> anyhow::Result<Vec<(String, Features)>> {
     let one = |name: &String| {
         let features = match name.as_str() {
@@ -222,7 +222,9 @@ mod tests {
         let found = features(&["all".into(), "none".into(), "mirror-room".into()]).unwrap();
         assert_eq!((found[0].1, found[1].1), (Features::ALL, Features(0)));
         let room = found[2].1;
-        assert!(room.has(Features::MIRROR) && room.has(Features::GLASS) && !room.has(Features::INSTANCES));
+        assert!(
+            room.has(Features::MIRROR) && room.has(Features::DIELECTRIC) && !room.has(Features::INSTANCES)
+        );
         let error = features(&["no-such-room".into()]).unwrap_err().to_string();
         assert!(error.contains("no-such-room"), "{error}");
     }

@@ -294,7 +294,7 @@ pub static RUNNER: Axis = Axis {
     },
 };
 
-/// Which kernel code is alive.
+/// Kernel code that is compiled in.
 pub static FEATURES: Axis = Axis {
     description: "Which kernel code is alive",
     default: "scene",

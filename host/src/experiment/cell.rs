@@ -48,7 +48,7 @@ pub struct Cell {
     pub runner: RunnerChoice,
     /// The runner that was asked for, by its name.
     pub asked_runner: &'static str,
-    /// Which kernel code is alive.
+    /// Kernel code that is compiled in.
     pub features: FeatureChoice,
 }
 
@@ -83,7 +83,7 @@ impl Radius {
     }
 }
 
-/// Which kernel code is alive.
+/// Kernel code that is compiled in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FeatureChoice {
     /// What the scene needs.

@@ -2,7 +2,7 @@
 
 use caustics_kernels::math::rng::Stream;
 use caustics_kernels::pass::collect::{Beyond, Start, follow};
-use caustics_kernels::seam::Uncounted;
+use caustics_kernels::platform::Uncounted;
 
 use super::record::Record;
 use super::view::View;

@@ -9,7 +9,7 @@ use caustics_kernels::light::emit::Emit;
 use caustics_kernels::pass::resolve::radiance;
 use caustics_kernels::pass::shoot::receive::Receive;
 use caustics_kernels::pass::shoot::shoot;
-use caustics_kernels::seam::Uncounted;
+use caustics_kernels::platform::Uncounted;
 use caustics_kernels::surface::textured::material_of;
 use glam::Vec3;
 use rayon::prelude::*;

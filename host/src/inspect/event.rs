@@ -21,7 +21,7 @@ pub enum Event {
     Entered,
     /// Is refracted out of it.
     Left,
-    /// Passes a wall that is too thin to bend it.
+    /// Passes a wall that is too thin to refract it.
     Passed,
     /// Is scattered by lobes among which is a diffuse one.
     Scattered,
@@ -95,16 +95,16 @@ pub fn event(material: &Material, here: &Vertex, sampled: &Sampled) -> (Event, V
     let mut lobes = Vec::new();
     let is_delta = sampled.pdf_solid_angle == 0.0 && sampled.class == Classes::SPECULAR;
     if is_delta {
-        // Smooth glass alone says by how much it would have bent; a thin wall bends nothing.
-        let bends = sampled.eta != 1.0;
+        // Smooth glass alone says by how much it would have refracted; a thin wall refracts nothing.
+        let refracts = sampled.eta != 1.0;
         let cos = here.to_previous.dot(here.shading_normal).abs();
-        if bends && fresnel::dielectric(cos, sampled.eta) >= 1.0 {
+        if refracts && fresnel::dielectric(cos, sampled.eta) >= 1.0 {
             return (Event::TotallyReflected, vec![glass]);
         }
-        if !bends && material.roughness < DELTA_ROUGHNESS {
+        if !refracts && material.roughness < DELTA_ROUGHNESS {
             lobes.extend(facets);
         }
-        if bends || (material.transmits() && material.flags & FLAG_THIN != 0) {
+        if refracts || (material.transmits() && material.flags & FLAG_THIN != 0) {
             lobes.push(glass);
         }
         return (Event::Reflected, lobes);

@@ -9,7 +9,7 @@ use caustics_kernels::light::emit::{EmissionSample, Emit};
 use caustics_kernels::pass::collect::watch::Watch;
 use caustics_kernels::pass::shoot::receive::Receive;
 use caustics_kernels::pass::shoot::shoot;
-use caustics_kernels::seam::Uncounted;
+use caustics_kernels::platform::Uncounted;
 use caustics_kernels::surface::scatter::BsdfSample;
 use caustics_kernels::surface::vertex::{Vertex, vertex};
 use caustics_kernels::trace::Tracer;

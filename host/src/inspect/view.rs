@@ -13,7 +13,7 @@ pub struct View<'a> {
     pub scene: &'a Scene,
     /// The settings of the frame.
     pub params: &'a FrameParams,
-    /// Which kernel code was alive.
+    /// Kernel code that was compiled in.
     pub features: Features,
 }
 

@@ -13,7 +13,7 @@ use crate::scene;
 /// The default of `--specular-roughness`, which decides what is a caster.
 const SPECULAR_ROUGHNESS: f32 = 0.25;
 
-/// A cell as the scene needs it, and the same with all code alive.
+/// A cell as the scene needs it, and the same with all code compiled in.
 type Pair<'a> = (&'a Measured, &'a Measured);
 
 /// The table over all scenes; none without a pair. Its last column repeats what each scene does without.

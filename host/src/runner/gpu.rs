@@ -169,15 +169,15 @@ impl Runner for GpuRunner {
         Ok(self.upload(buffer, offset, bytes)?)
     }
 
-    fn place(&mut self, placements: &[Placement], bent: &[usize]) -> Result<(), RunError> {
+    fn place(&mut self, placements: &[Placement], deformed: &[usize]) -> Result<(), RunError> {
         let Some(scene) = self.resources.structures.get_mut(SCENE_STRUCTURE) else { return Ok(()) };
-        if bent.is_empty() && *placements == *self.placements {
+        if deformed.is_empty() && *placements == *self.placements {
             return Ok(());
         }
         scene.place(&placed(placements))?;
         let scene = &*scene;
         // The world is the first part.
-        let parts: Vec<usize> = bent.iter().map(|mesh| mesh + 1).collect();
+        let parts: Vec<usize> = deformed.iter().map(|mesh| mesh + 1).collect();
         self.frame.execute(&["build.scene".into()], |recorder, _| recorder.build_again(scene, &parts))?;
         self.placements = placements.to_vec();
         Ok(())

@@ -9,7 +9,7 @@ use super::corner::Corner;
 /// Joints that pull a vertex at most: two sets of four.
 pub const MAX_PULLS: usize = 8;
 
-/// What bends a mesh.
+/// A skin and morph targets, which deform a mesh.
 #[derive(Clone, Debug, Default)]
 pub struct Deformation {
     /// Its node, which says how the targets are weighted.
@@ -53,15 +53,15 @@ impl Deformation {
     }
 
     /// Its vertices where nodes are like this: in the world with a skin, else in the space of its node.
-    pub fn bend(&self, nodes: &Nodes) -> Vec<Corner> {
+    pub fn deform(&self, nodes: &Nodes) -> Vec<Corner> {
         let joint = |(node, bound): &(usize, DAffine3)| nodes.places[*node] * *bound;
         let joints: Vec<DAffine3> = self.joints.iter().map(joint).collect();
         let weights = nodes.weights.get(self.node).map_or(&[][..], Vec::as_slice);
-        let bend = |id: usize| {
+        let deform = |id: usize| {
             let vertex = self.morphed(id, weights);
             self.pulls.get(id).map_or(vertex, |pull| pull.pulled(&vertex, &joints))
         };
-        (0..self.rest.len()).into_par_iter().map(bend).collect()
+        (0..self.rest.len()).into_par_iter().map(deform).collect()
     }
 
     /// Corners of its triangles, with these vertices.

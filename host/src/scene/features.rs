@@ -12,7 +12,7 @@ use caustics_kernels::interface::triangle::Triangle;
 use caustics_kernels::math::offset;
 use caustics_kernels::surface;
 use caustics_kernels::surface::media::MediaStack;
-use caustics_kernels::trace::enclosing::enclosing;
+use caustics_kernels::trace::initial_media::initial_media_stack;
 use glam::Vec3;
 
 use super::Scene;
@@ -51,11 +51,11 @@ impl Scene {
                 features = features | Features::AREA_LIGHTS;
             }
         }
-        if features.has(Features::GLASS) && self.has_nested_media {
+        if features.has(Features::DIELECTRIC) && self.has_nested_media {
             features = features | Features::NESTED;
         }
-        if features.has(Features::GLASS) && (self.is_animated() || self.starts_inside(features)) {
-            features = features | Features::ENCLOSED;
+        if features.has(Features::DIELECTRIC) && (self.is_animated() || self.starts_inside(features)) {
+            features = features | Features::STARTS_IN_MEDIUM;
         }
         features
     }
@@ -72,8 +72,9 @@ impl Scene {
     fn starts_inside(&self, features: Features) -> bool {
         let tables = self.tables();
         let mut tracer = self.tracer(features);
-        let mut is_inside =
-            |position: Vec3| enclosing(position, features, tables, &mut tracer) != MediaStack::VACUUM;
+        let mut is_inside = |position: Vec3| {
+            initial_media_stack(position, features, tables, &mut tracer) != MediaStack::VACUUM
+        };
         let beside = |light: &Light| {
             if light.triangle == NONE {
                 return [light.position; 2];
@@ -132,23 +133,27 @@ mod tests {
         let rough_metal = Material { roughness: 0.5, ..mirror };
         let absorption = Vec3::X;
         let glass = Material { transmission: 1.0, specular: 1.0, roughness: 0.0, absorption, ..lambert };
-        let frosted = Features::GLASS | Features::ROUGH_GLASS | Features::ABSORPTION | Features::CASTERS;
+        let frosted =
+            Features::DIELECTRIC | Features::ROUGH_DIELECTRIC | Features::ABSORPTION | Features::CASTERS;
         let cases = [
             (lambert, Features::RECEIVERS),
             (coated, Features::COAT | Features::RECEIVERS | Features::CASTERS),
             (Material { roughness: 0.3, ..coated }, Features::COAT | Features::RECEIVERS),
             (mirror, Features::MIRROR | Features::CASTERS),
             (rough_metal, Features::METAL | Features::RECEIVERS),
-            (glass, Features::GLASS | Features::ABSORPTION | Features::CASTERS),
-            (Material { flags: FLAG_THIN, ..glass }, Features::GLASS | Features::CASTERS),
+            (glass, Features::DIELECTRIC | Features::ABSORPTION | Features::CASTERS),
+            (Material { flags: FLAG_THIN, ..glass }, Features::DIELECTRIC | Features::CASTERS),
             (Material { roughness: 0.2, ..glass }, frosted),
             (Material { roughness: 0.3, ..glass }, frosted | Features::RECEIVERS),
             (
                 Material { dispersion: 0.3, absorption: Vec3::ZERO, ..glass },
-                Features::GLASS | Features::CASTERS | Features::DISPERSION,
+                Features::DIELECTRIC | Features::CASTERS | Features::DISPERSION,
             ),
-            // Without a volume nothing is bent.
-            (Material { dispersion: 0.3, flags: FLAG_THIN, ..glass }, Features::GLASS | Features::CASTERS),
+            // Without a volume nothing is refracted.
+            (
+                Material { dispersion: 0.3, flags: FLAG_THIN, ..glass },
+                Features::DIELECTRIC | Features::CASTERS,
+            ),
         ];
         for (material, features) in cases {
             assert_eq!(material_features(&material, 0.25), features, "{material:?}");

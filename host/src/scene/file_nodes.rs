@@ -84,8 +84,8 @@ impl Scene {
         let cameras = motion.cameras.iter().filter(|camera| camera.moves).map(|camera| camera.joint);
         let lights = motion.lights.iter().filter(|light| light.moves).map(|light| light.joint);
         let meshes = instanced.instances.iter().filter_map(MeshInstance::node);
-        let bent = instanced.meshes.iter().filter_map(|mesh| Some(mesh.deformation.as_ref()?.node));
-        let mut joints: Vec<_> = cameras.chain(lights).chain(meshes).chain(bent).collect();
+        let deformed = instanced.meshes.iter().filter_map(|mesh| Some(mesh.deformation.as_ref()?.node));
+        let mut joints: Vec<_> = cameras.chain(lights).chain(meshes).chain(deformed).collect();
         joints.sort_unstable();
         joints.dedup();
         joints.into_iter().map(|joint| self.rig.joints[joint].label.as_str()).collect()

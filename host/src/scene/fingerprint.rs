@@ -34,7 +34,7 @@ impl Scene {
         if let Some(motion) = &self.motion {
             digest.add(format!("{:?} {:?}", motion.cameras, motion.lights).as_bytes());
         }
-        // What bends
+        // What deforms
         for deformation in self.instanced.meshes.iter().filter_map(|mesh| mesh.deformation.as_ref()) {
             let mut words = Words::default();
             words.deformation(deformation);

@@ -115,10 +115,10 @@ impl Instanced {
         })
     }
 
-    /// Meshes that are bent, with their vertices where nodes are like this.
-    pub(super) fn bend(&self, nodes: &Nodes) -> Vec<(usize, Vec<Corner>)> {
-        let bent = |(id, mesh): (usize, &Mesh)| Some((id, mesh.deformation.as_ref()?.bend(nodes)));
-        self.meshes.iter().enumerate().filter_map(bent).collect()
+    /// Meshes that are deformed, with their vertices where nodes are like this.
+    pub(super) fn deform(&self, nodes: &Nodes) -> Vec<(usize, Vec<Corner>)> {
+        let deformed = |(id, mesh): (usize, &Mesh)| Some((id, mesh.deformation.as_ref()?.deform(nodes)));
+        self.meshes.iter().enumerate().filter_map(deformed).collect()
     }
 
     /// Where the instances stand at the pose at hand, for structures over them.
@@ -156,13 +156,13 @@ impl Instanced {
         self.places.fill(None);
     }
 
-    /// Brings a scene's instances, and the tree above them, to where nodes are like this and meshes are bent to these vertices.
-    pub(super) fn place(&mut self, scene: &mut Scene, nodes: &Nodes, bent: &[(usize, Vec<Corner>)]) {
+    /// Brings a scene's instances, and the tree above them, to where nodes are like this and meshes are deformed to these vertices.
+    pub(super) fn place(&mut self, scene: &mut Scene, nodes: &Nodes, deformed: &[(usize, Vec<Corner>)]) {
         if self.instances.is_empty() {
             return;
         }
-        for (mesh, vertices) in bent {
-            self.meshes[*mesh].bend(scene, vertices);
+        for (mesh, vertices) in deformed {
+            self.meshes[*mesh].deform(scene, vertices);
         }
         let mut leaves = Vec::with_capacity(self.instances.len() + 1);
         if let Some(bounds) = self.still_bounds {

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use caustics_kernels::interface::material::{FLAG_HANGING, FLAG_SHEET, Material};
+use caustics_kernels::interface::material::{FLAG_HANGING, FLAG_OPEN_SURFACE, Material};
 use caustics_kernels::interface::texture::MaterialTextures;
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use caustics_kernels::surface::media::MAX_MATERIALS;
@@ -131,7 +131,7 @@ impl Media {
     }
 
     /// Makes priorities a strict order: by the file's number, then the smaller solid, then the later material. A material whose
-    /// solids need several priorities gets more records, behind the others. Marks sheets.
+    /// solids need several priorities gets more records, behind the others. Marks open surfaces.
     pub fn rank(
         &mut self,
         materials: &mut Vec<Material>,
@@ -234,7 +234,7 @@ impl Media {
         self.of_holders[holder.first..][..count].iter().map(|&index| index as usize)
     }
 
-    /// Marks the records of sheets.
+    /// Marks the records of open surfaces.
     fn mark(&mut self, records: &[u32], materials: &mut [Material]) {
         (self.open, self.inside_out) = (vec![false; materials.len()], vec![false; materials.len()]);
         for holder in &self.holders {
@@ -254,21 +254,21 @@ impl Media {
             }
         }
         for (id, material) in materials.iter_mut().enumerate() {
-            material.flags &= !(FLAG_SHEET | FLAG_HANGING);
+            material.flags &= !(FLAG_OPEN_SURFACE | FLAG_HANGING);
             material.flags |= match (self.inside_out[id], self.open[id]) {
                 // What lies around it is no inside.
-                (true, _) => FLAG_SHEET | FLAG_HANGING,
-                (_, true) => FLAG_SHEET,
+                (true, _) => FLAG_OPEN_SURFACE | FLAG_HANGING,
+                (_, true) => FLAG_OPEN_SURFACE,
                 _ => 0,
             };
         }
     }
 
-    /// Whether a path can be inside of two solids at once, or of a sheet.
+    /// Whether a path can be inside of two solids at once, or of an open surface.
     pub fn are_nested(&self) -> bool {
-        let sheets = self.open.iter().chain(&self.inside_out).any(|&is_sheet| is_sheet);
+        let open_surfaces = self.open.iter().chain(&self.inside_out).any(|&is_open_surface| is_open_surface);
         let may_meet = self.moving > 0 && self.moving + self.boxes.len() > 1;
-        sheets || may_meet || self.boxes.len() > MAX_BOXES || overlap(&self.boxes)
+        open_surfaces || may_meet || self.boxes.len() > MAX_BOXES || overlap(&self.boxes)
     }
 
     /// What a person should repair.

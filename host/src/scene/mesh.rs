@@ -35,7 +35,7 @@ pub struct Mesh {
     pub count: u32,
     /// Its nodes of the tree; the first is the root.
     pub nodes: Range<usize>,
-    /// What bends it, if anything does.
+    /// Its deformation, if it has one.
     pub deformation: Option<Deformation>,
     /// Its blocks of the tree.
     blocks: Range<usize>,
@@ -53,9 +53,9 @@ impl Mesh {
         (Mesh { corners, materials, centre, boxes, count, ..Mesh::default() }, dropped)
     }
 
-    /// A mesh that is bent; it stands as it does at time 0. Triangles without an area stay: they may get one.
-    pub fn bending(deformation: Deformation, materials: Vec<u32>, nodes: &Nodes) -> Mesh {
-        let vertices = deformation.bend(nodes);
+    /// A mesh that is deformed; it stands as it does at time 0. Triangles without an area stay: they may get one.
+    pub fn deforming(deformation: Deformation, materials: Vec<u32>, nodes: &Nodes) -> Mesh {
+        let vertices = deformation.deform(nodes);
         let corners: Vec<[Corner; 3]> = deformation.corners(&vertices).collect();
         let centre = middle(&corners);
         let (boxes, count) = (boxes(&corners), corners.len() as u32);
@@ -74,9 +74,9 @@ impl Mesh {
 
     /// Its triangles where nodes are like this, placed (m), before rows are made of it.
     pub fn triangles_at(&self, nodes: &Nodes, to_world: DAffine3) -> Vec<[DVec3; 3]> {
-        let bent = self.deformation.as_ref().map(|deformation| (deformation, deformation.bend(nodes)));
+        let deformed = self.deformation.as_ref().map(|deformation| (deformation, deformation.deform(nodes)));
         let place = |corners: [Corner; 3]| corners.map(|corner| to_world.transform_point3(corner.position));
-        match &bent {
+        match &deformed {
             None => self.corners.iter().copied().map(place).collect(),
             Some((deformation, vertices)) => deformation.corners(vertices).map(place).collect(),
         }
@@ -137,8 +137,8 @@ impl Mesh {
         self.blocks.clone()
     }
 
-    /// Writes its rows for vertices that are bent, and fits the boxes of its tree to them.
-    pub fn bend(&mut self, scene: &mut Scene, vertices: &[Corner]) {
+    /// Writes its rows for vertices that are deformed, and fits the boxes of its tree to them.
+    pub fn deform(&mut self, scene: &mut Scene, vertices: &[Corner]) {
         let Some(deformation) = &self.deformation else { return };
         let corners: Vec<[Corner; 3]> = deformation.corners(vertices).collect();
         let own = own_triangles(&corners, self.centre);

@@ -111,7 +111,7 @@ impl SceneParts {
         self.instanced.append(&mut scene, top, levels, &self.tree);
         (scene.instanced, scene.motion) = (self.instanced, self.motion);
         scene.start()?;
-        scene.mark_hanging_sheets();
+        scene.mark_hanging_surfaces();
         scene.warnings = media.warnings(&scene);
         Ok(scene)
     }

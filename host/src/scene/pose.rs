@@ -81,7 +81,7 @@ impl Scene {
             }
         }
         let mut instanced = std::mem::take(&mut self.instanced);
-        instanced.place(self, &pose.nodes, &pose.bent);
+        instanced.place(self, &pose.nodes, &pose.deformed);
         self.instanced = instanced;
     }
 
@@ -114,11 +114,11 @@ impl Scene {
         let lights: Vec<_> =
             lights.filter_map(|light| light.what.placed(&places[light.joint], self.origin)).collect();
         light::check(&motion.file, &lights)?;
-        let bent = self.instanced.bend(&nodes);
+        let deformed = self.instanced.deform(&nodes);
         for instance in &self.instanced.instances {
             let mesh = &self.instanced.meshes[instance.mesh];
             let to_world = instance.place(&nodes);
-            let fits = match bent.iter().find(|(id, _)| *id == instance.mesh) {
+            let fits = match deformed.iter().find(|(id, _)| *id == instance.mesh) {
                 Some((_, vertices)) => mesh::fit(vertices.iter().map(|v| v.position), &to_world, self.origin),
                 None => instance.node().is_none() || mesh.fits(&to_world, self.origin),
             };
@@ -129,7 +129,7 @@ impl Scene {
                 return Err(wrong(node, &what));
             }
         }
-        Ok(Some(Pose { nodes, lights, bent }))
+        Ok(Some(Pose { nodes, lights, deformed }))
     }
 }
 
@@ -139,6 +139,6 @@ struct Pose {
     nodes: Nodes,
     /// Lights that shine then.
     lights: Vec<PunctualLight>,
-    /// Meshes that are bent, with their vertices.
-    bent: Vec<(usize, Vec<Corner>)>,
+    /// Meshes that are deformed, with their vertices.
+    deformed: Vec<(usize, Vec<Corner>)>,
 }

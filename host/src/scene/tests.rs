@@ -47,8 +47,8 @@ fn scenes_load_without_warnings() {
 fn scenes_need_what_they_show() {
     let common = Features::AREA_LIGHTS | Features::SMOOTH_NORMALS | Features::RECEIVERS;
     let casting = common | Features::CASTERS | Features::MIRROR;
-    assert_eq!(load("mirror-room").features(0.25), casting | Features::GLASS);
-    assert_eq!(load("glossy-room").features(0.25), casting | Features::GLASS | Features::METAL);
+    assert_eq!(load("mirror-room").features(0.25), casting | Features::DIELECTRIC);
+    assert_eq!(load("glossy-room").features(0.25), casting | Features::DIELECTRIC | Features::METAL);
     assert_eq!(load("ring").features(0.25), casting);
     assert_eq!(load("plain-room").features(0.25), common);
 }

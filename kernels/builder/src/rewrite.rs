@@ -2,7 +2,7 @@
 //!
 //! Debug lines are dropped, but not the instructions that end them: one in fifty bytes, which say nothing. And a function that
 //! entry points share has the hint that it not be inlined, since the compiler itself shall not do so. NVIDIA's heeds it and makes code of
-//! more than twice the size and time: calls, with every lobe and texture alive that the scene lacks.
+//! more than twice the size and time: calls, with every lobe and texture compiled in that the scene lacks.
 
 use anyhow::{Context, ensure};
 use rspirv::spirv::{FunctionControl, Op};

@@ -294,11 +294,11 @@ fn entry(
     });
     let wrapped = bound.iter().filter_map(|Bound { name, access, .. }| match access {
         Access::Read => None,
-        Access::Slots => Some(quote!(let #name = ::caustics_kernels::seam::Slots(#name);)),
-        Access::Words => Some(quote!(let #name = ::caustics_kernels::seam::AtomicWords(#name);)),
+        Access::Slots => Some(quote!(let #name = ::caustics_kernels::platform::Slots(#name);)),
+        Access::Words => Some(quote!(let #name = ::caustics_kernels::platform::AtomicWords(#name);)),
         Access::Counters => Some(quote! {
             let mut #name =
-                ::caustics_kernels::seam::Counts::<{ ::caustics_kernels::interface::counters::COUNTER_COUNT }>(#name);
+                ::caustics_kernels::platform::Counts::<{ ::caustics_kernels::interface::counters::COUNTER_COUNT }>(#name);
         }),
     });
     let features = features(declaration)
@@ -404,11 +404,11 @@ fn on_cpu(arguments: &Arguments, declaration: &Declaration, bound: &[Bound]) -> 
             },
             Access::Slots => quote! {
                 let mut #borrow = call.buffers.edit::<#element>(#key)?;
-                let #name = ::caustics_kernels::seam::Slots::new(&mut #borrow);
+                let #name = ::caustics_kernels::platform::Slots::new(&mut #borrow);
             },
             Access::Words | Access::Counters => quote! {
                 let mut #borrow = call.buffers.edit::<#element>(#key)?;
-                let #name = ::caustics_kernels::seam::AtomicWords::new(&mut #borrow);
+                let #name = ::caustics_kernels::platform::AtomicWords::new(&mut #borrow);
             },
         }
     });

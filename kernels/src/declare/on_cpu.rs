@@ -19,7 +19,7 @@ use crate::interface::ledger::LEDGER_FIRST;
 use crate::interface::tree::TreeNode;
 use crate::math::quanta::Quanta;
 use crate::memory::{HUGE_PAGE, Memory};
-use crate::seam::{AtomicWords, Atomics};
+use crate::platform::{AtomicWords, Atomics};
 use crate::trace::on_cpu::{WideTree, has_avx2};
 
 /// Invocations that a worker takes at a time.

@@ -23,7 +23,7 @@ use crate::interface::frame::{Dispatch, FrameParams};
 use crate::interface::material::{FLAG_COLOR_TEXTURE, Material};
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::math::is_finite;
-use crate::seam::Slots;
+use crate::platform::Slots;
 use crate::surface::textured::material_of;
 use spirv_std::glam::{Vec3, Vec4};
 

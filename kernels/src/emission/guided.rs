@@ -24,7 +24,7 @@ use crate::math::quanta::Quanta;
 use crate::pass::weigh::kept;
 #[cfg(not(target_arch = "spirv"))]
 use crate::pass::weigh::weigh_with_pilot;
-use crate::seam::{AtomicWords, Slots, Words};
+use crate::platform::{AtomicWords, Slots, Words};
 
 crate::shoot_pass!(joint "shoot.guided", |power, guide_maps: &[GuideMap], guide_tree: &[f32]| Guided {
     power,

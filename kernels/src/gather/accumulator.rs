@@ -4,7 +4,7 @@
 use crate::interface::counters::Counter;
 use crate::math::is_finite;
 use crate::math::quanta::{MAX_QUANTA, Quanta};
-use crate::seam::Atomics;
+use crate::platform::Atomics;
 use spirv_std::glam::Vec3;
 
 /// Words of one point.
@@ -91,7 +91,7 @@ impl Sum {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::seam::AtomicWords;
+    use crate::platform::AtomicWords;
     use proptest::prelude::*;
 
     fn to_u64(q: Quanta) -> u64 {

@@ -11,7 +11,7 @@ use crate::math::max_abs;
 use crate::surface::Bsdf;
 use crate::surface::class::Classes;
 use crate::surface::dispersion::Indices;
-use crate::surface::fold::folded;
+use crate::surface::hemisphere::flip_to_geometric_hemisphere;
 use spirv_std::glam::Vec3;
 
 /// Smallest cosine between the normals of a point and of a deposit that it takes.
@@ -58,7 +58,7 @@ impl Receiver {
     ) -> Receiver {
         let frame = ShadingFrame::new(shading.shading_normal);
         // What is seen is above the face.
-        let to_viewer = folded(frame.to_local(shading.to_viewer), true);
+        let to_viewer = flip_to_geometric_hemisphere(frame.to_local(shading.to_viewer), true);
         let classes = Classes::NON_SPECULAR;
         let indices = Indices::new(shading.eta);
         let (surface, _) =
@@ -70,7 +70,7 @@ impl Receiver {
     #[inline(always)]
     pub fn contribution(&self, deposit: &DepositLight) -> Vec3 {
         // What arrives is above the face.
-        let to_light = folded(self.frame.to_local(deposit.to_light), true);
+        let to_light = flip_to_geometric_hemisphere(self.frame.to_local(deposit.to_light), true);
         self.surface.eval(to_light, Classes::NON_SPECULAR).f * deposit.flux * to_light.z
     }
 }

@@ -7,7 +7,7 @@ use crate::gather::tables::Tables;
 use crate::gather::{Near, Visit, score};
 use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry};
 use crate::math::quanta::Quanta;
-use crate::seam::Atomics;
+use crate::platform::Atomics;
 use crate::surface::textured::material_of;
 use spirv_std::glam::Vec3;
 
@@ -29,17 +29,17 @@ macro_rules! index_pass {
             deposit_geometry: &[$crate::interface::point::DepositGeometry],
             deposit_light: &[$crate::interface::point::DepositLight],
             #[len = <$type as $crate::gather::Index>::VARIANT.sorted(params)]
-            sorted_geometry: $crate::seam::Slots<'_, $crate::interface::point::DepositGeometry>,
+            sorted_geometry: $crate::platform::Slots<'_, $crate::interface::point::DepositGeometry>,
             #[len = <$type as $crate::gather::Index>::VARIANT.sorted(params)]
-            sorted_light: $crate::seam::Slots<'_, $crate::interface::point::DepositLight>,
+            sorted_light: $crate::platform::Slots<'_, $crate::interface::point::DepositLight>,
             #[len = <$type as $crate::gather::Index>::VARIANT.words[0].count(params)]
-            index_0: $crate::seam::AtomicWords<'_>,
+            index_0: $crate::platform::AtomicWords<'_>,
             #[len = <$type as $crate::gather::Index>::VARIANT.words[1].count(params)]
-            index_1: $crate::seam::AtomicWords<'_>,
+            index_1: $crate::platform::AtomicWords<'_>,
             #[len = <$type as $crate::gather::Index>::VARIANT.words[2].count(params)]
-            index_2: $crate::seam::AtomicWords<'_>,
+            index_2: $crate::platform::AtomicWords<'_>,
             #[len = <$type as $crate::gather::Index>::VARIANT.words[3].count(params)]
-            index_3: $crate::seam::AtomicWords<'_>,
+            index_3: $crate::platform::AtomicWords<'_>,
         ) {
             let mut build = $crate::gather::tables::Build {
                 params,
@@ -85,7 +85,7 @@ macro_rules! gather_pass {
             searcher: u32,
             params: &$crate::interface::frame::FrameParams,
             features: $crate::interface::features::Features,
-            counters: &mut impl $crate::seam::Atomics,
+            counters: &mut impl $crate::platform::Atomics,
             materials: &[$crate::interface::material::Material],
             pixel_order: &[u32],
             point_geometry: &[$crate::interface::point::PointGeometry],
@@ -100,10 +100,10 @@ macro_rules! gather_pass {
             index_2: &[u32],
             index_3: &[u32],
             #[len = params.pixel_count() * $crate::gather::accumulator::WORDS]
-            accumulator: $crate::seam::AtomicWords<'_>,
+            accumulator: $crate::platform::AtomicWords<'_>,
             pixel_weights: &[f32],
             #[len = 0]
-            start_scores: $crate::seam::AtomicWords<'_>,
+            start_scores: $crate::platform::AtomicWords<'_>,
             $($structure)*
         ) {
             let sorts = const { <$type as $crate::gather::Index>::VARIANT.sorts };

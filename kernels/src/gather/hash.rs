@@ -2,7 +2,7 @@
 
 use crate::gather::tables::Build;
 use crate::math::clamp;
-use crate::seam::{Atomics, Words};
+use crate::platform::{Atomics, Words};
 use spirv_std::glam::{IVec3, Vec3};
 
 /// Slots that are reserved at once; a power of two.
@@ -168,7 +168,7 @@ pub fn common_cell_size<W: Words>(histogram: &W) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::seam::AtomicWords;
+    use crate::platform::AtomicWords;
 
     #[test]
     fn cells_hold_nine_discs_in_ten() {

@@ -4,7 +4,7 @@
 //! are added up in the cubes' Morton order (in three levels of 128, so that no invocation adds more than 128 numbers), and
 //! each element takes the next slot of its cube. The order within a cube is free.
 
-use crate::seam::Words;
+use crate::platform::Words;
 use spirv_std::glam::{UVec3, Vec3};
 
 /// Stages of a sort: over elements, over counts of level 1 and 2, over one.
@@ -165,7 +165,7 @@ fn group(capacity: u32, level: u32, index: u32) -> (u32, u32) {
 mod tests {
     use super::*;
     use crate::math::rng::{Rng, Stream};
-    use crate::seam::AtomicWords;
+    use crate::platform::AtomicWords;
 
     /// Slots of positions.
     fn sort(positions: &[Vec3], capacity: u32) -> Vec<u32> {

@@ -10,7 +10,7 @@ use crate::gather::hash::{RADIUS_BINS, Runs, cell, common_cell_size, radius_bin,
 use crate::gather::tables::{Build, Tables};
 use crate::gather::variant::{Over, Stage, Variant, Words};
 use crate::gather::{Gather, Index, Near, Visit};
-use crate::seam::{Atomics, Words as _};
+use crate::platform::{Atomics, Words as _};
 
 /// See the head of the file.
 pub struct PhotonsGrid;

@@ -17,7 +17,7 @@ use crate::gather::points_rt::write_box;
 use crate::gather::tables::Build;
 use crate::gather::variant::{Over, Side, Stage, Variant, Words};
 use crate::math::max_abs;
-use crate::seam::{Atomics, Words as _};
+use crate::platform::{Atomics, Words as _};
 use spirv_std::glam::Vec3;
 
 /// See the head of the file.

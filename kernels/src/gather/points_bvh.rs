@@ -12,7 +12,7 @@ use crate::gather::morton_sort::{self, TOTAL};
 use crate::gather::tables::{Build, Tables};
 use crate::gather::variant::{Over, Side, Stage, Variant, Words};
 use crate::gather::{Gather, Index, Near, Visit};
-use crate::seam::Words as _;
+use crate::platform::Words as _;
 use spirv_std::glam::Vec3;
 
 /// See the head of the file.
@@ -146,7 +146,7 @@ fn node(level: u32, index: u32, build: &mut Build<'_>) {
 }
 
 #[inline(always)]
-fn corner<W: crate::seam::Words>(words: &W, word: u32) -> Vec3 {
+fn corner<W: crate::platform::Words>(words: &W, word: u32) -> Vec3 {
     let number = |word| f32::from_bits(words.get(word));
     Vec3::new(number(word), number(word + 1), number(word + 2))
 }

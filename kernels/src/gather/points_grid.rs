@@ -13,7 +13,7 @@ use crate::gather::variant::{Over, Side, Stage, Variant, Words};
 use crate::gather::{Gather, Index, Near, Visit};
 use crate::interface::point::PointGeometry;
 use crate::math::max_abs;
-use crate::seam::{Atomics, Words as _};
+use crate::platform::{Atomics, Words as _};
 use spirv_std::glam::Vec3;
 
 /// See the head of the file.

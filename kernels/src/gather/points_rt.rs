@@ -48,7 +48,7 @@ pub fn bound(point: &PointGeometry) -> (Vec3, Vec3) {
 
 /// Writes a box as an acceleration structure reads it (VkAabbPositionsKHR).
 #[inline(always)]
-pub fn write_box<W: crate::seam::Words>(words: &mut W, index: u32, low: Vec3, high: Vec3) {
+pub fn write_box<W: crate::platform::Words>(words: &mut W, index: u32, low: Vec3, high: Vec3) {
     words.set(6 * index, low.x.to_bits());
     words.set(6 * index + 1, low.y.to_bits());
     words.set(6 * index + 2, low.z.to_bits());

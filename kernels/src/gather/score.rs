@@ -7,7 +7,7 @@ use crate::interface::point::{DepositLight, PointGeometry, PointShading};
 use crate::math::PI;
 use crate::math::mean;
 use crate::math::quanta::Quanta;
-use crate::seam::Atomics;
+use crate::platform::Atomics;
 use spirv_std::glam::Vec3;
 
 /// 1 / quantum of scores, in the unit that `DepositLight::score` brings along.

@@ -4,7 +4,7 @@ use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::material::Material;
 use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
-use crate::seam::{AtomicWords, Slots};
+use crate::platform::{AtomicWords, Slots};
 
 /// What building an index reads and writes.
 pub struct Build<'a> {

@@ -15,7 +15,7 @@ use crate::math::rng::Stream;
 use crate::pass::collect::errand::{Errand, Wanted, run};
 use crate::pass::collect::watch::{CollectionPoint, Watch};
 use crate::pass::collect::{Beyond, PathLight};
-use crate::seam::{Slots, Uncounted};
+use crate::platform::{Slots, Uncounted};
 use crate::surface::textured::material_of;
 use crate::trace::Tracer;
 use spirv_std::glam::{Vec2, Vec3};
@@ -91,12 +91,12 @@ impl Errand for Shown<'_> {
 }
 
 /// Where the image shows a point less where the image before did (px). Behind mirrors and glass the eye alone moves:
-/// the virtual image is taken to stand where it is; so is what bends.
+/// the virtual image is taken to stand where it is; so is what deforms.
 #[inline(always)]
 fn motion(pixel: u32, seen: &CollectionPoint, instances: &[Instance], params: &FrameParams) -> Vec2 {
     let (point, shading) = (&seen.geometry, &seen.shading);
     let mut position = point.position;
-    // What bends is taken to stand still.
+    // What deforms is taken to stand still.
     if shading.instance != 0 && !instances[shading.instance as usize].to_previous.is_nowhere() {
         position = ReprojectedPoint::new(point, shading, instances).position;
     }

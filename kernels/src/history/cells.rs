@@ -11,7 +11,7 @@ use crate::interface::frame::FrameParams;
 use crate::interface::history::VALIDATION_CELLS;
 use crate::math::quanta::Quanta;
 use crate::math::{PI, clamp};
-use crate::seam::Atomics;
+use crate::platform::Atomics;
 use spirv_std::glam::{IVec3, Vec3};
 
 #[cfg(target_arch = "spirv")]
@@ -242,7 +242,7 @@ pub fn change(cells: &[u32], position: Vec3, carrier: LightFrame, params: &Frame
 mod tests {
     use super::*;
     use crate::interface::frame::Camera;
-    use crate::seam::AtomicWords;
+    use crate::platform::AtomicWords;
 
     /// A view from far away: discs have about one radius all over the origin's surroundings.
     fn params() -> FrameParams {

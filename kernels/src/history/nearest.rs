@@ -29,14 +29,14 @@ pub struct Nearest {
     /// Whether there is one.
     pub found: bool,
     square: f32,
-    reach: f32,
+    search_radius: f32,
 }
 
 impl Nearest {
     /// None yet, up to so many radii of a lender away.
     #[inline(always)]
-    pub fn new(borrower: ReprojectedPoint, reach: f32) -> Self {
-        Nearest { borrower, pixel: 0, found: false, square: f32::MAX, reach }
+    pub fn new(borrower: ReprojectedPoint, search_radius: f32) -> Self {
+        Nearest { borrower, pixel: 0, found: false, square: f32::MAX, search_radius }
     }
 
     /// Looks around a place in the frame before (px): in a wide window only where the point at `depth` is seen by specular events
@@ -56,7 +56,7 @@ impl Nearest {
     #[inline(always)]
     pub fn prefer<L>(&mut self, pixel: u32, history: PreviousFrame<'_, L>) {
         self.pixel = pixel;
-        self.found = lends(&history.points[pixel as usize], &self.borrower, 2.0 * self.reach);
+        self.found = lends(&history.points[pixel as usize], &self.borrower, 2.0 * self.search_radius);
     }
 
     /// Whether no other point is likely to be nearer.
@@ -72,7 +72,7 @@ impl<L> Look<L> for Nearest {
     fn look(&mut self, history: PreviousFrame<'_, L>, pixel: u32) {
         let lender = history.points[pixel as usize];
         let square = (lender.position - self.borrower.position).length_squared();
-        if square < self.square && lends(&lender, &self.borrower, self.reach) {
+        if square < self.square && lends(&lender, &self.borrower, self.search_radius) {
             self.pixel = pixel;
             self.square = square;
             self.found = true;
@@ -82,12 +82,12 @@ impl<L> Look<L> for Nearest {
 
 /// Whether a point up to so many of its radii away lends: it has light, and is of the same surface, seen as closely.
 #[inline(always)]
-pub fn lends(lender: &HistoryPoint, borrower: &ReprojectedPoint, reach: f32) -> bool {
+pub fn lends(lender: &HistoryPoint, borrower: &ReprojectedPoint, search_radius: f32) -> bool {
     let along = lender.position - borrower.position;
-    let reach = reach * lender.radius;
+    let search_radius = search_radius * lender.radius;
     let (small, large) = (lender.radius.min(borrower.radius), lender.radius.max(borrower.radius));
     lender.samples > 0.0
-        && along.length_squared() <= reach * reach
+        && along.length_squared() <= search_radius * search_radius
         && large <= MAX_RADIUS_RATIO * small
         && lender.material == borrower.material
         && borrower.accepts(lender, along)

@@ -17,7 +17,7 @@ use crate::interface::history::HistorySettings;
 use crate::interface::history::{HistoryPoint, Reprojected};
 use crate::interface::instance::Instance;
 use crate::interface::point::{PointGeometry, PointShading};
-use crate::seam::Slots;
+use crate::platform::Slots;
 use spirv_std::glam::Vec3;
 
 /// Width of the paper's weights, relative to the radius.
@@ -36,7 +36,7 @@ pub const PAPER: History = History {
     cost: "nine rows of 32 bytes a point to search, and 76 bytes a point of state",
     limitations: "its variance stays at a ninth; light that is gone is seen for 20 frames; repeated means blur; radiance is lent, so \
             that a texture and a glossy lobe smear",
-    settings: Some(HistorySettings { reach: 1.0, lag: 0.0, max_samples: 0.0, demodulates: 0 }),
+    settings: Some(HistorySettings { search_radius: 1.0, lag: 0.0, max_samples: 0.0, demodulates: 0 }),
     before: |params| vec![Step::new(&REUSE_PAPER, params)],
     resolve: &RESOLVE_HISTORY,
     forget: &[],

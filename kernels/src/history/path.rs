@@ -35,7 +35,7 @@ use crate::math::{clamp, is_finite, octahedral};
 use crate::pass::collect::errand::{Errand, Wanted, run};
 use crate::pass::collect::watch::{CollectionPoint, Watch};
 use crate::pass::collect::{self, Beyond};
-use crate::seam::{Slots, Uncounted};
+use crate::platform::{Slots, Uncounted};
 use crate::surface::dispersion::is_mixed;
 use crate::trace::Tracer;
 use spirv_std::glam::{Vec2, Vec3};
@@ -77,7 +77,7 @@ const MAX_STILL_FRAMES: f32 = 4_194_304.0;
 /// The same of light that a mesh carries along.
 const MAX_CARRIED_FRAMES: f32 = 1.0;
 /// Distance up to which a point lends, seen head on (radii).
-const REACH: f32 = 1.3;
+const SEARCH_RADIUS: f32 = 1.3;
 /// Least cosine that this is projected with.
 const MIN_SLANT_COS: f32 = 0.05;
 /// Frames' worth from which on light knows its variance.
@@ -365,9 +365,9 @@ fn lender(
 ) -> Lender {
     // Pixels side by side see a surface at a slant further apart than a disc is wide.
     let cos = shading.to_viewer.dot(point.normal).abs().max(MIN_SLANT_COS);
-    let reach = REACH / cos.sqrt();
+    let search_radius = SEARCH_RADIUS / cos.sqrt();
     let mut borrower = ReprojectedPoint::in_place(point, shading);
-    let mut nearest = Nearest::new(borrower, reach);
+    let mut nearest = Nearest::new(borrower, search_radius);
     let mut frames = Vec2::splat(MAX_STILL_FRAMES);
     if params.moved == 0 {
         // Rays over the whole pixel are further apart.
@@ -382,7 +382,7 @@ fn lender(
         frames = max_frames_at(at, path_max_frames, params);
         if !nearest.found && shading.instance != 0 {
             borrower = ReprojectedPoint::new(point, shading, instances);
-            nearest = Nearest::new(borrower, reach);
+            nearest = Nearest::new(borrower, search_radius);
             let seen = seen_from(before, pixel, point, shading, borrower.position, params);
             let at = project(seen, before, params);
             nearest.search(at, point.depth, params, history);

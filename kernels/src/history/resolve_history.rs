@@ -10,7 +10,7 @@ use crate::interface::material::Material;
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::math::{PI, octahedral};
 use crate::pass::resolve;
-use crate::seam::Slots;
+use crate::platform::Slots;
 use spirv_std::glam::Vec3;
 
 /// A pixel's caustic, and its part of the history.
@@ -103,12 +103,12 @@ mod tests {
     use crate::math::is_finite;
     use crate::math::rng::{Rng, Stream};
     use crate::math::warp::uniform_sphere;
-    use crate::seam::AtomicWords;
+    use crate::platform::AtomicWords;
     use crate::surface::textured::packed;
 
     const FEATURES: Features = Features(Features::TEXTURES.0 | Features::COAT.0);
     const DEMODULATES: HistorySettings =
-        HistorySettings { reach: 1.3, lag: 4.0, max_samples: 1024.0, demodulates: 1 };
+        HistorySettings { search_radius: 1.3, lag: 4.0, max_samples: 1024.0, demodulates: 1 };
 
     fn params() -> FrameParams {
         FrameParams { quantum: 2.0f32.powi(-40), specular_roughness: 0.25, ..Default::default() }

@@ -17,7 +17,7 @@ use crate::interface::history::{HistoryPoint, HistorySettings, Reprojected};
 use crate::interface::instance::Instance;
 use crate::interface::material::Material;
 use crate::interface::point::{PointGeometry, PointShading};
-use crate::seam::Slots;
+use crate::platform::Slots;
 use spirv_std::glam::Vec3;
 
 pub mod validate;
@@ -41,7 +41,7 @@ pub const VALIDATED: History = History {
     limitations: "light that moves by more than a disc or so a frame is as noisy as without a history; where few validation paths \
             deposit, cells are large, and a change in a part of one is seen late; how far light moved is judged by the radius \
             of a direct view, behind curved mirrors too",
-    settings: Some(HistorySettings { reach: 1.3, lag: 0.25, max_samples: 1024.0, demodulates: 1 }),
+    settings: Some(HistorySettings { search_radius: 1.3, lag: 0.25, max_samples: 1024.0, demodulates: 1 }),
     before: |params| {
         vec![
             Step::Clear { buffer: "validation_cells" },
@@ -108,7 +108,7 @@ fn nearest(
             borrower.normal = point.normal;
         }
     }
-    let mut visit = Nearest::new(borrower, settings.reach);
+    let mut visit = Nearest::new(borrower, settings.search_radius);
     let before = &params.previous_camera;
     let at = project(seen_from(before, pixel, point, shading, borrower.position, params), before, params);
     visit.search(at, point.depth, params, history);

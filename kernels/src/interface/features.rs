@@ -43,7 +43,7 @@ macro_rules! lights_and_others {
             /// Some dielectric has a coat over its diffuse base.
             COAT "coat";
             /// Some surface transmits.
-            GLASS "glass";
+            DIELECTRIC "glass";
             /// Some volume absorbs.
             ABSORPTION "absorption";
             /// Some surface casts caustics: it has a specular lobe.
@@ -53,7 +53,7 @@ macro_rules! lights_and_others {
             /// Some surface has a non-specular lobe and can show a caustic.
             RECEIVERS "receivers";
             /// Some transmission is rough.
-            ROUGH_GLASS "rough-glass";
+            ROUGH_DIELECTRIC "rough-glass";
             /// Some material is textured.
             TEXTURES "textures";
             /// Some material has a normal map.
@@ -63,20 +63,20 @@ macro_rules! lights_and_others {
             /// Somebody asks where the light's energy goes.
             LEDGER "ledger";
             /// The eye or a light stands inside of a medium.
-            ENCLOSED "enclosed";
+            STARTS_IN_MEDIUM "enclosed";
             /// Some mesh moves, or is stored once for many nodes.
             INSTANCES "instances";
-            /// Solids of media may overlap, or some medium is a sheet.
+            /// Solids of media may overlap, or the surface of some medium is open.
             NESTED "nested";
-            /// Some medium is a sheet: its surface is open.
-            SHEETS "sheets";
+            /// The surface of some medium is open.
+            OPEN_SURFACES "sheets";
             /// Points lend to those of the next frame: where mirrors and lenses image them is known.
             HISTORY "history";
             /// Path-traced light is bounded, smoothed or lent: what it is made of is kept.
             PARTS "parts";
             /// Some surface blends: it is there for a share of rays.
             BLENDS "blends";
-            /// Some medium bends colours differently.
+            /// Some medium refracts colours differently.
             DISPERSION "dispersion";
         }
     };

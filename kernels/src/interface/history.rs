@@ -40,7 +40,7 @@ pub struct Reprojected {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct HistorySettings {
     /// Distance up to which a point lends, relative to its radius.
-    pub reach: f32,
+    pub search_radius: f32,
     /// Way by which lent light may be late, at most (radii of a point seen directly).
     pub lag: f32,
     /// Frames' worth of light that is lent at most.

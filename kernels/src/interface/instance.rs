@@ -45,7 +45,7 @@ impl Transform {
     /// Leaves all as it is.
     pub const IDENTITY: Transform = Transform { x: Vec3::X, y: Vec3::Y, z: Vec3::Z, offset: Vec3::ZERO };
 
-    /// Where what bends was in the frame before: no map of all of it says so, and nothing is found that far away.
+    /// Where what deforms was in the frame before: no map of all of it says so, and nothing is found that far away.
     pub const NOWHERE: Transform = Transform { offset: Vec3::splat(1.0e9), ..Transform::IDENTITY };
 
     /// Whether it is [`Transform::NOWHERE`].

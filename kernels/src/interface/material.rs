@@ -50,11 +50,11 @@ impl Material {
 
 /// Emission leaves both faces.
 pub const FLAG_EMIT_BOTH_SIDES: u32 = 1;
-/// Transmission without a volume: an infinitely thin wall that does not bend light.
+/// Transmission without a volume: an infinitely thin wall that does not refract light.
 pub const FLAG_THIN: u32 = 2;
 /// A medium whose surface is open, or inside out: it bounds no solid, and its faces alone say where the medium is.
-pub const FLAG_SHEET: u32 = 4;
-/// A sheet that closes off no inside, as paths come round its border: its medium fills only what lies between its inner
+pub const FLAG_OPEN_SURFACE: u32 = 4;
+/// An open surface that closes off no inside, as paths come round its border: its medium fills only what lies between its inner
 /// side and the next face.
 pub const FLAG_HANGING: u32 = 8;
 /// A texture scales the base colour.

@@ -45,7 +45,7 @@ pub struct PointShading {
     pub eta: f32,
     /// Index into the instances; 0 is the world, which does not move.
     pub instance: u32,
-    /// Distance at which the eye sees the point (m) (`math::pencil::VirtualImage`): the camera path's length, unless it is bent
+    /// Distance at which the eye sees the point (m) (`math::pencil::VirtualImage`): the camera path's length, unless it is distorted
     /// and there is a history.
     pub distance: f32,
     /// Astigmatism of that image, as two signed shares of 32767.

@@ -15,7 +15,7 @@ use crate::method::path::wanted as wanted_by_reference;
 use crate::pass::collect::errand::{Errand, Wanted, run};
 use crate::pass::collect::watch::{CollectionPoint, Watch};
 use crate::pass::collect::{Collect, PathLight};
-use crate::seam::{Atomics, Slots};
+use crate::platform::{Atomics, Slots};
 use crate::trace::Tracer;
 use spirv_std::glam::{Vec2, Vec3};
 

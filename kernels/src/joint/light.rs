@@ -18,7 +18,7 @@ use crate::light::power::ByPower;
 use crate::math::rng::{Rng, Stream};
 use crate::pass::shoot;
 use crate::pass::shoot::receive::{Receive, Store};
-use crate::seam::{AtomicWords, Atomics, Slots};
+use crate::platform::{AtomicWords, Atomics, Slots};
 use crate::trace::Tracer;
 use spirv_std::glam::{Vec3, Vec4};
 

@@ -1,4 +1,4 @@
-//! The seam of light tracing: how a light path leaves its light.
+//! The trait of light tracing: how a light path leaves its light.
 
 use crate::interface::ray::Ray;
 use crate::math::rng::Rng;

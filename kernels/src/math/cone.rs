@@ -19,8 +19,8 @@ pub struct RayCone {
     pub rough_width: f32,
     /// Spread from rough scattering, a standard deviation (rad).
     pub rough_spread: f32,
-    /// Whether a curved surface has bent it.
-    pub is_bent: bool,
+    /// Whether a curved surface has distorted it.
+    pub is_distorted: bool,
 }
 
 /// Smallest cosine that footprints are projected with.
@@ -34,7 +34,7 @@ impl RayCone {
     /// The cone of a pixel at the eye.
     #[inline]
     pub const fn at_eye(pixel_spread: f32) -> Self {
-        RayCone { width: 0.0, spread: pixel_spread, rough_width: 0.0, rough_spread: 0.0, is_bent: false }
+        RayCone { width: 0.0, spread: pixel_spread, rough_width: 0.0, rough_spread: 0.0, is_distorted: false }
     }
 
     /// The cone after `distance` (m).
@@ -53,7 +53,7 @@ impl RayCone {
         let cos = cos.max(MIN_COS);
         RayCone {
             spread: self.spread + 2.0 * curvature * self.width / cos,
-            is_bent: self.is_bent || curvature != 0.0,
+            is_distorted: self.is_distorted || curvature != 0.0,
             ..self
         }
     }
@@ -62,12 +62,12 @@ impl RayCone {
     #[shared]
     pub fn refract(self, curvature: f32, cos: f32, cos_behind: f32, eta: f32) -> Self {
         let (cos, cos_behind) = (cos.max(MIN_COS), cos_behind.max(MIN_COS));
-        let bend = curvature * self.width / cos;
+        let surface_spread = curvature * self.width / cos;
         RayCone {
             width: self.width * cos_behind / cos,
-            spread: eta * cos / cos_behind * (self.spread + bend) - bend,
+            spread: eta * cos / cos_behind * (self.spread + surface_spread) - surface_spread,
             rough_spread: eta * self.rough_spread,
-            is_bent: self.is_bent || curvature != 0.0,
+            is_distorted: self.is_distorted || curvature != 0.0,
             ..self
         }
     }
@@ -105,7 +105,7 @@ impl RayCone {
     /// they shrink with it. What roughness adds is not bounded.
     #[shared]
     pub fn radius(self, cos: f32, radius_px: f32, position: Vec3, direct_width: f32) -> f32 {
-        let min_width = if self.is_bent { direct_width * MIN_FOOTPRINT_WIDENING } else { 0.0 };
+        let min_width = if self.is_distorted { direct_width * MIN_FOOTPRINT_WIDENING } else { 0.0 };
         let width = self.width.abs().max(min_width).min(direct_width * MAX_FOOTPRINT_WIDENING);
         let total = (width * width + self.rough_width * self.rough_width).sqrt();
         let radius = radius_px * total * (INV_PI / cos.abs().max(MIN_COS)).sqrt();
@@ -144,14 +144,16 @@ mod tests {
     #[test]
     fn a_concave_mirror_focuses_at_half_its_radius() {
         // Parallel cone of width 0.1 onto a concave mirror of radius 2: width 0 after 1 m.
-        let cone = RayCone { width: 0.1, spread: 0.0, rough_width: 0.0, rough_spread: 0.0, is_bent: true };
+        let cone =
+            RayCone { width: 0.1, spread: 0.0, rough_width: 0.0, rough_spread: 0.0, is_distorted: true };
         assert!(cone.reflect(-0.5, 1.0).advance(1.0).width.abs() < 1e-7);
     }
 
     #[test]
     fn a_disc_is_at_most_32_times_as_wide_as_in_a_direct_view() {
         let at = |width| {
-            let cone = RayCone { width, spread: 0.0, rough_width: 0.0, rough_spread: 0.0, is_bent: false };
+            let cone =
+                RayCone { width, spread: 0.0, rough_width: 0.0, rough_spread: 0.0, is_distorted: false };
             cone.radius(1.0, 1.0, Vec3::ZERO, 0.01)
         };
         let direct = at(0.01);
@@ -190,7 +192,8 @@ mod tests {
 
     #[test]
     fn roughness_survives_a_focus() {
-        let cone = RayCone { width: 0.1, spread: 0.0, rough_width: 0.0, rough_spread: 0.0, is_bent: true };
+        let cone =
+            RayCone { width: 0.1, spread: 0.0, rough_width: 0.0, rough_spread: 0.0, is_distorted: true };
         let rough = cone.reflect(-0.5, 1.0).roughen(0.3).advance(1.0);
         assert!(rough.radius(1.0, 1.0, Vec3::ZERO, 1.0e-3) > 0.01);
     }

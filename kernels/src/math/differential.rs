@@ -89,11 +89,11 @@ impl Differential {
     #[shared]
     pub fn refract(self, direction: Vec3, behind: Vec3, at: Normals, eta: f32) -> Self {
         let (cos, cos_behind) = (direction.dot(at.normal), behind.dot(at.normal));
-        let bend = eta * cos - cos_behind;
+        let mu = eta * cos - cos_behind;
         let refracted = |turn: Vec3, change: Vec3| {
             let cos_change = turn.dot(at.normal) + direction.dot(change);
-            let bend_change = (eta - eta * eta * cos / cos_behind) * cos_change;
-            turn * eta - (change * bend + at.normal * bend_change)
+            let mu_change = (eta - eta * eta * cos / cos_behind) * cos_change;
+            turn * eta - (change * mu + at.normal * mu_change)
         };
         Differential {
             direction_u: refracted(self.direction_u, at.by_u),

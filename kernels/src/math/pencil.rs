@@ -13,35 +13,35 @@ use crate::math::{clamp, is_finite};
 use caustics_kernel_macros::shared;
 use spirv_std::glam::{Vec2, Vec3};
 
-/// A ray beside another, in that one's axes.
+/// First derivative of a camera ray by its origin or its direction at the eye, in the ray's axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Beside {
+pub struct RayDerivative {
     /// Its place (m), for a metre or a radian at the eye.
     pub place: Vec2,
     /// Its slope (rad), for the same.
     pub slope: Vec2,
 }
 
-/// Four rays beside a camera ray.
+/// Derivatives of a camera ray: four rays beside it, to first order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pencil {
     /// Unit axes across the ray.
     pub x: Vec3,
     /// The other.
     pub y: Vec3,
-    /// Leaves a metre beside the eye, along x.
-    pub moved_x: Beside,
+    /// Derivative by the origin at the eye, along x (1/m).
+    pub by_origin_x: RayDerivative,
     /// The same along y.
-    pub moved_y: Beside,
-    /// Leaves the eye, turned by a radian along x.
-    pub turned_x: Beside,
+    pub by_origin_y: RayDerivative,
+    /// Derivative by the direction at the eye, along x (1/rad).
+    pub by_direction_x: RayDerivative,
     /// The same along y.
-    pub turned_y: Beside,
-    /// Whether anything but plane mirrors bent it.
-    pub is_bent: bool,
+    pub by_direction_y: RayDerivative,
+    /// Whether anything but a plane mirror has distorted it.
+    pub is_distorted: bool,
 }
 
-/// Smallest cosine of incidence that surfaces bend with.
+/// Smallest cosine of incidence that surfaces reflect or refract with.
 const MIN_COS: f32 = 1.0e-3;
 /// An image is at most this many times as far as the path is long, and at least as near by the same factor.
 const MAX_VERGENCE_DISTANCE: f32 = 1.0e6;
@@ -64,7 +64,7 @@ pub struct VirtualImage {
 }
 
 impl VirtualImage {
-    /// Where nothing bends the ray: as far as its path is long (m).
+    /// Where nothing distorts the pencil: as far as its path is long (m).
     #[inline(always)]
     pub fn straight(length: f32) -> VirtualImage {
         VirtualImage { distance: length, astigmatism: Vec2::ZERO }
@@ -76,23 +76,23 @@ impl Pencil {
     #[inline]
     pub fn at_eye(direction: Vec3, right: Vec3) -> Self {
         let (x, y) = axes(direction, right);
-        let moved = |place: Vec2| Beside { place, slope: Vec2::ZERO };
-        let turned = |slope: Vec2| Beside { place: Vec2::ZERO, slope };
+        let by_origin = |place: Vec2| RayDerivative { place, slope: Vec2::ZERO };
+        let by_direction = |slope: Vec2| RayDerivative { place: Vec2::ZERO, slope };
         Pencil {
             x,
             y,
-            moved_x: moved(Vec2::X),
-            moved_y: moved(Vec2::Y),
-            turned_x: turned(Vec2::X),
-            turned_y: turned(Vec2::Y),
-            is_bent: false,
+            by_origin_x: by_origin(Vec2::X),
+            by_origin_y: by_origin(Vec2::Y),
+            by_direction_x: by_direction(Vec2::X),
+            by_direction_y: by_direction(Vec2::Y),
+            is_distorted: false,
         }
     }
 
     /// After `distance` (m).
     #[inline]
     pub fn advance(self, distance: f32) -> Self {
-        self.each(|ray| Beside { place: ray.place + ray.slope * distance, ..ray })
+        self.each(|ray| RayDerivative { place: ray.place + ray.slope * distance, ..ray })
     }
 
     /// Steps along a face (m) between a ray and those a metre beside it. `normal` is the face's.
@@ -105,7 +105,7 @@ impl Pencil {
     /// After a mirror, or a facet that refracts, between the unit directions `from` and `to`. `eta` = index before over
     /// index behind, 1 for mirrors; the unit normal changes by these over the `steps`.
     #[shared]
-    pub fn bend(
+    pub fn reflect_or_refract(
         self,
         from: Vec3,
         to: Vec3,
@@ -130,15 +130,15 @@ impl Pencil {
         // Refraction widens the pencil in the plane of incidence, and narrows its slopes by as much.
         let widening = if is_mirror { 1.0 } else { cos_behind.max(MIN_COS) / cos };
         let mut pencil = self.each(|ray| {
-            let bent = Vec2::new(xx * ray.place.x + xy * ray.place.y, xy * ray.place.x + yy * ray.place.y);
-            let slope = ray.slope * eta + bent * power;
-            Beside {
+            let tilt = Vec2::new(xx * ray.place.x + xy * ray.place.y, xy * ray.place.x + yy * ray.place.y);
+            let slope = ray.slope * eta + tilt * power;
+            RayDerivative {
                 place: ray.place + across * (across.dot(ray.place) * (widening - 1.0)),
                 slope: slope + across * (across.dot(slope) * (1.0 / widening - 1.0)),
             }
         });
         let curved = xx != 0.0 || yy != 0.0 || xy != 0.0;
-        pencil.is_bent = self.is_bent || curved || !is_mirror;
+        pencil.is_distorted = self.is_distorted || curved || !is_mirror;
         if is_mirror {
             pencil.x = self.x - facet * (2.0 * self.x.dot(facet));
             pencil.y = self.y - facet * (2.0 * self.y.dot(facet));
@@ -158,12 +158,12 @@ impl Pencil {
     /// Where the eye sees the point that the ray has reached after `length` (m).
     #[shared]
     pub fn virtual_image(self, length: f32) -> VirtualImage {
-        if !self.is_bent {
+        if !self.is_distorted {
             return VirtualImage::straight(length);
         }
         // B^-1 A by Cramer's rule, its determinant apart: where rays meet again it is zero, and the image is at the eye.
-        let (a_x, a_y) = (self.moved_x.place, self.moved_y.place);
-        let (b_x, b_y) = (self.turned_x.place, self.turned_y.place);
+        let (a_x, a_y) = (self.by_origin_x.place, self.by_origin_y.place);
+        let (b_x, b_y) = (self.by_direction_x.place, self.by_direction_y.place);
         let determinant = b_x.perp_dot(b_y);
         let (xx, yy) = (a_x.perp_dot(b_y), b_x.perp_dot(a_y));
         let xy = 0.5 * (a_y.perp_dot(b_y) + b_x.perp_dot(a_x));
@@ -184,12 +184,12 @@ impl Pencil {
     }
 
     #[inline(always)]
-    fn each(self, step: impl Fn(Beside) -> Beside) -> Self {
+    fn each(self, step: impl Fn(RayDerivative) -> RayDerivative) -> Self {
         Pencil {
-            moved_x: step(self.moved_x),
-            moved_y: step(self.moved_y),
-            turned_x: step(self.turned_x),
-            turned_y: step(self.turned_y),
+            by_origin_x: step(self.by_origin_x),
+            by_origin_y: step(self.by_origin_y),
+            by_direction_x: step(self.by_direction_x),
+            by_direction_y: step(self.by_direction_y),
             ..self
         }
     }
@@ -228,8 +228,15 @@ mod tests {
             Some(eta) => from * eta + normal * (eta * cos - (1.0 - eta * eta * (1.0 - cos * cos)).sqrt()),
         };
         let (x, y) = pencil.steps(from, normal);
-        let bent = pencil.bend(from, to, eta.unwrap_or(1.0), eta.is_none(), x * curvature, y * curvature);
-        (bent, to)
+        let scattered = pencil.reflect_or_refract(
+            from,
+            to,
+            eta.unwrap_or(1.0),
+            eta.is_none(),
+            x * curvature,
+            y * curvature,
+        );
+        (scattered, to)
     }
 
     /// The image on the axis of what lies `behind` the last of the surfaces: way to each (m), curvature [1/m], eta.
@@ -262,7 +269,7 @@ mod tests {
                 pencil.virtual_image(length),
                 VirtualImage { distance: length, astigmatism: Vec2::ZERO }
             );
-            assert_single(Pencil { is_bent: true, ..pencil }.virtual_image(length), length);
+            assert_single(Pencil { is_distorted: true, ..pencil }.virtual_image(length), length);
         }
     }
 
@@ -297,8 +304,8 @@ mod tests {
         );
         // Nonsense is no image either.
         let lost = Pencil {
-            moved_x: Beside { place: Vec2::splat(f32::NAN), slope: Vec2::ZERO },
-            is_bent: true,
+            by_origin_x: RayDerivative { place: Vec2::splat(f32::NAN), slope: Vec2::ZERO },
+            is_distorted: true,
             ..Pencil::at_eye(Vec3::NEG_Z, Vec3::X)
         };
         assert_eq!(

@@ -1,7 +1,7 @@
 //! 64-bit fixed point in two words, so that sums commute and no order of threads shows.
 
 use crate::math::{clamp, is_finite};
-use crate::seam::Atomics;
+use crate::platform::Atomics;
 use caustics_kernel_macros::shared;
 
 /// Largest addend in quanta: 2^48.
@@ -97,7 +97,7 @@ impl Quanta {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::seam::AtomicWords;
+    use crate::platform::AtomicWords;
     use proptest::prelude::*;
 
     fn to_u64(q: Quanta) -> u64 {

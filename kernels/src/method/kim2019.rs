@@ -25,7 +25,7 @@ use crate::math::PI;
 use crate::method::frame;
 #[cfg(not(target_arch = "spirv"))]
 use crate::method::{Method, Parts};
-use crate::seam::{AtomicWords, Atomics};
+use crate::platform::{AtomicWords, Atomics};
 use crate::surface::textured::material_of;
 use spirv_std::glam::{Vec2, Vec3};
 

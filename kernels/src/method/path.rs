@@ -17,7 +17,7 @@ use crate::pass::collect::watch::{CollectionPoint, Watch};
 use crate::pass::collect::{Beyond, PathLight};
 #[cfg(not(target_arch = "spirv"))]
 use crate::pass::display::DISPLAY;
-use crate::seam::{Atomics, Slots};
+use crate::platform::{Atomics, Slots};
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
 

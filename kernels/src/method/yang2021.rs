@@ -34,7 +34,7 @@ use crate::method::frame::frame_steps;
 use crate::method::{Method, Parts};
 use crate::pass::shoot::receive::Receive;
 use crate::pass::shoot::shoot;
-use crate::seam::{AtomicWords, Atomics, Record, scratch};
+use crate::platform::{AtomicWords, Atomics, Record, scratch};
 use crate::surface::class::Classes;
 use crate::surface::scatter::BsdfSample;
 use crate::surface::textured::material_of;
@@ -345,12 +345,12 @@ impl<A: Atomics, F: Atomics> Receive for Spread<'_, A, F> {
         }
         // The facet that turned the path: of a rough surface, the one that it met.
         let (arriving, hit, front) = self.way.arrival();
-        let unbent = sampled.straight || (sampled.transmitted && sampled.eta == 1.0);
+        let unrefracted = sampled.straight || (sampled.transmitted && sampled.eta == 1.0);
         if !sampled.transmitted {
             let normal = (direction - arriving).normalize();
             let normals = self.normals(&differential, &hit, front, normal);
             differential = differential.reflect(arriving, normals);
-        } else if !unbent {
+        } else if !unrefracted {
             let facet = (arriving * sampled.eta - direction).normalize();
             let side = if facet.dot(arriving) > 0.0 { -1.0 } else { 1.0 };
             let normals = self.normals(&differential, &hit, front, facet * side);

@@ -21,7 +21,7 @@ use crate::interface::seen::PixelSum;
 use crate::math::mean;
 use crate::pass::resolve::radiance;
 use crate::pass::weigh::FADE;
-use crate::seam::Slots;
+use crate::platform::Slots;
 use spirv_std::glam::{Vec2, Vec3};
 
 /// What outlives a frame, beside what `weigh` keeps.

@@ -9,7 +9,7 @@ use crate::declare::Step;
 use crate::declare::pass;
 use crate::interface::frame::FrameParams;
 use crate::math::mean;
-use crate::seam::Slots;
+use crate::platform::Slots;
 use spirv_std::glam::{Vec2, Vec3};
 
 /// Once a frame, after `collect`.

@@ -27,7 +27,7 @@ use crate::math::offset;
 use crate::math::pencil::{Pencil, VirtualImage};
 use crate::math::rng::{Rng, Stream};
 use crate::math::sampler::next4;
-use crate::seam::{Atomics, Slots, scratch};
+use crate::platform::{Atomics, Slots, scratch};
 use crate::surface::class::Classes;
 use crate::surface::dispersion::{Channel, is_mixed, needs_channel, part};
 use crate::surface::may_be_wide;
@@ -37,21 +37,21 @@ use crate::surface::textured::{material_at, packed};
 use crate::surface::turn::normal_changes;
 use crate::surface::vertex::{Vertex, vertex};
 use crate::trace::Tracer;
-use crate::trace::enclosing::enclosing;
-use crate::trace::reach::{reach, unblocked};
+use crate::trace::initial_media::initial_media_stack;
+use crate::trace::through_media::{shadow_transmittance, trace_through_media};
 use aside::{Aside, Shadow, Sum};
 use connected::Connected;
 use errand::{Errand, Wanted, run};
 use spirv_std::glam::Vec3;
 use watch::{CollectionPoint, ForPoint, Watch};
 
-/// Where there is none of these, all that bends a path is plane mirrors.
-const BENDS: Features = Features(Features::GLASS.0 | Features::SMOOTH_NORMALS.0);
+/// Features that distort a pencil: without them a prefix meets plane mirrors alone.
+const DISTORTING: Features = Features(Features::DIELECTRIC.0 | Features::SMOOTH_NORMALS.0);
 
 /// Whether somebody asks where a point is imaged, and that is not where its path's length says.
 #[inline(always)]
 fn needs_virtual_image(features: Features) -> bool {
-    features.has(Features::HISTORY) && features.has(BENDS)
+    features.has(Features::HISTORY) && features.has(DISTORTING)
 }
 
 #[cfg(not(target_arch = "spirv"))]
@@ -320,8 +320,8 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
     let parts = features.has(Features::PARTS);
     let mut next =
         Segment { ray, from: ray.origin, throughput: Vec3::ONE, finds_emission: true, ..Segment::NONE };
-    if features.has(Features::ENCLOSED) {
-        next.media = enclosing(ray.origin, features, scene, tracer);
+    if features.has(Features::STARTS_IN_MEDIUM) {
+        next.media = initial_media_stack(ray.origin, features, scene, tracer);
     }
     let (mut prefix, mut steady) = (true, true);
     let mut from_point = 0.0;
@@ -346,11 +346,11 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
         if features.has(Features::BLENDS) {
             ray.key = rng.ray_key(0);
         }
-        let reached = reach(&ray, media, features, scene, tracer);
-        let hit = reached.hit;
-        media = reached.media;
-        count_rare(reached.overflows, Counter::MediaOverflow, counters);
-        count_rare(reached.unexpected, Counter::UnexpectedFaces, counters);
+        let traced = trace_through_media(&ray, media, features, scene, tracer);
+        let hit = traced.hit;
+        media = traced.media;
+        count_rare(traced.overflows, Counter::MediaOverflow, counters);
+        count_rare(traced.unexpected, Counter::UnexpectedFaces, counters);
         let mut goes_on = false;
         if hit.is_miss() {
             watch.escape(&ray, throughput);
@@ -360,7 +360,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
             if features.has(Features::ENVIRONMENT) && finds_emission {
                 let mut seen = environment(&ray, pdf_scattered, candidates_of(of_prefix), params, scene);
                 if features.has(Features::ABSORPTION) {
-                    seen *= reached.left;
+                    seen *= traced.transmittance;
                 }
                 aside.add(Sum::Radiance, throughput * seen);
             }
@@ -383,7 +383,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
             let here = vertex(scene, features, &ray, &hit, width);
             let material = material_at(scene, &here, features);
             if features.has(Features::ABSORPTION) {
-                throughput *= reached.left;
+                throughput *= traced.transmittance;
             }
             watch.arrive(&ray, &hit, &here, throughput);
 
@@ -568,12 +568,13 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                 let mut place = 0;
                 while place < waits {
                     let shadow = aside.shadow(place);
-                    let left = unblocked(&shadow.ray, shadow.media, features, scene, tracer);
-                    if left.max_element() > 0.0 {
-                        aside.add(Sum::Radiance, shadow.radiance * left);
+                    let transmittance =
+                        shadow_transmittance(&shadow.ray, shadow.media, features, scene, tracer);
+                    if transmittance.max_element() > 0.0 {
+                        aside.add(Sum::Radiance, shadow.radiance * transmittance);
                         if parts && was_prefix {
-                            aside.add(Sum::Seen, shadow.specular * left);
-                            aside.add(Sum::Direct, shadow.non_specular * left);
+                            aside.add(Sum::Seen, shadow.specular * transmittance);
+                            aside.add(Sum::Direct, shadow.non_specular * transmittance);
                         }
                     }
                     place += 1;
@@ -659,7 +660,7 @@ fn direct_light(
     if connection.radiance_over_pdf.max_element() > 0.0 {
         let cos = connection.to_light.dot(scattering.vertex.shading_normal).abs();
         let above = connection.to_light.dot(scattering.vertex.face_normal) > 0.0;
-        if features.has(Features::ROUGH_GLASS) && !above && classes.has(Classes::SPECULAR) {
+        if features.has(Features::ROUGH_DIELECTRIC) && !above && classes.has(Classes::SPECULAR) {
             // Through the surface; radiance is compressed as where a path scatters.
             let eta = scattering.bsdf.eta;
             sum.specular = connection.radiance_over_pdf
@@ -704,12 +705,12 @@ fn shadow_ray(vertex: &Vertex, connection: &Connection) -> Ray {
 fn scatter_cone(cone: RayCone, vertex: &Vertex, scattered: &BsdfSample) -> RayCone {
     let sampled = &scattered.sampled;
     let cos = vertex.to_previous.dot(vertex.shading_normal).abs();
-    // A rough thin wall passes its mirrored reflection and bends nothing on the whole.
-    let unbent = sampled.straight || (sampled.roughness > 0.0 && sampled.eta == 1.0);
+    // A rough thin wall passes its mirrored reflection and refracts nothing on the whole.
+    let unrefracted = sampled.straight || (sampled.roughness > 0.0 && sampled.eta == 1.0);
     if !sampled.transmitted {
-        let bent = cone.reflect(vertex.curvature, cos);
-        if sampled.roughness > 0.0 { bent.roughen(sampled.roughness) } else { bent }
-    } else if unbent {
+        let cone = cone.reflect(vertex.curvature, cos);
+        if sampled.roughness > 0.0 { cone.roughen(sampled.roughness) } else { cone }
+    } else if unrefracted {
         if sampled.roughness > 0.0 { cone.roughen(sampled.roughness) } else { cone }
     } else if sampled.roughness > 0.0 {
         // Refracted at a facet: both cosines are the facet's. Directions as the lobes see them.
@@ -720,8 +721,8 @@ fn scatter_cone(cone: RayCone, vertex: &Vertex, scattered: &BsdfSample) -> RayCo
             (facing(vertex.to_previous, true), facing(scattered.ray.direction, false));
         let half = (to_previous * sampled.eta + direction).normalize();
         let (cos, cos_behind) = (to_previous.dot(half).abs(), direction.dot(half).abs());
-        let bent = cone.refract(vertex.curvature, cos, cos_behind, sampled.eta);
-        bent.roughen_refracted(sampled.roughness, sampled.eta)
+        let cone = cone.refract(vertex.curvature, cos, cos_behind, sampled.eta);
+        cone.roughen_refracted(sampled.roughness, sampled.eta)
     } else {
         cone.refract(vertex.curvature, cos, -sampled.direction.z, sampled.eta)
     }
@@ -743,13 +744,13 @@ fn scatter_pencil(
         return;
     }
     let pencil = if sampled.transmitted && sampled.eta == 1.0 {
-        // A rough thin wall bends nothing on the whole.
+        // A rough thin wall refracts nothing on the whole.
         aside.pencil().turn(from, to)
     } else {
         let eta = if sampled.transmitted { sampled.eta } else { 1.0 };
         let steps = aside.pencil().steps(from, vertex.face_normal);
         let (change_x, change_y) = normal_changes(scene, features, hit, vertex.front, steps);
-        aside.pencil().bend(from, to, eta, !sampled.transmitted, change_x, change_y)
+        aside.pencil().reflect_or_refract(from, to, eta, !sampled.transmitted, change_x, change_y)
     };
     aside.set_pencil(&pencil);
 }

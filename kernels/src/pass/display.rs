@@ -5,7 +5,7 @@ use spirv_std::num_traits::Float;
 
 use crate::declare::pass;
 use crate::interface::frame::FrameParams;
-use crate::seam::Slots;
+use crate::platform::Slots;
 use spirv_std::glam::Vec3;
 
 /// Display colours of the whole image.

@@ -5,7 +5,7 @@ use crate::gather::accumulator::{self, Sum};
 use crate::interface::frame::FrameParams;
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::math::PI;
-use crate::seam::Slots;
+use crate::platform::Slots;
 use spirv_std::glam::Vec3;
 
 /// Radiance of the caustic at each pixel.

@@ -14,7 +14,7 @@ use crate::interface::scene::SceneTables;
 use crate::light::emit::Emit;
 use crate::math::is_finite;
 use crate::math::rng::{Rng, Stream};
-use crate::seam::Atomics;
+use crate::platform::Atomics;
 use crate::surface::class::Classes;
 use crate::surface::dispersion::{Channel, is_mixed, needs_channel, part};
 use crate::surface::media::MediaStack;
@@ -22,8 +22,8 @@ use crate::surface::scatter::{BsdfSample, ScatteringVertex};
 use crate::surface::textured::material_at;
 use crate::surface::vertex::vertex;
 use crate::trace::Tracer;
-use crate::trace::enclosing::enclosing;
-use crate::trace::reach::reach;
+use crate::trace::initial_media::initial_media_stack;
+use crate::trace::through_media::trace_through_media;
 use ledger::Ledger;
 use receive::{Receive, Store};
 use spirv_std::glam::Vec3;
@@ -43,15 +43,15 @@ macro_rules! shoot_pass {
             features: $crate::interface::features::Features,
             scene: $crate::interface::scene::SceneTables<'_>,
             tracer: &mut impl $crate::trace::Tracer,
-            counters: &mut impl $crate::seam::Atomics,
+            counters: &mut impl $crate::platform::Atomics,
             #[len = params.deposit_capacity]
-            deposit_geometry: $crate::seam::Slots<'_, $crate::interface::point::DepositGeometry>,
+            deposit_geometry: $crate::platform::Slots<'_, $crate::interface::point::DepositGeometry>,
             #[len = params.deposit_capacity]
-            deposit_light: $crate::seam::Slots<'_, $crate::interface::point::DepositLight>,
+            deposit_light: $crate::platform::Slots<'_, $crate::interface::point::DepositLight>,
             #[len = $crate::interface::counters::DEPOSIT_STATE_COUNT as u32]
-            deposit_state: $crate::seam::AtomicWords<'_>,
+            deposit_state: $crate::platform::AtomicWords<'_>,
             #[len = 0]
-            start_counts: $crate::seam::AtomicWords<'_>,
+            start_counts: $crate::platform::AtomicWords<'_>,
             $($buffer: $type,)*
         ) {
             let $power = $crate::light::power::ByPower::new(scene, params, features);
@@ -137,8 +137,8 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     let mut flux = leaving.flux / params.light_path_count as f32;
     let mut ray = leaving.ray;
     let mut media = MediaStack::VACUUM;
-    if features.has(Features::ENCLOSED) {
-        media = enclosing(ray.origin, features, scene, tracer);
+    if features.has(Features::STARTS_IN_MEDIUM) {
+        media = initial_media_stack(ray.origin, features, scene, tracer);
     }
     let mut ledger = Ledger::new(params, path, features);
     ledger.emit(flux);
@@ -153,11 +153,11 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
         if features.has(Features::BLENDS) {
             ray.key = rng.ray_key(0);
         }
-        let reached = reach(&ray, media, features, scene, tracer);
-        let hit = reached.hit;
-        media = reached.media;
-        overflows += reached.overflows;
-        unexpected += reached.unexpected;
+        let traced = trace_through_media(&ray, media, features, scene, tracer);
+        let hit = traced.hit;
+        media = traced.media;
+        overflows += traced.overflows;
+        unexpected += traced.unexpected;
         if hit.is_miss() {
             ledger.escape(flux);
             break;
@@ -167,7 +167,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
         let material = material_at(scene, &here, features);
         if features.has(Features::ABSORPTION) {
             let before = flux;
-            flux *= reached.left;
+            flux *= traced.transmittance;
             ledger.pass(before, flux);
         }
         let mut followed = Classes::ALL;

@@ -13,7 +13,7 @@ use crate::light::emit::Emit;
 use crate::light::power::ByPower;
 use crate::math::rng::{Rng, Stream};
 use crate::math::warp;
-use crate::seam::Slots;
+use crate::platform::Slots;
 use crate::surface::class::Classes;
 use crate::surface::dispersion::{Channel, needs_channel, part};
 use crate::surface::media::MediaStack;

@@ -10,7 +10,7 @@ use crate::interface::point::{PointGeometry, PointShading};
 use crate::interface::seen::PixelSum;
 use crate::math::mean;
 use crate::pass::resolve::radiance;
-use crate::seam::Slots;
+use crate::platform::Slots;
 use spirv_std::glam::{Vec2, Vec3};
 
 /// What outlives a frame.

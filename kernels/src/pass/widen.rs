@@ -15,7 +15,7 @@ use crate::gather::accumulator;
 use crate::interface::frame::FrameParams;
 use crate::interface::point::PointGeometry;
 use crate::math::clamp;
-use crate::seam::Slots;
+use crate::platform::Slots;
 use spirv_std::glam::Vec2;
 
 /// What outlives a frame.

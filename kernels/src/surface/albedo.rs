@@ -9,10 +9,10 @@ use crate::interface::features::Features;
 use crate::interface::material::FLAG_THIN;
 use crate::math::trig::sin_cos_turns;
 use crate::surface::class::Classes;
-use crate::surface::{Bsdf, dispersion, ggx, glass, rough_glass};
+use crate::surface::{Bsdf, dielectric, dispersion, ggx, rough_dielectric};
 use spirv_std::glam::Vec3;
 
-/// What is a line a lobe: sums over those that reflect, glass aside.
+/// What is a line a lobe: sums over those that reflect, the dielectric aside.
 macro_rules! sums {
     (
         facets { $($facet:ident $rough:ident $smooth:ident;)* }
@@ -54,17 +54,17 @@ pub fn albedo(bsdf: &Bsdf, classes: Classes, u: f32, v: f32) -> Vec3 {
     let Bsdf { material, to_previous, eta, .. } = *bsdf;
     let material = &material;
     let cos = to_previous.z;
-    let passing = bsdf.glass_share();
+    let passing = bsdf.dielectric_share();
 
     let mut sum = if classes.has(Classes::NON_SPECULAR) { diffuse(bsdf) } else { Vec3::ZERO };
     let (passes, reflects) = (classes.has(Classes::SPECULAR), classes.has(bsdf.reflection_class));
     let facets = material.roughness >= ggx::DELTA_ROUGHNESS;
-    let rough_glass = rough_glass::is_rough(material, eta);
+    let rough_dielectric = rough_dielectric::is_rough(material, eta);
     if !facets && passes {
         sum += smooth(bsdf);
     }
-    if !rough_glass && passes {
-        let mut reflected = Vec3::splat(glass::reflectance(material, cos, eta));
+    if !rough_dielectric && passes {
+        let mut reflected = Vec3::splat(dielectric::reflectance(material, cos, eta));
         if bsdf.features.has(Features::DISPERSION) && material.is_medium() {
             reflected = dispersion::reflectances(cos, bsdf.etas);
         }
@@ -86,16 +86,16 @@ pub fn albedo(bsdf: &Bsdf, classes: Classes, u: f32, v: f32) -> Vec3 {
         return sum;
     }
     let seen = cos_half / (cos * z);
-    let reflected = glass::reflectance(material, cos_half, eta);
+    let reflected = dielectric::reflectance(material, cos_half, eta);
     let cos_mirrored = 2.0 * cos_half * z - cos;
     if cos_mirrored > 0.0 && reflects {
         let carried = seen * ggx::shadowing(cos, cos_mirrored, alpha);
         sum += rough(bsdf, carried, cos_half);
-        if rough_glass {
+        if rough_dielectric {
             sum += Vec3::splat(passing * reflected * carried);
         }
     }
-    if rough_glass && passes {
+    if rough_dielectric && passes {
         // Cosine behind the plane: Snell's law at the facet, or the mirrored direction of a thin wall.
         let square = 1.0 - eta * eta * (1.0 - cos_half * cos_half);
         let mut cos_behind = eta * cos - (eta * cos_half - square.max(0.0).sqrt()) * z;

@@ -24,7 +24,7 @@ impl Classes {
 }
 
 /// Class of a reflection lobe of this perceptual roughness: a delta lobe is specular whatever the threshold, since it
-/// cannot be evaluated at a collection point. Transmission is always specular, Lambert never. So rough glass whose
+/// cannot be evaluated at a collection point. Transmission is always specular, Lambert never. So a rough dielectric whose
 /// roughness is above the threshold has two classes: it shows caustics that it reflects and casts those that it passes.
 #[inline]
 pub fn reflection(roughness: f32, specular_roughness: f32) -> Classes {

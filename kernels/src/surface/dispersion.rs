@@ -1,4 +1,4 @@
-//! Dispersion: media that bend colours differently (KHR_materials_dispersion).
+//! Dispersion: media that refract colours differently (KHR_materials_dispersion).
 //!
 //! A path that enters one goes on with one channel alone, sampled in proportion to what each carries and divided by its
 //! probability: all channels together still carry what they did. From there on no other channel carries anything, so that
@@ -121,7 +121,7 @@ pub fn needs_channel(
 }
 
 /// Samples a smooth face that refracts channels differently: `u` chooses to reflect or to transmit, `v` the channel of what is
-/// transmitted. `reflectances` are those of the channels, `share` is the share of glass and `chance` the probability of the
+/// transmitted. `reflectances` are those of the channels, `share` is the share of the dielectric and `chance` the probability of the
 /// lobe among all.
 #[inline(always)]
 pub fn sample(

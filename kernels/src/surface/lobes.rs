@@ -6,7 +6,7 @@ use crate::interface::material::Material;
 use crate::surface::class::Classes;
 use crate::surface::{Bsdf, Evaluated, ggx};
 #[cfg(not(target_arch = "spirv"))]
-use crate::surface::{class, glass};
+use crate::surface::{class, dielectric};
 use spirv_std::glam::{Vec3, Vec4};
 
 /// What is a line a lobe: chances, sums and choices.
@@ -18,7 +18,7 @@ macro_rules! lobes {
         use crate::surface::{$($facet,)* $first $(, $diffuse)*};
 
         /// Where any reflection at facets is rough.
-        pub const ROUGH_FACETS: Features = Features(Features::ROUGH_GLASS.0 $(| Features::$rough.0)*);
+        pub const ROUGH_FACETS: Features = Features(Features::ROUGH_DIELECTRIC.0 $(| Features::$rough.0)*);
         /// Where any is smooth.
         pub const SMOOTH_FACETS: Features = Features(0 $(| Features::$smooth.0)*);
 
@@ -28,9 +28,9 @@ macro_rules! lobes {
             $(pub $facet: f32,)*
             pub $first: f32,
             $(pub $diffuse: f32,)*
-            /// Smooth glass, or what rough glass transmits.
-            pub glass: f32,
-            /// What rough glass reflects.
+            /// Smooth dielectric, or transmission by a rough one.
+            pub dielectric: f32,
+            /// Reflection by a rough dielectric.
             pub gloss: f32,
         }
 
@@ -50,20 +50,20 @@ macro_rules! lobes {
             /// In proportion to these, with a sum of 1.
             #[inline(always)]
             pub fn normalised(self) -> Chances {
-                let sum = 0.0 $(+ self.$facet)* + self.$first $(+ self.$diffuse)* + self.glass + self.gloss;
+                let sum = 0.0 $(+ self.$facet)* + self.$first $(+ self.$diffuse)* + self.dielectric + self.gloss;
                 let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
                 Chances {
                     $($facet: self.$facet * scale,)*
                     $first: self.$first * scale,
                     $($diffuse: self.$diffuse * scale,)*
-                    glass: self.glass * scale,
+                    dielectric: self.dielectric * scale,
                     gloss: self.gloss * scale,
                 }
             }
         }
 
         impl Bsdf {
-            /// What each lobe of `classes` but glass is about to scatter.
+            /// What each lobe of `classes` but the dielectric is about to scatter.
             #[inline(always)]
             pub(super) fn chances_of_reflections(&self, classes: Classes) -> Chances {
                 let mut chances = Chances::default();
@@ -85,7 +85,7 @@ macro_rules! lobes {
                 chances
             }
 
-            /// Reflections at facets but that of glass; `facets` = D G / (4 cos cos), `reflected` their density (1/sr).
+            /// Reflections at facets but that of the dielectric; `facets` = D G / (4 cos cos), `reflected` their density (1/sr).
             #[inline(always)]
             pub(super) fn eval_facets(&self, facets: f32, reflected: f32, cos_half: f32) -> Evaluated {
                 let (mut f, mut pdf_solid_angle) = (Vec3::ZERO, 0.0);
@@ -158,7 +158,7 @@ macro_rules! lobes {
                 $(|| (features.has(Features::$bit) && $diffuse::occurs(material)))*
         }
 
-        /// Names of the lobes that a material has, glass aside: those that reflect at facets, and those that are diffuse.
+        /// Names of the lobes that a material has, the dielectric aside: those that reflect at facets, and those that are diffuse.
         #[cfg(not(target_arch = "spirv"))]
         pub fn names_of(material: &Material) -> (Vec<&'static str>, Vec<&'static str>) {
             let facets = [$(($facet::occurs(material), stringify!($facet)),)*];
@@ -178,15 +178,15 @@ macro_rules! lobes {
         pub fn features_of(material: &Material, specular_roughness: f32) -> Features {
             let is_specular = class::reflection(material.roughness, specular_roughness) == Classes::SPECULAR;
             let is_smooth = material.roughness < ggx::DELTA_ROUGHNESS;
-            let mut features = glass::features_of(material);
-            let mut reflects = features.has(Features::GLASS);
+            let mut features = dielectric::features_of(material);
+            let mut reflects = features.has(Features::DIELECTRIC);
             $(
                 if $facet::occurs(material) {
                     reflects = true;
                     features = features | if is_smooth { Features::$smooth } else { Features::$rough };
                 }
             )*
-            if features.has(Features::GLASS) || (reflects && is_specular) {
+            if features.has(Features::DIELECTRIC) || (reflects && is_specular) {
                 features = features | Features::CASTERS;
             }
             if $first::occurs(material) || (reflects && !is_specular) {

@@ -8,7 +8,7 @@ use spirv_std::num_traits::Float;
 
 use crate::interface::NONE;
 use crate::interface::features::Features;
-use crate::interface::material::{FLAG_HANGING, FLAG_SHEET, Material};
+use crate::interface::material::{FLAG_HANGING, FLAG_OPEN_SURFACE, Material};
 use crate::surface::dispersion::Channel;
 use caustics_kernel_macros::shared;
 use spirv_std::glam::{UVec2, Vec3};
@@ -145,11 +145,11 @@ impl MediaStack {
         first == material || second == material || third == material || fourth == material
     }
 
-    /// The media at a face, for a path that comes through these: that of a hanging sheet has ended there.
+    /// The media at a face, for a path that comes through these: that of a hanging open surface has ended there.
     #[inline(always)]
     pub fn settled(self, features: Features, materials: &[Material]) -> Self {
         let mut settled = self;
-        if features.has(Features::SHEETS) {
+        if features.has(Features::OPEN_SURFACES) {
             let mut place = 0;
             while place < DEPTH {
                 let id = self.at(place);
@@ -164,24 +164,24 @@ impl MediaStack {
 
     /// The media on both sides of a face of the medium `material`, for a path that comes through these.
     ///
-    /// The back of a solid that the path is not in does nothing: nothing is made up. The face of a sheet alone says where
+    /// The back of a solid that the path is not in does nothing: nothing is made up. The face of an open surface alone says where
     /// its medium is, whatever the path came through, so that a path and its reverse agree.
     #[inline(always)]
     pub fn at_face(self, material: u32, front: bool, features: Features, materials: &[Material]) -> Sides {
         let is_expected = self.holds(material) != front;
-        let is_sheet = materials[material as usize].flags & FLAG_SHEET != 0;
+        let is_open_surface = materials[material as usize].flags & FLAG_OPEN_SURFACE != 0;
         let around = self.settled(features, materials);
-        let outside = if is_sheet { around.left(material) } else { around };
+        let outside = if is_open_surface { around.left(material) } else { around };
         let (mut inside, mut overflow) = (around, false);
-        if front || is_sheet {
+        if front || is_open_surface {
             (inside, overflow) = outside.entered(material, materials);
         }
         if front {
-            let is_expected = is_expected || !is_sheet;
+            let is_expected = is_expected || !is_open_surface;
             return Sides { before: outside, behind: inside, along: self, is_expected, overflow };
         }
         let mut along = self;
-        if is_sheet {
+        if is_open_surface {
             along = self.left(material).entered(material, materials).0;
         }
         Sides { before: inside, behind: inside.left(material), along, is_expected, overflow }
@@ -208,7 +208,7 @@ impl MediaStack {
         )
     }
 
-    /// Whether the medium here bends channels differently.
+    /// Whether the medium here refracts channels differently.
     #[inline(always)]
     pub fn disperses(self, materials: &[Material]) -> bool {
         let first = self.first();
@@ -241,16 +241,16 @@ fn outranks(priority: i32, other: u32, materials: &[Material]) -> bool {
 mod tests {
     use super::*;
 
-    const FEATURES: Features = Features::SHEETS;
+    const FEATURES: Features = Features::OPEN_SURFACES;
 
-    /// Five media; the later, the higher its priority. The last is a sheet.
+    /// Five media; the later, the higher its priority. The last is an open surface.
     fn five() -> [Material; 5] {
         let mut materials = [0, 1, 2, 3, 4].map(|priority| Material {
             priority,
             medium: priority as u32,
             ..Material::default()
         });
-        materials[4].flags = FLAG_SHEET;
+        materials[4].flags = FLAG_OPEN_SURFACE;
         materials
     }
 
@@ -325,18 +325,18 @@ mod tests {
     #[test]
     fn the_medium_of_a_hanging_sheet_ends_at_the_next_face() {
         let mut materials = five();
-        materials[4].flags = FLAG_SHEET | FLAG_HANGING;
+        materials[4].flags = FLAG_OPEN_SURFACE | FLAG_HANGING;
         let (outside, below) = (within(&[1]), within(&[1, 4]));
         assert_eq!(below.settled(FEATURES, &materials), outside);
         assert_eq!(outside.settled(FEATURES, &materials), outside);
-        // Into another solid, and back out of it to the sheet: both ways the same.
+        // Into another solid, and back out of it to the open surface: both ways the same.
         let down = below.at_face(2, true, FEATURES, &materials);
         assert_eq!((down.along, down.before, down.behind), (below, outside, within(&[1, 2])));
         let up = down.behind.at_face(2, false, FEATURES, &materials);
         assert_eq!((up.along, up.behind), (down.behind, outside));
         let up = up.behind.at_face(4, false, FEATURES, &materials);
         assert_eq!((up.along, up.before, up.behind), (below, below, outside));
-        // From one sheet to the next: the segment is the same from both ends.
+        // From one open surface to the next: the segment is the same from both ends.
         let next = below.at_face(4, true, FEATURES, &materials);
         assert_eq!((next.along, next.before, next.behind), (below, outside, below));
     }

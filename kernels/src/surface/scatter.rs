@@ -7,10 +7,10 @@ use crate::math::frame::ShadingFrame;
 use crate::math::offset;
 use crate::surface::class::Classes;
 use crate::surface::dispersion::{Channel, Indices};
-use crate::surface::fold::folded;
+use crate::surface::hemisphere::flip_to_geometric_hemisphere;
 use crate::surface::media::MediaStack;
 use crate::surface::vertex::Vertex;
-use crate::surface::{Bsdf, Evaluated, GlassInterface, Sampled, ggx};
+use crate::surface::{Bsdf, DielectricInterface, Evaluated, Sampled, ggx};
 use spirv_std::glam::{Vec3, Vec4};
 
 /// A vertex that is about to scatter.
@@ -21,7 +21,7 @@ pub struct ScatteringVertex {
     /// Its lobes.
     pub bsdf: Bsdf,
     frame: ShadingFrame,
-    glass: GlassInterface,
+    dielectric: DielectricInterface,
     media: MediaStack,
     behind: MediaStack,
     media_overflow: bool,
@@ -60,7 +60,7 @@ impl ScatteringVertex {
         let mut indices = Indices::new(1.0);
         let around = media.settled(features, materials);
         let (mut media, mut behind, mut media_overflow) = (around, around, false);
-        if features.has(Features::GLASS) && materials[vertex.material as usize].is_medium() {
+        if features.has(Features::DIELECTRIC) && materials[vertex.material as usize].is_medium() {
             let sides = around.at_face(vertex.material, vertex.front, features, materials);
             (media, behind, media_overflow) = (sides.before, sides.behind, sides.overflow);
             let smooth = material.roughness < ggx::DELTA_ROUGHNESS;
@@ -75,17 +75,17 @@ impl ScatteringVertex {
             }
         }
         // Paths come from above the face.
-        let to_previous = folded(frame.to_local(vertex.to_previous), true);
-        let (bsdf, glass) =
+        let to_previous = flip_to_geometric_hemisphere(frame.to_local(vertex.to_previous), true);
+        let (bsdf, dielectric) =
             Bsdf::new(material, to_previous, indices, specular_roughness, classes, divides, features);
-        ScatteringVertex { vertex, bsdf, frame, glass, media, behind, media_overflow }
+        ScatteringVertex { vertex, bsdf, frame, dielectric, media, behind, media_overflow }
     }
 
     /// The non-delta lobes of `class` towards a world direction.
     #[inline(always)]
     pub fn eval(&self, direction: Vec3, class: Classes) -> Evaluated {
         let above = direction.dot(self.vertex.face_normal) > 0.0;
-        self.bsdf.eval(folded(self.frame.to_local(direction), above), class)
+        self.bsdf.eval(flip_to_geometric_hemisphere(self.frame.to_local(direction), above), class)
     }
 
     /// Media on the side that a world direction leaves to.
@@ -97,7 +97,7 @@ impl ScatteringVertex {
     /// Samples a lobe and leaves.
     #[inline(always)]
     pub fn sample(&self, u: Vec4) -> BsdfSample {
-        let sampled = self.bsdf.sample(self.glass, u);
+        let sampled = self.bsdf.sample(self.dielectric, u);
         let vertex = &self.vertex;
         let mut direction =
             if sampled.straight { -vertex.to_previous } else { self.frame.to_world(sampled.direction) };

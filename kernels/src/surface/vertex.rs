@@ -14,7 +14,7 @@ use crate::texture::cut_out::uv;
 use spirv_std::glam::{Vec2, Vec3};
 
 /// A vertex of a path on a triangle. The face's normal lies on the side that the path came from, the shading
-/// normal on the same side of its own surface, which may face away from the path (`surface/fold.rs`).
+/// normal on the same side of its own surface, which may face away from the path (`surface/hemisphere.rs`).
 #[derive(Clone, Copy, Debug)]
 pub struct Vertex {
     /// Position (m), interpolated from the corners.
@@ -85,7 +85,7 @@ pub fn vertex(scene: SceneTables<'_>, features: Features, ray: &Ray, hit: &Hit, 
             uv_footprint = width.abs() * coordinates.density / to_previous.dot(face_normal).max(MIN_COS);
             if features.has(Features::NORMAL_MAPS) && flags & FLAG_NORMAL_MAP != 0 {
                 let record = scene.textures.material_textures[surface.material as usize];
-                let bent = normal_map::normal(
+                let mapped = normal_map::normal(
                     scene.textures,
                     &record,
                     &coordinates,
@@ -94,7 +94,7 @@ pub fn vertex(scene: SceneTables<'_>, features: Features, ray: &Ray, hit: &Hit, 
                     at,
                     uv_footprint,
                 );
-                shading_normal = bent * side;
+                shading_normal = mapped * side;
             }
         }
     }

@@ -7,7 +7,7 @@ use crate::interface::NONE;
 use crate::interface::features::Features;
 use crate::interface::ray::{Hit, Ray};
 use crate::interface::tree::{INSTANCE, LEAF, TREE_STACK, TreeNode, TriangleBlock};
-use crate::seam::scratch;
+use crate::platform::scratch;
 use crate::texture::cut_out::CutOuts;
 use crate::trace::Tracer;
 use spirv_std::glam::{Vec3, Vec4};

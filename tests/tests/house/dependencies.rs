@@ -120,7 +120,7 @@ fn the_kernel_builder_takes_crates_from_the_registry_alone() {
     assert!(other.is_empty(), "{other:?}");
 }
 
-/// Kernels have seams, and Vulkan is called by `vulkan/`: nothing else may be unsafe.
+/// Kernels have platform modules, and Vulkan is called by `vulkan/`: nothing else may be unsafe.
 #[test]
 fn crates_without_unsafe_code_forbid_it() {
     for (file, line) in [
@@ -146,13 +146,13 @@ fn kernels_are_unsafe_in_their_seams_alone() {
     let found = files(&kernels).into_iter().filter(is_unsafe);
     let found: Vec<String> =
         found.map(|file| file.strip_prefix(&kernels).unwrap().display().to_string()).collect();
-    let seams = [
+    let unsafe_files = [
         "declare/on_cpu.rs",
         "gather/photons_rt.rs",
         "gather/points_rt.rs",
-        "seam.rs",
+        "platform.rs",
         "trace/ray_query.rs",
         "trace/wide.rs",
     ];
-    assert_eq!(found, seams);
+    assert_eq!(found, unsafe_files);
 }

@@ -8,7 +8,7 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
 /// The rings of the kernels, from the inside; rooms of one ring do not know each other.
 const KERNELS: &[&[&str]] = &[
-    &["interface", "memory", "seam"],
+    &["interface", "memory", "platform"],
     &["math"],
     &["texture"],
     &["surface", "light"],

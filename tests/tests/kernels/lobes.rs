@@ -13,7 +13,7 @@ use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::warp::cosine_hemisphere;
 use caustics_kernels::surface::class::Classes;
 use caustics_kernels::surface::dispersion::Indices;
-use caustics_kernels::surface::{Bsdf, GlassInterface, fresnel};
+use caustics_kernels::surface::{Bsdf, DielectricInterface, fresnel};
 use caustics_tests::scenes::{coated, glass, lambert, metal, pane};
 use glam::Vec3;
 
@@ -22,17 +22,17 @@ fn viewer(cos: f32) -> Vec3 {
 }
 
 /// All lobes of a material, seen from a direction; with `divides`, their choice has a known probability for each class.
-fn seen_from(material: Material, to_previous: Vec3, eta: f32, divides: bool) -> (Bsdf, GlassInterface) {
+fn seen_from(material: Material, to_previous: Vec3, eta: f32, divides: bool) -> (Bsdf, DielectricInterface) {
     Bsdf::new(material, to_previous, Indices::new(eta), 0.25, Classes::ALL, divides, Features::ALL)
 }
 
 /// Mean weight of samples seen at `cos` (the directional albedo), and its standard error.
 fn albedo(material: Material, cos: f32) -> (f64, f64) {
-    let (surface, glass) = seen_from(material, viewer(cos), 1.0, false);
+    let (surface, interface) = seen_from(material, viewer(cos), 1.0, false);
     let count = 100_000;
     let (mut sum, mut squares) = (0.0, 0.0);
     for path in 0..count {
-        let sampled = surface.sample(glass, Rng::new(Stream::Camera, 1, path, 0).next4());
+        let sampled = surface.sample(interface, Rng::new(Stream::Camera, 1, path, 0).next4());
         let passes = sampled.transmitted || sampled.direction.z > 0.0;
         let weight = if passes { f64::from(sampled.weight.x) } else { 0.0 };
         sum += weight;
@@ -161,7 +161,7 @@ fn lobes_are_reciprocal() {
     }
 }
 
-/// f of flux (see `rough_glass`) from `a` above to `b` below, and back: f n^2 of the side it leaves to is the same
+/// f of flux (see `rough_dielectric`) from `a` above to `b` below, and back: f n^2 of the side it leaves to is the same
 /// both ways. 1e-3 is for the facet's normal, which a narrow lobe loses to rounding; facets that light grazes are left
 /// out, since Fresnel's formula has the root of an ulp there.
 #[test]

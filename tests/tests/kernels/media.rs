@@ -20,7 +20,7 @@ use caustics_kernels::pass::collect::{Beyond, Start};
 use caustics_kernels::pass::shoot::receive::Receive;
 use caustics_kernels::pass::{collect, shoot};
 use caustics_kernels::surface::media::MediaStack;
-use caustics_kernels::trace::enclosing::enclosing;
+use caustics_kernels::trace::initial_media::initial_media_stack;
 use caustics_tests::direct::{Tally, World};
 use caustics_tests::scenes::*;
 use caustics_tests::statistics::Mean;
@@ -307,7 +307,7 @@ fn direct_light_passes_a_covered_face() {
     assert!(open.x > 0.0 && ((covered - open) / open).abs().max_element() < 1e-4, "{covered} {open}");
 }
 
-/// Inside is where a medium winds around a place by more than half: nowhere about a sheet, whichever way it lies.
+/// Inside is where a medium winds around a place by more than half: nowhere about an open surface, whichever way it lies.
 #[test]
 fn no_place_about_an_open_sheet_is_inside() {
     let mut open = 0;
@@ -322,9 +322,9 @@ fn no_place_about_an_open_sheet_is_inside() {
         b.light(DVec3::Y, 1.0);
         let scene = b.build();
         open += scene.warnings.len();
-        let features = scene.features(0.25) | Features::ENCLOSED;
+        let features = scene.features(0.25) | Features::STARTS_IN_MEDIUM;
         let mut tracer = scene.tracer(features);
-        let around = enclosing(0.3 * v.truncate(), features, scene.tables(), &mut tracer);
+        let around = initial_media_stack(0.3 * v.truncate(), features, scene.tables(), &mut tracer);
         assert_eq!(around, MediaStack::VACUUM, "{index}");
     }
     assert_eq!(open, 200, "an open medium is named");
@@ -346,9 +346,10 @@ fn a_box_without_a_lid_has_an_inside() {
     b.camera(4.0 * DVec3::Z, DVec3::ZERO, 0.5);
     b.light(4.0 * DVec3::Y, 1.0);
     let scene = b.build();
-    let features = scene.features(0.25) | Features::ENCLOSED;
+    let features = scene.features(0.25) | Features::STARTS_IN_MEDIUM;
     let mut tracer = scene.tracer(features);
-    let mut is_inside = |place: Vec3| enclosing(place, features, scene.tables(), &mut tracer).holds(water);
+    let mut is_inside =
+        |place: Vec3| initial_media_stack(place, features, scene.tables(), &mut tracer).holds(water);
     for index in 0..200 {
         let u = Rng::new(Stream::Camera, 10, index, 0).next4() - 0.5;
         let place = Vec3::new(1.8 * u.x, 1.2 * u.y - 0.3, 1.8 * u.z);
@@ -357,7 +358,7 @@ fn a_box_without_a_lid_has_an_inside() {
     }
 }
 
-/// What is below the surface of a pool is in its water, as a camera there is; a sheet in the same room that leaves a way
+/// What is below the surface of a pool is in its water, as a camera there is; an open surface in the same room that leaves a way
 /// round it hangs, and no place is in it.
 #[test]
 fn a_pool_has_an_inside_and_a_hanging_sheet_has_none() {
@@ -365,15 +366,16 @@ fn a_pool_has_an_inside_and_a_hanging_sheet_has_none() {
     let hangs = |scene: &Scene| scene.materials[0].flags & FLAG_HANGING != 0;
     assert!(!hangs(&scene));
     let features = scene.features(0.25);
-    assert!(!features.has(Features::ENCLOSED));
+    assert!(!features.has(Features::STARTS_IN_MEDIUM));
     let mut tracer = scene.tracer(features);
     for index in 0..200 {
         let u = 1.9 * (Rng::new(Stream::Camera, 11, index, 0).next4() - 0.5);
-        let inside = enclosing(Vec3::new(u.x, u.y, u.z), features, scene.tables(), &mut tracer).holds(0);
+        let inside =
+            initial_media_stack(Vec3::new(u.x, u.y, u.z), features, scene.tables(), &mut tracer).holds(0);
         assert_eq!(inside, u.y < 0.0, "{u}");
     }
     let diver = pool(DVec3::new(0.2, -0.5, 0.9), DVec3::ZERO).build();
-    assert!(diver.features(0.25).has(Features::ENCLOSED));
+    assert!(diver.features(0.25).has(Features::STARTS_IN_MEDIUM));
 
     let mut b = Builder::default();
     let water = b.material(tinted(1.33, 0, 1.0));
@@ -384,7 +386,7 @@ fn a_pool_has_an_inside_and_a_hanging_sheet_has_none() {
     b.camera(DVec3::new(0.0, -0.2, 0.0), DVec3::NEG_Y, 0.9);
     let scene = b.build();
     assert!(hangs(&scene) && scene.warnings[0].contains("round its border"), "{:?}", scene.warnings);
-    assert!(!scene.features(0.25).has(Features::ENCLOSED));
+    assert!(!scene.features(0.25).has(Features::STARTS_IN_MEDIUM));
 }
 
 /// A block whose fronts look inwards does not fill the room around it.
@@ -402,13 +404,13 @@ fn no_place_is_inside_of_what_is_turned_inside_out() {
     let mut tracer = scene.tracer(features);
     for index in 0..100 {
         let u = 1.9 * (Rng::new(Stream::Camera, 12, index, 0).next4() - 0.5);
-        let around = enclosing(u.truncate(), features, scene.tables(), &mut tracer);
+        let around = initial_media_stack(u.truncate(), features, scene.tables(), &mut tracer);
         assert_eq!(around, MediaStack::VACUUM, "{u}");
     }
 }
 
-/// Under a sheet of tinted water that hangs in the air: a floor, and a camera that looks at it from below the sheet.
-fn under_a_sheet(eye: DVec3, view: f32) -> Scene {
+/// Under an open surface of tinted water that hangs in the air: a floor, and a camera that looks at it from below the open surface.
+fn under_an_open_surface(eye: DVec3, view: f32) -> Scene {
     let mut b = Builder::default();
     let water = b.material(tinted(1.33, 0, 2.0));
     let floor = b.material(lambert(0.5));
@@ -443,8 +445,8 @@ fn mean_of(scene: &Scene, seed: u32, progressive: bool, frames: u32) -> [Mean; 3
 fn an_open_sheet_looks_alike_from_nearby() {
     let hues: Vec<f64> = [-0.2, -0.1, 0.0, 0.1, 0.2]
         .map(|x| {
-            // So narrow that no place in view sees the lamp past the sheet.
-            let scene = under_a_sheet(DVec3::new(x, -0.3, 0.6 + x), 0.4);
+            // So narrow that no place in view sees the lamp past the open surface.
+            let scene = under_an_open_surface(DVec3::new(x, -0.3, 0.6 + x), 0.4);
             let [red, _, blue] = mean_of(&scene, 1, false, 60);
             red.value / blue.value
         })
@@ -457,7 +459,7 @@ fn an_open_sheet_looks_alike_from_nearby() {
 
 #[test]
 fn progressive_and_reference_agree_under_an_open_sheet() {
-    let scene = under_a_sheet(DVec3::new(0.1, -0.3, 0.7), 0.7);
+    let scene = under_an_open_surface(DVec3::new(0.1, -0.3, 0.7), 0.7);
     let (split, truth) = (mean_of(&scene, 2, true, 120), mean_of(&scene, 3, false, 900));
     for channel in 0..3 {
         let (split, truth) = (&split[channel], &truth[channel]);

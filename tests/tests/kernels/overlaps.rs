@@ -13,7 +13,7 @@ use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::method::path::PATH;
 use caustics_kernels::surface::dispersion::Channel;
-use caustics_kernels::trace::enclosing::enclosing;
+use caustics_kernels::trace::initial_media::initial_media_stack;
 use caustics_tests::statistics::Mean;
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
@@ -187,11 +187,11 @@ fn load(shape: &Shape, kept: Kept) -> Scene {
 
 /// Index of refraction at places around the origin (m from it).
 fn indices(scene: &Scene, places: &[Vec3]) -> Vec<f32> {
-    let features = scene.features(0.25) | Features::ENCLOSED;
+    let features = scene.features(0.25) | Features::STARTS_IN_MEDIUM;
     let mut tracer = scene.tracer(features);
     let at = |place: &Vec3| {
         let place = *place - scene.origin.as_vec3();
-        let media = enclosing(place, features, scene.tables(), &mut tracer);
+        let media = initial_media_stack(place, features, scene.tables(), &mut tracer);
         media.ior(Channel::GREEN, Features(0), &scene.materials)
     };
     places.iter().map(at).collect()
@@ -317,18 +317,23 @@ fn no_face_parts_solids_of_one_material_that_overlap() {
     );
     let mut met = Vec::new();
     loop {
-        let reached =
-            caustics_kernels::trace::reach::reach(&ray, media, features, scene.tables(), &mut tracer);
-        if reached.hit.is_miss() {
+        let traced = caustics_kernels::trace::through_media::trace_through_media(
+            &ray,
+            media,
+            features,
+            scene.tables(),
+            &mut tracer,
+        );
+        if traced.hit.is_miss() {
             break;
         }
         let here =
-            caustics_kernels::surface::vertex::vertex(scene.tables(), features, &ray, &reached.hit, 0.0);
+            caustics_kernels::surface::vertex::vertex(scene.tables(), features, &ray, &traced.hit, 0.0);
         met.push((
             here.position.z + scene.origin.z as f32,
-            reached.media.ior(Channel::GREEN, Features(0), &scene.materials),
+            traced.media.ior(Channel::GREEN, Features(0), &scene.materials),
         ));
-        media = reached.media.at_face(here.material, here.front, features, &scene.materials).behind;
+        media = traced.media.at_face(here.material, here.front, features, &scene.materials).behind;
         ray.origin =
             caustics_kernels::math::offset::leave(here.position, here.face_normal, direction, here.clearance);
     }

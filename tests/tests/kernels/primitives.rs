@@ -113,7 +113,7 @@ fn holes_and_glass_in_one_mesh_look_as_in_two() {
         let rooms = rooms(storage);
         let [features, other] = rooms.each_ref().map(|scene| scene.features(0.25));
         assert_eq!(features, other);
-        assert!(features.has(Features::CUT_OUTS) && features.has(Features::GLASS));
+        assert!(features.has(Features::CUT_OUTS) && features.has(Features::DIELECTRIC));
         assert_eq!(features.has(Features::INSTANCES), storage != Storage::Copied);
         assert_eq!(rooms[0].warnings, rooms[1].warnings);
         assert_eq!(rooms[0].materials, rooms[1].materials);

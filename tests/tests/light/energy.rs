@@ -15,7 +15,7 @@ use caustics_tests::direct::{Beam, World};
 use caustics_tests::energy::{ledger, ledgers, share};
 use caustics_tests::gpu::gpu;
 use caustics_tests::moving::{Moving, kept};
-use caustics_tests::quadrature::glass_by_quadrature;
+use caustics_tests::quadrature::dielectric_by_quadrature;
 use caustics_tests::scenes::*;
 use caustics_tests::statistics::Mean;
 use glam::{DVec3, Vec3};
@@ -109,7 +109,7 @@ fn rough_glass_absorbs_what_single_scattering_loses() {
         };
         let all = ledgers(&world, &beam, 0..64);
         let (absorbed, residual) = (share(&all, |e| e.absorbed), share(&all, |e| e.residual * e.emitted));
-        let (r, t) = glass_by_quadrature(&material, f64::from(cos), if thin { 1.0 } else { 1.0 / 1.5 });
+        let (r, t) = dielectric_by_quadrature(&material, f64::from(cos), if thin { 1.0 } else { 1.0 / 1.5 });
         println!(
             "roughness {roughness}, thin {thin}: {absorbed:?}, expected {}, residual {residual:?}",
             1.0 - r - t

@@ -180,15 +180,15 @@ fn mixed_room_of_area_lights() -> Scene {
     b.build()
 }
 
-/// Two absorbing solids that overlap, and a sheet that hangs over them.
+/// Two absorbing solids that overlap, and an open surface that hangs over them.
 fn overlapping_media() -> Scene {
     let mut b = room(0.5);
     let tinted = |ior, sigma| Material { absorption: sigma * Vec3::new(0.5, 1.0, 2.0), ..glass(ior) };
     let (ball, block) = (b.material(tinted(1.5, 1.0)), b.material(tinted(1.33, 2.0)));
-    let sheet = b.material(tinted(1.33, 1.0));
+    let open_surface = b.material(tinted(1.33, 1.0));
     b.sphere(ball, DVec3::new(-0.15, -0.5, -0.2), 0.4, 64, 32);
     b.block(block, DVec3::new(-0.1, -0.9, -0.5), DVec3::new(0.5, -0.3, 0.1), false);
-    b.panel(sheet, DVec3::new(0.0, 0.2, -0.2), 0.5 * DVec3::Z, 0.5 * DVec3::X);
+    b.panel(open_surface, DVec3::new(0.0, 0.2, -0.2), 0.5 * DVec3::Z, 0.5 * DVec3::X);
     b.build()
 }
 

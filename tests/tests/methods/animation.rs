@@ -191,7 +191,7 @@ fn displacement(target: usize, corner: usize) -> [f32; 3] {
 
 /// A floor, a camera and a lamp; a tube whose upper half turns a quarter about z in 2 s, on a node that does not count; and a
 /// soup that moves while five morph targets come and go.
-pub(super) fn bends() -> File {
+pub(super) fn deforming() -> File {
     let mut file = File::new();
     let floor = file.mesh(&square(6.0), 0);
     file.root(json!({ "mesh": floor, "translation": [0, 0, -3] }));
@@ -280,7 +280,8 @@ fn meet(ray: &Ray, triangle: &Triangle) -> Option<(f64, f64, f64)> {
 
 #[test]
 fn instances_are_hit_where_their_triangles_are() {
-    for (file, times) in [soups(), bends()].into_iter().zip([[0.0, 0.7, 1.9, 1.2], [0.0, 1.9, 0.7, 1.2]]) {
+    for (file, times) in [soups(), deforming()].into_iter().zip([[0.0, 0.7, 1.9, 1.2], [0.0, 1.9, 0.7, 1.2]])
+    {
         let mut scene = file.load().unwrap();
         assert_eq!(scene.warnings, [""; 0]);
         are_hit_where_their_triangles_are(&mut scene, times);
@@ -326,7 +327,7 @@ fn are_hit_where_their_triangles_are(scene: &mut Scene, times: [f64; 4]) {
 
 #[test]
 fn poses_do_not_depend_on_those_before() {
-    for file in [soups, bends] {
+    for file in [soups, deforming] {
         poses_are_their_own(file);
     }
 }
@@ -371,7 +372,7 @@ fn previous_places_are_where_vertices_were() {
 /// The tube by the formula of linear blend skinning, the soup by that of morph targets.
 #[test]
 fn skins_and_morph_targets_bend_by_their_formulas() {
-    let mut scene = bends().load().unwrap();
+    let mut scene = deforming().load().unwrap();
     assert_eq!(scene.instanced.instances.len(), 2);
     for time in [0.0_f64, 0.5, 2.0, 1.3] {
         scene.pose(time).unwrap();
@@ -430,12 +431,12 @@ fn skins_and_morph_targets_bend_by_their_formulas() {
 #[test]
 fn a_skin_that_stands_still_is_bent_once() {
     let half = std::f32::consts::FRAC_1_SQRT_2;
-    let mut file = bends();
+    let mut file = deforming();
     file.document["animations"] = json!([]);
     file.document["nodes"][3]["rotation"] = json!([0.0, 0.0, half, half]);
     let still = file.load().unwrap();
     assert!(!still.is_animated() && still.instanced.instances.is_empty());
-    let mut moving = bends().load().unwrap();
+    let mut moving = deforming().load().unwrap();
     moving.pose(2.0).unwrap();
     let middle = |scene: &Scene, t: &Triangle| (t.a + t.b + t.c).as_dvec3() / 3.0 + scene.origin;
     let baked: Vec<DVec3> = triangles(&still).iter().map(|(.., t)| middle(&still, t)).collect();
@@ -447,7 +448,7 @@ fn a_skin_that_stands_still_is_bent_once() {
     let off: Vec<f64> = off.collect();
     assert!(off.len() == 240 && off.iter().all(|&off| off < 2e-6), "{off:?}");
     // What cannot be used is named.
-    let mut broken = bends();
+    let mut broken = deforming();
     broken.document["skins"][0]["joints"] = json!([0, 99]);
     let scene = broken.load().unwrap();
     assert!(
@@ -588,7 +589,7 @@ fn frames_go_dark_with_the_lamp_and_light_up_again() {
 fn runners_agree_after_every_pose() {
     let Some(gpu) = gpu() else { return };
     let settings = Settings { width: 32, height: 32, light_paths: 1024, ..Settings::default() };
-    for (&hardware, file) in gpu.tracers().iter().flat_map(|at| [(at, soups()), (at, bends())]) {
+    for (&hardware, file) in gpu.tracers().iter().flat_map(|at| [(at, soups()), (at, deforming())]) {
         let mut scene = file.load().unwrap();
         let mut twin = Twin::open(&gpu, hardware, &scene, &settings);
         let (mut cpu, mut device) = (Upload::new(&scene), Upload::new(&scene));

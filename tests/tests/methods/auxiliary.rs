@@ -211,12 +211,12 @@ fn depth_is_the_length_of_the_path_and_nothing_else_changes() {
     // With a history, a point's distance is that of its virtual image.
     let (_, _, virtual_image_distances, same) = of(&history::VALIDATED, true);
     assert_eq!(same, found);
-    let bent = virtual_image_distances
+    let distorted = virtual_image_distances
         .iter()
         .zip(&found.depth)
         .filter(|(virtual_image, depth)| virtual_image != depth)
         .count();
-    assert!(bent > 50, "{bent}");
+    assert!(distorted > 50, "{distorted}");
     // Methods without points say the same.
     let mut path =
         Session::builder(&scene).settings(settings()).method(&method::PATH).build().expect("a session");

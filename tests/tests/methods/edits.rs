@@ -20,7 +20,7 @@ use caustics_tests::scenes::copied;
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use serde_json::{Value, json};
 
-use super::animation::{File, aimed, bends, square, triangles};
+use super::animation::{File, aimed, deforming, square, triangles};
 
 /// A scene that may be edited at these nodes.
 fn grabbed(name: &str, nodes: &[usize]) -> Scene {
@@ -405,13 +405,13 @@ fn keys_move_nodes_and_the_camera() {
 fn a_joint_that_is_edited_bends_its_mesh() {
     const ELBOW: usize = 3;
     let half = std::f64::consts::FRAC_1_SQRT_2;
-    let mut file = bends();
+    let mut file = deforming();
     file.document["animations"] = json!([]);
     let mut edited = load(file, &[ELBOW]).unwrap();
     let rotation = Some([0.0, 0.0, half, half]);
     edited.edit(&[NodeEdit { node: ELBOW, rotation, ..NodeEdit::default() }]).unwrap();
     edited.pose(0.0).unwrap();
-    let mut animated = bends().write_and_load(&LoadOptions::default()).unwrap();
+    let mut animated = deforming().write_and_load(&LoadOptions::default()).unwrap();
     animated.pose(2.0).unwrap();
     let tube = |scene: &Scene| -> Vec<DVec3> {
         let of_tube = middles(scene).into_iter().filter(|(_, instance, _)| *instance == 1);

@@ -49,9 +49,10 @@ fn pixels(deposits: &[f32], depth: &[f32]) -> Vec<u32> {
     order.sort_by_key(|&pixel| (-deposits[pixel as usize] as i64, pixel));
     let any = deposits.iter().filter(|deposits| **deposits > 0.0).count();
     assert!(any > 20, "{any} pixels with deposits");
-    let bent: Vec<u32> = order.iter().copied().filter(|&pixel| depth[pixel as usize] > 1.0).take(2).collect();
-    assert!(!bent.is_empty(), "no point is seen by a specular surface");
-    [vec![order[0], order[1], order[any / 2], order[any - 1], order[order.len() - 1]], bent].concat()
+    let specular: Vec<u32> =
+        order.iter().copied().filter(|&pixel| depth[pixel as usize] > 1.0).take(2).collect();
+    assert!(!specular.is_empty(), "no point is seen by a specular surface");
+    [vec![order[0], order[1], order[any / 2], order[any - 1], order[order.len() - 1]], specular].concat()
 }
 
 /// Holds a pixel against the image of the frame.

@@ -32,7 +32,7 @@ pub struct Way {
     pub size: [u32; 2],
     /// Whether its frames are averaged.
     pub averages: bool,
-    /// Kernel code that is alive.
+    /// Kernel code that is compiled in.
     pub features: Features,
 }
 

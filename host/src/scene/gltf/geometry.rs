@@ -6,7 +6,7 @@ use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
-use super::bending::{self, Bent};
+use super::deformation::{self, DeformedMesh};
 use super::document::Document;
 use super::node::{Placed, PlacedMesh};
 use super::sharing::Sharing;
@@ -53,8 +53,8 @@ impl Geometry {
         // Meshes of the file that are stored once, or have nothing to store.
         let mut stored: HashMap<usize, Option<usize>> = HashMap::new();
         for instance in &placed.meshes {
-            if let Some(bent) = bending::read(document, placed, instance, mappings)? {
-                geometry.add_bent(bent, placed, instance);
+            if let Some(deformed) = deformation::read(document, placed, instance, mappings)? {
+                geometry.add_deformed(deformed, placed, instance);
                 continue;
             }
             let id = instance.mesh.value();
@@ -97,10 +97,10 @@ impl Geometry {
         }
     }
 
-    /// Adds a mesh that is bent: for ever alike as triangles of the world, or as a mesh on its node, or one that is bent at every
+    /// Adds a mesh that is deformed: for ever alike as triangles of the world, or as a mesh on its node, or one that is deformed at every
     /// pose.
-    fn add_bent(&mut self, bent: Bent, placed: &Placed, instance: &PlacedMesh) {
-        let Bent { deformation, materials, moves } = bent;
+    fn add_deformed(&mut self, deformed: DeformedMesh, placed: &Placed, instance: &PlacedMesh) {
+        let DeformedMesh { deformation, materials, moves } = deformed;
         let is_skinned = deformation.is_skinned();
         let stand = match (is_skinned, instance.moves) {
             (true, _) => Stand::Still(DAffine3::IDENTITY),
@@ -108,9 +108,9 @@ impl Geometry {
             (false, false) => Stand::Still(instance.to_world),
         };
         let mesh = if moves {
-            Mesh::bending(deformation, materials, &placed.nodes)
+            Mesh::deforming(deformation, materials, &placed.nodes)
         } else {
-            let vertices = deformation.bend(&placed.nodes);
+            let vertices = deformation.deform(&placed.nodes);
             let corners = deformation.corners(&vertices);
             if let Stand::Still(to_world) = stand {
                 let is_mirrored = to_world.matrix3.determinant() < 0.0;

@@ -14,7 +14,7 @@ use crate::scene::texture::TextureParts;
 
 /// Largest radiance and absorption that is rendered (W m^-2 sr^-1, 1/m).
 const LARGEST: f32 = 1e30;
-/// Largest dispersion that is rendered: at 40 red is not bent at all.
+/// Largest dispersion that is rendered: at 40 red is not refracted at all.
 const MAX_DISPERSION: f32 = 1000.0;
 /// Index of refraction where the file says nothing.
 const IOR: f32 = 1.5;

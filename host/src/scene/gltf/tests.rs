@@ -4,7 +4,9 @@ use std::f32::consts::PI;
 
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAG_HANGING, FLAG_SHEET, FLAG_THIN};
+use caustics_kernels::interface::material::{
+    FLAG_EMIT_BOTH_SIDES, FLAG_HANGING, FLAG_OPEN_SURFACE, FLAG_THIN,
+};
 use serde_json::{Value, json};
 
 use glam::{DVec3, Vec3};
@@ -265,7 +267,7 @@ fn materials_are_resolved() {
     assert_eq!((glass.base_color, glass.emission), (Vec3::new(0.1, 0.2, 0.3), Vec3::new(0.0, 3.0, 0.0)));
     assert_eq!(
         (glass.ior, glass.specular, glass.flags),
-        (1.7, 0.5, FLAG_EMIT_BOTH_SIDES | FLAG_SHEET | FLAG_HANGING)
+        (1.7, 0.5, FLAG_EMIT_BOTH_SIDES | FLAG_OPEN_SURFACE | FLAG_HANGING)
     );
     let expected = Vec3::new(0.0, 2_f32.ln() / 2.0, 1e6_f32.ln() / 2.0);
     assert!((glass.absorption - expected).length() < 1e-5);

@@ -20,7 +20,7 @@ use crate::light::power::ByPower;
 use crate::math::rng::{Rng, Stream};
 use crate::pass::shoot;
 use crate::pass::shoot::receive::Receive;
-use crate::seam::{AtomicWords, Slots, Uncounted};
+use crate::platform::{AtomicWords, Slots, Uncounted};
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
 

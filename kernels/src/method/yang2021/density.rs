@@ -12,7 +12,7 @@ use crate::light::density_map::Node;
 use crate::math::clamp;
 use crate::math::quanta::Quanta;
 use crate::method::yang2021::FEEDBACK_INVERSE_QUANTUM;
-use crate::seam::Slots;
+use crate::platform::Slots;
 
 /// Screen area that a photon should have (px); the least that a footprint has is 2.5.
 const TARGET: f32 = 4.0;

@@ -1,4 +1,4 @@
-//! What a camera path puts aside, in memory, until it asks for it again: what is alive while a ray is traced, or a vertex scattered at,
+//! What a camera path puts aside, in memory, until it asks for it again: what is live while a ray is traced, or a vertex scattered at,
 //! takes a GPU's registers. These are the shadow rays of a vertex, which wait until the path has left it, the light that the path
 //! has found, and the cone and the pencil of its prefix.
 
@@ -8,9 +8,9 @@ use crate::interface::point::PointDirect;
 use crate::interface::ray::Ray;
 use crate::light::connect::FEW_LIGHTS;
 use crate::math::cone::RayCone;
-use crate::math::pencil::{Beside, Pencil};
+use crate::math::pencil::{Pencil, RayDerivative};
 use crate::pass::collect::PathLight;
-use crate::seam::Record;
+use crate::platform::Record;
 use crate::surface::media::MediaStack;
 use spirv_std::glam::{UVec2, Vec2, Vec3};
 
@@ -67,7 +67,7 @@ pub struct Aside<'a> {
     features: Features,
     /// The path's own record.
     own: Place,
-    /// The pencil: its axes and what was moved at the eye, and what was turned there.
+    /// The pencil: its axes and its derivatives by the origin at the eye, and those by the direction there.
     pencil: [Place; 2],
 }
 
@@ -76,8 +76,8 @@ impl<'a> Aside<'a> {
     #[inline(always)]
     pub fn new(words: &'a mut [u32; ROOM], features: Features, params: &FrameParams) -> Self {
         let first = FEW_LIGHTS + params.zero();
-        let [own, moved, turned] = [Place::at(first), Place::at(first + 1), Place::at(first + 2)];
-        let mut aside = Aside { words, features, own, pencil: [moved, turned] };
+        let [own, by_origin, by_direction] = [Place::at(first), Place::at(first + 1), Place::at(first + 2)];
+        let mut aside = Aside { words, features, own, pencil: [by_origin, by_direction] };
         aside.set(Sum::Radiance, Vec3::ZERO);
         if features.has(Features::PARTS) {
             aside.set(Sum::Seen, Vec3::ZERO);
@@ -134,7 +134,7 @@ impl<'a> Aside<'a> {
             spread: number(CONE + 1),
             rough_width: number(CONE + 2),
             rough_spread: number(CONE + 3),
-            is_bent: self.own.take(self.words, CONE + 4) != 0,
+            is_distorted: self.own.take(self.words, CONE + 4) != 0,
         };
         (cone, number(DISTANCE))
     }
@@ -147,7 +147,7 @@ impl<'a> Aside<'a> {
         self.own.put(self.words, CONE + 1, cone.spread.to_bits());
         self.own.put(self.words, CONE + 2, cone.rough_width.to_bits());
         self.own.put(self.words, CONE + 3, cone.rough_spread.to_bits());
-        self.own.put(self.words, CONE + 4, u32::from(cone.is_bent));
+        self.own.put(self.words, CONE + 4, u32::from(cone.is_distorted));
     }
 
     /// The pencil of the prefix.
@@ -157,16 +157,17 @@ impl<'a> Aside<'a> {
         let two = |record: Place, word| {
             Vec2::new(f32::from_bits(record.take(words, word)), f32::from_bits(record.take(words, word + 1)))
         };
-        let beside = |record, word| Beside { place: two(record, word), slope: two(record, word + 2) };
-        let [moved, turned] = self.pencil;
+        let derivative =
+            |record, word| RayDerivative { place: two(record, word), slope: two(record, word + 2) };
+        let [by_origin, by_direction] = self.pencil;
         Pencil {
-            x: moved.take3(words, 8),
-            y: moved.take3(words, 11),
-            moved_x: beside(moved, 0),
-            moved_y: beside(moved, 4),
-            turned_x: beside(turned, 0),
-            turned_y: beside(turned, 4),
-            is_bent: turned.take(words, 8) != 0,
+            x: by_origin.take3(words, 8),
+            y: by_origin.take3(words, 11),
+            by_origin_x: derivative(by_origin, 0),
+            by_origin_y: derivative(by_origin, 4),
+            by_direction_x: derivative(by_direction, 0),
+            by_direction_y: derivative(by_direction, 4),
+            is_distorted: by_direction.take(words, 8) != 0,
         }
     }
 
@@ -174,20 +175,20 @@ impl<'a> Aside<'a> {
     #[inline(always)]
     pub fn set_pencil(&mut self, pencil: &Pencil) {
         let words = &mut *self.words;
-        let mut set = |record: Place, word, ray: &Beside| {
+        let mut set = |record: Place, word, ray: &RayDerivative| {
             record.put(words, word, ray.place.x.to_bits());
             record.put(words, word + 1, ray.place.y.to_bits());
             record.put(words, word + 2, ray.slope.x.to_bits());
             record.put(words, word + 3, ray.slope.y.to_bits());
         };
-        let [moved, turned] = self.pencil;
-        set(moved, 0, &pencil.moved_x);
-        set(moved, 4, &pencil.moved_y);
-        set(turned, 0, &pencil.turned_x);
-        set(turned, 4, &pencil.turned_y);
-        moved.put3(words, 8, pencil.x);
-        moved.put3(words, 11, pencil.y);
-        turned.put(words, 8, u32::from(pencil.is_bent));
+        let [by_origin, by_direction] = self.pencil;
+        set(by_origin, 0, &pencil.by_origin_x);
+        set(by_origin, 4, &pencil.by_origin_y);
+        set(by_direction, 0, &pencil.by_direction_x);
+        set(by_direction, 4, &pencil.by_direction_y);
+        by_origin.put3(words, 8, pencil.x);
+        by_origin.put3(words, 11, pencil.y);
+        by_direction.put(words, 8, u32::from(pencil.is_distorted));
     }
 
     /// Leaves a shadow ray at a place below [`FEW_LIGHTS`].

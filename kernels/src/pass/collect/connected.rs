@@ -13,7 +13,7 @@ pub use cpu::{Connected, ROOM};
 mod gpu {
     use super::{ByClass, Connection};
     use crate::light::connect::{CANDIDATES, FEW_LIGHTS};
-    use crate::seam::Record;
+    use crate::platform::Record;
 
     /// Words of one, and of its light.
     const WORDS: usize = 17;

@@ -8,7 +8,7 @@ use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::scene::SceneTables;
 use crate::math::rng::Stream;
-use crate::seam::Atomics;
+use crate::platform::Atomics;
 use crate::trace::Tracer;
 
 /// What an invocation of a pass traces a camera path for.

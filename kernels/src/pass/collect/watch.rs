@@ -1,4 +1,4 @@
-//! The seam of `collect`: who watches a camera path. It costs nothing where nobody does.
+//! The trait of `collect`: who watches a camera path. It costs nothing where nobody does.
 
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::interface::ray::{Hit, Ray};

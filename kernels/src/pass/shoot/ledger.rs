@@ -6,7 +6,7 @@ use crate::interface::frame::FrameParams;
 use crate::interface::ledger::{Entry, slot};
 use crate::math::quanta::Quanta;
 use crate::math::rng::{Rng, Stream};
-use crate::seam::Atomics;
+use crate::platform::Atomics;
 use crate::surface::class::Classes;
 use crate::surface::scatter::{BsdfSample, ScatteringVertex};
 use spirv_std::glam::Vec3;

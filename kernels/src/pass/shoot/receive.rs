@@ -1,10 +1,10 @@
-//! The seam of `shoot`: what becomes of a deposit, and what is followed on the way to it.
+//! The trait of `shoot`: what becomes of a deposit, and what is followed on the way to it.
 
 use crate::interface::counters::{Counter, DepositState};
 use crate::interface::point::{DepositGeometry, DepositLight};
 use crate::interface::ray::{Hit, Ray};
 use crate::light::emit::EmissionSample;
-use crate::seam::{AtomicWords, Atomics, Slots};
+use crate::platform::{AtomicWords, Atomics, Slots};
 use crate::surface::scatter::BsdfSample;
 use crate::surface::vertex::Vertex;
 use spirv_std::glam::Vec3;

@@ -6,7 +6,7 @@ use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::surface::class::Classes;
 use caustics_kernels::surface::dispersion::Indices;
 use caustics_kernels::surface::{Bsdf, ggx};
-use caustics_tests::quadrature::{glass_by_quadrature, over_normals};
+use caustics_tests::quadrature::{dielectric_by_quadrature, over_normals};
 use caustics_tests::scenes::{glass, pane};
 use caustics_tests::statistics::Mean;
 use glam::Vec3;
@@ -38,7 +38,7 @@ fn weak_white_furnace_is_one() {
 }
 
 /// The samplers' mean weights: (reflected, transmitted), each with its standard error.
-fn glass_by_sampling(
+fn dielectric_by_sampling(
     material: Material,
     cos: f32,
     eta: f32,
@@ -64,19 +64,19 @@ fn glass_by_sampling(
 /// in f64 says. Four standard errors for 672 comparisons; 1e-3 is for the midpoints at grazing angles.
 #[test]
 fn rough_glass_scatters_what_quadrature_says() {
-    rough_glass_scatters(&[0.15, 0.6]);
+    rough_dielectric_scatters(&[0.15, 0.6]);
 }
 
-fn rough_glass_scatters(roughnesses: &[f32]) {
+fn rough_dielectric_scatters(roughnesses: &[f32]) {
     let cases = [("entered", glass(1.5), 1.0 / 1.5), ("left", glass(1.5), 1.5), ("thin", pane(1.5), 1.0)];
     for (name, material, eta) in cases {
         println!("white glass, n = 1.5, {name}: reflected + transmitted (loss); columns: cosine {COSINES:?}");
         for &roughness in roughnesses {
             let material = Material { roughness, ..material };
             let row = COSINES.map(|cos| {
-                let by_class = glass_by_sampling(material, cos, eta, Classes::ALL, true);
-                let by_facet = glass_by_sampling(material, cos, eta, Classes::ALL, false);
-                let exact = glass_by_quadrature(&material, f64::from(cos), f64::from(eta));
+                let by_class = dielectric_by_sampling(material, cos, eta, Classes::ALL, true);
+                let by_facet = dielectric_by_sampling(material, cos, eta, Classes::ALL, false);
+                let exact = dielectric_by_quadrature(&material, f64::from(cos), f64::from(eta));
                 for (what, (mean, error), exact) in [
                     ("reflected by class", by_class[0], exact.0),
                     ("transmitted by class", by_class[1], exact.1),
@@ -102,8 +102,8 @@ fn rough_glass_scatters(roughnesses: &[f32]) {
 #[test]
 fn rough_glass_reflects_in_one_class_and_transmits_in_the_other() {
     let material = Material { roughness: 0.5, ..glass(1.5) };
-    let (reflected, transmitted) = glass_by_quadrature(&material, 0.5, 1.0 / 1.5);
-    let parts = |classes| glass_by_sampling(material, 0.5, 1.0 / 1.5, classes, false);
+    let (reflected, transmitted) = dielectric_by_quadrature(&material, 0.5, 1.0 / 1.5);
+    let parts = |classes| dielectric_by_sampling(material, 0.5, 1.0 / 1.5, classes, false);
     let (specular, other) = (parts(Classes::SPECULAR), parts(Classes::NON_SPECULAR));
     assert_eq!((specular[0].0, other[1].0), (0.0, 0.0));
     assert!((specular[1].0 - transmitted).abs() < 4.0 * specular[1].1 + 1e-3);
@@ -167,7 +167,7 @@ mod long {
     #[test]
     #[ignore = "the same of other roughness: ten seconds"]
     fn glass_of_any_roughness_scatters_what_quadrature_says() {
-        rough_glass_scatters(&[0.08, 0.25, 0.4, 0.8, 1.0]);
+        rough_dielectric_scatters(&[0.08, 0.25, 0.4, 0.8, 1.0]);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::math::rng::{Rng, Stream};
-use caustics_kernels::surface::rough_glass::reflection_chance;
+use caustics_kernels::surface::rough_dielectric::reflection_chance;
 use caustics_tests::scenes::{glass, pane};
 use glam::DVec3;
 use std::f64::consts::PI;

@@ -4,7 +4,7 @@ use caustics_kernels::interface::material::Material;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::{PI, warp};
 use caustics_kernels::surface::class::Classes;
-use caustics_kernels::surface::{Bsdf, GlassInterface, ggx};
+use caustics_kernels::surface::{Bsdf, DielectricInterface, ggx};
 use caustics_tests::chi_square::{Fit, SphereCells};
 use caustics_tests::scenes::{coated, glass, lambert, metal, pane};
 use glam::Vec3;
@@ -49,13 +49,13 @@ fn half_of_all(roughness: f32) -> Material {
 }
 
 /// Every case, seen at every cosine, by both ways to choose among the lobes of rough glass.
-fn seen(cosines: &[f32]) -> Vec<(String, Material, Bsdf, GlassInterface)> {
+fn seen(cosines: &[f32]) -> Vec<(String, Material, Bsdf, DielectricInterface)> {
     let mut all = Vec::new();
     for (name, material, eta) in cases() {
         for &cos in cosines {
             let (surface, interface) = seen_from(material, viewer(cos), eta, false);
             all.push((format!("{name}, cos {cos}"), material, surface, interface));
-            if is_rough_glass(&material) {
+            if is_rough_dielectric(&material) {
                 let (surface, interface) = seen_from(material, viewer(cos), eta, true);
                 all.push((format!("{name}, cos {cos}, by class"), material, surface, interface));
             }
@@ -64,12 +64,12 @@ fn seen(cosines: &[f32]) -> Vec<(String, Material, Bsdf, GlassInterface)> {
     all
 }
 
-fn is_rough_glass(material: &Material) -> bool {
+fn is_rough_dielectric(material: &Material) -> bool {
     material.transmission > 0.0 && material.roughness > 0.0
 }
 
 /// Counts of a class's non-delta samples by cell, all on the side that they claim to leave to.
-fn count(surface: &Bsdf, interface: GlassInterface, class: Classes) -> Vec<u32> {
+fn count(surface: &Bsdf, interface: DielectricInterface, class: Classes) -> Vec<u32> {
     let mut seen = vec![0; CELLS.count()];
     for path in 0..SAMPLES {
         let sampled = surface.sample(interface, Rng::new(Stream::Light, 4, path, 0).next4());

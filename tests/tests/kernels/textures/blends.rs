@@ -222,7 +222,7 @@ fn what_blends_to_one_everywhere_is_opaque_to_the_bit() {
     assert!(image(&pane_of(|_| veil(0.5))) != image(&plain));
 }
 
-/// All code alive changes no bit of a scene in which nothing blends.
+/// All code compiled in changes no bit of a scene in which nothing blends.
 #[test]
 fn what_does_not_blend_asks_nobody() {
     let settings = Settings { width: 48, height: 36, light_paths: 4000, ..Settings::default() };

@@ -88,7 +88,7 @@ impl Shape {
 }
 
 /// The ray behind the events.
-fn bent(line: Line, events: &[Event]) -> Line {
+fn traced(line: Line, events: &[Event]) -> Line {
     events.iter().fold(line, |line, Event(shape, eta)| {
         let (distance, normal) = shape.hit(line);
         let cos = -line.direction.dot(normal);
@@ -112,7 +112,7 @@ fn compare(what: &str, things: &Builder, events: &[Event], eye: DVec3, screen: f
     for degrees in [10, 20, 30, 40, 50, 60] {
         let direction = events[0].0.aim(eye, f64::from(degrees).to_radians());
         let chief = Line { origin: eye, direction };
-        let behind = bent(chief, events);
+        let behind = traced(chief, events);
         let mut b = things.clone();
         let dull = b.material(lambert(0.5));
         let right = behind.direction.any_orthonormal_vector();
@@ -148,7 +148,7 @@ fn compare(what: &str, things: &Builder, events: &[Event], eye: DVec3, screen: f
         let receiving = f64::from(collected.point.shading.to_viewer.dot(collected.point.geometry.normal));
         let width = f64::from(collected.point.geometry.radius) * (PI * receiving).sqrt();
 
-        let place = |count| bent(chief, &events[..count]).origin;
+        let place = |count| traced(chief, &events[..count]).origin;
         let length = screen + (1..=events.len()).map(|k| place(k).distance(place(k - 1))).sum::<f64>();
 
         // Finite differences at the same distance behind the last event.
@@ -156,7 +156,7 @@ fn compare(what: &str, things: &Builder, events: &[Event], eye: DVec3, screen: f
         let sideways = direction.cross(normal).normalize();
         let parted = |axis: DVec3| {
             let turned = Line { origin: eye, direction: (direction + 1e-6 * axis).normalize() };
-            let neighbour = bent(turned, events);
+            let neighbour = traced(turned, events);
             let apart = neighbour.origin + screen * neighbour.direction - centre;
             let width = (apart - behind.direction * apart.dot(behind.direction)).length() / 1e-6 * spread;
             // Discs are neither much smaller nor much larger than in a direct view.

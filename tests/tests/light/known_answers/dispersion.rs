@@ -1,4 +1,4 @@
-//! Dispersion: each channel is bent, reflected and passed by its own index of refraction.
+//! Dispersion: each channel is refracted, reflected and passed by its own index of refraction.
 
 use caustics::settings::Settings;
 use caustics_kernels::interface::choice::Caustics;
@@ -90,7 +90,7 @@ fn a_prism_bends_each_channel_by_its_index() {
         turns[channel] = turn;
     }
     println!("turned by {:.3?} degrees", turns.map(f64::to_degrees));
-    assert!(turns[1] - turns[0] > 0.03 && turns[2] - turns[1] > 0.03, "red is bent least, blue most");
+    assert!(turns[1] - turns[0] > 0.03 && turns[2] - turns[1] > 0.03, "red is refracted least, blue most");
     for (channel, ior) in indices(ior).into_iter().enumerate() {
         let inside = (incidence.sin() / ior).asin();
         let exit = (ior * (FRAC_PI_3 - inside).sin()).asin();

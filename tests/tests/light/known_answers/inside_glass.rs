@@ -60,7 +60,7 @@ fn seen_over(scene: &Scene, max_bounces: u32, frames: u32, expected: impl Fn(f64
 /// In an even sky of radiance 1.
 fn under_a_sky(mut scene: Scene) -> Scene {
     scene.set_environment(EnvironmentMap::constant(Vec3::ONE)).expect("a sky");
-    assert!(scene.features(0.25).has(Features::ENCLOSED));
+    assert!(scene.features(0.25).has(Features::STARTS_IN_MEDIUM));
     scene
 }
 

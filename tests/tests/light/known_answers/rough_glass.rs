@@ -15,7 +15,7 @@ use caustics_kernels::pass::shoot::shoot;
 use caustics_kernels::surface::class::Classes;
 use caustics_kernels::surface::dispersion::Indices;
 use caustics_kernels::surface::scatter::BsdfSample;
-use caustics_kernels::surface::{Bsdf, GlassInterface};
+use caustics_kernels::surface::{Bsdf, DielectricInterface};
 use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
@@ -30,16 +30,16 @@ fn seen(scene: &Scene, side: u32, max_bounces: u32) -> (f64, f64) {
 }
 
 /// All lobes of a material at normal incidence.
-fn seen_from_above(material: Material, eta: f32) -> (Bsdf, GlassInterface) {
+fn seen_from_above(material: Material, eta: f32) -> (Bsdf, DielectricInterface) {
     Bsdf::new(material, Vec3::Z, Indices::new(eta), 0.25, Classes::ALL, false, Features::ALL)
 }
 
 /// Mean weight of what this material transmits at normal incidence.
 fn transmitted(material: Material, eta: f32) -> f64 {
     use caustics_kernels::math::rng::{Rng, Stream};
-    let (surface, glass) = seen_from_above(material, eta);
+    let (surface, interface) = seen_from_above(material, eta);
     let weights = (0..1_000_000).map(|path| {
-        let sampled = surface.sample(glass, Rng::new(Stream::Light, 3, path, 0).next4());
+        let sampled = surface.sample(interface, Rng::new(Stream::Light, 3, path, 0).next4());
         if sampled.transmitted { f64::from(sampled.weight.x) } else { 0.0 }
     });
     weights.sum::<f64>() / 1e6

@@ -15,17 +15,17 @@
 use spirv_std::num_traits::Float;
 
 use crate::interface::material::{FLAG_THIN, Material};
-use crate::surface::{ggx, glass};
+use crate::surface::{dielectric, ggx};
 use spirv_std::glam::Vec3;
 
-/// Interfaces that bend less are smooth: the normal that refracts one direction to another is lost in rounding.
-const MIN_BEND: f32 = 0.01;
+/// Interfaces that refract less are smooth: the normal that refracts one direction to another is lost in rounding.
+const MIN_REFRACTION: f32 = 0.01;
 
 /// Whether the interface is rough. `eta` = index on the path's side over index behind.
 #[inline]
 pub fn is_rough(material: &Material, eta: f32) -> bool {
-    let bends = material.flags & FLAG_THIN != 0 || (eta - 1.0).abs() > MIN_BEND;
-    material.transmission > 0.0 && material.roughness >= ggx::DELTA_ROUGHNESS && bends
+    let refracts = material.flags & FLAG_THIN != 0 || (eta - 1.0).abs() > MIN_REFRACTION;
+    material.transmission > 0.0 && material.roughness >= ggx::DELTA_ROUGHNESS && refracts
 }
 
 /// Probability to choose reflection before the facet is known. Any value is unbiased; with the square root of the mean
@@ -38,9 +38,9 @@ pub fn reflection_chance(material: &Material, cos: f32, eta: f32) -> f32 {
     let alpha = ggx::alpha(material.roughness);
     let mean = (cos * cos + 0.4 * alpha * (1.0 - cos * cos)).sqrt();
     let spread = (0.9 * alpha + 0.28 * material.roughness * (1.0 - cos)).min(0.34);
-    let around = glass::reflectance(material, (mean - spread).max(0.0), eta)
-        + glass::reflectance(material, mean.min(1.0), eta)
-        + glass::reflectance(material, (mean + spread).min(1.0), eta);
+    let around = dielectric::reflectance(material, (mean - spread).max(0.0), eta)
+        + dielectric::reflectance(material, mean.min(1.0), eta)
+        + dielectric::reflectance(material, (mean + spread).min(1.0), eta);
     0.05 + 0.3 * around
 }
 
@@ -85,7 +85,7 @@ pub fn eval(material: &Material, to_previous: Vec3, direction: Vec3, eta: f32) -
         // d half / d direction is cos_behind / |along|^2, where mirroring has 1 / (4 cos).
         stretch = 4.0 * cos * cos_behind / square;
     }
-    let reflectance = glass::reflectance(material, to_previous.dot(half), eta);
+    let reflectance = dielectric::reflectance(material, to_previous.dot(half), eta);
     let f = (1.0 - reflectance) * stretch * ggx::eval(to_previous, mirrored, half, alpha);
     Transmitted { f, pdf_solid_angle: stretch * ggx::visible_pdf(to_previous, half, alpha), reflectance }
 }

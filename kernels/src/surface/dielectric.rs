@@ -1,4 +1,4 @@
-//! Smooth dielectric: reflection and refraction by exact Fresnel, or a thin wall that does not bend.
+//! Smooth dielectric: reflection and refraction by exact Fresnel, or a thin wall that does not refract.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -6,12 +6,12 @@ use spirv_std::num_traits::Float;
 #[cfg(not(target_arch = "spirv"))]
 use crate::interface::features::Features;
 #[cfg(not(target_arch = "spirv"))]
-use crate::interface::material::FLAG_SHEET;
+use crate::interface::material::FLAG_OPEN_SURFACE;
 use crate::interface::material::{FLAG_THIN, Material};
 use crate::surface::class::Classes;
 #[cfg(not(target_arch = "spirv"))]
 use crate::surface::ggx;
-use crate::surface::{GlassInterface, Sampled, fresnel};
+use crate::surface::{DielectricInterface, Sampled, fresnel};
 use spirv_std::glam::Vec3;
 
 /// What the dielectric that transmits needs of the kernels; nothing where there is none.
@@ -20,9 +20,9 @@ pub fn features_of(material: &Material) -> Features {
     if !material.transmits() {
         return Features(0);
     }
-    let mut features = Features::GLASS;
+    let mut features = Features::DIELECTRIC;
     if material.roughness >= ggx::DELTA_ROUGHNESS {
-        features = features | Features::ROUGH_GLASS;
+        features = features | Features::ROUGH_DIELECTRIC;
     }
     if material.flags & FLAG_THIN == 0 && material.absorption.max_element() > 0.0 {
         features = features | Features::ABSORPTION;
@@ -30,8 +30,8 @@ pub fn features_of(material: &Material) -> Features {
     if material.is_medium() && material.dispersion > 0.0 {
         features = features | Features::DISPERSION;
     }
-    if material.flags & FLAG_SHEET != 0 {
-        features = features | Features::SHEETS;
+    if material.flags & FLAG_OPEN_SURFACE != 0 {
+        features = features | Features::OPEN_SURFACES;
     }
     features
 }
@@ -48,17 +48,23 @@ pub fn reflectance(material: &Material, cos: f32, eta: f32) -> f32 {
 }
 
 /// Reflects or transmits, in proportion to what either carries; the base colour tints what passes. The weight is
-/// that of flux: radiance takes eta^-2 besides (see `collect`). `chance` = of the glass lobe among all.
+/// that of flux: radiance takes eta^-2 besides (see `collect`). `chance` = of the dielectric among all lobes.
 #[inline]
-pub fn sample(material: &Material, to_previous: Vec3, glass: GlassInterface, chance: f32, u: f32) -> Sampled {
+pub fn sample(
+    material: &Material,
+    to_previous: Vec3,
+    dielectric: DielectricInterface,
+    chance: f32,
+    u: f32,
+) -> Sampled {
     let share = (1.0 - material.metallic) * material.transmission;
     let tint = material.base_color;
-    let passed = (1.0 - glass.reflectance) * crate::math::mean(tint);
-    let reflect_chance = glass.reflectance / (glass.reflectance + passed);
-    let (cos, eta) = (to_previous.z, glass.indices.eta);
+    let passed = (1.0 - dielectric.reflectance) * crate::math::mean(tint);
+    let reflect_chance = dielectric.reflectance / (dielectric.reflectance + passed);
+    let (cos, eta) = (to_previous.z, dielectric.indices.eta);
     let reflected = Sampled {
         direction: Vec3::new(-to_previous.x, -to_previous.y, cos),
-        weight: Vec3::splat(share * glass.reflectance / (chance * reflect_chance)),
+        weight: Vec3::splat(share * dielectric.reflectance / (chance * reflect_chance)),
         pdf_solid_angle: 0.0,
         class: Classes::SPECULAR,
         transmitted: false,
@@ -69,7 +75,7 @@ pub fn sample(material: &Material, to_previous: Vec3, glass: GlassInterface, cha
     if u < reflect_chance {
         return reflected;
     }
-    let weight = tint * (share * (1.0 - glass.reflectance) / (chance * (1.0 - reflect_chance)));
+    let weight = tint * (share * (1.0 - dielectric.reflectance) / (chance * (1.0 - reflect_chance)));
     if material.flags & FLAG_THIN != 0 {
         return Sampled {
             direction: -to_previous,

@@ -1,10 +1,10 @@
 //! Open surfaces of media: whether they close off an inside, with the opaque things around them. Imports interface.
 //!
-//! A pool's water does: whatever lies below its surface was reached through it. Past the border of a sheet that hangs in
+//! A pool's water does: whatever lies below its surface was reached through it. Past the border of an open surface that hangs in
 //! the air paths come from one side to the other, and what they carry would depend on their way.
 
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::interface::material::{FLAG_HANGING, FLAG_SHEET};
+use caustics_kernels::interface::material::{FLAG_HANGING, FLAG_OPEN_SURFACE};
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::interface::triangle::Triangle;
 use caustics_kernels::math::frame::ShadingFrame;
@@ -17,13 +17,13 @@ use glam::Vec3;
 
 use super::{Scene, geometry};
 
-/// Random walks from each sheet's faces.
+/// Random walks from each open surface's faces.
 const WALKS: u32 = 2048;
 /// Faces that each of them meets, at most.
 const MAX_FACES: u32 = 16;
 /// Faces that they start from, at most: what is stored once may stand in thousands of places.
 const MAX_STARTS: usize = 1 << 20;
-/// A sheet hangs where one in so many walks comes round its border to the wrong side,
+/// An open surface hangs where one in so many walks comes round its border to the wrong side,
 const ROUND: u32 = 100;
 /// or one in so many escapes from its inside past its border: a hull that lacks one of six sides loses one in ten.
 const OPEN: u32 = 6;
@@ -31,7 +31,7 @@ const OPEN: u32 = 6;
 /// Where a walk ends.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum End {
-    /// On the wrong side of the sheet.
+    /// On the wrong side of the open surface.
     Round,
     /// Out of the scene, from inside.
     Open,
@@ -40,9 +40,9 @@ enum End {
 }
 
 impl Scene {
-    /// Marks the sheets that hang, as the scene is posed.
-    pub(super) fn mark_hanging_sheets(&mut self) {
-        let hangs = |&id: &usize| self.materials[id].flags & FLAG_SHEET != 0 && self.hangs(id);
+    /// Marks the open surfaces that hang, as the scene is posed.
+    pub(super) fn mark_hanging_surfaces(&mut self) {
+        let hangs = |&id: &usize| self.materials[id].flags & FLAG_OPEN_SURFACE != 0 && self.hangs(id);
         let hanging: Vec<usize> = (0..self.materials.len()).filter(hangs).collect();
         for id in hanging {
             self.materials[id].flags |= FLAG_HANGING;

@@ -18,13 +18,13 @@ const MAX_COVERED: u32 = 256;
 
 /// The end of a segment.
 #[derive(Clone, Copy, Debug)]
-pub struct Reached {
+pub struct TracedSegment {
     /// What was hit, at its distance from the segment's start.
     pub hit: Hit,
     /// The media that the segment came through.
     pub media: MediaStack,
-    /// Share of light that the media on the way left.
-    pub left: Vec3,
+    /// Transmittance of the media along the segment.
+    pub transmittance: Vec3,
     /// Faces on the way that did not fit to the media around the path.
     pub unexpected: u32,
     /// Media on the way that were forgotten.
@@ -33,16 +33,17 @@ pub struct Reached {
 
 /// Follows `ray` through `media` to the first face that is not covered, or to its end.
 #[inline(always)]
-pub fn reach<T: Tracer>(
+pub fn trace_through_media<T: Tracer>(
     ray: &Ray,
     media: MediaStack,
     features: Features,
     scene: SceneTables<'_>,
     tracer: &mut T,
-) -> Reached {
+) -> TracedSegment {
     // Which side was met, and where to go on.
     let bare = Features(features.0 & Features::INSTANCES.0);
-    let mut reached = Reached { hit: Hit::MISS, media, left: Vec3::ONE, unexpected: 0, overflows: 0 };
+    let mut traced =
+        TracedSegment { hit: Hit::MISS, media, transmittance: Vec3::ONE, unexpected: 0, overflows: 0 };
     let mut part = *ray;
     let (mut passed, mut covered) = (0.0, 0);
     let mut follows = true;
@@ -50,20 +51,20 @@ pub fn reach<T: Tracer>(
         follows = false;
         let hit = tracer.closest(&part);
         let mut length = part.length;
-        let (mut along, mut behind) = (reached.media, reached.media);
+        let (mut along, mut behind) = (traced.media, traced.media);
         if !hit.is_miss() {
             length = hit.distance;
             let material = scene.surfaces[hit.triangle as usize].material;
             if features.has(Features::NESTED) && scene.materials[material as usize].is_medium() {
                 let here = vertex(scene, bare, &part, &hit, 0.0);
-                let sides = reached.media.at_face(material, here.front, features, scene.materials);
-                reached.unexpected += u32::from(!sides.is_expected);
+                let sides = traced.media.at_face(material, here.front, features, scene.materials);
+                traced.unexpected += u32::from(!sides.is_expected);
                 along = sides.along;
                 // What emits is seen, covered or not.
                 if sides.is_covered(scene.materials) && here.light == NONE && covered < MAX_COVERED {
                     follows = true;
                     covered += 1;
-                    reached.overflows += u32::from(sides.overflow);
+                    traced.overflows += u32::from(sides.overflow);
                     behind = sides.behind;
                     let origin =
                         offset::leave(here.position, here.face_normal, part.direction, here.clearance);
@@ -72,18 +73,18 @@ pub fn reach<T: Tracer>(
             }
         }
         if features.has(Features::ABSORPTION) {
-            reached.left *= along.transmittance(scene.materials, length);
+            traced.transmittance *= along.transmittance(scene.materials, length);
         }
-        reached.media = behind;
-        reached.hit = Hit { distance: passed + hit.distance, ..hit };
+        traced.media = behind;
+        traced.hit = Hit { distance: passed + hit.distance, ..hit };
         passed += length;
     }
-    reached
+    traced
 }
 
-/// Share of light that a ray through `media` brings to its end; zero where anything but a covered face is on its way.
+/// Transmittance of a shadow ray through `media` up to its end; zero where anything but a covered face is on its way.
 #[inline(always)]
-pub fn unblocked<T: Tracer>(
+pub fn shadow_transmittance<T: Tracer>(
     ray: &Ray,
     media: MediaStack,
     features: Features,
@@ -92,8 +93,8 @@ pub fn unblocked<T: Tracer>(
 ) -> Vec3 {
     // One way for all rays of a scene, so that a device holds the code of one traversal.
     if features.has(Features::NESTED) {
-        let reached = reach(ray, media, features, scene, tracer);
-        return if reached.hit.is_miss() { reached.left } else { Vec3::ZERO };
+        let traced = trace_through_media(ray, media, features, scene, tracer);
+        return if traced.hit.is_miss() { traced.transmittance } else { Vec3::ZERO };
     }
     if tracer.occluded(ray) {
         return Vec3::ZERO;

@@ -1,14 +1,14 @@
-//! The media around a place where a path starts: the eye or a light.
+//! The media around a place where a path starts, the eye or a light: its initial media stack.
 //!
-//! A place is inside of a solid as often as the solid's faces wind around it, which any ray out counts. Around an open
-//! sheet that is no integer: a place is inside where more of eight rays meet the sheet's back first than its front, or
+//! A place is inside of a solid as often as the solid's faces wind around it, which any ray out counts. Around an
+//! open surface that is no integer: a place is inside where more of eight rays meet the surface's back first than its front, or
 //! nothing [as winding numbers above one half, Jacobson et al. 2013]. What is opaque turns them back: below a pool's surface
-//! all come to its back. Nowhere about a flat sheet in the open more than half do, and a hanging sheet has no inside. All rays
+//! all come to its back. Nowhere about a flat open surface more than half do, and a hanging one has no inside. All rays
 //! have key 0: what blends turns them back, or does not, for whoever asks.
 
 use crate::interface::NONE;
 use crate::interface::features::Features;
-use crate::interface::material::{FLAG_HANGING, FLAG_SHEET, Material};
+use crate::interface::material::{FLAG_HANGING, FLAG_OPEN_SURFACE, Material};
 use crate::interface::ray::Ray;
 use crate::interface::scene::SceneTables;
 use crate::math::offset;
@@ -24,10 +24,10 @@ const UP: Vec3 = Vec3::new(-0.055_185_6, -0.327_728_9, 0.943_158_7);
 const BACK: Vec3 = Vec3::new(0.958_482_9, 0.247_275_1, 0.142_005_5);
 /// Faces on the way out of a ray, at most.
 const MAX_FACES: u32 = 256;
-/// Faces on the way of one that looks for sheets, at most.
+/// Faces on the way of one that looks for open surfaces, at most.
 const MAX_BOUNCES: u32 = 16;
 
-/// How often a solid winds around a place; of a sheet, backs less fronts that are met.
+/// How often a solid winds around a place; of an open surface, backs less fronts that are met.
 #[derive(Clone, Copy)]
 struct Winding {
     material: u32,
@@ -45,7 +45,7 @@ struct Windings {
 
 /// The media around `position`.
 #[inline(always)]
-pub fn enclosing<T: Tracer>(
+pub fn initial_media_stack<T: Tracer>(
     position: Vec3,
     features: Features,
     scene: SceneTables<'_>,
@@ -55,10 +55,10 @@ pub fn enclosing<T: Tracer>(
     let bare = Features(features.0 & Features::INSTANCES.0);
     let none = Winding { material: NONE, sum: 0 };
     let mut around = Windings { first: none, second: none, third: none, fourth: none };
-    let rays = if features.has(Features::SHEETS) { 9 } else { 1 };
+    let rays = if features.has(Features::OPEN_SURFACES) { 9 } else { 1 };
     let (mut index, mut escaped) = (0, 0);
     while index < rays {
-        // The first goes straight out and counts faces of solids; the others look for sheets.
+        // The first goes straight out and counts faces of solids; the others look for open surfaces.
         let straight = index == 0;
         let max_faces = if straight { MAX_FACES } else { MAX_BOUNCES };
         let mut ray = Ray::endless(position, to_corner(index));
@@ -71,7 +71,8 @@ pub fn enclosing<T: Tracer>(
             }
             let here = vertex(scene, bare, &ray, &hit, 0.0);
             let material = scene.materials[here.material as usize];
-            let counts = (material.flags & FLAG_SHEET == 0) == straight && material.flags & FLAG_HANGING == 0;
+            let counts =
+                (material.flags & FLAG_OPEN_SURFACE == 0) == straight && material.flags & FLAG_HANGING == 0;
             if material.is_medium() && counts {
                 around = around.crossed(here.material, if here.front { -1 } else { 1 });
                 if !straight {
@@ -105,12 +106,12 @@ fn to_corner(corner: i32) -> Vec3 {
 }
 
 impl Winding {
-    /// The media inside of this one too, as often as it winds around; `escaped` rays met no sheet.
+    /// The media inside of this one too, as often as it winds around; `escaped` rays met no open surface.
     #[inline(always)]
     fn inside(self, mut media: MediaStack, escaped: i32, materials: &[Material]) -> MediaStack {
         if self.sum > 0 {
             let mut times = self.sum;
-            if materials[self.material as usize].flags & FLAG_SHEET != 0 {
+            if materials[self.material as usize].flags & FLAG_OPEN_SURFACE != 0 {
                 times = i32::from(self.sum > escaped);
             }
             while times > 0 {
@@ -182,10 +183,10 @@ mod tests {
             (0, 1, 8, 1),
             (0, 2, 8, 2),
             (0, -1, 0, 0),
-            (FLAG_SHEET, 4, 4, 0),
-            (FLAG_SHEET, 4, 3, 1),
-            (FLAG_SHEET, 8, 0, 1),
-            (FLAG_SHEET, 0, 0, 0),
+            (FLAG_OPEN_SURFACE, 4, 4, 0),
+            (FLAG_OPEN_SURFACE, 4, 3, 1),
+            (FLAG_OPEN_SURFACE, 8, 0, 1),
+            (FLAG_OPEN_SURFACE, 0, 0, 0),
         ] {
             let materials = [Material { flags, ..Material::default() }];
             let inside = Winding { material: 0, sum }.inside(MediaStack::VACUUM, escaped, &materials);

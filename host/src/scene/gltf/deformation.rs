@@ -1,4 +1,4 @@
-//! Skins and morph targets: what bends a mesh.
+//! Skins and morph targets: what deforms a mesh.
 
 use glam::{DAffine3, DMat4, Vec3};
 use gltf::json::Index;
@@ -22,9 +22,9 @@ const DELTA_BYTES: u64 = 2 * size_of::<Delta>() as u64;
 /// Memory of a joint of a mesh, with its matrix as it is read and kept (bytes).
 const JOINT_BYTES: u64 = 400;
 
-/// A mesh that is bent.
-pub struct Bent {
-    /// What bends it.
+/// A mesh that is deformed.
+pub struct DeformedMesh {
+    /// Its deformation.
     pub deformation: Deformation,
     /// Materials of its triangles.
     pub materials: Vec<u32>,
@@ -32,13 +32,13 @@ pub struct Bent {
     pub moves: bool,
 }
 
-/// Reads a mesh that a skin or morph targets bend; none if nothing does.
+/// Reads a mesh that a skin or morph targets deform; none if nothing does.
 pub fn read(
     document: &mut Document,
     placed: &Placed,
     instance: &PlacedMesh,
     mappings: &[Option<Mapping>],
-) -> Result<Option<Bent>, SceneError> {
+) -> Result<Option<DeformedMesh>, SceneError> {
     let joints = match instance.skin {
         Some(skin) => joints(document, placed, skin, &instance.node)?,
         None => Vec::new(),
@@ -62,7 +62,7 @@ pub fn read(
         materials.resize(deformation.faces.len(), surface.material as u32);
         Ok(())
     })?;
-    Ok(Some(Bent { deformation, materials, moves }))
+    Ok(Some(DeformedMesh { deformation, materials, moves }))
 }
 
 /// Nodes of a skin, each with the way from the mesh to where it was bound; none, with a warning, if the skin cannot be used.
@@ -81,7 +81,7 @@ fn joints(
     let unusable = |document: &mut Document, what: &str| {
         let file = document.file.clone();
         let error = SceneError::Node { file, node: owner.into(), what: format!("its {label} {what}") };
-        document.replace(owner, &format!("its {label} {what}"), "shown unbent", error)?;
+        document.replace(owner, &format!("its {label} {what}"), "shown undeformed", error)?;
         Ok(Vec::new())
     };
     let listed = value["joints"].as_array().into_iter().flatten();
@@ -105,7 +105,7 @@ fn joints(
     Ok(nodes.into_iter().zip(bound).collect())
 }
 
-/// Appends the vertices of a primitive, with what bends them.
+/// Appends the vertices of a primitive, with what deforms them.
 fn add(
     document: &mut Document,
     surface: &Surface<'_>,

@@ -1,7 +1,7 @@
-//! A cached tree of triangles: whatever the bytes, there is an answer.
+//! A cached BVH of triangles: whatever the bytes, there is an answer.
 
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    caustics::fuzzing::tree(bytes);
+    caustics::fuzzing::bvh(bytes);
 });

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use caustics::exposure::Exposure;
 use caustics::kernels::Source;
 use caustics::rendered_image::Aov;
-use caustics::scene::{LoadOptions, Place, TreeCache, TreeOptions, TreeQuality};
+use caustics::scene::{BvhCache, BvhOptions, BvhQuality, LoadOptions, Place};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use thiserror::Error;
@@ -232,7 +232,7 @@ pub struct Loading {
     pub copies: u64,
     /// How much time the tree is worth that rays find triangles by; another one gives another sample of the same picture
     #[arg(long, value_enum, default_value_t, value_name = "QUALITY")]
-    pub tree_quality: TreeQuality,
+    pub tree_quality: BvhQuality,
 }
 
 impl Loading {
@@ -243,7 +243,7 @@ impl Loading {
             variant: self.variant.clone(),
             animation: self.animation.clone(),
             copies: self.copies,
-            tree: TreeOptions { quality: self.tree_quality, cache: TreeCache::for_user() },
+            bvh: BvhOptions { quality: self.tree_quality, cache: BvhCache::for_user() },
             ..LoadOptions::default()
         }
     }

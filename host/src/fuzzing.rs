@@ -72,16 +72,16 @@ fn accepts_as_is_or_sealed(bytes: &[u8], accepts: impl Fn(&[u8]) -> bool) -> boo
     accepts(bytes) | sealed.is_some_and(|bytes| accepts(&bytes))
 }
 
-/// A file of the cache of trees, for triangles that are at hand; and a file of the right key and checksum with these bytes in
+/// A file of the BVH cache, for triangles that are at hand; and a file of the right key and checksum with these bytes in
 /// it: numbers of nodes and of leaves, then triangles, leaves and nodes.
-pub fn tree(bytes: &[u8]) -> bool {
+pub fn bvh(bytes: &[u8]) -> bool {
     const TRIANGLES: u8 = 16;
     let corner = |id: u8, at: u8| Vec3::new(f32::from(id), f32::from(at), f32::from(id * at));
     let triangle = |id| Triangle { a: corner(id, 0), b: corner(id, 1), c: corner(id, 2) };
     let triangles: Vec<Triangle> = (0..TRIANGLES).map(triangle).collect();
-    let accepts = |bytes: &[u8]| scene::accepts_tree(bytes, &triangles);
+    let accepts = |bytes: &[u8]| scene::accepts_bvh(bytes, &triangles);
     let sealed = bytes.split_first_chunk().and_then(|(&[nodes, leaves], payload)| {
-        scene::sealed_tree(&triangles, nodes.into(), leaves.into(), payload).ok()
+        scene::sealed_bvh(&triangles, nodes.into(), leaves.into(), payload).ok()
     });
     accepts(bytes) | sealed.is_some_and(|bytes| accepts(&bytes))
 }

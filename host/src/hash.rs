@@ -1,7 +1,7 @@
 //! Hashes by which scenes, runs and files are recognised.
 //!
 //! [`Digest`] is BLAKE3 of 256 bits: nobody can make a second scene, or two scenes, of one hash. Whatever is trusted because of
-//! its name (a tree of the cache, a reference, a checkpoint, a result) is named by it. [`fnv1a`] only finds modules of kernels
+//! its name (a BVH of the cache, a reference, a checkpoint, a result) is named by it. [`fnv1a`] only finds modules of kernels
 //! that are not whole: the builder writes it into `kernels.lock` beside them, and whoever writes a module writes its lock too.
 
 use blake3::Hasher;

@@ -1,17 +1,17 @@
 //! glTF in, flat tables out. Imports interface.
 //!
-//! `gltf` reads a file into [`SceneParts`], which make the tables: `tree` orders the triangles, `light` chooses among the
+//! `gltf` reads a file into [`SceneParts`], which make the tables: `bvh` orders the triangles, `light` chooses among the
 //! emitters, `features` says which code the scene can reach, and `pose` brings what moves to a time. All of them know
 //! [`Scene`], which knows none of them.
 
 use std::collections::BTreeMap;
 
+use caustics_kernels::interface::bvh::{BvhNode, TriangleBlock};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::instance::Instance;
 use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::scene::{SceneTables, TextureTables};
-use caustics_kernels::interface::tree::{TreeNode, TriangleBlock};
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use caustics_kernels::texture::cut_out::CutOuts;
 use caustics_kernels::trace::bvh::BvhTracer;
@@ -19,6 +19,8 @@ use glam::{DVec3, Vec3};
 
 use self::animation::NodeTree;
 
+pub use self::bvh::{BvhCache, BvhOptions, BvhQuality};
+pub(crate) use self::bvh::{accepts as accepts_bvh, sealed_file as sealed_bvh};
 pub use self::camera::SceneCamera;
 pub use self::casters::Cuts;
 pub use self::edits::{CameraEdit, Edits, EditsError, Key, NodeEdit};
@@ -38,13 +40,12 @@ pub use self::radiance::Radiance;
 pub use self::recorded::Recorded;
 pub use self::staging::{DefaultLight, Staged, Staging};
 pub use self::texture::TextureParts;
-pub use self::tree::{TreeCache, TreeOptions, TreeQuality};
-pub(crate) use self::tree::{accepts as accepts_tree, sealed_file as sealed_tree};
 pub use self::viewpoint::{CameraChoice, Eye, Orbit, Place, Viewpoint};
 
 mod animation;
 mod borders;
 mod buffers;
+mod bvh;
 mod camera;
 mod casters;
 mod corner;
@@ -77,7 +78,6 @@ mod staging;
 #[cfg(test)]
 mod tests;
 pub mod texture;
-mod tree;
 mod viewpoint;
 
 /// A scene as kernels see it: flat tables, with positions relative to [`Scene::origin`]. [`Scene::load`] reads one from glTF.
@@ -85,7 +85,7 @@ mod viewpoint;
 pub struct Scene {
     /// Stem of the file, or its folder's name where the file is `scene.gltf`.
     pub name: String,
-    /// Corners (m), in the order of the tree's leaves: those of the world, then those of every mesh in its own space.
+    /// Corners (m), in the order of the BVH's leaves: those of the world, then those of every mesh in its own space.
     pub triangles: Vec<Triangle>,
     /// What triangles have beside their corners, in the same order.
     pub surfaces: Vec<TriangleSurface>,
@@ -104,9 +104,9 @@ pub struct Scene {
     pub textures: texture::TextureData,
     /// Instances: the world, then [`Scene::instanced`].
     pub instances: Vec<Instance>,
-    /// Nodes of the software tree; the first is the root.
-    pub nodes: Vec<TreeNode>,
-    /// Leaves of the software tree: up to four triangles each.
+    /// Nodes of the software BVH; the first is the root.
+    pub nodes: Vec<BvhNode>,
+    /// Leaves of the software BVH: up to four triangles each.
     pub blocks: Vec<TriangleBlock>,
     /// Meshes with rows in spaces of their own, and where they stand.
     pub instanced: Instanced,
@@ -221,7 +221,7 @@ impl Scene {
             lights,
             environment: &environment.rows,
             environment_texels: &environment.texels,
-            environment_tree: &environment.tree,
+            environment_cdf: &environment.cdf,
             textures,
         }
     }

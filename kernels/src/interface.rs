@@ -2,6 +2,7 @@
 
 pub mod auxiliary;
 pub mod balance;
+pub mod bvh;
 pub mod caster;
 pub mod choice;
 pub mod counters;
@@ -24,7 +25,6 @@ pub mod seen;
 pub mod sequence;
 pub mod step;
 pub mod texture;
-pub mod tree;
 pub mod triangle;
 
 /// Marks "no such element" in every id field.

@@ -1,5 +1,5 @@
 //! Memory as a CPU reads it at random: a table may stand in huge pages, so that where a page is need not be looked up for every node
-//! of a large tree. Imports memmap2.
+//! of a large BVH. Imports memmap2.
 
 use std::io;
 

@@ -30,7 +30,7 @@ macro_rules! scratch {
     };
 }
 
-/// The same on a GPU, with nothing in it: filling it with zeros would take as long as a few nodes of a tree.
+/// The same on a GPU, with nothing in it: filling it with zeros would take as long as a few nodes of a BVH.
 #[cfg(target_arch = "spirv")]
 macro_rules! scratch {
     ($words:ident: $room:expr) => {

@@ -2,14 +2,14 @@
 //! `math`, `texture` and `surface`.
 
 pub mod bvh;
+#[cfg(target_arch = "x86_64")]
+pub mod bvh8;
 pub mod initial_media;
 #[cfg(not(target_arch = "spirv"))]
 pub mod on_cpu;
 #[cfg(feature = "ray-query")]
 pub mod ray_query;
 pub mod through_media;
-#[cfg(target_arch = "x86_64")]
-pub mod wide;
 
 use crate::interface::ray::{Hit, Ray};
 

@@ -61,7 +61,7 @@ impl Runner for CpuRunner {
     }
 
     fn place(&mut self, _: &[Placement], _: &[usize]) -> Result<(), RunError> {
-        // The tree is a buffer.
+        // The BVH is a buffer.
         Ok(())
     }
 

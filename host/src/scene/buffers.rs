@@ -15,7 +15,7 @@ impl Scene {
             ("lights", cast_slice(&self.lights)),
             ("environment", cast_slice(&self.environment.rows)),
             ("environment_texels", cast_slice(&self.environment.texels)),
-            ("environment_tree", cast_slice(&self.environment.tree)),
+            ("environment_cdf", cast_slice(&self.environment.cdf)),
             ("instances", cast_slice(&self.instances)),
             ("nodes", cast_slice(&self.nodes)),
             ("blocks", cast_slice(&self.blocks)),

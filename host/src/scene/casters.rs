@@ -12,7 +12,7 @@ use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
-use super::{Scene, geometry, tree};
+use super::{Scene, bvh, geometry};
 
 /// A split must make the surface of the boxes smaller by this share: then there is a gap, or a thing beside another. Halves of
 /// a pane or of a ball have no less.
@@ -117,7 +117,7 @@ impl Cut {
                     rows().map(|id| Piece::from_triangle(&scene.world_triangle(instance as u32, id as u32))),
                 ),
                 Some(mesh) => {
-                    let bounds = || rows().map(|id| tree::bounds(&scene.triangles[id]));
+                    let bounds = || rows().map(|id| bvh::bounds(&scene.triangles[id]));
                     let own =
                         boxes.entry(mesh).or_insert_with(|| bounds().reduce(|all, next| all.union(&next)));
                     let to_world = scene.instanced.placements()[instance - 1].to_world;

@@ -101,8 +101,8 @@ pub struct EnvironmentTables {
     pub rows: Vec<Environment>,
     /// The image, from its top.
     pub texels: Arc<[Vec3]>,
-    /// The pyramid of its brightness over directions.
-    pub tree: Vec<f32>,
+    /// Hierarchical CDF of its brightness over directions: a pyramid of sums.
+    pub cdf: Vec<f32>,
     /// Mean radiance (W m^-2 sr^-1).
     mean: DVec3,
 }
@@ -158,8 +158,8 @@ impl Scene {
         let (width, height) = (image.width, image.height);
         self.environment =
             EnvironmentTables { rows: vec![row], texels: image.texels.clone(), ..Default::default() };
-        let (tree, mean) = self.brightness(width.max(2 * height));
-        (self.environment.tree, self.environment.mean) = (tree, mean);
+        let (cdf, mean) = self.brightness(width.max(2 * height));
+        (self.environment.cdf, self.environment.mean) = (cdf, mean);
         self.light_again()
     }
 
@@ -168,8 +168,8 @@ impl Scene {
         let tables = self.tables();
         // A texel of the map is as wide as 1/1800 of a turn; two places of it a texel of the image.
         let steps = (width * 2).div_ceil(1800).clamp(1, 8);
-        let mut tree = vec![0.0; Map::NODES as usize];
-        let texels = &mut tree[..Map::TEXELS as usize];
+        let mut cdf = vec![0.0; Map::NODES as usize];
+        let texels = &mut cdf[..Map::TEXELS as usize];
         let sums: Vec<DVec3> = texels
             .par_chunks_mut(Map::SIDE as usize)
             .enumerate()
@@ -195,9 +195,9 @@ impl Scene {
         for level in 1..=Map::TOP {
             for index in 0..Map::count(level, 1) {
                 let node = Map::node(level, index);
-                tree[node.place as usize] = node.below.iter().map(|&below| tree[below as usize]).sum();
+                cdf[node.place as usize] = node.below.iter().map(|&below| cdf[below as usize]).sum();
             }
         }
-        (tree, mean)
+        (cdf, mean)
     }
 }

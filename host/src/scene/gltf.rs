@@ -143,7 +143,7 @@ fn scene_of(mut document: Document) -> Result<Scene, SceneError> {
         rig: placed.rig,
         motion,
         bounds: None,
-        tree: document.options.tree.clone(),
+        bvh: document.options.bvh.clone(),
     };
     let has_floor = document.options.floor && !parts.is_empty();
     if has_floor {

@@ -2,18 +2,18 @@
 
 use std::ops::Range;
 
+use caustics_kernels::interface::bvh::INSTANCE;
 use caustics_kernels::interface::instance::{Instance, Transform};
-use caustics_kernels::interface::tree::INSTANCE;
 use caustics_kernels::interface::triangle::Triangle;
 use glam::{DAffine3, DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 
 use super::animation::{Nodes, is_singular};
+use super::bvh::BvhOptions;
+use super::bvh::top::{self, Leaf};
 use super::corner::Corner;
 use super::mesh::Mesh;
-use super::tree::TreeOptions;
-use super::tree::top::{self, Leaf};
-use super::{Scene, geometry, tree};
+use super::{Scene, bvh, geometry};
 
 /// Triangles of all instances that each is looked at of, to find where the scene is.
 const MANY: usize = 1 << 22;
@@ -74,7 +74,7 @@ pub struct Instanced {
     pub instances: Vec<MeshInstance>,
     /// Triangles of the world; they come first.
     pub still: usize,
-    /// Nodes at the head that the top level of the tree takes; 0 without instances.
+    /// Nodes at the head that the top level of the BVH takes; 0 without instances.
     pub top: usize,
     /// Box of the triangles of the world (m).
     still_bounds: Option<Aabb>,
@@ -135,10 +135,10 @@ impl Instanced {
     }
 
     /// Appends the rows of all meshes, and a row an instance, to the tables of a scene that has those of the world and `top` nodes
-    /// before them; trees of meshes may have so many levels.
-    pub(super) fn append(&mut self, scene: &mut Scene, top: usize, levels: u32, options: &TreeOptions) {
+    /// before them; BVHs of meshes may have so many levels.
+    pub(super) fn append(&mut self, scene: &mut Scene, top: usize, levels: u32, options: &BvhOptions) {
         (self.still, self.top) = (scene.triangles.len(), top);
-        self.still_bounds = scene.triangles.iter().map(tree::bounds).reduce(|all, next| all.union(&next));
+        self.still_bounds = scene.triangles.iter().map(bvh::bounds).reduce(|all, next| all.union(&next));
         for mesh in &mut self.meshes {
             mesh.append(scene, levels, options);
         }
@@ -156,7 +156,7 @@ impl Instanced {
         self.places.fill(None);
     }
 
-    /// Brings a scene's instances, and the tree above them, to where nodes are like this and meshes are deformed to these vertices.
+    /// Brings a scene's instances, and the BVH above them, to where nodes are like this and meshes are deformed to these vertices.
     pub(super) fn place(&mut self, scene: &mut Scene, nodes: &Nodes, deformed: &[(usize, Vec<Corner>)]) {
         if self.instances.is_empty() {
             return;

@@ -9,16 +9,16 @@ use glam::{DAffine3, DVec3, IVec3};
 
 use super::Scene;
 use super::animation::Nodes;
+use super::bvh::{self, BvhOptions};
 use super::corner::Corner;
 use super::deformation::Deformation;
 use super::geometry;
 use super::texture::{self, CornerCoordinates};
-use super::tree::{self, TreeOptions};
 
 /// Parts of a mesh along an axis that have boxes of their own.
 const PARTS: i32 = 4;
 
-/// A mesh with a tree of its own.
+/// A mesh with a BVH of its own.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     /// Corners of its triangles in its node's space (m); taken when rows are made of them.
@@ -33,11 +33,11 @@ pub struct Mesh {
     pub first: u32,
     /// Its triangles.
     pub count: u32,
-    /// Its nodes of the tree; the first is the root.
+    /// Its nodes of the BVH; the first is the root.
     pub nodes: Range<usize>,
     /// Its deformation, if it has one.
     pub deformation: Option<Deformation>,
-    /// Its blocks of the tree.
+    /// Its blocks of the BVH.
     blocks: Range<usize>,
 }
 
@@ -100,17 +100,17 @@ impl Mesh {
         self.boxes.iter().flat_map(|&parts| geometry::corners_of_box(parts))
     }
 
-    /// Appends its rows and its tree, at most `levels` deep, to those of a scene.
-    pub fn append(&mut self, scene: &mut Scene, levels: u32, options: &TreeOptions) {
+    /// Appends its rows and its BVH, at most `levels` deep, to those of a scene.
+    pub fn append(&mut self, scene: &mut Scene, levels: u32, options: &BvhOptions) {
         let (corners, materials) = (std::mem::take(&mut self.corners), std::mem::take(&mut self.materials));
         let own: Vec<Triangle> = own_triangles(&corners, self.centre).collect();
-        let mut tree = tree::build(&own, levels, options);
+        let mut bvh = bvh::build(&own, levels, options);
         self.first = scene.triangles.len() as u32;
-        for block in &mut tree.blocks {
+        for block in &mut bvh.blocks {
             block.first += self.first;
         }
         let has_textures = !scene.textures.textures.is_empty();
-        let order = std::mem::take(&mut tree.order);
+        let order = std::mem::take(&mut bvh.order);
         for &id in &order {
             let (triangle, corners) = (own[id as usize], &corners[id as usize]);
             scene.surfaces.push(surface(&triangle, corners, materials[id as usize]));
@@ -123,7 +123,7 @@ impl Mesh {
             deformation.faces = order.iter().map(|&id| deformation.faces[id as usize]).collect();
         }
         let (node, block) = (scene.nodes.len(), scene.blocks.len());
-        tree.append_to(&mut scene.nodes, &mut scene.blocks);
+        bvh.append_to(&mut scene.nodes, &mut scene.blocks);
         (self.nodes, self.blocks) = (node..scene.nodes.len(), block..scene.blocks.len());
     }
 
@@ -132,12 +132,12 @@ impl Mesh {
         self.first as usize..(self.first + self.count) as usize
     }
 
-    /// Its blocks of the tree.
+    /// Its blocks of the BVH.
     pub fn blocks(&self) -> Range<usize> {
         self.blocks.clone()
     }
 
-    /// Writes its rows for vertices that are deformed, and fits the boxes of its tree to them.
+    /// Writes its rows for vertices that are deformed, and fits the boxes of its BVH to them.
     pub fn deform(&mut self, scene: &mut Scene, vertices: &[Corner]) {
         let Some(deformation) = &self.deformation else { return };
         let corners: Vec<[Corner; 3]> = deformation.corners(vertices).collect();
@@ -152,7 +152,7 @@ impl Mesh {
             }
         }
         self.boxes = boxes(&corners);
-        tree::refit(
+        bvh::refit(
             &mut scene.nodes,
             self.nodes.clone(),
             &mut scene.blocks,

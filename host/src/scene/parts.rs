@@ -1,20 +1,20 @@
 //! What a scene is made of, and the tables made of it.
 
 use caustics_kernels::interface::NONE;
+use caustics_kernels::interface::bvh::BvhNode;
 use caustics_kernels::interface::instance::Instance;
 use caustics_kernels::interface::material::Material;
-use caustics_kernels::interface::tree::TreeNode;
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::animation::{NodeTree, Nodes};
+use super::bvh::{self, Bvh, BvhOptions, top};
 use super::instanced::Instanced;
 use super::media::Media;
 use super::mesh::{Mesh, coordinates};
 use super::motion::Motion;
 use super::texture::{self, TextureParts};
-use super::tree::{self, Tree, TreeOptions, top};
 use super::{PunctualLight, Scene, SceneCamera, SceneError, geometry, light};
 
 /// Geometry, recentred, with its materials, lights and cameras. A scene may be dark or have no camera.
@@ -49,13 +49,13 @@ pub struct SceneParts {
     pub motion: Option<Motion>,
     /// Lower and upper corner of the box around what is to be seen (m); none: around all triangles.
     pub bounds: Option<[Vec3; 2]>,
-    /// How its trees are made.
-    pub tree: TreeOptions,
+    /// How its BVHs are made.
+    pub bvh: BvhOptions,
 }
 
 impl SceneParts {
     /// Makes the tables: drops triangles without an area, computes curvatures, clears normals that are the face's, orders
-    /// triangles by the tree, and builds the light table. What moves stands where it is at time 0.
+    /// triangles by the BVH, and builds the light table. What moves stands where it is at time 0.
     ///
     /// # Errors
     ///
@@ -74,18 +74,18 @@ impl SceneParts {
         self.check_counts(dropped_triangles)?;
         let bounds = self.bounds.unwrap_or_else(|| self.bounds());
 
-        // The tree over the world; below a top level where there are instances.
+        // The BVH over the world; below a top level where there are instances.
         let leaves = self.instanced.instances.len() + usize::from(!self.triangles.is_empty());
         let (top, levels) = match self.instanced.instances.is_empty() {
-            true => (0, tree::LEVELS),
+            true => (0, bvh::LEVELS),
             false => (top::node_count(leaves), top::levels_below(leaves)),
         };
         self.check_levels(levels)?;
-        let tree = match self.triangles.is_empty() {
-            true => Tree::default(),
-            false => tree::build(&self.triangles, levels, &self.tree),
+        let bvh = match self.triangles.is_empty() {
+            true => Bvh::default(),
+            false => bvh::build(&self.triangles, levels, &self.bvh),
         };
-        self.order(&tree.order);
+        self.order(&bvh.order);
         let textures = texture::build(&self.name, self.textures, &self.triangles)?;
 
         let mut scene = Scene {
@@ -96,7 +96,7 @@ impl SceneParts {
             material_names: self.material_names,
             textures,
             instances: vec![Instance::default()],
-            nodes: vec![TreeNode::default(); top],
+            nodes: vec![BvhNode::default(); top],
             cameras: self.cameras,
             punctual_lights: self.lights,
             origin: self.origin,
@@ -107,8 +107,8 @@ impl SceneParts {
             owners: self.owners,
             ..Scene::default()
         };
-        tree.append_to(&mut scene.nodes, &mut scene.blocks);
-        self.instanced.append(&mut scene, top, levels, &self.tree);
+        bvh.append_to(&mut scene.nodes, &mut scene.blocks);
+        self.instanced.append(&mut scene, top, levels, &self.bvh);
         (scene.instanced, scene.motion) = (self.instanced, self.motion);
         scene.start()?;
         scene.mark_hanging_surfaces();
@@ -202,19 +202,19 @@ impl SceneParts {
         Ok(())
     }
 
-    /// Refuses what a tree of so many levels cannot hold.
+    /// Refuses what a BVH of so many levels cannot hold.
     fn check_levels(&self, levels: u32) -> Result<(), SceneError> {
         let meshes = self.instanced.meshes.iter().map(|mesh| mesh.count as usize);
         let largest = meshes.chain([self.triangles.len()]).max().unwrap_or(0);
-        if tree::fits(largest, levels) {
+        if bvh::fits(largest, levels) {
             return Ok(());
         }
         let what =
             format!("a mesh of {largest} triangles beside {} instances", self.instanced.instances.len());
-        Err(SceneError::Tables { file: self.name.clone(), what: format!("{what} makes its tree too deep") })
+        Err(SceneError::Tables { file: self.name.clone(), what: format!("{what} makes its BVH too deep") })
     }
 
-    /// Brings the rows of triangles into the order of the tree, and completes them.
+    /// Brings the rows of triangles into the order of the BVH, and completes them.
     fn order(&mut self, order: &[u32]) {
         self.triangles = order.par_iter().map(|&id| self.triangles[id as usize]).collect();
         let surface = |(&id, triangle): (&u32, &Triangle)| {

@@ -5,7 +5,7 @@ const WORDS: [(&str, &str); 18] = [
     ("balance", "ffffu"),
     ("density", "ff"),
     ("density_feedback", "u"),
-    ("density_tree", "f"),
+    ("density_pyramid", "f"),
     ("guide_maps", "ffff"),
     ("guide_sums", "ff"),
     ("history_mean", "fff"),

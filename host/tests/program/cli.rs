@@ -277,7 +277,7 @@ fn code_that_a_scene_does_not_need_changes_no_bit() {
     }
 }
 
-/// Passes are compiled twice for the CPU; which of them makes an image, and by which tree its rays are traced, is not to be seen.
+/// Passes are compiled twice for the CPU; which of them makes an image, and by which BVH its rays are traced, is not to be seen.
 #[test]
 fn every_cpu_makes_the_same_bits() {
     let folder = tempfile::tempdir().unwrap();

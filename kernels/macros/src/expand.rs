@@ -15,7 +15,7 @@ const SCENE: [(&str, &str); 8] = [
     ("lights", "light::Light"),
     ("environment", "environment::Environment"),
     ("environment_texels", "environment::EnvironmentTexel"),
-    ("environment_tree", "environment::EnvironmentSum"),
+    ("environment_cdf", "environment::EnvironmentSum"),
 ];
 /// Those of `TextureTables`.
 const TEXTURES: [(&str, &str); 7] = [
@@ -28,7 +28,7 @@ const TEXTURES: [(&str, &str); 7] = [
     ("texels_3", ""),
 ];
 /// Those of the software tracer.
-const TREE: [(&str, &str); 2] = [("nodes", "tree::TreeNode"), ("blocks", "tree::TriangleBlock")];
+const BVH: [(&str, &str); 2] = [("nodes", "bvh::BvhNode"), ("blocks", "bvh::TriangleBlock")];
 
 /// How a buffer is bound.
 #[derive(Clone, Copy, PartialEq)]
@@ -170,7 +170,7 @@ fn bound(declaration: &Declaration, tracer: Tracer) -> Vec<Bound> {
         add(&SCENE[1..4]);
         add(&TEXTURES);
         if tracer == Tracer::Software {
-            add(&TREE);
+            add(&BVH);
         }
     }
     all
@@ -344,7 +344,7 @@ fn described(arguments: &Arguments, declaration: &Declaration) -> TokenStream {
     }
     let buffers = bound.iter().map(|Bound { name, element, access, len }| {
         let name = name.to_string();
-        let mut tables = SCENE.iter().chain(&TEXTURES).chain(&TREE);
+        let mut tables = SCENE.iter().chain(&TEXTURES).chain(&BVH);
         let kind = match access {
             Access::Read if tables.any(|(table, _)| *table == name) => quote!(Table),
             Access::Read => quote!(Read),
@@ -416,15 +416,15 @@ fn on_cpu(arguments: &Arguments, declaration: &Declaration, bound: &[Bound]) -> 
         |Bound { name, .. }| quote!(let mut #name = ::caustics_kernels::declare::LocalCounters::new(#name);),
     );
     let tracer_of_chunk = traces(declaration)
-        .then(|| quote!(let mut tracer = ::caustics_kernels::trace::on_cpu::CpuTracer::new(tracer, wide);));
-    let wide = traces(declaration).then(|| quote!(let wide = call.buffers.wide(nodes, instances);));
+        .then(|| quote!(let mut tracer = ::caustics_kernels::trace::on_cpu::CpuTracer::new(tracer, bvh8);));
+    let bvh8 = traces(declaration).then(|| quote!(let bvh8 = call.buffers.bvh8(nodes, instances);));
     let (composed, limit, function) =
         (composed(declaration, Tracer::Software), limit(arguments), call(declaration, &quote!(self)));
     let body = quote! {
         let (dispatch, params, features) = (call.dispatch, call.params, call.features);
         #(#borrowed)*
         #composed
-        #wide
+        #bvh8
         call.for_chunks(#limit, |indices| {
             #tracer_of_chunk
             #(#of_chunk)*

@@ -11,16 +11,16 @@ use bytemuck::Pod;
 use rayon::prelude::*;
 
 use super::OnCpu;
+use crate::interface::bvh::BvhNode;
 use crate::interface::counters::COUNTER_COUNT;
 use crate::interface::features::Features;
 use crate::interface::frame::{Dispatch, FrameParams};
 use crate::interface::instance::Instance;
 use crate::interface::ledger::LEDGER_FIRST;
-use crate::interface::tree::TreeNode;
 use crate::math::quanta::Quanta;
 use crate::memory::{HUGE_PAGE, Memory};
 use crate::platform::{AtomicWords, Atomics};
-use crate::trace::on_cpu::{WideTree, has_avx2};
+use crate::trace::on_cpu::{Bvh8, has_avx2};
 
 /// Invocations that a worker takes at a time.
 const CHUNK: u32 = 512;
@@ -111,8 +111,8 @@ impl std::error::Error for BufferError {}
 #[derive(Default)]
 pub struct Buffers {
     buffers: HashMap<String, AtomicRefCell<Memory>>,
-    /// Made of the buffers of the tree, when a pass first asks for it.
-    wide: OnceLock<Option<WideTree>>,
+    /// Made of the buffers of the BVH, when a pass first asks for it.
+    bvh8: OnceLock<Option<Bvh8>>,
 }
 
 impl Buffers {
@@ -144,9 +144,9 @@ impl Buffers {
         Ok(AtomicRefMut::map(self.find(name)?.borrow_mut(), Memory::edit))
     }
 
-    /// The tree of the software tracer as this CPU likes it best, if not as it is.
-    pub fn wide(&self, nodes: &[TreeNode], instances: &[Instance]) -> Option<&WideTree> {
-        self.wide.get_or_init(|| WideTree::new(nodes, instances)).as_ref()
+    /// The BVH of the software tracer as this CPU likes it best, if not as it is.
+    pub fn bvh8(&self, nodes: &[BvhNode], instances: &[Instance]) -> Option<&Bvh8> {
+        self.bvh8.get_or_init(|| Bvh8::new(nodes, instances)).as_ref()
     }
 
     /// Overwrites a buffer from an offset (bytes) on.
@@ -164,7 +164,7 @@ impl Buffers {
         buffer[offset..end].copy_from_slice(bytes);
         drop(buffer);
         if ["nodes", "instances"].contains(&name) {
-            self.wide.take();
+            self.bvh8.take();
         }
         Ok(())
     }

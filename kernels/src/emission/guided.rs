@@ -26,10 +26,10 @@ use crate::pass::weigh::kept;
 use crate::pass::weigh::weigh_with_pilot;
 use crate::platform::{AtomicWords, Slots, Words};
 
-crate::shoot_pass!(joint "shoot.guided", |power, guide_maps: &[GuideMap], guide_tree: &[f32]| Guided {
+crate::shoot_pass!(joint "shoot.guided", |power, guide_maps: &[GuideMap], guide_pyramid: &[f32]| Guided {
     power,
     maps: guide_maps,
-    tree: guide_tree
+    pyramid: guide_pyramid
 });
 
 /// See the head of the file.
@@ -62,8 +62,8 @@ fn learn(params: &FrameParams, time: u32) -> Vec<Step> {
     let mut steps = vec![Step::level(&GUIDE_LEARN, time, nodes(0))];
     steps.extend((1..=Map::TOP).map(|level| Step::level(&GUIDE_SUM, level, nodes(level))));
     steps.push(Step::level(&GUIDE_SUM, Map::TOP + 1, 1));
-    steps.push(Step::level(&GUIDE_TREE, 0, nodes(0)));
-    steps.extend((1..=Map::TOP).map(|level| Step::level(&GUIDE_TREE, level, nodes(level))));
+    steps.push(Step::level(&GUIDE_PYRAMID, 0, nodes(0)));
+    steps.extend((1..=Map::TOP).map(|level| Step::level(&GUIDE_PYRAMID, level, nodes(level))));
     steps.push(Step::new(&GUIDE_SHARES, params));
     steps
 }
@@ -156,20 +156,20 @@ fn plus(a: GuideSum, b: GuideSum) -> GuideSum {
 /// What paths are drawn by: of a texel the root of its mean score, shrunk towards those of the nodes above it; of other nodes,
 /// the sum.
 #[pass(name = "guide.tree", over = Map::count(0, map_count(params)), work = Guide)]
-pub fn guide_tree(
+pub fn guide_pyramid(
     index: u32,
     params: &FrameParams,
     dispatch: Dispatch,
     guide_sums: &[GuideSum],
-    #[len = max_map_count(params) * Map::NODES] mut guide_tree: Slots<'_, f32>,
+    #[len = max_map_count(params) * Map::NODES] mut guide_pyramid: Slots<'_, f32>,
 ) {
     let Node { place, below } = Map::node(dispatch.level, index);
     if dispatch.level > 0 {
         let (upper, lower) = (
-            guide_tree.read(below[0]) + guide_tree.read(below[1]),
-            guide_tree.read(below[2]) + guide_tree.read(below[3]),
+            guide_pyramid.read(below[0]) + guide_pyramid.read(below[1]),
+            guide_pyramid.read(below[2]) + guide_pyramid.read(below[3]),
         );
-        guide_tree.write(place, upper + lower);
+        guide_pyramid.write(place, upper + lower);
         return;
     }
     let all = guide_sums[(max_map_count(params) * Map::NODES) as usize];
@@ -183,7 +183,7 @@ pub fn guide_tree(
         let sum = guide_sums[node as usize];
         mean = (sum.score + SHRINKAGE * mean) / (sum.starts + SHRINKAGE);
     }
-    guide_tree.write(place, mean.sqrt());
+    guide_pyramid.write(place, mean.sqrt());
 }
 
 /// How often each map is drawn from.
@@ -194,7 +194,7 @@ pub fn guide_shares(
     lights: &[Light],
     pixel_sums: &[PixelSum],
     guide_sums: &[GuideSum],
-    guide_tree: &[f32],
+    guide_pyramid: &[f32],
     #[len = max_map_count(params)] mut guide_maps: Slots<'_, GuideMap>,
 ) {
     let (groups, maps) = (group_count(params), maps_of_group(params));
@@ -203,7 +203,7 @@ pub fn guide_shares(
     let mut map = 0;
     while map < groups * maps {
         if Group::new(lights, params, map / maps).power > 0.0 {
-            total += mass(map, guide_sums, guide_tree);
+            total += mass(map, guide_sums, guide_pyramid);
         }
         map += 1;
     }
@@ -213,9 +213,9 @@ pub fn guide_shares(
     while map < groups * maps {
         let even = Group::new(lights, params, map / maps).power / maps as f32;
         let is_known = even > 0.0 && total > 0.0 && is_finite(total);
-        let share = if is_known { mass(map, guide_sums, guide_tree) / total } else { even };
+        let share = if is_known { mass(map, guide_sums, guide_pyramid) / total } else { even };
         let root = guide_sums[Map::node(Map::TOP, map).place as usize];
-        let sum = Map::total(guide_tree, map);
+        let sum = Map::total(guide_pyramid, map);
         guide_maps.write(
             map,
             GuideMap {
@@ -237,7 +237,7 @@ pub fn guide_shares(
 
 /// The mean of what paths are drawn by in a map; nothing where none started, as in a cone that no place sees.
 #[inline(always)]
-fn mass(map: u32, sums: &[GuideSum], tree: &[f32]) -> f32 {
+fn mass(map: u32, sums: &[GuideSum], pyramid: &[f32]) -> f32 {
     let root = sums[Map::node(Map::TOP, map).place as usize];
-    if root.starts > 0.0 { Map::total(tree, map) / Map::TEXELS as f32 } else { 0.0 }
+    if root.starts > 0.0 { Map::total(pyramid, map) / Map::TEXELS as f32 } else { 0.0 }
 }

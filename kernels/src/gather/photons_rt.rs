@@ -5,7 +5,7 @@
 //! radius serves all points. Here points have radii of their own, so the boxes fit nine points in ten; for those a query
 //! of almost no length does. A larger disc is swept by parallel rays, a box's width apart, and each deposit belongs to
 //! the one ray whose column holds its centre: so it is exact for every radius.
-//! Cost: a sort of the deposits by Morton codes (some drivers build trees in the order of their input) and a structure over
+//! Cost: a sort of the deposits by Morton codes (some drivers build BVHs in the order of their input) and a structure over
 //! them in every batch, whose size the host must wait for; a query a point.
 //! Where it is slow: discs far above the common radius take many rays (at most as many as there are deposits: beyond that
 //! it looks at all of them), and where there are more deposits than points.

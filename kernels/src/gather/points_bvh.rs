@@ -1,5 +1,5 @@
-//! A tree of boxes around the points, in software: points in Morton order, eight to a leaf and eight boxes to a node, the
-//! whole tree implied by its size; each deposit descends into the boxes that hold it.
+//! A BVH over the points, in software: points in Morton order, eight to a leaf and eight boxes to a node, the
+//! whole BVH implied by its size; each deposit descends into the boxes that hold it.
 //!
 //! Source: the paper's index, and linear bounding volume hierarchies [Lauterbach et al. 2009, Fast BVH construction on
 //! GPUs]. Cost: a sort of the points and a pass over the nodes of each level, once a frame; a deposit tests eight boxes a

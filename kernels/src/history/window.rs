@@ -5,7 +5,7 @@
 //! its path behind plane mirrors, and where `math::pencil` says behind curved mirrors and glass, to first order in the eye's
 //! way. Cost: nine rows of 32 bytes a point, and no structure. A structure in space finds more (a place seen directly and in
 //! a mirror lends to both), but pixels behind curved glass scatter over the room and are in every search's way: over
-//! mirror-room's points, a tree in the order of the pixels cost 1.2 frames.
+//! mirror-room's points, a BVH in the order of the pixels cost 1.2 frames.
 
 use crate::interface::frame::{Camera, FrameParams};
 use crate::interface::history::HistoryPoint;

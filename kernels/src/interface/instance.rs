@@ -29,7 +29,7 @@ pub struct Instance {
     pub to_world: Transform,
     /// From the world, now, to where the same place of the mesh was in the frame before.
     pub to_previous: Transform,
-    /// Root of the mesh's tree in the nodes.
+    /// Root of the mesh's BVH in the nodes.
     pub root: u32,
     /// Id of the mesh's first triangle.
     pub first: u32,

@@ -24,8 +24,8 @@ pub struct SceneTables<'a> {
     pub environment: &'a [Environment],
     /// Its image, from the top.
     pub environment_texels: &'a [EnvironmentTexel],
-    /// Its brightness over directions.
-    pub environment_tree: &'a [EnvironmentSum],
+    /// Hierarchical CDF of its brightness over directions.
+    pub environment_cdf: &'a [EnvironmentSum],
     /// Textures.
     pub textures: TextureTables<'a>,
 }

@@ -1,4 +1,4 @@
-//! Geometry tables, one entry a triangle, in the order of the software tree's leaves: those of the world first, then those of
+//! Geometry tables, one entry a triangle, in the order of the software BVH's leaves: those of the world first, then those of
 //! every mesh that is an instance, in its own space.
 
 use bytemuck::{Pod, Zeroable};

@@ -41,7 +41,7 @@ pub fn light(
     deposit_state: AtomicWords<'_>,
     start_counts: AtomicWords<'_>,
     guide_maps: &[GuideMap],
-    guide_tree: &[f32],
+    guide_pyramid: &[f32],
     instances: &[Instance],
     validation_deposits: Slots<'_, ValidationDeposit>,
     validation_cells: AtomicWords<'_>,
@@ -52,7 +52,7 @@ pub fn light(
         aims,
         guides,
         aimed: Aimed { power },
-        guided: Guided { power, maps: guide_maps, tree: guide_tree },
+        guided: Guided { power, maps: guide_maps, pyramid: guide_pyramid },
     };
     let mut deposits = Deposits {
         stores: shoots || aims || guides,

@@ -34,7 +34,7 @@ pub struct ByDensity<'a> {
     /// The start before the maps.
     pub power: ByPower<'a>,
     /// The pyramids of all maps.
-    pub tree: &'a [f32],
+    pub pyramid: &'a [f32],
 }
 
 impl Emit for ByDensity<'_> {
@@ -45,7 +45,7 @@ impl Emit for ByDensity<'_> {
         let light = choose(lights, self.power.params.light_count, place.x, place.y);
         let parallel = lights[light as usize].is_parallel();
         let (u, v) = if parallel { (place.z, place.w) } else { (direction.x, direction.y) };
-        let drawn = Map::draw(self.tree, map_of(light), Vec2::new(u, v));
+        let drawn = Map::draw(self.pyramid, map_of(light), Vec2::new(u, v));
         let polar = to_polar(drawn.at);
         let leaving = if parallel {
             self.power.start(Vec4::new(place.x, place.y, polar.x, polar.y), direction)

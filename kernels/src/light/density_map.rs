@@ -53,8 +53,8 @@ impl<const SIDE_LOG2: u32> Pyramid<SIDE_LOG2> {
 
     /// The sum of a map.
     #[inline(always)]
-    pub fn total(tree: &[f32], map: u32) -> f32 {
-        tree[(map * Self::NODES + Self::first(SIDE_LOG2)) as usize]
+    pub fn total(pyramid: &[f32], map: u32) -> f32 {
+        pyramid[(map * Self::NODES + Self::first(SIDE_LOG2)) as usize]
     }
 
     /// The texel of a place of the unit square, in its map.
@@ -66,9 +66,9 @@ impl<const SIDE_LOG2: u32> Pyramid<SIDE_LOG2> {
 
     /// Draws a place of map `map` by two uniform numbers. A map without sums is uniform.
     #[inline(always)]
-    pub fn draw(tree: &[f32], map: u32, uniform: Vec2) -> Place {
+    pub fn draw(pyramid: &[f32], map: u32, uniform: Vec2) -> Place {
         let base = map * Self::NODES;
-        let total = Self::total(tree, map);
+        let total = Self::total(pyramid, map);
         let (mut u, mut v) = (uniform.x, uniform.y);
         let (mut x, mut y) = (0, 0);
         let mut density = 1.0;
@@ -78,8 +78,8 @@ impl<const SIDE_LOG2: u32> Pyramid<SIDE_LOG2> {
                 level -= 1;
                 let side = Self::SIDE >> level;
                 let corner = base + Self::first(level) + 2 * y * side + 2 * x;
-                let (a, b) = (tree[corner as usize], tree[(corner + 1) as usize]);
-                let (c, d) = (tree[(corner + side) as usize], tree[(corner + side + 1) as usize]);
+                let (a, b) = (pyramid[corner as usize], pyramid[(corner + 1) as usize]);
+                let (c, d) = (pyramid[(corner + side) as usize], pyramid[(corner + side + 1) as usize]);
                 let upper = split(v, a + b, c + d);
                 v = upper.1;
                 let right = if upper.0 == 0 { split(u, a, b) } else { split(u, c, d) };
@@ -87,7 +87,7 @@ impl<const SIDE_LOG2: u32> Pyramid<SIDE_LOG2> {
                 x = 2 * x + right.0;
                 y = 2 * y + upper.0;
             }
-            density = tree[(base + y * Self::SIDE + x) as usize] * (Self::TEXELS as f32 / total);
+            density = pyramid[(base + y * Self::SIDE + x) as usize] * (Self::TEXELS as f32 / total);
         } else {
             let (column, row) = (u * Self::SIDE as f32, v * Self::SIDE as f32);
             (x, y) = ((column as u32).min(Self::SIDE - 1), (row as u32).min(Self::SIDE - 1));
@@ -183,21 +183,21 @@ mod tests {
     const SIDE: u32 = Map::SIDE;
     use crate::math::rng::{Rng, Stream};
 
-    /// A tree over these densities.
-    fn tree(densities: impl Fn(u32, u32) -> f32) -> Vec<f32> {
-        let mut tree: Vec<f32> = vec![0.0; Map::NODES as usize];
+    /// A pyramid over these densities.
+    fn pyramid(densities: impl Fn(u32, u32) -> f32) -> Vec<f32> {
+        let mut pyramid: Vec<f32> = vec![0.0; Map::NODES as usize];
         for y in 0..SIDE {
             for x in 0..SIDE {
-                tree[(y * SIDE + x) as usize] = densities(x, y);
+                pyramid[(y * SIDE + x) as usize] = densities(x, y);
             }
         }
         for level in 1..=Map::TOP {
             for index in 0..Map::count(level, 1) {
                 let Node { place, below } = Map::node(level, index);
-                tree[place as usize] = below.map(|child| tree[child as usize]).iter().sum();
+                pyramid[place as usize] = below.map(|child| pyramid[child as usize]).iter().sum();
             }
         }
-        tree
+        pyramid
     }
 
     #[test]
@@ -219,12 +219,12 @@ mod tests {
                 1.0
             }
         };
-        let tree = tree(density);
+        let pyramid = pyramid(density);
         let (mut left, mut block, mut inverse, mut moment) = (0.0, 0.0, 0.0, 0.0);
         let count = 400_000;
         for path in 0..count {
             let u = Rng::new(Stream::Light, 3, path, 0).next4();
-            let place = Map::draw(&tree, 0, Vec2::new(u.x, u.y));
+            let place = Map::draw(&pyramid, 0, Vec2::new(u.x, u.y));
             let (x, y) = (place.texel % SIDE, place.texel / SIDE);
             assert!((place.at * SIDE as f32 - Vec2::new(x as f32, y as f32)).max_element() <= 1.001);
             let weight = 1.0 / f64::from(place.density);

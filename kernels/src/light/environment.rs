@@ -74,9 +74,9 @@ fn texels_around(scene: SceneTables<'_>, environment: &Environment, along: f32, 
 /// Density (1/sr) with which a connection finds a unit direction.
 #[inline(always)]
 pub fn pdf_solid_angle(light: &Light, scene: SceneTables<'_>, direction: Vec3) -> f32 {
-    let tree = scene.environment_tree;
+    let cdf = scene.environment_cdf;
     let density =
-        tree[Map::texel_at(place_of(direction)) as usize] * (Map::TEXELS as f32 / Map::total(tree, 0));
+        cdf[Map::texel_at(place_of(direction)) as usize] * (Map::TEXELS as f32 / Map::total(cdf, 0));
     light.pdf_light_choice * density / EVERYWHERE
 }
 
@@ -84,7 +84,7 @@ pub fn pdf_solid_angle(light: &Light, scene: SceneTables<'_>, direction: Vec3) -
 #[inline(always)]
 pub fn drawn(light: &Light, scene: SceneTables<'_>, u: f32, v: f32) -> Light {
     let environment = scene.environment[0];
-    let place = Map::draw(scene.environment_tree, 0, Vec2::new(u, v));
+    let place = Map::draw(scene.environment_cdf, 0, Vec2::new(u, v));
     let from = direction_of(place.at);
     Light {
         kind: Features::DIRECTIONAL_LIGHTS.0,

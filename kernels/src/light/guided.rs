@@ -134,7 +134,7 @@ pub struct Guided<'a> {
     /// The maps, those of a group behind each other.
     pub maps: &'a [GuideMap],
     /// The sums of their roots.
-    pub tree: &'a [f32],
+    pub pyramid: &'a [f32],
 }
 
 impl Guided<'_> {
@@ -161,7 +161,7 @@ impl Guided<'_> {
     #[inline(always)]
     fn draw(&self, map: u32, texel: Vec2, within: Vec2) -> Vec2 {
         // Texels take most of the bits of their numbers.
-        let drawn = Map::draw(self.tree, map, texel).texel % Map::TEXELS;
+        let drawn = Map::draw(self.pyramid, map, texel).texel % Map::TEXELS;
         let corner = Vec2::new((drawn % Map::SIDE) as f32, (drawn / Map::SIDE) as f32);
         (corner + within) / Map::SIDE as f32
     }
@@ -170,7 +170,7 @@ impl Guided<'_> {
     #[inline(always)]
     fn density(&self, map: u32, texel: u32) -> f32 {
         let scale = self.maps[map as usize].scale;
-        if scale > 0.0 { self.tree[(map * Map::NODES + texel) as usize] * scale } else { 1.0 }
+        if scale > 0.0 { self.pyramid[(map * Map::NODES + texel) as usize] * scale } else { 1.0 }
     }
 }
 

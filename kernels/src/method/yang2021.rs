@@ -61,7 +61,7 @@ pub const YANG2021: Method = Method {
     chooses_emission: false,
     converges: false,
     texture_filter: TextureFilter::Cone,
-    keeps: &["density", "density_tree", "density_feedback"],
+    keeps: &["density", "density_pyramid", "density_feedback"],
     frame: |params, index| FrameParams { frame: index, ..params },
     steps,
 };
@@ -98,13 +98,13 @@ pub fn shoot_yang2021(
     counters: &mut impl Atomics,
     point_geometry: &[PointGeometry],
     point_shading: &[PointShading],
-    density_tree: &[f32],
+    density_pyramid: &[f32],
     #[len = params.pixel_count() * accumulator::WORDS] accumulator: AtomicWords<'_>,
     #[len = MAPS * Map::TEXELS * FEEDBACK_WORDS] density_feedback: AtomicWords<'_>,
 ) {
     scratch!(words: ROOM);
     let power = ByPower::new(scene, params, features);
-    let emit = ByDensity { power, tree: density_tree };
+    let emit = ByDensity { power, pyramid: density_pyramid };
     let mut spread = Spread {
         scene,
         point_geometry,

@@ -4,22 +4,22 @@
 use core::ops::{Add, Div, Mul, Sub};
 
 use crate::interface::NONE;
+use crate::interface::bvh::{BVH_STACK_SIZE, BvhNode, INSTANCE, LEAF, TriangleBlock};
 use crate::interface::features::Features;
 use crate::interface::ray::{Hit, Ray};
-use crate::interface::tree::{INSTANCE, LEAF, TREE_STACK, TreeNode, TriangleBlock};
 use crate::platform::scratch;
 use crate::texture::cut_out::CutOuts;
 use crate::trace::Tracer;
 use spirv_std::glam::{Vec3, Vec4};
 
-/// Traverses the tree that the host built.
+/// Traverses the BVH that the host built.
 #[derive(Clone, Copy)]
 pub struct BvhTracer<'a> {
     /// Nodes; the root is the first.
-    pub nodes: &'a [TreeNode],
+    pub nodes: &'a [BvhNode],
     /// Leaves.
     pub blocks: &'a [TriangleBlock],
-    /// Meshes with trees of their own, and what is not there of triangles.
+    /// Meshes with BVHs of their own, and what is not there of triangles.
     pub cut_outs: CutOuts<'a>,
 }
 
@@ -65,13 +65,13 @@ fn safe_inverse(x: f32) -> f32 {
 }
 
 /// Words of a stack: more than are used, so that two of them are not kept in registers.
-const STACK_ROOM: usize = TREE_STACK + 1;
+const STACK_ROOM: usize = BVH_STACK_SIZE + 1;
 
 /// Closest hit, or any hit if `ANY`. With `INSTANCES`, these take the ray into their own space; its direction keeps the
 /// length that it gets there, so that distances are the world's.
 #[inline]
 fn traverse<const ANY: bool, const INSTANCES: bool>(
-    nodes: &[TreeNode],
+    nodes: &[BvhNode],
     blocks: &[TriangleBlock],
     cut_outs: &CutOuts<'_>,
     world: &Ray,
@@ -119,7 +119,7 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
                         next = child;
                         nearest = distance;
                     }
-                    if far_child != NONE && height < TREE_STACK {
+                    if far_child != NONE && height < BVH_STACK_SIZE {
                         stack_child[height] = far_child;
                         stack_distance[height] = far_distance.to_bits();
                         height += 1;
@@ -154,7 +154,7 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
 
 /// Distances at which the ray enters the four boxes; f32::MAX for boxes it misses within `length`.
 #[inline(always)]
-fn entry_distances(node: &TreeNode, origin: Vec3, inverse: Vec3, length: f32) -> Vec4 {
+fn entry_distances(node: &BvhNode, origin: Vec3, inverse: Vec3, length: f32) -> Vec4 {
     let x = (slabs(node.min_x, origin.x, inverse.x), slabs(node.max_x, origin.x, inverse.x));
     let y = (slabs(node.min_y, origin.y, inverse.y), slabs(node.max_y, origin.y, inverse.y));
     let z = (slabs(node.min_z, origin.z, inverse.z), slabs(node.max_z, origin.z, inverse.z));
@@ -321,7 +321,7 @@ fn consider(
     }
 }
 
-/// Whether a hit is closer than the best so far, or as close and of a smaller id: then the order in which a tree is traversed
+/// Whether a hit is closer than the best so far, or as close and of a smaller id: then the order in which a BVH is traversed
 /// decides nothing.
 #[inline(always)]
 fn is_before(found: &Hit, best: &Hit) -> bool {

@@ -1,14 +1,14 @@
-//! The software tracer of the CPU runner: by the eight-wide tree where this CPU has what that needs, else by the GPU's.
+//! The software tracer of the CPU runner: by the eight-wide BVH where this CPU has what that needs, else by the GPU's.
 
 #[cfg(target_arch = "x86_64")]
-pub use super::wide::WideTree;
+pub use super::bvh8::Bvh8;
 
 use std::sync::OnceLock;
 
 use super::Tracer;
 use super::bvh::BvhTracer;
 #[cfg(target_arch = "x86_64")]
-use super::wide;
+use super::bvh8;
 #[cfg(target_arch = "x86_64")]
 use crate::interface::features::Features;
 use crate::interface::ray::{Hit, Ray};
@@ -31,17 +31,17 @@ pub fn has_avx2() -> bool {
     *HAS.get_or_init(detect)
 }
 
-/// No other CPU has a tree of its own.
+/// No other CPU has a BVH of its own.
 #[cfg(not(target_arch = "x86_64"))]
-pub enum WideTree {}
+pub enum Bvh8 {}
 
 #[cfg(not(target_arch = "x86_64"))]
-impl WideTree {
+impl Bvh8 {
     /// None.
     pub fn new(
-        _: &[crate::interface::tree::TreeNode],
+        _: &[crate::interface::bvh::BvhNode],
         _: &[crate::interface::instance::Instance],
-    ) -> Option<WideTree> {
+    ) -> Option<Bvh8> {
         None
     }
 }
@@ -49,19 +49,19 @@ impl WideTree {
 /// A worker's tracer.
 pub struct CpuTracer<'a> {
     bvh: BvhTracer<'a>,
-    wide: Option<&'a WideTree>,
+    bvh8: Option<&'a Bvh8>,
     #[cfg(target_arch = "x86_64")]
-    stack: wide::Stack,
+    stack: bvh8::Stack,
 }
 
 impl<'a> CpuTracer<'a> {
-    /// By the tree that the host built, or by what was made of it.
-    pub fn new(bvh: BvhTracer<'a>, wide: Option<&'a WideTree>) -> Self {
+    /// By the BVH that the host built, or by what was made of it.
+    pub fn new(bvh: BvhTracer<'a>, bvh8: Option<&'a Bvh8>) -> Self {
         CpuTracer {
             bvh,
-            wide,
+            bvh8,
             #[cfg(target_arch = "x86_64")]
-            stack: wide::EMPTY,
+            stack: bvh8::EMPTY,
         }
     }
 
@@ -69,16 +69,16 @@ impl<'a> CpuTracer<'a> {
     fn find<const ANY: bool>(&mut self, ray: &Ray) -> Hit {
         #[cfg(target_arch = "x86_64")]
         let BvhTracer { blocks, cut_outs, .. } = &self.bvh;
-        match self.wide {
+        match self.bvh8 {
             None => self.bvh.find::<ANY>(ray),
             #[cfg(target_arch = "x86_64")]
-            Some(tree) if cut_outs.features.has(Features::INSTANCES) => {
-                wide::find::<ANY, true>(tree, blocks, cut_outs, ray, &mut self.stack)
+            Some(bvh8) if cut_outs.features.has(Features::INSTANCES) => {
+                bvh8::find::<ANY, true>(bvh8, blocks, cut_outs, ray, &mut self.stack)
             }
             #[cfg(target_arch = "x86_64")]
-            Some(tree) => wide::find::<ANY, false>(tree, blocks, cut_outs, ray, &mut self.stack),
+            Some(bvh8) => bvh8::find::<ANY, false>(bvh8, blocks, cut_outs, ray, &mut self.stack),
             #[cfg(not(target_arch = "x86_64"))]
-            Some(tree) => match *tree {},
+            Some(bvh8) => match *bvh8 {},
         }
     }
 }

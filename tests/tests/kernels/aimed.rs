@@ -81,32 +81,32 @@ fn density(casters: &Casters, from: DVec3, direction: DVec3, by_power: f64) -> f
 /// Maps of guided emission.
 struct Maps {
     maps: Vec<GuideMap>,
-    tree: Vec<f32>,
+    pyramid: Vec<f32>,
 }
 
 impl Maps {
     /// Texels by their map and place, shares by their map; both are scaled to what they must be.
     fn new(world: &World<'_>, texel: impl Fn(u32, u32) -> f32, share: impl Fn(u32) -> f32) -> Maps {
         let count = map_count(&world.params);
-        let mut tree = vec![0.0f32; (count * Map::NODES) as usize];
+        let mut pyramid = vec![0.0f32; (count * Map::NODES) as usize];
         for level in 0..=Map::TOP {
             for index in 0..Map::count(level, count) {
                 let Node { place, below } = Map::node(level, index);
-                tree[place as usize] = match level {
+                pyramid[place as usize] = match level {
                     0 => texel(index / Map::TEXELS, index % Map::TEXELS),
-                    _ => below.map(|child| tree[child as usize]).iter().sum(),
+                    _ => below.map(|child| pyramid[child as usize]).iter().sum(),
                 };
             }
         }
         let total: f32 = (0..count).map(&share).sum();
         let mut below = 0.0;
         let maps = (0..count).map(|map| {
-            let (share, sum) = (share(map) / total, Map::total(&tree, map));
+            let (share, sum) = (share(map) / total, Map::total(&pyramid, map));
             let scale = if sum > 0.0 { Map::TEXELS as f32 / sum } else { 0.0 };
             below += share;
             GuideMap { below: below - share, share, unit: 1.0, scale }
         });
-        Maps { maps: maps.collect(), tree }
+        Maps { maps: maps.collect(), pyramid }
     }
 
     /// Half of the texels empty, the others of any size; shares of any size, one map never drawn from.
@@ -120,7 +120,7 @@ impl Maps {
     }
 
     fn emission<'a>(&'a self, world: &'a World<'a>) -> Guided<'a> {
-        Guided { power: world.by_power(), maps: &self.maps, tree: &self.tree }
+        Guided { power: world.by_power(), maps: &self.maps, pyramid: &self.pyramid }
     }
 
     /// Density (1/sr) of a direction from the origin, where a point light is alone; in f64, apart from how a texel is found.
@@ -140,7 +140,7 @@ impl Maps {
                 closed_known += known;
             } else if target.holds(direction) {
                 let texel = Map::texel_at(from_polar(target.polar(&light, direction)));
-                let value = self.tree[caster * Map::NODES as usize + texel as usize];
+                let value = self.pyramid[caster * Map::NODES as usize + texel as usize];
                 if caster == casters.count as usize {
                     even += closed_even;
                     known += closed_known;

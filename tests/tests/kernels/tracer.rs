@@ -1,16 +1,16 @@
 //! The software tracer against an oracle in double precision, and that of the CPU runner against it.
 
 use caustics::scene::{Scene, resolve};
+use caustics_kernels::interface::bvh::{BvhNode, LEAF};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::ray::{Hit, Ray};
-use caustics_kernels::interface::tree::{LEAF, TreeNode};
 use caustics_kernels::interface::triangle::Triangle;
 use caustics_kernels::math::max_abs;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::warp::uniform_sphere;
 use caustics_kernels::trace::Tracer;
 use caustics_kernels::trace::bvh::BvhTracer;
-use caustics_kernels::trace::on_cpu::{CpuTracer, WideTree};
+use caustics_kernels::trace::on_cpu::{Bvh8, CpuTracer};
 use caustics_tests::rays;
 use caustics_tests::scenes::{Builder, lambert};
 use glam::{DVec3, Vec3, Vec4};
@@ -145,20 +145,19 @@ fn lattice() -> (Scene, Vec<Ray>) {
 fn of_hits_at_one_distance_the_smallest_id_counts_whatever_the_tree() {
     let (scene, rays) = lattice();
     let BvhTracer { blocks, cut_outs, .. } = scene.tracer(Features(0));
-    // Trees of one leaf each: what is the closest of all of them is found in no order.
-    let everywhere = TreeNode {
+    // BVHs of one leaf each: what is the closest of all of them is found in no order.
+    let everywhere = BvhNode {
         min_x: Vec4::splat(-9.0),
         min_y: Vec4::splat(-9.0),
         min_z: Vec4::splat(-9.0),
         max_x: Vec4::splat(9.0),
         max_y: Vec4::splat(9.0),
         max_z: Vec4::splat(9.0),
-        ..TreeNode::default()
+        ..BvhNode::default()
     };
-    let leaves: Vec<TreeNode> = (0..blocks.len() as u32)
-        .map(|block| TreeNode { children: [LEAF | block; 4], ..everywhere })
-        .collect();
-    let wide = WideTree::new(&scene.nodes, &scene.instances);
+    let leaves: Vec<BvhNode> =
+        (0..blocks.len() as u32).map(|block| BvhNode { children: [LEAF | block; 4], ..everywhere }).collect();
+    let bvh8 = Bvh8::new(&scene.nodes, &scene.instances);
     let mut ties = 0;
     for ray in &rays {
         let in_leaf = |leaf| BvhTracer { nodes: std::slice::from_ref(leaf), blocks, cut_outs }.closest(ray);
@@ -169,7 +168,7 @@ fn of_hits_at_one_distance_the_smallest_id_counts_whatever_the_tree() {
             hits.iter().any(|hit| hit.distance == first.distance && hit.triangle != first.triangle),
         );
         assert_eq!(scene.tracer(Features(0)).closest(ray), first);
-        assert_eq!(CpuTracer::new(scene.tracer(Features(0)), wide.as_ref()).closest(ray), first);
+        assert_eq!(CpuTracer::new(scene.tracer(Features(0)), bvh8.as_ref()).closest(ray), first);
     }
     assert!(ties > 1000, "{ties} rays of {} have several closest hits", rays.len());
 }
@@ -178,12 +177,12 @@ fn of_hits_at_one_distance_the_smallest_id_counts_whatever_the_tree() {
 fn the_tracer_of_the_cpu_finds_the_same_bits() {
     for name in ["mirror-room", "textured-room", "moving-caster", "moving-receiver"] {
         let scene = scene(name);
-        let Some(wide) = WideTree::new(&scene.nodes, &scene.instances) else {
-            eprintln!("this CPU has no tree of its own");
+        let Some(bvh8) = Bvh8::new(&scene.nodes, &scene.instances) else {
+            eprintln!("this CPU has no BVH of its own");
             return;
         };
         let mut tracer = scene.tracer(Features::ALL);
-        let mut own = CpuTracer::new(tracer, Some(&wide));
+        let mut own = CpuTracer::new(tracer, Some(&bvh8));
         let rays = rays::through(&scene, 10_000);
         let hits: Vec<Hit> = rays.iter().map(|ray| tracer.closest(ray)).collect();
         let along_axes = rays.iter().map(|ray| {

@@ -316,7 +316,7 @@ fn a_gpu_learns_as_the_cpu_does() {
     let frames = |choice: &RunnerChoice, seed| {
         let mut session = open(choice, &scene, &settings(16_384, seed), &BASIC);
         (0..3).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
-        ["caustic_radiance", "guide_tree"].map(|buffer| session.read::<f32>(buffer).expect("a buffer"))
+        ["caustic_radiance", "guide_pyramid"].map(|buffer| session.read::<f32>(buffer).expect("a buffer"))
     };
     let difference = |a: &[Vec<f32>; 2], b: &[Vec<f32>; 2]| {
         [0, 1].map(|buffer| {

@@ -187,7 +187,7 @@ fn a_gpu_spreads_as_the_cpu_does() {
         let mut session = open_on(choice, &scene, &settings(96, 54, 16_384, seed), &YANG2021);
         (0..3).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
         let caustics: Vec<f32> = session.read("caustic_radiance").unwrap();
-        let densities: Vec<f32> = session.read("density_tree").unwrap();
+        let densities: Vec<f32> = session.read("density_pyramid").unwrap();
         (caustics, densities)
     };
     let difference = |a: &[f32], b: &[f32]| {

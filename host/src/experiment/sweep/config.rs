@@ -12,7 +12,7 @@ use crate::exact;
 use crate::experiment::reference::SEED;
 use crate::memory;
 use crate::scene::{
-    DefaultLight, EnvironmentMap, LoadOptions, Radiance, SceneError, TreeCache, TreeOptions, TreeQuality,
+    BvhCache, BvhOptions, BvhQuality, DefaultLight, EnvironmentMap, LoadOptions, Radiance, SceneError,
 };
 use crate::settings::Settings;
 
@@ -71,9 +71,9 @@ pub struct Config {
     /// Triangles that copies of meshes may take; beyond, a mesh that stands in several places is stored once.
     #[serde(default = "copies")]
     pub copies: u64,
-    /// How much time the scenes' trees are worth.
+    /// How much time the scenes' BVHs are worth.
     #[serde(default)]
-    pub tree_quality: TreeQuality,
+    pub tree_quality: BvhQuality,
     /// The time of the scenes' animations that all frames show (s); none: frame k shows the time k / fps.
     pub moment_s: Option<f64>,
     /// How times are measured, if they are.
@@ -187,7 +187,7 @@ impl Config {
             animation: self.animation.clone(),
             floor: self.floor,
             copies: self.copies,
-            tree: TreeOptions { quality: self.tree_quality, cache: TreeCache::for_user() },
+            bvh: BvhOptions { quality: self.tree_quality, cache: BvhCache::for_user() },
             ..LoadOptions::default()
         }
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::scene::tree::TreeOptions;
+use crate::scene::bvh::BvhOptions;
 
 /// Options of [`Scene::load_with`](crate::Scene::load_with).
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,8 +21,8 @@ pub struct LoadOptions {
     /// Nodes, by their index in the file, that [`Scene::edit`](crate::Scene::edit) may place: they and what is below them are
     /// loaded as if an animation moved them.
     pub grabbed: BTreeSet<usize>,
-    /// How the trees are made that rays are traced by. None is kept on disk unless somebody says where.
-    pub tree: TreeOptions,
+    /// How the BVHs are made that rays are traced by. None is kept on disk unless somebody says where.
+    pub bvh: BvhOptions,
 }
 
 impl Default for LoadOptions {
@@ -34,7 +34,7 @@ impl Default for LoadOptions {
             floor: false,
             copies: 1 << 20,
             grabbed: BTreeSet::new(),
-            tree: TreeOptions::default(),
+            bvh: BvhOptions::default(),
         }
     }
 }

@@ -22,7 +22,7 @@ pub(super) const TRIANGLE_BYTES: u64 = 850;
 /// triangle refers to: 104 of plain ones, 128 with texture coordinates and tangents.
 const VERTEX_BYTES: u64 = 130;
 
-/// Memory of a place of a mesh that stands still and is stored once (bytes): its row, and its leaf of the tree.
+/// Memory of a place of a mesh that stands still and is stored once (bytes): its row, and its leaf of the BVH.
 const PLACE_BYTES: u64 = 1024;
 
 /// How the meshes of a file are stored.

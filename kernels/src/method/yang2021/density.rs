@@ -33,12 +33,12 @@ const MAX_GROWTH: f32 = 8.0;
 #[pass(name = "density.update", over = map_count(params.light_count) * Map::TEXELS, work = Guide)]
 pub fn density_update(
     texel: u32,
-    density_tree: &[f32],
+    density_pyramid: &[f32],
     density_feedback: &[u32],
     #[len = MAPS * Map::TEXELS] mut density: Slots<'_, DensityTexel>,
 ) {
     let before = density.read(texel);
-    density.write(texel, update(texel, &before, density_tree, density_feedback));
+    density.write(texel, update(texel, &before, density_pyramid, density_feedback));
 }
 
 /// A level of the pyramids, a node an invocation.
@@ -47,24 +47,24 @@ pub fn density_sum(
     node: u32,
     dispatch: Dispatch,
     density: &[DensityTexel],
-    #[len = MAPS * Map::NODES] mut density_tree: Slots<'_, f32>,
+    #[len = MAPS * Map::NODES] mut density_pyramid: Slots<'_, f32>,
 ) {
-    let (place, sum) = sum(node, dispatch.level, density, &density_tree);
-    density_tree.write(place, sum);
+    let (place, sum) = sum(node, dispatch.level, density, &density_pyramid);
+    density_pyramid.write(place, sum);
 }
 
 /// The new density of a texel, counted over all maps, from its old row and the pyramids of the last frame.
 #[inline(always)]
-pub fn update(texel: u32, before: &DensityTexel, tree: &[f32], feedback: &[u32]) -> DensityTexel {
+pub fn update(texel: u32, before: &DensityTexel, pyramid: &[f32], feedback: &[u32]) -> DensityTexel {
     let (map, place) = (texel / Map::TEXELS, texel % Map::TEXELS);
     let base = map * Map::NODES;
-    let total = Map::total(tree, map);
+    let total = Map::total(pyramid, map);
     if total <= 0.0 {
         return DensityTexel { density: 1.0, change: 0.0 };
     }
     let scale = Map::TEXELS as f32 / total;
     let (x, y) = (place % Map::SIDE, place / Map::SIDE);
-    let at = |x: u32, y: u32| tree[(base + y * Map::SIDE + x) as usize] * scale;
+    let at = |x: u32, y: u32| pyramid[(base + y * Map::SIDE + x) as usize] * scale;
     let old = at(x, y);
     let (left, right) = (if x > 0 { x - 1 } else { x }, if x + 1 < Map::SIDE { x + 1 } else { x });
     let (below, above) = (if y > 0 { y - 1 } else { y }, if y + 1 < Map::SIDE { y + 1 } else { y });
@@ -92,10 +92,10 @@ pub fn update(texel: u32, before: &DensityTexel, tree: &[f32], feedback: &[u32])
 
 /// A node of level `level`, counted over all maps: (its place in the pyramids, its sum).
 #[inline(always)]
-pub fn sum(index: u32, level: u32, densities: &[DensityTexel], tree: &Slots<'_, f32>) -> (u32, f32) {
+pub fn sum(index: u32, level: u32, densities: &[DensityTexel], pyramid: &Slots<'_, f32>) -> (u32, f32) {
     let Node { place, below } = Map::node(level, index);
     if level == 0 {
         return (place, densities[index as usize].density);
     }
-    (place, tree.read(below[0]) + tree.read(below[1]) + tree.read(below[2]) + tree.read(below[3]))
+    (place, pyramid.read(below[0]) + pyramid.read(below[1]) + pyramid.read(below[2]) + pyramid.read(below[3]))
 }

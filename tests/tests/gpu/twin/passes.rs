@@ -128,8 +128,8 @@ fn one(twin: &mut Twin, scene: &Scene, emission: &'static Emission, step: Step, 
                 floats(buffer, 3, &cpu, &gpu, Tolerance { absolute: 1.0e-4 * scale, ..NEAR })
             }
             // What guided emission makes of what was scored: `sqrt` may be off by ulps.
-            "guide_sums" | "guide_tree" | "pixel_means" | "pixel_weights" | "image_rows" | "balance_rows"
-            | "radius_now" | "radius_next" => {
+            "guide_sums" | "guide_pyramid" | "pixel_means" | "pixel_weights" | "image_rows"
+            | "balance_rows" | "radius_now" | "radius_next" => {
                 let (cpu, gpu) = twin.records::<f32>(buffer);
                 floats(buffer, 1, &cpu, &gpu, NEAR)
             }

@@ -1,4 +1,4 @@
-//! Which boxes of a binary tree become lanes of a four-wide one: the cheapest choice by surface area, found bottom up.
+//! Which boxes of a binary BVH become lanes of a four-wide one: the cheapest choice by surface area, found bottom up.
 //!
 //! Dynamic programme of [Ylitie et al. 2017, section 4.1] with a cost of one area for a node as for a block of triangles.
 //! Imports obvhs.
@@ -43,7 +43,7 @@ struct Entry {
 
 /// The plan of every binary node, by places: level after level, from the root at place 0 down.
 pub struct Plan<'a> {
-    tree: &'a Bvh2,
+    binary: &'a Bvh2,
     groups: &'a Groups,
     /// Index of the binary node of each place.
     nodes: Vec<u32>,
@@ -53,23 +53,23 @@ pub struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    /// Plans a binary tree with one group of triangles a leaf.
-    pub fn new(tree: &'a Bvh2, groups: &'a Groups) -> Self {
+    /// Plans a binary BVH with one group of triangles a leaf.
+    pub fn new(binary: &'a Bvh2, groups: &'a Groups) -> Self {
         let (mut nodes, mut children) =
-            (Vec::with_capacity(tree.nodes.len()), Vec::with_capacity(tree.nodes.len()));
+            (Vec::with_capacity(binary.nodes.len()), Vec::with_capacity(binary.nodes.len()));
         nodes.push(0);
         let mut levels = vec![0];
         while children.len() < nodes.len() {
             levels.push(nodes.len());
             for at in children.len()..nodes.len() {
-                let node = &tree.nodes[nodes[at] as usize];
+                let node = &binary.nodes[nodes[at] as usize];
                 children.push(if node.is_leaf() { 0 } else { nodes.len() as u32 });
                 if !node.is_leaf() {
                     nodes.extend([node.first_index, node.first_index + 1]);
                 }
             }
         }
-        let mut plan = Plan { tree, groups, nodes, children, entries: vec![] };
+        let mut plan = Plan { binary, groups, nodes, children, entries: vec![] };
 
         // A level takes what those below it found.
         let mut entries = vec![Entry::default(); plan.nodes.len()];
@@ -124,7 +124,7 @@ impl<'a> Plan<'a> {
     }
 
     fn node(&self, at: usize) -> &Bvh2Node {
-        &self.tree.nodes[self.nodes[at] as usize]
+        &self.binary.nodes[self.nodes[at] as usize]
     }
 
     /// The box of a binary node.
@@ -134,7 +134,7 @@ impl<'a> Plan<'a> {
 
     /// Triangles of a binary leaf: all that share its box.
     fn group(&self, leaf: usize) -> &[u32] {
-        self.groups.get(self.tree.primitive_indices[self.node(leaf).first_index as usize] as usize)
+        self.groups.get(self.binary.primitive_indices[self.node(leaf).first_index as usize] as usize)
     }
 
     /// Whether the binary node has no children.

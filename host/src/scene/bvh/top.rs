@@ -1,13 +1,13 @@
-//! The top level of the tree where there are instances: the world's triangles are one leaf, every instance another. Rebuilt for
+//! The top level of the BVH where there are instances: the world's triangles are one leaf, every instance another. Rebuilt for
 //! every pose, of least depth.
 
-use caustics_kernels::interface::tree::TreeNode;
+use caustics_kernels::interface::bvh::BvhNode;
 use obvhs::aabb::Aabb;
 
 use super::plan::WIDTH;
 use super::{LEVELS, empty_node, set_lane};
 
-/// Instances at most: the levels that are left then hold trees of millions of triangles.
+/// Instances at most: the levels that are left then hold BVHs of millions of triangles.
 pub const MAX_INSTANCES: usize = (1 << 20) - 1;
 
 /// A leaf: its box (m), and the child that a node refers to.
@@ -24,7 +24,7 @@ pub fn node_count(leaves: usize) -> usize {
     leaves.max(1)
 }
 
-/// Levels that are left for the trees below this many leaves.
+/// Levels that are left for the BVHs below this many leaves.
 pub fn levels_below(leaves: usize) -> u32 {
     let (mut levels, mut capacity) = (1, WIDTH);
     while capacity < leaves {
@@ -33,15 +33,15 @@ pub fn levels_below(leaves: usize) -> u32 {
     LEVELS - levels
 }
 
-/// Fills the nodes at the head of a tree; the first is the root, those that are not needed are empty.
-pub fn build(nodes: &mut [TreeNode], mut leaves: Vec<Leaf>) {
+/// Fills the nodes at the head of a BVH; the first is the root, those that are not needed are empty.
+pub fn build(nodes: &mut [BvhNode], mut leaves: Vec<Leaf>) {
     nodes.fill(empty_node());
     let mut used = 0;
     node(nodes, &mut used, &mut leaves);
 }
 
 /// Appends a node: halves along the longest axis, and halves of each along its own.
-fn node(nodes: &mut [TreeNode], used: &mut usize, leaves: &mut [Leaf]) -> u32 {
+fn node(nodes: &mut [BvhNode], used: &mut usize, leaves: &mut [Leaf]) -> u32 {
     let id = *used;
     *used += 1;
     let mut lane = 0;

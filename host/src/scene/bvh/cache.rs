@@ -1,6 +1,6 @@
-//! Trees on disk: a scene that is opened again need not have its tree built again.
+//! BVHs on disk: a scene that is opened again need not have its BVH built again.
 //!
-//! A file is named by the BLAKE3 of the triangles, and nothing in it is believed: a tree that is not sound is as none, and its
+//! A file is named by the BLAKE3 of the triangles, and nothing in it is believed: a BVH that is not sound is as none, and its
 //! boxes are made of the triangles at hand. So no file can make a ray miss what is there.
 
 use std::io::Write;
@@ -12,49 +12,49 @@ use caustics_kernels::interface::triangle::Triangle;
 use serde::{Deserialize, Serialize};
 
 use super::plan::WIDTH;
-use super::{Shape, Tree, TreeQuality};
+use super::{Bvh, BvhQuality, Shape};
 use crate::file;
 use crate::hash::Digest;
 use crate::sealed;
 
-/// What a file of a tree is called in its first line.
+/// What a file of a BVH is called in its first line.
 const KIND: &str = "tree";
 /// How names of such files begin.
 const PREFIX: &str = "tree-";
-/// Triangles from which on a tree is kept: it takes some 0.05 s to build.
+/// Triangles from which on a BVH is kept: it takes some 0.05 s to build.
 const WORTH: usize = 1 << 16;
 /// What all files may take unless somebody says otherwise (MiB).
 const DEFAULT_MIB: u64 = 1024;
-/// The crate that the trees are built with, whose versions may build different ones.
+/// The crate that the BVHs are built with, whose versions may build different ones.
 const BUILDER: &str = "obvhs 0.4.0";
 /// Bytes of a file beside its triangles and nodes at most.
 const MAX_HEAD: u64 = 1 << 16;
 /// Bytes of a triangle and of the nodes that it takes at most: each node but the root of one triangle has two children.
 const MAX_TRIANGLE: u64 = (size_of::<u32>() + size_of::<u8>() + size_of::<[u32; WIDTH]>()) as u64;
-/// Boxes that a ray enters in a tree that is kept, as expected by their areas: this many and [`MAX_SHARE`] of the leaves. Scenes
-/// have 8 to 120 of them; a tree of triangles in random order has a tenth of all. Beyond, a tree is built each time.
+/// Boxes that a ray enters in a BVH that is kept, as expected by their areas: this many and [`MAX_SHARE`] of the leaves. Scenes
+/// have 8 to 120 of them; a BVH of triangles in random order has a tenth of all. Beyond, a BVH is built each time.
 const MAX_BOXES: f64 = 256.0;
 /// Share of the leaves, see [`MAX_BOXES`].
 const MAX_SHARE: f64 = 1.0 / 64.0;
 
-/// A folder of trees by what they are of. Its files appear whole; one that is damaged, or of another program, is as none. Not
+/// A folder of BVHs by what they are of. Its files appear whole; one that is damaged, or of another program, is as none. Not
 /// being able to read or write is no error.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct TreeCache {
-    /// The folder; it is made when the first tree is kept.
+pub struct BvhCache {
+    /// The folder; it is made when the first BVH is kept.
     pub folder: PathBuf,
     /// What its files may take together (bytes); those that were not used for longest go.
     pub max_bytes: u64,
 }
 
-/// All that decides a tree.
+/// All that decides a BVH.
 #[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Key {
     /// BLAKE3 of the triangles.
     triangles: String,
     count: usize,
     levels: u32,
-    quality: TreeQuality,
+    quality: BvhQuality,
     builder: String,
 }
 
@@ -66,7 +66,7 @@ struct Head {
 }
 
 impl Key {
-    pub(super) fn new(triangles: &[Triangle], levels: u32, quality: TreeQuality) -> Key {
+    pub(super) fn new(triangles: &[Triangle], levels: u32, quality: BvhQuality) -> Key {
         let (digest, count) = (Digest::hex([cast_slice(triangles)]), triangles.len());
         Key { triangles: digest, count, levels, quality, builder: BUILDER.into() }
     }
@@ -77,53 +77,53 @@ impl Key {
     }
 }
 
-impl TreeCache {
+impl BvhCache {
     /// That of this user: `trees` in `$CAUSTICS_CACHE`, `$XDG_CACHE_HOME/caustics` or `~/.cache/caustics`, of at most
     /// `$CAUSTICS_TREES_MIB`; none where that is 0, or where there is no such folder to be had.
-    pub fn for_user() -> Option<TreeCache> {
+    pub fn for_user() -> Option<BvhCache> {
         let set = |name| std::env::var_os(name).filter(|value| !value.is_empty());
         let path = |name| set(name).map(PathBuf::from);
         let mib = set("CAUSTICS_TREES_MIB").and_then(|mib| mib.to_str()?.parse().ok()).unwrap_or(DEFAULT_MIB);
         let cache = path("CAUSTICS_CACHE")
             .or_else(|| Some(path("XDG_CACHE_HOME")?.join("caustics")))
             .or_else(|| Some(path("HOME")?.join(".cache/caustics")))?;
-        (mib > 0).then(|| TreeCache { folder: cache.join("trees"), max_bytes: mib.saturating_mul(1 << 20) })
+        (mib > 0).then(|| BvhCache { folder: cache.join("trees"), max_bytes: mib.saturating_mul(1 << 20) })
     }
 
-    /// The tree of these triangles, built by `build` unless it is there.
-    pub(super) fn tree(
+    /// The BVH of these triangles, built by `build` unless it is there.
+    pub(super) fn bvh(
         &self,
         triangles: &[Triangle],
         levels: u32,
-        quality: TreeQuality,
+        quality: BvhQuality,
         build: impl FnOnce() -> Shape,
-    ) -> Tree {
+    ) -> Bvh {
         if triangles.len() < WORTH {
-            return build().tree(triangles);
+            return build().bvh(triangles);
         }
         let key = Key::new(triangles, levels, quality);
         self.find(&key, triangles).unwrap_or_else(|| {
             let shape = build();
-            let tree = shape.clone().tree(triangles);
-            if is_quick(&tree) {
+            let bvh = shape.clone().bvh(triangles);
+            if is_quick(&bvh) {
                 let _ = self.keep(key, &shape);
             }
-            tree
+            bvh
         })
     }
 
-    /// The tree of a key and its triangles, if it is there and can be used.
-    fn find(&self, key: &Key, triangles: &[Triangle]) -> Option<Tree> {
+    /// The BVH of a key and its triangles, if it is there and can be used.
+    fn find(&self, key: &Key, triangles: &[Triangle]) -> Option<Bvh> {
         let file = file::open(&self.folder.join(key.file_name())).ok()?;
         let limit = MAX_HEAD + MAX_TRIANGLE * key.count as u64;
         let bytes = file::read_open(&file, limit + 1).ok().filter(|bytes| bytes.len() as u64 <= limit)?;
-        let tree = parse(&bytes, key, triangles)?;
+        let bvh = parse(&bytes, key, triangles)?;
         // So that it is not among those that go first.
         let _ = file.set_modified(SystemTime::now());
-        Some(tree)
+        Some(bvh)
     }
 
-    /// Writes a tree, and removes others as far as there is no room for all.
+    /// Writes a BVH, and removes others as far as there is no room for all.
     fn keep(&self, key: Key, shape: &Shape) -> std::io::Result<()> {
         let name = key.file_name();
         let parts = shape.parts();
@@ -169,9 +169,9 @@ impl Shape {
     }
 }
 
-/// Whether rays enter so few of its boxes that the tree is worth keeping. One that was made to be slow must not be used either.
-fn is_quick(tree: &Tree) -> bool {
-    tree.expected_boxes() <= MAX_BOXES + MAX_SHARE * tree.blocks.len() as f64
+/// Whether rays enter so few of its boxes that the BVH is worth keeping. One that was made to be slow must not be used either.
+fn is_quick(bvh: &Bvh) -> bool {
+    bvh.expected_boxes() <= MAX_BOXES + MAX_SHARE * bvh.blocks.len() as f64
 }
 
 /// Bytes of triangles, leaves and nodes in a file.
@@ -180,8 +180,8 @@ fn size(triangles: usize, leaves: usize, nodes: usize) -> Option<usize> {
     size_of::<u32>().checked_mul(triangles)?.checked_add(leaves)?.checked_add(nodes)
 }
 
-/// The tree of these triangles from the bytes of a file, if they are of this key and hold a sound tree that is quick.
-fn parse(bytes: &[u8], key: &Key, triangles: &[Triangle]) -> Option<Tree> {
+/// The BVH of these triangles from the bytes of a file, if they are of this key and hold a sound BVH that is quick.
+fn parse(bytes: &[u8], key: &Key, triangles: &[Triangle]) -> Option<Bvh> {
     let (Head { key: theirs, nodes, leaves }, payload) = sealed::open(KIND, bytes).ok()?;
     if theirs != *key || size(key.count, leaves, nodes) != Some(payload.len()) {
         return None;
@@ -193,13 +193,13 @@ fn parse(bytes: &[u8], key: &Key, triangles: &[Triangle]) -> Option<Tree> {
         counts: counts.into(),
         order: pod_collect_to_vec(order),
     };
-    let tree = shape.is_sound(triangles.len(), key.levels).then(|| shape.tree(triangles))?;
-    is_quick(&tree).then_some(tree)
+    let bvh = shape.is_sound(triangles.len(), key.levels).then(|| shape.bvh(triangles))?;
+    is_quick(&bvh).then_some(bvh)
 }
 
-/// Whether the bytes of a file are a tree of these triangles.
+/// Whether the bytes of a file are a BVH of these triangles.
 pub(crate) fn accepts(bytes: &[u8], triangles: &[Triangle]) -> bool {
-    parse(bytes, &Key::new(triangles, super::LEVELS, TreeQuality::default()), triangles).is_some()
+    parse(bytes, &Key::new(triangles, super::LEVELS, BvhQuality::default()), triangles).is_some()
 }
 
 /// A file with the right key and checksum for [`accepts`], whatever it holds.
@@ -209,7 +209,7 @@ pub(crate) fn sealed_file(
     leaves: usize,
     payload: &[u8],
 ) -> std::io::Result<Vec<u8>> {
-    let key = Key::new(triangles, super::LEVELS, TreeQuality::default());
+    let key = Key::new(triangles, super::LEVELS, BvhQuality::default());
     sealed::seal(KIND, &Head { key, nodes, leaves }, |bytes| bytes.extend(payload))
 }
 

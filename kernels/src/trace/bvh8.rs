@@ -1,4 +1,4 @@
-//! The software tracer on CPUs with AVX2: the tree of [`super::bvh`] with eight children a node, whose boxes are tested at once.
+//! The software tracer on CPUs with AVX2: the BVH of [`super::bvh`] with eight children a node, whose boxes are tested at once.
 //! Leaves, and what a hit is, are that module's: both find the same hits, to the bit.
 
 use std::arch::x86_64::{
@@ -10,9 +10,9 @@ use bytemuck::{Pod, Zeroable, cast, cast_mut};
 use spirv_std::glam::Vec3;
 
 use crate::interface::NONE;
+use crate::interface::bvh::{BvhNode, INSTANCE, LEAF, TriangleBlock};
 use crate::interface::instance::Instance;
 use crate::interface::ray::{Hit, Ray};
-use crate::interface::tree::{INSTANCE, LEAF, TreeNode, TriangleBlock};
 use crate::memory::Memory;
 use crate::texture::cut_out::CutOuts;
 use crate::trace::bvh::{SLACK, intersect_block, safe_inverses};
@@ -34,45 +34,45 @@ pub const EMPTY: Stack = [0; STACK];
 /// Eight children's boxes (m), one lane a child. An empty lane has no numbers for planes, so that every ray misses it.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
-struct WideNode {
+struct Bvh8Node {
     /// Minima and maxima on each axis.
     planes: [[__m256; 2]; 3],
-    /// Like those of a [`TreeNode`].
+    /// Like those of a [`BvhNode`].
     children: [u32; WIDTH],
     /// Keeps nodes at four cache lines.
     padding: [u32; 8],
 }
 
-/// A tree of eight children a node, with the leaves of the one it is made of.
-pub struct WideTree {
+/// A BVH of eight children a node, with the leaves of the one it is made of.
+pub struct Bvh8 {
     nodes: Memory,
     /// The root of each instance's mesh.
     roots: Vec<u32>,
 }
 
-impl WideTree {
+impl Bvh8 {
     /// Opens the largest children of each node until eight are there. None where this CPU lacks AVX2, where there is no
     /// memory for it, or if rays would need more room than their stack has.
-    pub fn new(nodes: &[TreeNode], instances: &[Instance]) -> Option<WideTree> {
+    pub fn new(nodes: &[BvhNode], instances: &[Instance]) -> Option<Bvh8> {
         if nodes.is_empty() || !has_avx2() {
             return None;
         }
         // None of its nodes becomes two, and not all become one: what is left is never touched.
-        let wide = Memory::zeros(nodes.len() * size_of::<WideNode>()).ok()?;
-        wide.in_huge_pages();
-        let mut making = Making { nodes, wide, rooms: Vec::new(), made: vec![NONE; nodes.len()] };
-        making.root(0);
-        let roots: Vec<u32> = instances.iter().map(|instance| making.root(instance.root)).collect();
+        let bvh8_nodes = Memory::zeros(nodes.len() * size_of::<Bvh8Node>()).ok()?;
+        bvh8_nodes.in_huge_pages();
+        let mut builder = Bvh8Builder { nodes, bvh8_nodes, rooms: Vec::new(), made: vec![NONE; nodes.len()] };
+        builder.root(0);
+        let roots: Vec<u32> = instances.iter().map(|instance| builder.root(instance.root)).collect();
         // The world is the root of all, and no instance in it.
-        let of_meshes = roots.iter().filter(|&&root| root != 0).map(|&root| making.rooms[root as usize]);
-        let room = making.rooms[0] + of_meshes.max().unwrap_or(0);
-        (room as usize <= STACK).then_some(WideTree { nodes: making.wide, roots })
+        let of_meshes = roots.iter().filter(|&&root| root != 0).map(|&root| builder.rooms[root as usize]);
+        let room = builder.rooms[0] + of_meshes.max().unwrap_or(0);
+        (room as usize <= STACK).then_some(Bvh8 { nodes: builder.bvh8_nodes, roots })
     }
 }
 
 /// Asks memory for what a child will be read of.
 #[inline(always)]
-fn fetch(child: u32, nodes: &[WideNode], blocks: &[TriangleBlock]) {
+fn fetch(child: u32, nodes: &[Bvh8Node], blocks: &[TriangleBlock]) {
     let node: *const i8 = nodes.as_ptr().wrapping_add(child as usize).cast();
     let block: *const i8 = blocks.as_ptr().wrapping_add((child & !LEAF) as usize).cast();
     let place = if child & LEAF != 0 { block } else { node };
@@ -92,16 +92,16 @@ fn prefetch(address: *const i8) {
     }
 }
 
-struct Making<'a> {
-    nodes: &'a [TreeNode],
-    wide: Memory,
+struct Bvh8Builder<'a> {
+    nodes: &'a [BvhNode],
+    bvh8_nodes: Memory,
     /// Entries of the stack that a ray takes at most from each node on.
     rooms: Vec<u32>,
     /// What became of each node that is a root.
     made: Vec<u32>,
 }
 
-impl Making<'_> {
+impl Bvh8Builder<'_> {
     /// What becomes of a root, which several instances may share.
     fn root(&mut self, root: u32) -> u32 {
         if self.made[root as usize] == NONE {
@@ -129,7 +129,7 @@ impl Making<'_> {
         }
         let index = self.rooms.len();
         self.rooms.push(0);
-        self.wide()[index] = EMPTY_NODE;
+        self.bvh8_nodes()[index] = EMPTY_NODE;
         let mut room = 0;
         for (place, lane) in lanes.all[..lanes.count].iter().enumerate() {
             let mut child = lane.child;
@@ -137,7 +137,7 @@ impl Making<'_> {
                 child = self.node(child);
                 room = room.max(self.rooms[child as usize]);
             }
-            let made = &mut self.wide()[index];
+            let made = &mut self.bvh8_nodes()[index];
             made.children[place] = child;
             for (sides, planes) in made.planes.iter_mut().zip(lane.planes) {
                 for (side, plane) in sides.iter_mut().zip(planes) {
@@ -149,8 +149,8 @@ impl Making<'_> {
         index as u32
     }
 
-    fn wide(&mut self) -> &mut [WideNode] {
-        self.wide.edit()
+    fn bvh8_nodes(&mut self) -> &mut [Bvh8Node] {
+        self.bvh8_nodes.edit()
     }
 
     /// What a lane would be opened to; nothing if it is no node.
@@ -188,7 +188,7 @@ struct Lanes {
 impl Lanes {
     const NONE: Lanes = Lanes { all: [Lane { planes: [[0.0; 2]; 3], child: LEAF }; WIDTH], count: 0 };
 
-    fn from_node(node: &TreeNode) -> Lanes {
+    fn from_node(node: &BvhNode) -> Lanes {
         let mut lanes = Lanes::NONE;
         for lane in (0..4).filter(|&lane| node.min_x[lane] != f32::MAX) {
             lanes.all[lanes.count] = Lane {
@@ -205,11 +205,11 @@ impl Lanes {
     }
 }
 
-const EMPTY_NODE: WideNode = {
+const EMPTY_NODE: Bvh8Node = {
     // SAFETY: any bits are eight floats.
     #[allow(unsafe_code)]
     let none = unsafe { std::mem::transmute::<[f32; WIDTH], __m256>([f32::NAN; WIDTH]) };
-    WideNode { planes: [[none; 2]; 3], children: [LEAF; WIDTH], padding: [0; 8] }
+    Bvh8Node { planes: [[none; 2]; 3], children: [LEAF; WIDTH], padding: [0; 8] }
 };
 
 /// A ray as boxes are tested against it.
@@ -236,7 +236,7 @@ impl Slabs {
     /// Distances at which the ray enters the boxes, and a bit for each that it meets within `length`.
     #[target_feature(enable = "avx2")]
     #[inline]
-    fn enter(&self, node: &WideNode, length: f32) -> ([f32; WIDTH], u32) {
+    fn enter(&self, node: &Bvh8Node, length: f32) -> ([f32; WIDTH], u32) {
         // Where one is no number, min and max give the second: so `leave` is none in an empty lane.
         let mut enter = _mm256_setzero_ps();
         let mut leave = _mm256_set1_ps(length);
@@ -257,7 +257,7 @@ impl Slabs {
 /// What [`super::bvh`] finds.
 #[inline]
 pub(super) fn find<const ANY: bool, const INSTANCES: bool>(
-    tree: &WideTree,
+    bvh: &Bvh8,
     blocks: &[TriangleBlock],
     cut_outs: &CutOuts<'_>,
     ray: &Ray,
@@ -265,17 +265,17 @@ pub(super) fn find<const ANY: bool, const INSTANCES: bool>(
 ) -> Hit {
     // In registers: its numbers were written one by one, and a read of two at once waits until memory has both.
     let &Ray { origin: Vec3 { x, y, z }, length, direction: Vec3 { x: dx, y: dy, z: dz }, key } = ray;
-    // SAFETY: trees are made where there is AVX2 alone.
+    // SAFETY: BVHs are made where there is AVX2 alone.
     #[allow(unsafe_code)]
     unsafe {
-        traverse::<ANY, INSTANCES>(tree, blocks, cut_outs, stack, x, y, z, dx, dy, dz, length, key)
+        traverse::<ANY, INSTANCES>(bvh, blocks, cut_outs, stack, x, y, z, dx, dy, dz, length, key)
     }
 }
 
 /// The same of a ray from (x, y, z) along (dx, dy, dz).
 #[target_feature(enable = "avx2")]
 fn traverse<const ANY: bool, const INSTANCES: bool>(
-    tree: &WideTree,
+    bvh: &Bvh8,
     blocks: &[TriangleBlock],
     cut_outs: &CutOuts<'_>,
     stack: &mut Stack,
@@ -288,7 +288,7 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
     length: f32,
     key: u32,
 ) -> Hit {
-    let nodes: &[WideNode] = tree.nodes.read();
+    let nodes: &[Bvh8Node] = bvh.nodes.read();
     let world = Ray { origin: Vec3::new(x, y, z), length, direction: Vec3::new(dx, dy, dz), key };
     let mut ray = world;
     let mut slabs = Slabs::new(ray.origin, ray.direction);
@@ -315,7 +315,7 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
             ray.direction = instance.to_object.vector(world.direction);
             slabs = Slabs::new(ray.origin, ray.direction);
             floor = height + 1;
-            current = tree.roots[inside as usize];
+            current = bvh.roots[inside as usize];
             continue;
         } else {
             let node = &nodes[current as usize];
@@ -371,6 +371,6 @@ fn lowest(lanes: u32) -> usize {
 
 /// The child of a lane as an entry of the stack.
 #[inline(always)]
-fn entry(near: &[f32; WIDTH], node: &WideNode, lane: usize) -> u64 {
+fn entry(near: &[f32; WIDTH], node: &Bvh8Node, lane: usize) -> u64 {
     u64::from(near[lane].to_bits()) << 32 | u64::from(node.children[lane])
 }

@@ -1,4 +1,4 @@
-//! The tree holds what it must.
+//! The BVH holds what it must.
 
 use clap::ValueEnum;
 
@@ -22,19 +22,19 @@ pub fn soup(count: u32, size: f32) -> Vec<Triangle> {
         .collect()
 }
 
-fn built(triangles: &[Triangle]) -> Tree {
-    build(triangles, LEVELS, &TreeOptions::default())
+fn built(triangles: &[Triangle]) -> Bvh {
+    build(triangles, LEVELS, &BvhOptions::default())
 }
 
-/// Walks the tree, checks boxes and blocks, and returns its depth in nodes.
-pub fn check(triangles: &[Triangle], tree: &Tree) -> u32 {
+/// Walks the BVH, checks boxes and blocks, and returns its depth in nodes.
+pub fn check(triangles: &[Triangle], bvh: &Bvh) -> u32 {
     let mut seen = vec![0; triangles.len()];
-    let mut blocks_seen = vec![0; tree.blocks.len()];
+    let mut blocks_seen = vec![0; bvh.blocks.len()];
     let mut deepest = 0;
     let mut stack = vec![(0, 1, Vec3::MIN, Vec3::MAX)];
     while let Some((id, depth, lower, upper)) = stack.pop() {
         deepest = deepest.max(depth);
-        let node: &TreeNode = &tree.nodes[id];
+        let node: &BvhNode = &bvh.nodes[id];
         for lane in 0..WIDTH {
             let min = Vec3::new(node.min_x[lane], node.min_y[lane], node.min_z[lane]);
             let max = Vec3::new(node.max_x[lane], node.max_y[lane], node.max_z[lane]);
@@ -48,7 +48,7 @@ pub fn check(triangles: &[Triangle], tree: &Tree) -> u32 {
                 stack.push((child as usize, depth + 1, min, max));
                 continue;
             }
-            let block = &tree.blocks[(child & !LEAF) as usize];
+            let block = &bvh.blocks[(child & !LEAF) as usize];
             blocks_seen[(child & !LEAF) as usize] += 1;
             for lane in 0..WIDTH {
                 let [a, b, c] =
@@ -57,7 +57,7 @@ pub fn check(triangles: &[Triangle], tree: &Tree) -> u32 {
                     assert!(a == b && b == c, "unused lanes are never hit");
                     continue;
                 }
-                let old = tree.order[block.first as usize + lane] as usize;
+                let old = bvh.order[block.first as usize + lane] as usize;
                 seen[old] += 1;
                 assert_eq!(Triangle { a, b, c }, triangles[old]);
                 for corner in [a, b, c] {
@@ -81,8 +81,8 @@ fn holds_every_triangle_once_inside_all_its_boxes() {
 
 #[test]
 fn one_triangle_has_a_root_that_is_a_node() {
-    let tree = built(&soup(1, 1.0));
-    assert_eq!((tree.nodes.len(), tree.blocks.len()), (1, 1));
+    let bvh = built(&soup(1, 1.0));
+    assert_eq!((bvh.nodes.len(), bvh.blocks.len()), (1, 1));
 }
 
 #[test]
@@ -91,14 +91,14 @@ fn same_triangles_give_the_same_bits_on_any_number_of_threads() {
     let layer = soup(60_000, 0.02);
     let above = |t: &Triangle| Triangle { a: t.a + Vec3::Y, b: t.b + Vec3::Y, c: t.c + Vec3::Y };
     let triangles: Vec<_> = layer.iter().copied().chain(layer.iter().map(above)).collect();
-    for quality in TreeQuality::value_variants() {
+    for quality in BvhQuality::value_variants() {
         let on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| shape(&triangles, LEVELS, *quality))
         };
         let alone = on(1);
         assert!((2..=5).all(|threads| on(threads) == alone), "{quality:?}");
-        check(&triangles, &alone.tree(&triangles));
+        check(&triangles, &alone.bvh(&triangles));
     }
 }
 
@@ -129,18 +129,18 @@ fn balancing_holds_every_triangle_within_min_levels() {
     let triangles = soup(4096, 0.02);
     let boxes: Vec<Aabb> = triangles.iter().map(bounds).collect();
     let groups = Groups::from_boxes(&boxes);
-    let binary = binary::build(&boxes, TreeQuality::Fast);
+    let binary = binary::build(&boxes, BvhQuality::Fast);
     let plan = Plan::new(&binary, &groups);
     let mut builder = Builder { boxes: &boxes, plan: &plan, shape: Shape::default() };
     let mut all = Vec::new();
     plan.triangles(0, &mut all);
     builder.balanced(&mut all);
-    assert_eq!(check(&triangles, &builder.shape.tree(&triangles)), min_levels(4096));
+    assert_eq!(check(&triangles, &builder.shape.bvh(&triangles)), min_levels(4096));
 
     // A budget one level above the least forces a mixture of planned and balanced parts.
     builder.shape = Shape::default();
     builder.node(0, min_levels(4096) + 1);
-    assert!(check(&triangles, &builder.shape.tree(&triangles)) <= min_levels(4096) + 1);
+    assert!(check(&triangles, &builder.shape.bvh(&triangles)) <= min_levels(4096) + 1);
 }
 
 #[test]

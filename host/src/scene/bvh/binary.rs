@@ -1,4 +1,4 @@
-//! The binary tree over boxes that a four-wide one is made of. Imports obvhs.
+//! The binary BVH over boxes that a four-wide one is made of. Imports obvhs.
 
 use clap::ValueEnum;
 use obvhs::aabb::Aabb;
@@ -9,10 +9,10 @@ use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// How much time a tree is worth.
+/// How much time a BVH is worth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum TreeQuality {
+pub enum BvhQuality {
     /// Clustered bottom up, built soonest; rays take up to a tenth longer
     Fast,
     /// Nodes moved to where they cost less too, in two passes: a third of the build
@@ -22,27 +22,27 @@ pub enum TreeQuality {
     Best,
 }
 
-impl TreeQuality {
+impl BvhQuality {
     /// Shares of the nodes that are tried elsewhere, one pass after another.
     fn passes(self) -> Vec<f32> {
         match self {
-            TreeQuality::Fast => vec![],
-            TreeQuality::Medium => vec![0.25, 0.1],
-            TreeQuality::Best => (1..32).step_by(2).map(|pass| 0.5 / pass as f32).collect(),
+            BvhQuality::Fast => vec![],
+            BvhQuality::Medium => vec![0.25, 0.1],
+            BvhQuality::Best => (1..32).step_by(2).map(|pass| 0.5 / pass as f32).collect(),
         }
     }
 }
 
 /// Clusters boxes bottom up, then moves nodes to where they cost less [Meister and Bittner 2018]. The number of threads
 /// changes no bit.
-pub fn build(boxes: &[Aabb], quality: TreeQuality) -> Bvh2 {
+pub fn build(boxes: &[Aabb], quality: BvhQuality) -> Bvh2 {
     let ids = (0..boxes.len() as u32).collect();
     let mut binary = PlocBuilder::new().build(PlocSearchDistance::Medium, boxes, ids, SortPrecision::U64, 0);
-    // How often it clustered, which is no less than the tree is deep.
+    // How often it clustered, which is no less than the BVH is deep.
     let clustered = std::mem::replace(&mut binary.max_depth, DEFAULT_MAX_STACK_DEPTH);
     binary.update_parents();
     for (pass, share) in quality.passes().into_iter().enumerate() {
-        // The search's stack has room for usual depths only; a pathological tree is balanced later instead.
+        // The search's stack has room for usual depths only; a pathological BVH is balanced later instead.
         let is_known = pass == 0 && clustered <= DEFAULT_MAX_STACK_DEPTH;
         let levels = if is_known { clustered } else { depth(&binary) };
         if binary.nodes[0].is_leaf() || levels > DEFAULT_MAX_STACK_DEPTH {
@@ -66,7 +66,7 @@ fn depth(binary: &Bvh2) -> usize {
     deepest
 }
 
-/// Moves the largest of the nodes near the root, a share of all, to where they make the tree cheapest: those that gain most
+/// Moves the largest of the nodes near the root, a share of all, to where they make the BVH cheapest: those that gain most
 /// first, and none that is touched by one before. `ReinsertionOptimizer` of obvhs leaves open which of equals are chosen.
 fn reinsert(binary: &mut Bvh2, share: f32) {
     let count = ((binary.nodes.len() as f32 * share) as usize).clamp(1, binary.nodes.len() - 1);

@@ -7,7 +7,7 @@ use spirv_std::glam::Vec4;
 /// misses it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct TreeNode {
+pub struct BvhNode {
     /// Minima of the four boxes on x.
     pub min_x: Vec4,
     /// Minima on y.
@@ -26,14 +26,14 @@ pub struct TreeNode {
     pub padding: [u32; 4],
 }
 
-/// Set in `TreeNode::children` for a leaf.
+/// Set in `BvhNode::children` for a leaf.
 pub const LEAF: u32 = 0x8000_0000;
 
-/// Set in `TreeNode::children`, without `LEAF`, for an instance: its index is in the other bits.
+/// Set in `BvhNode::children`, without `LEAF`, for an instance: its index is in the other bits.
 pub const INSTANCE: u32 = 0x4000_0000;
 
-/// Entries of the traversal stack; the builder keeps the tree shallow enough (three pushes a level).
-pub const TREE_STACK: usize = 64;
+/// Entries of the traversal stack; the builder keeps the BVH shallow enough (three pushes a level).
+pub const BVH_STACK_SIZE: usize = 64;
 
 /// Up to four triangles of a leaf, one lane each. An unused lane has three equal corners and is never hit.
 #[repr(C)]
@@ -53,5 +53,5 @@ pub struct TriangleBlock {
     pub padding: [u32; 2],
 }
 
-const _: () = assert!(size_of::<TreeNode>() == 128);
+const _: () = assert!(size_of::<BvhNode>() == 128);
 const _: () = assert!(size_of::<TriangleBlock>() == 160);

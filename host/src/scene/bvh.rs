@@ -1,8 +1,8 @@
-//! Builds the four-wide tree of `interface::tree` over triangles. Imports obvhs, interface.
+//! Builds the four-wide BVH of `interface::bvh` over triangles. Imports obvhs, interface.
 
 use std::ops::Range;
 
-use caustics_kernels::interface::tree::{LEAF, TREE_STACK, TreeNode, TriangleBlock};
+use caustics_kernels::interface::bvh::{BVH_STACK_SIZE, BvhNode, LEAF, TriangleBlock};
 use caustics_kernels::interface::triangle::Triangle;
 use glam::{Vec3, Vec3A, Vec4};
 use obvhs::aabb::Aabb;
@@ -11,8 +11,8 @@ use rayon::prelude::*;
 use self::groups::Groups;
 use self::plan::{Plan, WIDTH, min_levels};
 
-pub use self::binary::TreeQuality;
-pub use self::cache::TreeCache;
+pub use self::binary::BvhQuality;
+pub use self::cache::BvhCache;
 pub(crate) use self::cache::{accepts, sealed_file};
 
 mod binary;
@@ -24,23 +24,23 @@ mod tests;
 pub mod top;
 
 /// Levels of nodes that the traversal's stack has room for: each pushes at most three of its four lanes.
-pub const LEVELS: u32 = (TREE_STACK / (WIDTH - 1)) as u32;
+pub const LEVELS: u32 = (BVH_STACK_SIZE / (WIDTH - 1)) as u32;
 
 /// Triangles below a node from which on its lanes are built side by side.
 const MANY: usize = 1 << 14;
 
-/// A four-wide tree and the order that it puts triangles in.
+/// A four-wide BVH and the order that it puts triangles in.
 #[derive(Clone, Debug, Default)]
-pub struct Tree {
+pub struct Bvh {
     /// Nodes; the first is the root.
-    pub nodes: Vec<TreeNode>,
+    pub nodes: Vec<BvhNode>,
     /// Leaves, in the order of their triangles.
     pub blocks: Vec<TriangleBlock>,
     /// Where each triangle stood before: new id to old id.
     pub order: Vec<u32>,
 }
 
-/// What is chosen of a tree. Boxes and blocks follow from it and from the triangles, so that they always belong to these.
+/// What is chosen of a BVH. Boxes and blocks follow from it and from the triangles, so that they always belong to these.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Shape {
     /// Children of each node, a lane each: a later node, `LEAF | index` of a leaf, or [`NO_CHILD`]. The first node is the root.
@@ -54,26 +54,26 @@ struct Shape {
 /// An empty lane of a [`Shape`].
 const NO_CHILD: u32 = u32::MAX;
 
-/// How trees are made.
+/// How BVHs are made.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct TreeOptions {
+pub struct BvhOptions {
     /// How much time they are worth.
-    pub quality: TreeQuality,
+    pub quality: BvhQuality,
     /// Where those of many triangles are kept, if anywhere.
-    pub cache: Option<TreeCache>,
+    pub cache: Option<BvhCache>,
 }
 
-/// The tree over at least one finite triangle, with at most so many levels of nodes where that many hold the triangles. The
+/// The BVH over at least one finite triangle, with at most so many levels of nodes where that many hold the triangles. The
 /// same triangles give the same bits, whatever the number of threads, and whether it is built or was kept.
-pub fn build(triangles: &[Triangle], levels: u32, options: &TreeOptions) -> Tree {
+pub fn build(triangles: &[Triangle], levels: u32, options: &BvhOptions) -> Bvh {
     let build = || shape(triangles, levels, options.quality);
     match &options.cache {
-        Some(cache) => cache.tree(triangles, levels, options.quality, build),
-        None => build().tree(triangles),
+        Some(cache) => cache.bvh(triangles, levels, options.quality, build),
+        None => build().bvh(triangles),
     }
 }
 
-fn shape(triangles: &[Triangle], levels: u32, quality: TreeQuality) -> Shape {
+fn shape(triangles: &[Triangle], levels: u32, quality: BvhQuality) -> Shape {
     let boxes: Vec<Aabb> = triangles.par_iter().map(bounds).collect();
     let groups = Groups::from_boxes(&boxes);
     let of_groups: Vec<Aabb> =
@@ -89,7 +89,7 @@ pub fn bounds(triangle: &Triangle) -> Aabb {
     Aabb::from_points(&[triangle.a, triangle.b, triangle.c].map(Vec3A::from))
 }
 
-/// Whether a tree of so many levels of nodes holds this many triangles.
+/// Whether a BVH of so many levels of nodes holds this many triangles.
 pub fn fits(count: usize, levels: u32) -> bool {
     min_levels(count) <= levels
 }
@@ -141,7 +141,7 @@ impl Builder<'_> {
         self.balanced(&mut ids)
     }
 
-    /// Appends a tree of least depth: quarters along the longest axis.
+    /// Appends a BVH of least depth: quarters along the longest axis.
     fn balanced(&mut self, ids: &mut [u32]) -> u32 {
         if ids.len() <= WIDTH {
             let first = self.shape.order.len();
@@ -191,7 +191,7 @@ impl Shape {
         reference + if reference & LEAF != 0 { block } else { node }
     }
 
-    /// Whether it is a tree of so many triangles, at most `levels` nodes deep: each triangle in one leaf, each leaf and each node
+    /// Whether it is a BVH of so many triangles, at most `levels` nodes deep: each triangle in one leaf, each leaf and each node
     /// but the root the child of one node, children behind their parents. Nothing else is needed for every ray to find what it
     /// should within the stack of a traversal.
     fn is_sound(&self, triangles: usize, levels: u32) -> bool {
@@ -230,8 +230,8 @@ impl Shape {
         leaf_is_placed.iter().all(|is_placed| *is_placed)
     }
 
-    /// The tree of these triangles. It must be sound.
-    fn tree(self, triangles: &[Triangle]) -> Tree {
+    /// The BVH of these triangles. It must be sound.
+    fn bvh(self, triangles: &[Triangle]) -> Bvh {
         let mut first = 0;
         let empty = self.counts.iter().map(|&count| {
             let block = TriangleBlock { first, count: count.into(), ..TriangleBlock::default() };
@@ -260,16 +260,16 @@ impl Shape {
                 set_lane(&mut nodes[id], lane, &bounds, child);
             }
         }
-        Tree { nodes, blocks, order: self.order }
+        Bvh { nodes, blocks, order: self.order }
     }
 }
 
-impl Tree {
+impl Bvh {
     /// Boxes of lanes that a ray through the scene is expected to enter, by their surface areas [MacDonald and Booth 1990].
     fn expected_boxes(&self) -> f64 {
-        let area = |node: &TreeNode, lane: usize| {
+        let area = |node: &BvhNode, lane: usize| {
             let size = |min: Vec4, max: Vec4| f64::from(max[lane]) - f64::from(min[lane]);
-            let TreeNode { min_x, min_y, min_z, max_x, max_y, max_z, .. } = *node;
+            let BvhNode { min_x, min_y, min_z, max_x, max_y, max_z, .. } = *node;
             let [x, y, z] = [size(min_x, max_x), size(min_y, max_y), size(min_z, max_z)];
             x * y + y * z + z * x
         };
@@ -277,8 +277,8 @@ impl Tree {
         self.nodes.iter().flat_map(lanes).sum::<f64>() / f64::from(node_bounds(&self.nodes[0]).half_area())
     }
 
-    /// Appends nodes and blocks to those of other trees: children refer to where they are then.
-    pub fn append_to(mut self, nodes: &mut Vec<TreeNode>, blocks: &mut Vec<TriangleBlock>) {
+    /// Appends nodes and blocks to those of other BVHs: children refer to where they are then.
+    pub fn append_to(mut self, nodes: &mut Vec<BvhNode>, blocks: &mut Vec<TriangleBlock>) {
         shift(&mut self.nodes, nodes.len() as u32, blocks.len() as u32);
         nodes.append(&mut self.nodes);
         blocks.append(&mut self.blocks);
@@ -286,17 +286,17 @@ impl Tree {
 }
 
 /// Makes children refer to where they are behind so many other nodes and blocks.
-fn shift(nodes: &mut [TreeNode], node: u32, block: u32) {
-    for TreeNode { children, min_x, .. } in nodes {
+fn shift(nodes: &mut [BvhNode], node: u32, block: u32) {
+    for BvhNode { children, min_x, .. } in nodes {
         for lane in (0..WIDTH).filter(|&lane| min_x[lane] != f32::MAX) {
             children[lane] += if children[lane] & LEAF != 0 { block } else { node };
         }
     }
 }
 
-/// Fits part of a tree to triangles that have moved: blocks take their corners, and nodes the boxes around them, children first.
+/// Fits part of a BVH to triangles that have moved: blocks take their corners, and nodes the boxes around them, children first.
 pub fn refit(
-    nodes: &mut [TreeNode],
+    nodes: &mut [BvhNode],
     range: Range<usize>,
     blocks: &mut [TriangleBlock],
     leaves: Range<usize>,
@@ -324,7 +324,7 @@ pub fn refit(
 }
 
 /// The box around a node's children.
-fn node_bounds(node: &TreeNode) -> Aabb {
+fn node_bounds(node: &BvhNode) -> Aabb {
     let lanes = (0..WIDTH).filter(|&lane| node.min_x[lane] != f32::MAX);
     lanes.fold(Aabb::empty(), |all, lane| {
         let min = Vec3A::new(node.min_x[lane], node.min_y[lane], node.min_z[lane]);
@@ -348,10 +348,10 @@ fn fill(block: &mut TriangleBlock, triangle: impl Fn(usize) -> Option<Triangle>)
 }
 
 /// A node of four empty lanes.
-fn empty_node() -> TreeNode {
+fn empty_node() -> BvhNode {
     // A box of no size far away is missed by every ray; an inverted one would be hit by all.
     let far = Vec4::splat(f32::MAX);
-    TreeNode {
+    BvhNode {
         min_x: far,
         min_y: far,
         min_z: far,
@@ -364,7 +364,7 @@ fn empty_node() -> TreeNode {
 }
 
 /// Sets a lane to a box that is two units in the last place larger: rounding in a traversal loses no triangle.
-fn set_lane(node: &mut TreeNode, lane: usize, bounds: &Aabb, child: u32) {
+fn set_lane(node: &mut BvhNode, lane: usize, bounds: &Aabb, child: u32) {
     let min = Vec3::from(bounds.min).to_array().map(|x| x.next_down().next_down());
     let max = Vec3::from(bounds.max).to_array().map(|x| x.next_up().next_up());
     (node.min_x[lane], node.min_y[lane], node.min_z[lane]) = min.into();

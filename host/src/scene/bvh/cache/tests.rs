@@ -1,29 +1,29 @@
-//! Files of trees: those that are kept are found, and no other makes a tree that is not one.
+//! Files of BVHs: those that are kept are found, and no other makes a BVH that is not one.
 
 use std::fs::File;
 use std::path::PathBuf;
 
-use caustics_kernels::interface::tree::LEAF;
+use caustics_kernels::interface::bvh::LEAF;
 
 use super::super::tests::{check, soup};
 use super::super::{LEVELS, NO_CHILD, bounds};
 use super::*;
 
-fn cache(max_bytes: u64) -> (tempfile::TempDir, TreeCache) {
+fn cache(max_bytes: u64) -> (tempfile::TempDir, BvhCache) {
     let folder = tempfile::tempdir().unwrap();
-    let cache = TreeCache { folder: folder.path().join("trees"), max_bytes };
+    let cache = BvhCache { folder: folder.path().join("trees"), max_bytes };
     (folder, cache)
 }
 
 fn made(triangles: &[Triangle]) -> Shape {
-    super::super::shape(triangles, LEVELS, TreeQuality::default())
+    super::super::shape(triangles, LEVELS, BvhQuality::default())
 }
 
 fn key(triangles: &[Triangle]) -> Key {
-    Key::new(triangles, LEVELS, TreeQuality::default())
+    Key::new(triangles, LEVELS, BvhQuality::default())
 }
 
-fn files(cache: &TreeCache) -> Vec<PathBuf> {
+fn files(cache: &BvhCache) -> Vec<PathBuf> {
     std::fs::read_dir(&cache.folder).map_or(vec![], |all| all.map(|file| file.unwrap().path()).collect())
 }
 
@@ -37,7 +37,7 @@ fn cache_finds_the_tree_of_the_same_triangles_and_no_other() {
     let (_folder, cache) = cache(1 << 30);
     let triangles = soup(WORTH as u32, 0.01);
     let get = |triangles: &[Triangle], build: &dyn Fn() -> Shape| {
-        cache.tree(triangles, LEVELS, TreeQuality::default(), build)
+        cache.bvh(triangles, LEVELS, BvhQuality::default(), build)
     };
     let built = get(&triangles, &|| made(&triangles));
     assert_eq!(files(&cache).len(), 1);
@@ -56,10 +56,10 @@ fn cache_finds_the_tree_of_the_same_triangles_and_no_other() {
     get(&others, &build);
     assert!(is_built.get());
     let find = |levels, quality| cache.find(&Key::new(&triangles, levels, quality), &triangles);
-    assert!(find(LEVELS - 1, TreeQuality::default()).is_none());
-    assert!(find(LEVELS, TreeQuality::Best).is_none());
+    assert!(find(LEVELS - 1, BvhQuality::default()).is_none());
+    assert!(find(LEVELS, BvhQuality::Best).is_none());
 
-    // A tree that is built in no time is not kept.
+    // A BVH that is built in no time is not kept.
     let few = soup(100, 0.1);
     get(&few, &|| made(&few));
     assert_eq!(files(&cache).len(), 2);
@@ -107,9 +107,9 @@ fn a_scene_made_for_the_hash_of_another_does_not_get_into_its_place() {
     assert_eq!(invertible(cast_slice(&others)), invertible(cast_slice(&triangles)));
     cache.keep(key(&others), &made(&others)).unwrap();
     assert!(cache.find(&key(&triangles), &triangles).is_none());
-    // Even under its name the tree has the boxes of the triangles at hand.
-    let tree = parse(&shape_file(&triangles, &made(&others)), &key(&triangles), &triangles).unwrap();
-    check(&triangles, &tree);
+    // Even under its name the BVH has the boxes of the triangles at hand.
+    let bvh = parse(&shape_file(&triangles, &made(&others)), &key(&triangles), &triangles).unwrap();
+    check(&triangles, &bvh);
 }
 
 #[test]
@@ -134,7 +134,7 @@ fn damaged_and_foreign_files_are_as_none() {
     // Whole, but of other triangles
     std::fs::rename(&path, cache.folder.join(key(&other).file_name())).unwrap();
     assert!(cache.find(&key(&other), &other).is_none());
-    // Far longer than any tree of so many triangles, and without end in memory
+    // Far longer than any BVH of so many triangles, and without end in memory
     let file = File::create(&path).unwrap();
     if file.set_len(1 << 40).is_ok() {
         assert!(cache.find(&key(&one), &one).is_none());
@@ -151,12 +151,12 @@ fn pipes_links_to_devices_and_folders_in_the_cache_are_as_none_and_replaced() {
     for make in ["mkfifo \"$0\"", "ln -s /dev/zero \"$0\"", "ln -s /proc/kmsg \"$0\""] {
         let made_it = std::process::Command::new("sh").args(["-c", make]).arg(&path).status().unwrap();
         assert!(made_it.success(), "{make}");
-        cache.tree(&triangles, LEVELS, TreeQuality::default(), || made(&triangles));
-        assert!(path.symlink_metadata().unwrap().is_file(), "{make}: a tree took its place");
+        cache.bvh(&triangles, LEVELS, BvhQuality::default(), || made(&triangles));
+        assert!(path.symlink_metadata().unwrap().is_file(), "{make}: a BVH took its place");
         std::fs::remove_file(&path).unwrap();
     }
     std::fs::create_dir(&path).unwrap();
-    cache.tree(&triangles, LEVELS, TreeQuality::default(), || made(&triangles));
+    cache.bvh(&triangles, LEVELS, BvhQuality::default(), || made(&triangles));
     drop(folder);
 }
 
@@ -220,14 +220,14 @@ fn crafted_shapes_are_as_none() {
     }
 }
 
-/// Boxes are not read: a tree of any order is a tree of the triangles at hand.
+/// Boxes are not read: a BVH of any order is a BVH of the triangles at hand.
 #[test]
 fn sound_shapes_of_another_order_hold_every_triangle_in_its_boxes() {
     let triangles = soup(500, 0.05);
     let mut shape = made(&triangles);
     shape.order.reverse();
-    let tree = parse(&shape_file(&triangles, &shape), &key(&triangles), &triangles).unwrap();
-    check(&triangles, &tree);
+    let bvh = parse(&shape_file(&triangles, &shape), &key(&triangles), &triangles).unwrap();
+    check(&triangles, &bvh);
 }
 
 #[test]
@@ -235,14 +235,14 @@ fn trees_that_rays_take_for_ever_in_are_neither_taken_nor_kept() {
     let (_folder, cache) = cache(1 << 30);
     let triangles = soup(WORTH as u32, 0.01);
     let whole = made(&triangles);
-    assert!(is_quick(&whole.clone().tree(&triangles)));
+    assert!(is_quick(&whole.clone().bvh(&triangles)));
     let mut shape = whole;
     // Neighbours far from each other
     let count = shape.order.len();
     shape.order = (0..count).map(|at| shape.order[at * 10_007 % count]).collect();
     assert!(shape.is_sound(count, LEVELS));
     assert!(!accepts(&shape_file(&triangles, &shape), &triangles));
-    cache.tree(&triangles, LEVELS, TreeQuality::default(), || shape);
+    cache.bvh(&triangles, LEVELS, BvhQuality::default(), || shape);
     assert_eq!(files(&cache).len(), 0);
 }
 
@@ -252,7 +252,7 @@ fn boxes_of_the_plan_are_those_of_its_triangles() {
     let triangles = soup(3000, 0.05);
     let boxes: Vec<_> = triangles.iter().map(bounds).collect();
     let groups = Groups::from_boxes(&boxes);
-    for quality in [TreeQuality::Fast, TreeQuality::Medium, TreeQuality::Best] {
+    for quality in [BvhQuality::Fast, BvhQuality::Medium, BvhQuality::Best] {
         let binary = binary::build(&boxes, quality);
         let plan = Plan::new(&binary, &groups);
         for at in 0..2 * groups.count() - 1 {
@@ -269,8 +269,8 @@ fn boxes_of_the_plan_are_those_of_its_triangles() {
 fn files_that_were_not_used_for_longest_go_when_there_is_no_room() {
     let (_folder, mut cache) = cache(1 << 30);
     let all = [300, 301, 302].map(|count| soup(count, 0.1));
-    let find = |cache: &TreeCache, of: usize| cache.find(&key(&all[of]), &all[of]).is_some();
-    let age = |of: usize, cache: &TreeCache, seconds: u64| {
+    let find = |cache: &BvhCache, of: usize| cache.find(&key(&all[of]), &all[of]).is_some();
+    let age = |of: usize, cache: &BvhCache, seconds: u64| {
         let file = File::options().append(true).open(cache.folder.join(key(&all[of]).file_name()));
         file.unwrap().set_modified(SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(seconds)).unwrap();
     };

@@ -84,8 +84,8 @@ mod tests {
         // A tenth of the image 64 times brighter than the rest.
         let image = [[0.01; 18], [0.64; 18]].concat();
         assert_eq!(grey(&image[..20]), -1.1, "the brightest twentieth at 0.3");
-        let lamp = [[0.18; 39].to_vec(), vec![1e6]].concat();
-        assert!((-0.6..=0.0).contains(&grey(&lamp)), "{}", grey(&lamp));
+        let light = [[0.18; 39].to_vec(), vec![1e6]].concat();
+        assert!((-0.6..=0.0).contains(&grey(&light)), "{}", grey(&light));
     }
 
     #[test]

@@ -180,14 +180,14 @@ impl Scene {
 
     /// Whether something can shine at some time, because what moves changes.
     pub(crate) fn lights_up(&self) -> bool {
-        let lamps = |motion: &Motion| motion.lights().has(caustics_kernels::light::TYPES);
-        self.motion.as_ref().is_some_and(|motion| lamps(motion) || !self.emitters.is_empty())
+        let lights = |motion: &Motion| motion.lights().has(caustics_kernels::light::TYPES);
+        self.motion.as_ref().is_some_and(|motion| lights(motion) || !self.emitters.is_empty())
     }
 
     /// Rows that its light table can have at most, at any time.
     pub(crate) fn max_light_count(&self) -> usize {
-        let lamps = |motion: &Motion| self.emitters.len() + motion.lights.len() + 1;
-        self.motion.as_ref().map_or(0, lamps).max(self.lights.len())
+        let lights = |motion: &Motion| self.emitters.len() + motion.lights.len() + 1;
+        self.motion.as_ref().map_or(0, lights).max(self.lights.len())
     }
 
     /// Time of the last key of its animations and edits (s); 0 where nothing moves.

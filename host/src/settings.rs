@@ -7,7 +7,7 @@ use caustics_kernels::history::{self, History};
 use caustics_kernels::interface::balance::FIRST_PATHS;
 use caustics_kernels::interface::caster::Casters;
 use caustics_kernels::interface::choice::{
-    Caustics, Connections, Fireflies, PathHistory, Sampler, TextureFilter,
+    Caustics, Fireflies, LightSampler, PathHistory, Sampler, TextureFilter,
 };
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::{FrameParams, TEXTURE_FILTER_CONE, TEXTURE_FILTER_FINEST, Window};
@@ -60,7 +60,7 @@ pub struct Settings {
     /// Which light is the light paths'.
     pub caustics: Caustics,
     /// How camera paths find lights.
-    pub connections: Connections,
+    pub light_sampler: LightSampler,
     /// Where the numbers of camera paths come from. The program's default is `Sampler::Sobol`, with which frames of one batch are no
     /// independent samples; here they are.
     pub sampler: Sampler,
@@ -96,7 +96,7 @@ impl Default for Settings {
             denoiser: &denoiser::NONE,
             emission: &emission::POWER,
             caustics: Caustics::First,
-            connections: Connections::Resampled,
+            light_sampler: LightSampler::Resampled,
             sampler: Sampler::Independent,
             batches: 1,
             path_history: PathHistory::None,
@@ -141,7 +141,7 @@ impl Settings {
             Some(TextureFilter::Finest) => TEXTURE_FILTER_FINEST,
             Some(TextureFilter::Cone) | None => TEXTURE_FILTER_CONE,
         };
-        let casters = if shoots && self.emission.aims {
+        let casters = if shoots && self.emission.uses_casters {
             scene.casters(self.specular_roughness)
         } else {
             Casters::default()
@@ -164,7 +164,7 @@ impl Settings {
             background: self.background.unwrap_or(scene.background),
             history: self.history.settings.unwrap_or_default(),
             caustics: self.caustics as u32,
-            connections: self.connections as u32,
+            light_sampler: self.light_sampler as u32,
             moved: 1,
             casters,
             sequence: self.sequence(frame),

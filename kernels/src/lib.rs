@@ -52,7 +52,7 @@
 //! |---|---|
 //! | [`interface`] | types that host and kernels share, a unit on every field |
 //! | [`math`] | random numbers, warps, cones, pencils, fixed point |
-//! | [`texture`], [`surface`], [`light`] | what is at a hit: texels, lobes, lamps |
+//! | [`texture`], [`surface`], [`light`] | what is at a hit: texels, lobes, lights |
 //! | [`trace`] | the trait of tracers: our own BVH, ray queries |
 //! | [`mod@gather`], [`pass`], [`history`], [`denoiser`], [`method`] | what frames are made of, each variant a file and a line |
 //! | [`declare`], [`platform`], [`memory`] | how one function runs on a GPU and on a CPU |

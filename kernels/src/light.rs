@@ -1,22 +1,22 @@
-//! Lights: choosing one, connecting to it, leaving it. A type of light is a file here, with `leave`, `towards` and `connect`, and
+//! Lights: choosing one, sampling its emission, sampling it for next-event estimation. A type of light is a file here, with `sample_emission`, `eval_emission` and `sample_light`, and
 //! a line of `interface::light::for_each_light`. Imports `interface`, `math` and `texture`.
 
 pub mod aimed;
 pub mod by_density;
-pub mod connect;
 pub mod density_map;
+pub mod emission_cone;
 pub mod emit;
 pub mod guided;
+pub mod light_sampling;
 pub mod mixture;
 pub mod power;
-pub mod target;
 
 use crate::interface::NONE;
 use crate::interface::features::Features;
 use crate::interface::light::{Light, for_each_light};
 use crate::interface::scene::SceneTables;
-use connect::Connection;
-use emit::{EmissionSample, Towards};
+use emit::{EmissionSample, EvaluatedEmission};
+use light_sampling::LightSample;
 use spirv_std::glam::{Vec3, Vec4};
 
 /// Declares the files of the types, and asks the one that a light is of.
@@ -31,10 +31,10 @@ macro_rules! types {
         /// The types of lights.
         pub const TYPES: Features = Features(Features::$area_bit.0 $(| Features::$bit.0)*);
 
-        /// Start of a light path at a light, by two times four uniform numbers: (light, light, place, place), (direction,
+        /// Samples the start of a light path at a light, by two times four uniform numbers: (light, light, place, place), (direction,
         /// direction, side, choice of what to aim at).
         #[inline(always)]
-        pub fn leave(
+        pub fn sample_emission(
             light: &Light,
             scene: SceneTables<'_>,
             features: Features,
@@ -43,54 +43,54 @@ macro_rules! types {
         ) -> EmissionSample {
             $(
                 if features.has(Features::$bit) && light.kind == Features::$bit.0 {
-                    return $file::leave(light, scene, features, place, direction);
+                    return $file::sample_emission(light, scene, features, place, direction);
                 }
             )*
-            $area::leave(light, scene, features, place, direction)
+            $area::sample_emission(light, scene, features, place, direction)
         }
 
-        /// Start of a light path at that place by an aim (see `target`): what `leave` makes of it.
+        /// Evaluates the start of a light path at that place in an emission direction (see `emission_cone`): what `sample_emission` makes of it.
         #[inline(always)]
-        fn towards(
+        fn eval_emission(
             light: &Light,
             scene: SceneTables<'_>,
             features: Features,
             place: Vec4,
-            aim: Vec3,
-        ) -> Towards {
+            direction: Vec3,
+        ) -> EvaluatedEmission {
             $(
                 if features.has(Features::$bit) && light.kind == Features::$bit.0 {
-                    return $file::towards(light, scene, features, place, aim);
+                    return $file::eval_emission(light, scene, features, place, direction);
                 }
             )*
-            $area::towards(light, scene, features, place, aim)
+            $area::eval_emission(light, scene, features, place, direction)
         }
 
-        /// Connects a position to a light, by two uniform numbers; none where no light leaves towards it.
+        /// Samples a light for a position, by two uniform numbers; none where no light comes to it.
         #[inline(always)]
-        fn connect_to(
+        fn sample_light(
             light: &Light,
             scene: SceneTables<'_>,
             features: Features,
             position: Vec3,
             u: f32,
             v: f32,
-        ) -> Connection {
+        ) -> LightSample {
             $(
                 if features.has(Features::$bit) && light.kind == Features::$bit.0 {
-                    return $file::connect(light, scene, features, position, u, v);
+                    return $file::sample_light(light, scene, features, position, u, v);
                 }
             )*
-            $area::connect(light, scene, features, position, u, v)
+            $area::sample_light(light, scene, features, position, u, v)
         }
     };
 }
 for_each_light!(types);
 
-/// The light of a row as a path leaves it by the uniform numbers of `leave`, and those of its place then: of an environment,
+/// Samples the direction of an environment: the light of a row as a path leaves it by the uniform numbers of `sample_emission`, and those of its place then: of an environment,
 /// parallel light from a direction, which takes the numbers that its place had.
 #[inline(always)]
-fn drawn(
+fn sample_environment(
     scene: SceneTables<'_>,
     features: Features,
     row: u32,
@@ -100,16 +100,16 @@ fn drawn(
     let mut light = scene.lights[row as usize];
     let mut place = place;
     if features.has(Features::ENVIRONMENT) && light.kind == Features::ENVIRONMENT.0 {
-        light = environment::drawn(&light, scene, place.z, place.w);
+        light = environment::sample_environment(&light, scene, place.z, place.w);
         place = environment::place_across(place, direction);
     }
     (light, place)
 }
 
-/// Where on a light a path starts, by the first four uniform numbers of `leave` (m); of parallel light, the middle of its disc.
+/// Samples the position on a light where a path starts, by the first four uniform numbers of `sample_emission` (m); of parallel light, the middle of its disc.
 #[inline(always)]
-fn place_on(light: &Light, scene: SceneTables<'_>, features: Features, place: Vec4) -> Vec3 {
-    if light.triangle == NONE { light.position } else { area::place_on(light, scene, features, place) }
+fn sample_position(light: &Light, scene: SceneTables<'_>, features: Features, place: Vec4) -> Vec3 {
+    if light.triangle == NONE { light.position } else { area::sample_position(light, scene, features, place) }
 }
 
 /// Chooses a light by the alias table; its chance is `Light::pdf_light_choice`.

@@ -187,7 +187,7 @@ impl Bsdf {
         self.chances.reflections() + self.chances.diffuse() + self.chances.dielectric > 0.0
     }
 
-    /// Whether any lobe has a width, so that a connection to a light may give something.
+    /// Whether any lobe has a width, so that light sampling may give something.
     #[inline]
     pub fn is_wide(&self) -> bool {
         let rough = self.material.roughness >= ggx::DELTA_ROUGHNESS;

@@ -25,7 +25,7 @@ pub fn build() -> Document {
     let mut document = Document::default();
     add_walls(&mut document);
     add_mirrors(&mut document);
-    add_lamps(&mut document);
+    add_lights(&mut document);
     add_casters(&mut document);
     add_camera(&mut document);
     document
@@ -89,7 +89,7 @@ fn add_mirrors(document: &mut Document) {
     }
 }
 
-fn add_lamps(document: &mut Document) {
+fn add_lights(document: &mut Document) {
     let material = document.material("lamp", emitter([1.0, 0.92, 0.80], 1500.0));
     let mut panels = Mesh::default();
     for x in [LEFT, RIGHT] {

@@ -14,7 +14,7 @@ use crate::walls;
 const PERIOD: f64 = 2.0;
 /// Largest angle of the swing (rad).
 const LARGEST: f64 = 0.6;
-/// What the lamp hangs from (m).
+/// What the light hangs from (m).
 const PIVOT: DVec3 = DVec3::new(-1.35, 2.5, -0.95);
 /// Length of the rod (m).
 const ROD: f64 = 0.8;
@@ -55,12 +55,12 @@ fn add_mirrors(document: &mut Document) {
     }
 }
 
-/// The lamp: built around its pivot, looking down, and turned about z.
+/// The light: built around its pivot, looking down, and turned about z.
 fn add_swing(document: &mut Document) {
     let material = document.material("lamp", emitter([1.0, 0.93, 0.82], 900.0));
     let panel = Mesh::default().panel(DVec3::new(0.0, -ROD, 0.0), 0.05 * DVec3::X, 0.05 * DVec3::Z);
-    let lamp = document.mesh("lamp", material, &panel);
-    document.place(lamp, PIVOT);
+    let light = document.mesh("lamp", material, &panel);
+    document.place(light, PIVOT);
     // The angle is a sine; a cubic with the tangents of the quaternion between eight keys is within 1e-4 of it.
     let times: Vec<f64> = (0..=8).map(|key| PERIOD * f64::from(key) / 8.0).collect();
     let rows: Vec<[f64; 4]> = times
@@ -72,7 +72,7 @@ fn add_swing(document: &mut Document) {
             [tangent, DQuat::from_rotation_z(2.0 * half).to_array(), tangent]
         })
         .collect();
-    document.animate(lamp, Property::Rotation, Interpolation::Cubic, &times, &rows);
+    document.animate(light, Property::Rotation, Interpolation::Cubic, &times, &rows);
 }
 
 fn add_casters(document: &mut Document) {
@@ -84,15 +84,15 @@ fn add_casters(document: &mut Document) {
     document.mesh("ring", brass, &Mesh::default().ring(base, 0.3, 0.308, 0.14, 192, 2));
 }
 
-/// The corner with the weak lamp.
+/// The corner with the weak light.
 fn add_corner(document: &mut Document) {
     let grey = document.material("screen", lambert([0.25, 0.25, 0.26]));
     let wall = Mesh::default().block(DVec3::new(1.36, GAP, -2.0), DVec3::new(1.38, 1.7, -0.45));
     document.mesh("screen", grey, &wall);
     let weak = document.material("weak lamp", emitter([0.75, 0.85, 1.0], 500.0));
-    let (lamp, target) = (DVec3::new(1.8, 1.5, -1.95), DVec3::new(1.8, 0.0, -0.95));
-    let facing = (target - lamp).normalize();
-    let panel = Mesh::default().panel(lamp, 0.04 * DVec3::X, 0.04 * facing.cross(DVec3::X));
+    let (light, target) = (DVec3::new(1.8, 1.5, -1.95), DVec3::new(1.8, 0.0, -0.95));
+    let facing = (target - light).normalize();
+    let panel = Mesh::default().panel(light, 0.04 * DVec3::X, 0.04 * facing.cross(DVec3::X));
     document.mesh("weak lamp", weak, &panel);
     let steel = document.material("steel ring", metal([0.9, 0.9, 0.92], 0.0));
     let base = DVec3::new(1.8, GAP, -0.95);

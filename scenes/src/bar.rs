@@ -14,7 +14,7 @@ use crate::gltf::{Document, Shape};
 mod bottles;
 mod furniture;
 mod glasses;
-mod lamps;
+mod lights;
 mod metal;
 mod palette;
 
@@ -32,7 +32,7 @@ pub fn build() -> Document {
     furniture::add_room(&mut document, &palette);
     furniture::add_counter(&mut document, &palette);
     furniture::add_back_bar(&mut document, &palette);
-    lamps::add(&mut document, &palette);
+    lights::add(&mut document, &palette);
     let glasses = Glasses::new(&mut document, &palette);
     let bottles = bottles::add(&mut document, &palette);
     let turned = Turned::new(&mut document, &palette);

@@ -12,10 +12,10 @@ const HALF: f64 = 1.0;
 const BALL_RADIUS: f64 = 0.36;
 /// Gap between a ball and the floor (m).
 const GAP: f64 = 0.001;
-/// Half the lamp's side (m).
-const LAMP_HALF: f64 = 0.25;
-/// Radiance of the lamp (W m^-2 sr^-1).
-const LAMP_RADIANCE: f64 = 12.0;
+/// Half the light's side (m).
+const LIGHT_HALF_SIDE: f64 = 0.25;
+/// Radiance of the light (W m^-2 sr^-1).
+const LIGHT_RADIANCE: f64 = 12.0;
 
 /// How finely the surfaces are cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,9 +67,13 @@ pub fn build(detail: Detail) -> Document {
         document.mesh(name, material, &ball);
     }
 
-    let lamp = document.material("lamp", emitter([1.0, 0.9, 0.75], LAMP_RADIANCE));
+    let light = document.material("lamp", emitter([1.0, 0.9, 0.75], LIGHT_RADIANCE));
     let above = DVec3::new(0.0, 2.0 * HALF - 0.005, 0.0);
-    document.mesh("lamp", lamp, &Mesh::default().panel(above, LAMP_HALF * DVec3::X, LAMP_HALF * DVec3::Z));
+    document.mesh(
+        "lamp",
+        light,
+        &Mesh::default().panel(above, LIGHT_HALF_SIDE * DVec3::X, LIGHT_HALF_SIDE * DVec3::Z),
+    );
 
     document.camera("main", centre.with_z(4.6), centre, 32_f64.to_radians(), 16.0 / 9.0);
     document

@@ -5,12 +5,12 @@ use glam::DVec3;
 use crate::gltf::{Document, Interpolation, Node, Property, emitter, lambert, looking, metal};
 use crate::mesh::Mesh;
 
-/// Half the lamp's side (m).
-const LAMP_HALF: f64 = 0.05;
-/// Radiance of a lamp (W m^-2 sr^-1): about 1 W/m^2 where it looks.
+/// Half the light's side (m).
+const LIGHT_HALF_SIDE: f64 = 0.05;
+/// Radiance of a light (W m^-2 sr^-1): about 1 W/m^2 where it looks.
 const RADIANCE: f64 = 1400.0;
-/// From what a lamp looks at to the lamp (m).
-const TO_LAMP: DVec3 = DVec3::new(2.6, 2.6, 0.0);
+/// From what a light looks at to the light (m).
+const TO_LIGHT: DVec3 = DVec3::new(2.6, 2.6, 0.0);
 /// Gap that keeps faces of things that stand on each other apart (m).
 const GAP: f64 = 0.001;
 /// When the last key is (s).
@@ -23,8 +23,8 @@ pub fn light_off() -> Document {
     let mut document = Document::default();
     add_floor(&mut document, 2.0, 0.0);
     add_ring(&mut document);
-    add_lamp(&mut document, "lamp that stays", TO_LAMP);
-    let out = add_lamp(&mut document, "lamp that goes out", TO_LAMP * DVec3::new(-1.0, 1.0, 1.0));
+    add_light(&mut document, "lamp that stays", TO_LIGHT);
+    let out = add_light(&mut document, "lamp that goes out", TO_LIGHT * DVec3::new(-1.0, 1.0, 1.0));
     let scales = [[1.0; 3], [0.0; 3], [0.0; 3]];
     document.animate(out, Property::Scale, Interpolation::Step, &[0.0, JUMP, END], &scales);
     look_down(&mut document);
@@ -36,7 +36,7 @@ pub fn moving_caster() -> Document {
     let mut document = Document::default();
     add_floor(&mut document, 2.0, 0.0);
     let ring = add_ring(&mut document);
-    add_lamp(&mut document, "lamp", TO_LAMP);
+    add_light(&mut document, "lamp", TO_LIGHT);
     slide(&mut document, ring);
     look_down(&mut document);
     document
@@ -48,8 +48,8 @@ pub fn moving_receiver() -> Document {
     add_floor(&mut document, 4.0, -0.1);
     let plate = add_plate(&mut document, 1.0);
     let ring = add_ring(&mut document);
-    let lamp = add_lamp(&mut document, "lamp", TO_LAMP);
-    let group = document.group("group", &[plate, ring, lamp]);
+    let light = add_light(&mut document, "lamp", TO_LIGHT);
+    let group = document.group("group", &[plate, ring, light]);
     slide(&mut document, group);
     look_down(&mut document);
     document
@@ -61,7 +61,7 @@ pub fn sliding_receiver() -> Document {
     add_floor(&mut document, 4.0, -0.1);
     let plate = add_plate(&mut document, 1.5);
     add_ring(&mut document);
-    add_lamp(&mut document, "lamp", TO_LAMP);
+    add_light(&mut document, "lamp", TO_LIGHT);
     slide(&mut document, plate);
     look_down(&mut document);
     document
@@ -78,8 +78,8 @@ pub fn camera_cut() -> Document {
     for (name, side) in [("front", side), ("back", -side)] {
         let ring = add_ring(&mut document);
         document.place(ring, side);
-        let lamp = add_lamp(&mut document, &format!("{name} lamp"), TO_LAMP);
-        document.place(lamp, TO_LAMP + side);
+        let light = add_light(&mut document, &format!("{name} lamp"), TO_LIGHT);
+        document.place(light, TO_LIGHT + side);
     }
     let front = (side + DVec3::new(0.0, 2.2, 1.3), side);
     let back = (-side - DVec3::new(0.0, -2.2, 1.3), -side);
@@ -116,14 +116,18 @@ fn add_ring(document: &mut Document) -> Node {
     document.mesh("ring", material, &Mesh::default().ring(base, 0.4, 0.408, 0.3, 256, 2))
 }
 
-/// A lamp here (m) that looks at the origin, or at what is below it as the origin is; its node stands at the lamp.
-fn add_lamp(document: &mut Document, name: &str, from: DVec3) -> Node {
+/// A light here (m) that looks at the origin, or at what is below it as the origin is; its node stands at the light.
+fn add_light(document: &mut Document, name: &str, from: DVec3) -> Node {
     let material = document.material(name, emitter([1.0, 0.95, 0.85], RADIANCE));
     let facing = -from.normalize();
-    let panel = Mesh::default().panel(DVec3::ZERO, LAMP_HALF * DVec3::Z, LAMP_HALF * facing.cross(DVec3::Z));
-    let lamp = document.mesh(name, material, &panel);
-    document.place(lamp, from);
-    lamp
+    let panel = Mesh::default().panel(
+        DVec3::ZERO,
+        LIGHT_HALF_SIDE * DVec3::Z,
+        LIGHT_HALF_SIDE * facing.cross(DVec3::Z),
+    );
+    let light = document.mesh(name, material, &panel);
+    document.place(light, from);
+    light
 }
 
 /// Moves a node along x, from -0.3 to 0.3 m.

@@ -52,7 +52,7 @@ pub fn build() -> Document {
     let mut document = Document::default();
     let white = document.material("white", lambert([0.75, 0.75, 0.75]));
     let glass = document.material("flint", flint(IOR, RADIUS));
-    let lamp = document.material("lamp", emitter([1.0, 1.0, 1.0], 4000.0));
+    let light = document.material("lamp", emitter([1.0, 1.0, 1.0], 4000.0));
     let dim = document.material("dim", emitter([0.9, 0.95, 1.0], 0.05));
 
     document.mesh("floor", white, &Mesh::default().panel(DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X));
@@ -73,7 +73,7 @@ pub fn build() -> Document {
     let down = DVec3::new(-0.3, -1.0, 0.1).normalize();
     let (right, up) = (DVec3::Z.cross(down).normalize(), down.cross(DVec3::Z.cross(down)).normalize());
     let place = BALL - 2.2 * down;
-    document.mesh("lamp", lamp, &Mesh::default().panel(place, 0.02 * right, 0.02 * up));
+    document.mesh("lamp", light, &Mesh::default().panel(place, 0.02 * right, 0.02 * up));
 
     document.camera("main", DVec3::new(0.2, 1.3, 2.3), DVec3::new(0.2, 0.35, 0.0), 0.6, 16.0 / 9.0);
     document

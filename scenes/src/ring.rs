@@ -17,7 +17,7 @@ pub fn build() -> Document {
     let mut document = Document::default();
     let plane = document.material("plane", lambert([0.7, 0.7, 0.7]));
     let ring = document.material("ring", metal([0.95, 0.9, 0.8], 0.0));
-    let lamp = document.material("lamp", emitter([1.0, 1.0, 1.0], RADIANCE));
+    let light = document.material("lamp", emitter([1.0, 1.0, 1.0], RADIANCE));
 
     document.mesh("plane", plane, &Mesh::default().panel(DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X));
     // A hair above the plane: no face of the ring lies in the plane's own.
@@ -25,10 +25,10 @@ pub fn build() -> Document {
     document.mesh("ring", ring, &Mesh::default().ring(base, 1.0, 1.01, 0.8, 512, 2));
 
     // The emitter stands 45 degrees high on the +x side and faces the ring.
-    let to_lamp = DVec3::new(1.0, 1.0, 0.0).normalize();
+    let to_light = DVec3::new(1.0, 1.0, 0.0).normalize();
     let (right, up) = (DVec3::Z, DVec3::new(1.0, -1.0, 0.0).normalize());
-    let panel = Mesh::default().panel(DISTANCE * to_lamp, HALF_SIDE * right, -HALF_SIDE * up);
-    document.mesh("lamp", lamp, &panel);
+    let panel = Mesh::default().panel(DISTANCE * to_light, HALF_SIDE * right, -HALF_SIDE * up);
+    document.mesh("lamp", light, &panel);
 
     document.camera("main", DVec3::new(0.0, 4.6, 2.2), DVec3::new(0.0, 0.1, 0.1), 0.7, 16.0 / 9.0);
     document

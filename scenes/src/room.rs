@@ -36,12 +36,12 @@ const TABLE_TOP: f64 = 0.5;
 const SCREEN_TOP: f64 = 1.37;
 /// Eye (m).
 const EYE: DVec3 = DVec3::new(0.0, 2.65, 1.85);
-/// Centre of the lamp (m).
-const LAMP: DVec3 = DVec3::new(1.75, 2.5, -1.7);
-/// Half the lamp's side (m).
-const LAMP_HALF: f64 = 0.06;
-/// Radiance of the lamp (W m^-2 sr^-1).
-const LAMP_RADIANCE: f64 = 1500.0;
+/// Centre of the light (m).
+const LIGHT_CENTRE: DVec3 = DVec3::new(1.75, 2.5, -1.7);
+/// Half the light's side (m).
+const LIGHT_HALF_SIDE: f64 = 0.06;
+/// Radiance of the light (W m^-2 sr^-1).
+const LIGHT_RADIANCE: f64 = 1500.0;
 /// Radius of the ball (m).
 const BALL_RADIUS: f64 = 0.18;
 /// Gap that keeps faces of things that stand on each other apart (m).
@@ -52,7 +52,7 @@ pub fn build(kind: Kind) -> Document {
     let mut document = Document::default();
     add_walls(&mut document);
     add_mirror(&mut document, kind);
-    add_lamp(&mut document);
+    add_light(&mut document);
     add_table(&mut document, kind);
     let pitch = 21.5_f64.to_radians();
     let target = EYE + DVec3::new(0.0, -pitch.sin(), -pitch.cos());
@@ -102,23 +102,24 @@ fn add_mirror(document: &mut Document, kind: Kind) {
     document.mesh("frame", frame, &bars);
 }
 
-fn add_lamp(document: &mut Document) {
-    let material = document.material("lamp", emitter([1.0, 0.93, 0.82], LAMP_RADIANCE));
+fn add_light(document: &mut Document) {
+    let material = document.material("lamp", emitter([1.0, 0.93, 0.82], LIGHT_RADIANCE));
     // Face the middle of the table, level along z.
-    let facing = (DVec3::new(0.0, TABLE_TOP, LAMP.z) - LAMP).normalize();
+    let facing = (DVec3::new(0.0, TABLE_TOP, LIGHT_CENTRE.z) - LIGHT_CENTRE).normalize();
     let across = facing.cross(DVec3::Z);
-    let panel = Mesh::default().panel(LAMP, LAMP_HALF * DVec3::Z, LAMP_HALF * across);
+    let panel = Mesh::default().panel(LIGHT_CENTRE, LIGHT_HALF_SIDE * DVec3::Z, LIGHT_HALF_SIDE * across);
     document.mesh("lamp", material, &panel);
 
     // The shade's far edge just cuts the line from the lamp's far side to the mirror's far corner.
     let shade = document.material("shade", lambert([0.05, 0.05, 0.05]));
     let length = 0.6;
     let corner = DVec3::new(MIRROR_MIN.x, MIRROR_MIN.y, MIRROR_MIN.z);
-    let source = LAMP + LAMP_HALF * DVec3::Z;
-    let slope = (corner.z - source.z) / (corner - LAMP).dot(facing);
+    let source = LIGHT_CENTRE + LIGHT_HALF_SIDE * DVec3::Z;
+    let slope = (corner.z - source.z) / (corner - LIGHT_CENTRE).dot(facing);
     let tip_z = source.z + slope * length;
-    let base_z = LAMP.z - LAMP_HALF - 0.02;
-    let at = |along: f64, across_by: f64, z: f64| (LAMP + along * facing + across_by * across).with_z(z);
+    let base_z = LIGHT_CENTRE.z - LIGHT_HALF_SIDE - 0.02;
+    let at =
+        |along: f64, across_by: f64, z: f64| (LIGHT_CENTRE + along * facing + across_by * across).with_z(z);
     let corners = [
         at(-0.02, -0.15, base_z),
         at(-0.02, 0.15, base_z),

@@ -35,7 +35,7 @@ pub fn build() -> (Document, Vec<(&'static str, Vec<u8>)>) {
     add_mirror(&mut document);
     add_screen(&mut document);
     add_things(&mut document);
-    add_lamps(&mut document);
+    add_lights(&mut document);
     document.camera("main", DVec3::new(0.0, 0.62, 2.5), DVec3::new(0.0, 0.31, 0.0), 0.345, 16.0 / 9.0);
     (document, vec![("wood.png", draw(256, planks))])
 }
@@ -136,7 +136,7 @@ fn add_things(document: &mut Document) {
     }
 }
 
-fn add_lamps(document: &mut Document) {
+fn add_lights(document: &mut Document) {
     let middle = DVec3::new(0.0, 0.0, -0.1);
     for (name, place, color, intensity) in [
         ("warm lamp", DVec3::new(-1.70, 0.95, 0.55), [1.0, 0.72, 0.42], 14.0),

@@ -14,12 +14,12 @@ use crate::texture::{byte, draw, noise, normal};
 const MIN: DVec3 = DVec3::new(-2.0, 0.0, -2.0);
 /// Upper corner (m).
 const MAX: DVec3 = DVec3::new(2.0, 2.6, 2.0);
-/// Centre of the lamp (m).
-const LAMP: DVec3 = DVec3::new(0.9, 2.55, -0.3);
-/// Half the lamp's side (m).
-const LAMP_HALF: f64 = 0.07;
-/// Radiance of the lamp's brightest panes (W m^-2 sr^-1).
-const LAMP_RADIANCE: f64 = 800.0;
+/// Centre of the light (m).
+const LIGHT_CENTRE: DVec3 = DVec3::new(0.9, 2.55, -0.3);
+/// Half the light's side (m).
+const LIGHT_HALF_SIDE: f64 = 0.07;
+/// Radiance of the light's brightest panes (W m^-2 sr^-1).
+const LIGHT_RADIANCE: f64 = 800.0;
 /// Radius of the glass ball (m).
 const BALL_RADIUS: f64 = 0.22;
 /// Gap between things that touch (m).
@@ -69,11 +69,16 @@ fn add_walls(document: &mut Document, tiles: Texture, bricks: Texture) {
 }
 
 fn add_things(document: &mut Document, rings: Texture, leaves: Texture, panes: Texture) {
-    let mut lamp = emitter([1.0; 3], LAMP_RADIANCE);
-    lamp["emissiveTexture"] = panes.info();
-    let lamp = document.material("lamp", lamp);
-    let panel = Mesh::default().mapped_panel(LAMP, LAMP_HALF * DVec3::X, LAMP_HALF * DVec3::Z, 1.0);
-    document.mesh("lamp", lamp, &panel);
+    let mut light = emitter([1.0; 3], LIGHT_RADIANCE);
+    light["emissiveTexture"] = panes.info();
+    let light = document.material("lamp", light);
+    let panel = Mesh::default().mapped_panel(
+        LIGHT_CENTRE,
+        LIGHT_HALF_SIDE * DVec3::X,
+        LIGHT_HALF_SIDE * DVec3::Z,
+        1.0,
+    );
+    document.mesh("lamp", light, &panel);
 
     let mut foliage = lambert([1.0; 3]);
     foliage["pbrMetallicRoughness"]["baseColorTexture"] = leaves.info();

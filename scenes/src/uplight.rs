@@ -7,11 +7,11 @@ use crate::mesh::Mesh;
 
 /// Height of the ceiling (m).
 const CEILING: f64 = 2.4;
-/// Distance of the lamp from the ceiling (m).
+/// Distance of the light from the ceiling (m).
 const GAP: f64 = 0.08;
-/// Half the lamp's side (m).
+/// Half the light's side (m).
 const HALF_SIDE: f64 = 0.04;
-/// Radiance of the lamp (W m^-2 sr^-1).
+/// Radiance of the light (W m^-2 sr^-1).
 const RADIANCE: f64 = 4000.0;
 /// Radius of the ball (m).
 const BALL_RADIUS: f64 = 0.3;
@@ -22,7 +22,7 @@ pub fn build() -> Document {
     let white = document.material("white", lambert([0.8, 0.8, 0.8]));
     let floor = document.material("floor", lambert([0.6, 0.55, 0.5]));
     let clear = document.material("glass", glass(1.5, 2.0 * BALL_RADIUS));
-    let lamp = document.material("lamp", emitter([1.0, 0.9, 0.75], RADIANCE));
+    let light = document.material("lamp", emitter([1.0, 0.9, 0.75], RADIANCE));
 
     document.mesh("floor", floor, &Mesh::default().panel(DVec3::ZERO, 2.5 * DVec3::Z, 2.5 * DVec3::X));
     let ceiling = Mesh::default().panel(CEILING * DVec3::Y, 2.5 * DVec3::X, 2.5 * DVec3::Z);
@@ -32,7 +32,7 @@ pub fn build() -> Document {
 
     // It faces up: nothing but the ceiling sees it.
     let place = DVec3::new(0.4, CEILING - GAP, 0.0);
-    document.mesh("lamp", lamp, &Mesh::default().panel(place, HALF_SIDE * DVec3::Z, HALF_SIDE * DVec3::X));
+    document.mesh("lamp", light, &Mesh::default().panel(place, HALF_SIDE * DVec3::Z, HALF_SIDE * DVec3::X));
 
     document.camera("main", DVec3::new(0.0, 1.5, 2.2), DVec3::new(-0.1, 0.2, 0.0), 0.7, 16.0 / 9.0);
     document

@@ -17,9 +17,9 @@ use crate::statistics::Mean;
 const FPS: f64 = 24.0;
 /// Frames of a fade.
 const FRAMES: u32 = 18;
-/// Node of the lamp in `moving-caster`, and of the lamp that goes out in `light-off`.
-const LAMP: usize = 2;
-const SECOND_LAMP: usize = 3;
+/// Node of the light in `moving-caster`, and of the light that goes out in `light-off`.
+const LIGHT_NODE: usize = 2;
+const SECOND_LIGHT_NODE: usize = 3;
 
 /// What throws the caustic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,11 +33,11 @@ pub enum Caster {
 /// A light whose power changes from frame to frame.
 #[derive(Clone, Debug)]
 pub enum Fade {
-    /// The lamp's edges grow from one factor to another: its area by their square.
-    Lamp(f64, f64),
-    /// One of two lamps does.
+    /// The light's edges grow from one factor to another: its area by their square.
+    Light(f64, f64),
+    /// One of two lights does.
     OneOfTwo(f64, f64),
-    /// The lamp moves away, to so many times its distance.
+    /// The light moves away, to so many times its distance.
     Away(f64),
     /// The intensity of a punctual light is multiplied by this in each frame.
     Power(Punctual, f64),
@@ -94,7 +94,7 @@ impl Fading {
             make_glass(&mut document);
         }
         if let Fade::Power(punctual, _) = self.fade {
-            replace_lamp(&mut document, punctual.lights());
+            replace_light(&mut document, punctual.lights());
         }
         let path = copy.path().join("scene.gltf");
         std::fs::write(&path, document.to_string()).expect("a file");
@@ -108,10 +108,11 @@ impl Fading {
     fn keys(&self) -> Edits {
         let scaled = |node, factor| NodeEdit { node, scale: Some([factor; 3]), ..NodeEdit::default() };
         let at = |factor: f64| [2.6 * factor, 2.6 * factor, 0.0];
-        let placed = |factor| NodeEdit { node: LAMP, translation: Some(at(factor)), ..NodeEdit::default() };
+        let placed =
+            |factor| NodeEdit { node: LIGHT_NODE, translation: Some(at(factor)), ..NodeEdit::default() };
         let nodes = match self.fade {
-            Fade::Lamp(from, to) => [scaled(LAMP, from), scaled(LAMP, to)],
-            Fade::OneOfTwo(from, to) => [scaled(SECOND_LAMP, from), scaled(SECOND_LAMP, to)],
+            Fade::Light(from, to) => [scaled(LIGHT_NODE, from), scaled(LIGHT_NODE, to)],
+            Fade::OneOfTwo(from, to) => [scaled(SECOND_LIGHT_NODE, from), scaled(SECOND_LIGHT_NODE, to)],
             Fade::Away(factor) => [placed(1.0), placed(factor)],
             // A key that changes nothing: lights can be written anew only where something is animated.
             Fade::Power(..) => [placed(1.0), placed(1.0)],
@@ -177,8 +178,8 @@ fn last_camera(scene: &Scene) -> SceneCamera {
     scene.cameras.last().expect("a camera").clone()
 }
 
-/// Puts punctual lights where the lamp was, turned to the ring; the second one across the scene.
-fn replace_lamp(document: &mut Value, lights: Vec<Value>) {
+/// Puts punctual lights where the light was, turned to the ring; the second one across the scene.
+fn replace_light(document: &mut Value, lights: Vec<Value>) {
     let node = |x: f64, light: usize| {
         let half_root = std::f64::consts::FRAC_1_SQRT_2;
         json!({
@@ -187,7 +188,7 @@ fn replace_lamp(document: &mut Value, lights: Vec<Value>) {
             "extensions": { "KHR_lights_punctual": { "light": light } },
         })
     };
-    document["nodes"][LAMP] = node(2.6, 0);
+    document["nodes"][LIGHT_NODE] = node(2.6, 0);
     if lights.len() > 1 {
         let nodes = document["nodes"].as_array_mut().expect("nodes");
         nodes.push(node(-2.6, 1));

@@ -20,11 +20,11 @@ pub enum Moving {
     MetalAmongOthers,
     /// A ring of glass.
     GlassCaster,
-    /// The lamp.
-    Lamp,
+    /// The light.
+    Light,
     /// The eye.
     Camera,
-    /// A plate below ring and lamp.
+    /// A plate below ring and light.
     Receiver,
 }
 
@@ -34,7 +34,7 @@ impl Moving {
         Moving::MetalCaster,
         Moving::MetalAmongOthers,
         Moving::GlassCaster,
-        Moving::Lamp,
+        Moving::Light,
         Moving::Camera,
         Moving::Receiver,
     ];
@@ -44,11 +44,11 @@ impl Moving {
         self.changed(|_| {})
     }
 
-    /// The scene, looked at in a mirror that stands behind it; its lamp is so many times as wide, and gives the same light.
-    pub fn in_a_mirror(self, lamp: f64) -> Scene {
+    /// The scene, looked at in a mirror that stands behind it; its light is so many times as wide, and gives the same light.
+    pub fn in_a_mirror(self, light_scale: f64) -> Scene {
         self.changed(|document| {
             add_mirror(document);
-            widen_lamp(document, lamp);
+            widen_light(document, light_scale);
         })
     }
 
@@ -67,7 +67,7 @@ impl Moving {
                 }
             }
             Moving::GlassCaster => make_glass(&mut document),
-            Moving::Lamp => carry(&mut document, 2),
+            Moving::Light => carry(&mut document, 2),
             Moving::Camera => carry(&mut document, 3),
         }
         change(&mut document);
@@ -77,11 +77,11 @@ impl Moving {
     }
 }
 
-/// A ring that stands still, looked at in a mirror that moves away by 0.6 m in a second; its lamp is so many times as wide.
-pub fn moving_mirror(lamp: f64) -> Scene {
+/// A ring that stands still, looked at in a mirror that moves away by 0.6 m in a second; its light is so many times as wide.
+pub fn moving_mirror(light_scale: f64) -> Scene {
     Moving::MetalCaster.changed(|document| {
         let mirror = add_mirror(document);
-        widen_lamp(document, lamp);
+        widen_light(document, light_scale);
         carry(document, mirror);
         // The animation moves along x; in a group that is turned by a right angle that is -z.
         let roots = document["scenes"][0]["nodes"].as_array_mut().expect("roots");
@@ -96,17 +96,17 @@ pub fn moving_mirror(lamp: f64) -> Scene {
     })
 }
 
-/// Makes the lamp so many times as wide, with the same light.
-fn widen_lamp(document: &mut Value, by: f64) {
+/// Makes the light so many times as wide, with the same light.
+fn widen_light(document: &mut Value, by: f64) {
     let materials = document["materials"].as_array_mut().expect("materials");
-    let lamp = materials.iter_mut().position(|material| {
+    let light = materials.iter_mut().position(|material| {
         let strength = material.pointer_mut("/extensions/KHR_materials_emissive_strength/emissiveStrength");
-        let lamp =
+        let light =
             strength.map(|strength| *strength = json!(strength.as_f64().expect("a number") / (by * by)));
-        lamp.is_some()
+        light.is_some()
     });
     let meshes = document["meshes"].as_array().expect("meshes");
-    let mesh = meshes.iter().position(|mesh| mesh["primitives"][0]["material"] == json!(lamp));
+    let mesh = meshes.iter().position(|mesh| mesh["primitives"][0]["material"] == json!(light));
     let nodes = document["nodes"].as_array_mut().expect("nodes").iter_mut();
     for node in nodes.filter(|node| node["mesh"] == json!(mesh)) {
         node["scale"] = json!([by, by, by]);

@@ -381,13 +381,13 @@ pub fn mixed_room() -> Builder {
     let ring = b.material(metal(0.9, 0.0));
     let block = b.material(coated(0.5, 0.4));
     let plate = b.material(metal(0.8, 0.2));
-    let lamp = b.material(emitter(40.0));
+    let light = b.material(emitter(40.0));
     b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
     b.sphere(ball, DVec3::new(-0.35, -0.645, 0.1), 0.35, 48, 24);
     b.wall(ring, DVec3::new(0.45, -0.999, 0.2), 0.3, 0.15, 0.0, TAU, 96);
     b.block(block, DVec3::new(0.3, -0.998, -0.8), DVec3::new(0.8, -0.5, -0.4), false);
     b.panel(plate, DVec3::new(-0.99, -0.2, 0.0), DVec3::new(0.0, 0.0, -0.5), DVec3::new(0.0, 0.5, 0.0));
-    b.panel(lamp, DVec3::new(0.2, 0.98, 0.1), DVec3::new(0.15, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.15));
+    b.panel(light, DVec3::new(0.2, 0.98, 0.1), DVec3::new(0.15, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.15));
     b.light(DVec3::new(-0.5, 0.7, 0.5), 0.3);
     b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.45, 0.0), 0.9);
     b
@@ -403,7 +403,7 @@ pub fn veil(share: f32) -> MaterialTextures {
 pub fn blended_room() -> Builder {
     let mut b = Builder::default();
     let (wall, ball) = (b.material(lambert(0.5)), b.material(glass(1.5)));
-    let (lamp, mirror) = (b.material(emitter(8.0)), b.material(metal(0.9, 0.0)));
+    let (light, mirror) = (b.material(emitter(8.0)), b.material(metal(0.9, 0.0)));
     let soft = |x: u32, y: u32| 20 + 30 * ((x.abs_diff(4) + y.abs_diff(4)) as u8 % 8);
     let leaf = b.texture(Role::Color, 8, 8, |x, y| [120, 200, 60, soft(x, y)]);
     let glow =
@@ -414,7 +414,7 @@ pub fn blended_room() -> Builder {
     let glowing = MaterialTextures { base_color: glow, emissive: glow, ..veil(0.8) };
     let glowing = b.textured(Material { base_color: Vec3::splat(0.3), ..emitter_both(4.0) }, glowing);
     b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
-    b.panel(lamp, DVec3::new(0.1, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
+    b.panel(light, DVec3::new(0.1, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
     b.sphere(ball, DVec3::new(-0.35, -0.6, -0.1), 0.35, 64, 32);
     b.panel(mirror, DVec3::new(0.5, -0.3, -0.95), 0.4 * DVec3::X, 0.5 * DVec3::Y);
     b.panel(tinted, DVec3::new(-0.3, 0.2, 0.0), 0.5 * DVec3::Z, 0.5 * DVec3::X);
@@ -429,10 +429,10 @@ pub fn blended_room() -> Builder {
 pub fn dispersive_room() -> Scene {
     let mut b = Builder::default();
     let wall = b.material(Material { base_color: Vec3::new(0.6, 0.5, 0.3), ..lambert(0.0) });
-    let lamp = b.material(Material { emission: Vec3::new(12.0, 8.0, 4.0), ..emitter(0.0) });
+    let light = b.material(Material { emission: Vec3::new(12.0, 8.0, 4.0), ..emitter(0.0) });
     let (ball, block) = (b.material(flint(1.6)), b.material(Material { roughness: 0.2, ..flint(1.5) }));
     b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
-    b.panel(lamp, DVec3::new(0.1, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
+    b.panel(light, DVec3::new(0.1, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
     b.sphere(ball, DVec3::new(-0.4, -0.6, 0.0), 0.35, 64, 32);
     b.block(block, DVec3::new(0.2, -0.95, -0.5), DVec3::new(0.7, -0.3, 0.0), false);
     b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.4, 0.0), 1.0);
@@ -440,7 +440,7 @@ pub fn dispersive_room() -> Scene {
 }
 
 /// A room of 2 x 2 x 2 m in which lobes of every width and so many area lights of several sizes stand close to each other.
-pub fn room_of_lamps(lamps: u32) -> Builder {
+pub fn room_of_lights(light_count: u32) -> Builder {
     let mut b = Builder::default();
     let (wall, coat) = (b.material(lambert(0.6)), b.material(coated(0.5, 0.3)));
     let (plate, rough) =
@@ -449,12 +449,12 @@ pub fn room_of_lamps(lamps: u32) -> Builder {
     b.panel(plate, DVec3::new(0.0, -0.4, -0.95), 0.6 * DVec3::X, 0.4 * DVec3::Y);
     b.panel(coat, DVec3::new(0.0, -0.98, 0.0), 0.6 * DVec3::Z, 0.6 * DVec3::X);
     b.sphere(rough, DVec3::new(-0.4, -0.6, 0.0), 0.3, 32, 16);
-    for id in 0..lamps {
-        let angle = TAU * f64::from(id) / f64::from(lamps);
+    for id in 0..light_count {
+        let angle = TAU * f64::from(id) / f64::from(light_count);
         let (size, height) = (0.03 + 0.02 * f64::from(id % 4), 0.9 - 0.35 * f64::from(id % 5));
-        let lamp = b.material(emitter(4.0 + 3.0 * (id % 3) as f32));
+        let light = b.material(emitter(4.0 + 3.0 * (id % 3) as f32));
         let centre = DVec3::new(0.7 * angle.cos(), height, 0.7 * angle.sin());
-        b.panel(lamp, centre, size * DVec3::X, size * DVec3::Z);
+        b.panel(light, centre, size * DVec3::X, size * DVec3::Z);
     }
     b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.45, 0.0), 0.9);
     b
@@ -466,10 +466,10 @@ pub fn pool(eye: DVec3, target: DVec3) -> Builder {
     let mut b = Builder::default();
     let water = b.material(Material { absorption: Vec3::new(0.5, 1.0, 2.0), ..glass(1.33) });
     let concrete = b.material(lambert(0.5));
-    let lamp = b.material(emitter(8.0));
+    let light = b.material(emitter(8.0));
     b.block(concrete, DVec3::splat(-1.0), DVec3::splat(1.0), true);
     b.panel(water, DVec3::ZERO, 0.999 * DVec3::Z, 0.999 * DVec3::X);
-    b.panel(lamp, DVec3::new(0.1, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
+    b.panel(light, DVec3::new(0.1, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
     b.camera(eye, target, 1.0);
     b
 }

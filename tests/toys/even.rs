@@ -3,8 +3,8 @@
 #[cfg(not(target_arch = "spirv"))]
 use caustics_kernels::declare::Emission;
 use caustics_kernels::light::emit::{EmissionSample, Emit};
-use caustics_kernels::light::leave;
 use caustics_kernels::light::power::ByPower;
+use caustics_kernels::light::sample_emission;
 use caustics_kernels::math::rng::Rng;
 
 caustics_kernels::shoot_pass!("shoot.even", |power| Even(power));
@@ -16,7 +16,7 @@ pub const EVEN: Emission = Emission {
     description: "as many paths from every light: a toy",
     cost: "nothing",
     limitations: "noise where lights differ",
-    aims: false,
+    uses_casters: false,
     weighs: false,
     prepare: |_| Vec::new(),
     shoot: &SHOOT,
@@ -39,6 +39,6 @@ impl Emit for Even<'_> {
         let row = ((place.x * light_count as f32) as u32).min(light_count - 1);
         let mut light = scene.lights[row as usize];
         light.pdf_light_choice = 1.0 / light_count as f32;
-        leave(&light, scene, features, place, direction)
+        sample_emission(&light, scene, features, place, direction)
     }
 }

@@ -6,7 +6,7 @@
 //! [`AXES`].
 
 use caustics_kernels::gather::variant;
-use caustics_kernels::interface::choice::{Caustics, Connections, Fireflies, PathHistory, Sampler};
+use caustics_kernels::interface::choice::{Caustics, Fireflies, LightSampler, PathHistory, Sampler};
 use caustics_kernels::{denoiser, emission, history, method};
 
 use super::cell::{Cell, FeatureChoice, Paths, Radius, runner_name};
@@ -212,7 +212,7 @@ pub static CONNECTIONS: Axis = Axis {
     default: "resampled",
     neutral: "resampled",
     shown: Shown::Words("connect-", |value| format!("connections {value}")),
-    ..chosen!(connections: Connections)
+    ..chosen!(connections: LightSampler)
 };
 
 /// Where the numbers of camera paths come from.

@@ -5,7 +5,7 @@ use caustics_kernels::emission::Emission;
 use caustics_kernels::gather::variant::{self, Variant};
 use caustics_kernels::history::History;
 use caustics_kernels::interface::balance::MAX_PATHS;
-use caustics_kernels::interface::choice::{Caustics, Connections, Fireflies, PathHistory, Sampler};
+use caustics_kernels::interface::choice::{Caustics, Fireflies, LightSampler, PathHistory, Sampler};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::method::{Method, Parts};
 
@@ -27,7 +27,7 @@ pub struct Cell {
     /// Which light is the light paths'.
     pub caustics: Caustics,
     /// How camera paths find lights.
-    pub connections: Connections,
+    pub connections: LightSampler,
     /// Where the numbers of camera paths come from.
     pub sampler: Sampler,
     /// What the frame before lends of path-traced light.
@@ -158,7 +158,7 @@ impl Cell {
             max_bounces: self.max_bounces,
             emission: self.emission,
             caustics: self.caustics,
-            connections: self.connections,
+            light_sampler: self.connections,
             sampler: self.sampler,
             path_history: self.path_history,
             fireflies: self.fireflies,

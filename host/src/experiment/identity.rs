@@ -39,7 +39,7 @@ pub fn view(scene: &Scene, camera: &str, settings: &Settings) -> String {
         denoiser: _,
         emission: _,
         caustics,
-        connections: _,
+        light_sampler: _,
         sampler: _,
         batches: _,
         path_history: _,

@@ -23,7 +23,7 @@ use super::{Event, Light, LightPath};
 /// Writes down a light path up to a deposit.
 struct Follow<'a> {
     record: Record<'a>,
-    leaving: Option<EmissionSample>,
+    emission: Option<EmissionSample>,
     /// What the path carries (W).
     flux: Vec3,
     light_path_count: u32,
@@ -35,9 +35,9 @@ struct Follow<'a> {
 impl Receive for Follow<'_> {
     type Way = ();
 
-    fn start(&mut self, (): &mut (), leaving: &EmissionSample) {
-        self.leaving = Some(*leaving);
-        self.flux = leaving.flux / self.light_path_count as f32;
+    fn start(&mut self, (): &mut (), emission: &EmissionSample) {
+        self.emission = Some(*emission);
+        self.flux = emission.flux / self.light_path_count as f32;
     }
 
     fn arrive(&mut self, (): &mut (), ray: &Ray, hit: &Hit, here: &Vertex) {
@@ -66,7 +66,7 @@ pub fn path(view: View<'_>, emit: &(dyn Emit + Sync), found: &Found) -> LightPat
     let View { scene, params, features } = view;
     let mut follow = Follow {
         record: Record::new(view),
-        leaving: None,
+        emission: None,
         flux: Vec3::ZERO,
         light_path_count: params.light_path_count,
         scatterings: found.geometry.scatterings,
@@ -74,34 +74,34 @@ pub fn path(view: View<'_>, emit: &(dyn Emit + Sync), found: &Found) -> LightPat
     };
     let (tables, mut tracer) = (scene.tables(), scene.tracer(features));
     shoot(found.path, params, features, tables, &emit, &mut tracer, &mut follow, &mut Uncounted);
-    let leaving = follow.leaving.unwrap_or_else(|| EmissionSample::new(Ray::default(), Vec3::ZERO, 0.0));
+    let emission = follow.emission.unwrap_or_else(|| EmissionSample::new(Ray::default(), Vec3::ZERO, 0.0));
     LightPath {
         path: found.path,
-        light: light(view, &leaving),
-        start: view.placed(leaving.ray.origin),
-        direction: leaving.ray.direction.to_array(),
-        flux: (leaving.flux / params.light_path_count as f32).to_array(),
+        light: light(view, &emission),
+        start: view.placed(emission.ray.origin),
+        direction: emission.ray.direction.to_array(),
+        flux: (emission.flux / params.light_path_count as f32).to_array(),
         vertices: follow.record.vertices,
     }
 }
 
 /// The light that a path starts from. Starts do not say it: it is told by where they are.
-fn light(view: View<'_>, leaving: &EmissionSample) -> Option<Light> {
-    let (ray, rows) = (&leaving.ray, &view.scene.lights);
+fn light(view: View<'_>, emission: &EmissionSample) -> Option<Light> {
+    let (ray, rows) = (&emission.ray, &view.scene.lights);
     let is_it = |row: &LightRecord| match row.kind {
-        kind if kind == Features::ENVIRONMENT.0 => leaving.area > 0.0,
-        _ if row.is_parallel() => leaving.area > 0.0 && row.direction == ray.direction,
+        kind if kind == Features::ENVIRONMENT.0 => emission.area > 0.0,
+        _ if row.is_parallel() => emission.area > 0.0 && row.direction == ray.direction,
         _ => row.triangle == NONE && row.position == ray.origin,
     };
     // The environment has the last row.
-    let row = rows.iter().position(is_it).map(|row| row as u32).or_else(|| lamp_behind(view, ray))?;
+    let row = rows.iter().position(is_it).map(|row| row as u32).or_else(|| area_light_behind(view, ray))?;
     let kind = rows.get(row as usize)?.kind;
     let (_, name) = Features::NAMES.into_iter().find(|(bit, _)| bit.0 == kind)?;
     Some(Light { row, kind: name.trim_end_matches("-lights") })
 }
 
 /// The row of the emitting triangle that a ray left.
-fn lamp_behind(view: View<'_>, ray: &Ray) -> Option<u32> {
+fn area_light_behind(view: View<'_>, ray: &Ray) -> Option<u32> {
     let (tables, features) = (view.scene.tables(), Features(view.features.0 & Features::INSTANCES.0));
     let back = Ray::endless(ray.origin, -ray.direction);
     let hit = view.scene.tracer(features).closest(&back);

@@ -1,4 +1,4 @@
-//! Light for a scene that has none: a small bright lamp from the front left and above, which makes the caustics, and a soft sky, so
+//! Light for a scene that has none: a small bright light from the front left and above, which makes the caustics, and a soft sky, so
 //! that nothing is black and mirrors and glass have something to show.
 
 use caustics_kernels::interface::NONE;
@@ -9,14 +9,14 @@ use super::motion::OnNode;
 use super::viewpoint::Orbit;
 use super::{EnvironmentMap, LightShape, PunctualLight, Scene, SceneError};
 
-/// The lamp's distance from the middle of the scene, in radii of its bounds.
+/// The light's distance from the middle of the scene, in radii of its bounds.
 const DISTANCE: f64 = 4.0;
 /// Angles of its cone (rad): the bounds are in its bright part (asin(1 / 4) = 0.253), a floor around them fades out.
 const CONE: [f64; 2] = [0.27, 0.55];
 /// What its light brings to a plane across, in the middle of the scene (W m^-2): a white thing has a radiance of about one.
 const IRRADIANCE: f32 = 3.0;
 /// Direction to it.
-const TO_LAMP: Orbit = Orbit { azimuth: -35.0, elevation: 50.0, distance: None };
+const TO_LIGHT: Orbit = Orbit { azimuth: -35.0, elevation: 50.0, distance: None };
 /// Radiance of the sky from above to below, in steps of even angle (W m^-2 sr^-1).
 const SKY: [f32; 4] = [0.5, 0.4, 0.25, 0.15];
 
@@ -28,11 +28,11 @@ impl Scene {
 
     /// Whether its materials are all that shines, at any time.
     pub fn only_glows(&self) -> bool {
-        let has_lamps = self.motion.as_ref().is_some_and(|motion| !motion.lights.is_empty());
-        !has_lamps && self.lights.iter().all(|light| light.triangle != NONE)
+        let has_lights = self.motion.as_ref().is_some_and(|motion| !motion.lights.is_empty());
+        !has_lights && self.lights.iter().all(|light| light.triangle != NONE)
     }
 
-    /// Lights a scene by a lamp beside those it has, in proportion to [`Scene::bounds`], and a soft sky where it has none. What they
+    /// Lights a scene by a light beside those it has, in proportion to [`Scene::bounds`], and a soft sky where it has none. What they
     /// are, in words.
     ///
     /// # Errors
@@ -42,9 +42,9 @@ impl Scene {
         let [lower, upper] = self.bounds.map(|corner| corner.as_dvec3());
         let (centre, size) = (self.origin + 0.5 * (lower + upper), lower.distance(upper));
         let distance = if size > 0.0 { DISTANCE * 0.5 * size } else { DISTANCE };
-        let to_lamp = TO_LAMP.to_eye();
-        let rotation = DQuat::from_rotation_arc(DVec3::NEG_Z, -to_lamp);
-        let translation = centre + to_lamp * distance;
+        let to_light = TO_LIGHT.to_eye();
+        let rotation = DQuat::from_rotation_arc(DVec3::NEG_Z, -to_light);
+        let translation = centre + to_light * distance;
         let shape = LightShape::Spot { direction: Vec3::NEG_Z, inner: CONE[0], outer: CONE[1] };
         let intensity = Vec3::splat(IRRADIANCE * (distance * distance) as f32);
         let what = PunctualLight { position: Vec3::ZERO, intensity, shape };
@@ -79,7 +79,7 @@ mod tests {
     use crate::scene;
     use caustics_kernels::interface::features::Features;
 
-    /// `ring` without its lamp.
+    /// `ring` without its light.
     fn dark(name: &str) -> Scene {
         let mut scene = Scene::load(&scene::resolve(name).unwrap()).unwrap();
         for material in &mut scene.materials {

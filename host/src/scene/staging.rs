@@ -77,8 +77,8 @@ impl Staging {
         match (scene.is_dark(), self.default_light) {
             (true, DefaultLight::Never) => return Err(SceneError::NoLight { file: file.into() }),
             (true, _) => {
-                let lamps = scene.add_default_light()?;
-                notes.push(format!("no light in {file}: lit by {lamps}; --no-default-light refuses this"));
+                let lights = scene.add_default_light()?;
+                notes.push(format!("no light in {file}: lit by {lights}; --no-default-light refuses this"));
             }
             (false, DefaultLight::Always) => {
                 notes.push(format!("beside its own light: {}", scene.add_default_light()?));
@@ -87,9 +87,9 @@ impl Staging {
             (false, DefaultLight::Auto)
                 if scene.cameras.is_empty() && !self.places_eye() && scene.only_glows() =>
             {
-                let lamps = scene.add_default_light()?;
+                let lights = scene.add_default_light()?;
                 notes.push(format!(
-                    "no camera in {file}, and no light but what its materials emit: lit by {lamps} too; --no-default-light, or a \
+                    "no camera in {file}, and no light but what its materials emit: lit by {lights} too; --no-default-light, or a \
                      camera by --from, leaves it as it is, and --default-light keeps this light"
                 ));
             }

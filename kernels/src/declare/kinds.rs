@@ -68,7 +68,7 @@ pub struct Emission {
     /// Limitations: where it is wrong, or gives nothing.
     pub limitations: &'static str,
     /// Whether it reads the casters of the frame's settings.
-    pub aims: bool,
+    pub uses_casters: bool,
     /// Whether it goes by what an error of each pixel counts (`pass::weigh`).
     pub weighs: bool,
     /// Once a frame that shoots, before its first light path.

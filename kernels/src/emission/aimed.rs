@@ -14,7 +14,7 @@ pub const AIMED: Emission = Emission {
     cost: "up to 16 cones a path, and the way of paths that meet something",
     limitations: "nothing knows which of the casters is lit or seen; what casts beside the cones (a wall of mirrors, say) gets few and \
             heavy paths",
-    aims: true,
+    uses_casters: true,
     weighs: false,
     prepare: |_| Vec::new(),
     shoot: &SHOOT,

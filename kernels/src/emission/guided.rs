@@ -41,7 +41,7 @@ pub const GUIDED: Emission = Emission {
     limitations: "a frame depends on those before; light that moves by more than a texel or so a frame is found by the first eighth of \
             a frame's paths alone; what casts beside the cones is seen by a coarse map; where a lamp goes out or on, what is known \
             of those behind it in the table is taken for another's",
-    aims: true,
+    uses_casters: true,
     weighs: true,
     prepare: |params| learn(params, 0),
     shoot: &SHOOT,

@@ -12,7 +12,7 @@ pub const POWER: Emission = Emission {
     description: "lights by their share of the flux, all of their places and directions alike",
     cost: "nothing",
     limitations: "most paths go where nobody sees a caustic",
-    aims: false,
+    uses_casters: false,
     weighs: false,
     prepare: |_| Vec::new(),
     shoot: &SHOOT,

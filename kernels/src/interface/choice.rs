@@ -43,7 +43,7 @@ macro_rules! choice {
 choice! {
     /// Which light is a caustic, and so the light paths'; all other is found from the camera.
     Caustics
-    /// What meets a specular lobe first. Light of diffuse surfaces that meets one later is found by connections to those
+    /// What meets a specular lobe first. Light of diffuse surfaces that meets one later is found by light sampling at those
     /// surfaces, with far less noise, unless what is lit first is small and bright.
     First "first" "light whose first surface is specular; the camera finds the rest"
     /// What meets a specular lobe anywhere, as published [Moreau and Doggett 2022].
@@ -52,7 +52,7 @@ choice! {
 
 choice! {
     /// How camera paths find lights at their first vertices, up to the collection point.
-    Connections
+    LightSampler
     /// All lights where they are few, else the best of some.
     Resampled "resampled" "all of up to four lights, else one of eight candidates by what they would give"
     /// One light a vertex, drawn by its power, as published.

@@ -92,8 +92,8 @@ pub struct FrameParams {
     pub history: HistorySettings,
     /// Which light is the light paths': `Caustics`.
     pub caustics: u32,
-    /// How camera paths find lights: `Connections`.
-    pub connections: u32,
+    /// How camera paths find lights: `LightSampler`.
+    pub light_sampler: u32,
     /// 1: something moved since the frame before, or there was none.
     pub moved: u32,
     /// Spheres around what casts caustics, where the emission aims at them.

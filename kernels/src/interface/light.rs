@@ -79,10 +79,10 @@ impl Light {
         self.is_parallel() || self.kind == Features::ENVIRONMENT.0
     }
 
-    /// What a path that leaves it was aimed at: its direction, or of parallel light the way from the middle of the disc to its
+    /// Emission direction of a path: its direction, or of parallel light the offset from the middle of the disc to its
     /// start (m).
     #[inline(always)]
-    pub fn aim_of(&self, ray: &Ray) -> Vec3 {
+    pub fn emission_direction(&self, ray: &Ray) -> Vec3 {
         if self.is_parallel() { ray.origin - self.position } else { ray.direction }
     }
 }

@@ -62,7 +62,7 @@ pub struct ScatterOut {
     pub padding: u32,
 }
 
-/// A start of a light path and a connection to its origin's neighbourhood.
+/// A start of a light path and a light sample for its origin's neighbourhood.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct EmitStep {
@@ -72,7 +72,7 @@ pub struct EmitStep {
     pub flux: Vec3,
     /// Direction from the scene's origin to a light.
     pub to_light: Vec3,
-    /// Radiance over pdf of that connection (W m^-2 sr^-1 sr).
+    /// Radiance over pdf of that light sample (W m^-2 sr^-1 sr).
     pub radiance_over_pdf: Vec3,
     /// Its pdf_solid_angle.
     pub pdf: f32,

@@ -11,9 +11,9 @@ use crate::interface::instance::Instance;
 use crate::interface::point::{DepositGeometry, DepositLight};
 use crate::interface::scene::SceneTables;
 use crate::light::aimed::{self, Aimed};
-use crate::light::emit::{EmissionSample, Emit, Towards};
+use crate::light::emit::{EmissionSample, Emit, EvaluatedEmission};
 use crate::light::guided::{self, Guided};
-use crate::light::mixture::{Aim, Aims, From, start};
+use crate::light::mixture::{EmissionContext, EmissionDirection, EmissionMixture, start};
 use crate::light::power::ByPower;
 use crate::math::rng::{Rng, Stream};
 use crate::pass::shoot;
@@ -95,7 +95,7 @@ impl Emit for Starts<'_> {
     }
 }
 
-impl Aims for Starts<'_> {
+impl EmissionMixture for Starts<'_> {
     type Choice = (aimed::Choice, guided::Choice);
 
     #[inline(always)]
@@ -116,22 +116,30 @@ impl Aims for Starts<'_> {
     }
 
     #[inline(always)]
-    fn aim(&self, (aimed, guided): &mut Self::Choice, from: &From) -> Aim {
-        if self.guides { self.guided.aim(guided, from) } else { self.aimed.aim(aimed, from) }
+    fn sample_direction(
+        &self,
+        (aimed, guided): &mut Self::Choice,
+        context: &EmissionContext,
+    ) -> EmissionDirection {
+        if self.guides {
+            self.guided.sample_direction(guided, context)
+        } else {
+            self.aimed.sample_direction(aimed, context)
+        }
     }
 
     #[inline(always)]
     fn weigh(
         &self,
         (aimed, guided): &Self::Choice,
-        from: &From,
-        aim: Vec3,
-        leaving: &Towards,
+        context: &EmissionContext,
+        direction: Vec3,
+        emission: &EvaluatedEmission,
     ) -> EmissionSample {
         if self.guides {
-            self.guided.weigh(guided, from, aim, leaving)
+            self.guided.weigh(guided, context, direction, emission)
         } else {
-            self.aimed.weigh(aimed, from, aim, leaving)
+            self.aimed.weigh(aimed, context, direction, emission)
         }
     }
 }
@@ -147,9 +155,9 @@ impl Receive for Deposits<'_> {
     type Way = u32;
 
     #[inline(always)]
-    fn start(&mut self, way: &mut u32, leaving: &EmissionSample) {
+    fn start(&mut self, way: &mut u32, emission: &EmissionSample) {
         if self.stores {
-            self.store.start(way, leaving);
+            self.store.start(way, emission);
         }
     }
 

@@ -9,10 +9,10 @@
 //! directions from there, has no cone; paths that choose it start by power.
 
 use crate::light::choose;
-use crate::light::emit::{EmissionSample, Emit, Towards};
-use crate::light::mixture::{Aim, Aims, From, start};
+use crate::light::emission_cone::EmissionCone;
+use crate::light::emit::{EmissionSample, Emit, EvaluatedEmission};
+use crate::light::mixture::{EmissionContext, EmissionDirection, EmissionMixture, start};
 use crate::light::power::ByPower;
-use crate::light::target::Target;
 use crate::math::rng::Rng;
 use spirv_std::glam::{Vec2, Vec3, Vec4};
 
@@ -26,7 +26,7 @@ pub struct Aimed<'a> {
     pub power: ByPower<'a>,
 }
 
-/// A caster chosen among targets.
+/// A caster chosen by its cone.
 #[derive(Clone, Copy, Default)]
 pub struct Choice {
     /// The caster; their number if the path starts by power.
@@ -35,12 +35,12 @@ pub struct Choice {
     total: f32,
 }
 
-/// Chooses among `count` targets by a uniform number.
+/// Chooses among `count` cones by a uniform number.
 #[inline(always)]
-fn choose_target(count: u32, u: f32, target: impl Fn(u32) -> Target) -> Choice {
+fn choose_cone(count: u32, u: f32, cone: impl Fn(u32) -> EmissionCone) -> Choice {
     let (mut total, mut index) = (0.0, 0);
     while index < count {
-        total += target(index).weight;
+        total += cone(index).weight;
         index += 1;
     }
     // What is left of the number is below 0 before the first caster: by power.
@@ -48,7 +48,7 @@ fn choose_target(count: u32, u: f32, target: impl Fn(u32) -> Target) -> Choice {
     let mut caster = count;
     index = 0;
     while index < count && left >= 0.0 {
-        left -= target(index).weight;
+        left -= cone(index).weight;
         if left < 0.0 {
             caster = index;
         }
@@ -59,16 +59,16 @@ fn choose_target(count: u32, u: f32, target: impl Fn(u32) -> Target) -> Choice {
 
 /// The mixture of which a start was drawn: the share of starts by power, and the density beside them.
 #[inline(always)]
-fn mixture(count: u32, choice: Choice, aim: Vec3, target: impl Fn(u32) -> Target) -> (f32, f32) {
+fn mixture(count: u32, choice: Choice, direction: Vec3, cone: impl Fn(u32) -> EmissionCone) -> (f32, f32) {
     let scale = if choice.total > 0.0 { (1.0 - BY_POWER) / choice.total } else { 0.0 };
     let (mut by_power, mut aimed) = (1.0 - scale * choice.total, 0.0);
     let mut index = 0;
     while index < count {
-        let target = target(index);
-        if !target.is_open() {
-            by_power += scale * target.weight;
-        } else if index == choice.caster || target.holds(aim) {
-            aimed += scale * target.weight / target.size();
+        let cone = cone(index);
+        if !cone.is_open() {
+            by_power += scale * cone.weight;
+        } else if index == choice.caster || cone.holds(direction) {
+            aimed += scale * cone.weight / cone.size();
         }
         index += 1;
     }
@@ -76,14 +76,14 @@ fn mixture(count: u32, choice: Choice, aim: Vec3, target: impl Fn(u32) -> Target
 }
 
 impl Aimed<'_> {
-    /// The caster of this index, seen from a place.
+    /// Emission cone of the caster of this index, seen from a place.
     #[inline(always)]
-    fn target(&self, from: &From, index: u32) -> Target {
-        Target::at(&self.power.params.casters.spheres[index as usize], &from.light, from.position)
+    fn cone(&self, context: &EmissionContext, index: u32) -> EmissionCone {
+        EmissionCone::at(&self.power.params.casters.spheres[index as usize], &context.light, context.position)
     }
 }
 
-impl Aims for Aimed<'_> {
+impl EmissionMixture for Aimed<'_> {
     type Choice = Choice;
 
     #[inline(always)]
@@ -93,25 +93,33 @@ impl Aims for Aimed<'_> {
     }
 
     #[inline(always)]
-    fn aim(&self, choice: &mut Choice, from: &From) -> Aim {
+    fn sample_direction(&self, choice: &mut Choice, context: &EmissionContext) -> EmissionDirection {
         let count = self.power.params.casters.count;
-        *choice = choose_target(count, from.numbers.w, |index| self.target(from, index));
-        let mut chosen = Target::NONE;
+        *choice = choose_cone(count, context.numbers.w, |index| self.cone(context, index));
+        let mut chosen = EmissionCone::NONE;
         if choice.caster < count {
-            chosen = self.target(from, choice.caster);
+            chosen = self.cone(context, choice.caster);
         }
-        let mut aim = Aim::BY_POWER;
+        let mut direction = EmissionDirection::BY_POWER;
         if chosen.is_open() {
-            aim = Aim::at(chosen.aim(&from.light, Vec2::new(from.numbers.x, from.numbers.y)));
+            direction = EmissionDirection::at(
+                chosen.direction(&context.light, Vec2::new(context.numbers.x, context.numbers.y)),
+            );
         }
-        aim
+        direction
     }
 
     #[inline(always)]
-    fn weigh(&self, choice: &Choice, from: &From, aim: Vec3, leaving: &Towards) -> EmissionSample {
+    fn weigh(
+        &self,
+        choice: &Choice,
+        context: &EmissionContext,
+        direction: Vec3,
+        emission: &EvaluatedEmission,
+    ) -> EmissionSample {
         let count = self.power.params.casters.count;
-        let (by_power, aimed) = mixture(count, *choice, aim, |index| self.target(from, index));
-        leaving.sample.over(leaving.pdf, by_power, aimed)
+        let (by_power, aimed) = mixture(count, *choice, direction, |index| self.cone(context, index));
+        emission.sample.over(emission.pdf, by_power, aimed)
     }
 }
 

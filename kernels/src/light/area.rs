@@ -1,4 +1,4 @@
-//! Area lights: triangles that emit, uniform over their area, by the cosine. Connections to one that is near are uniform over
+//! Area lights: triangles that emit, uniform over their area, by the cosine. Light samples of one that is near are uniform over
 //! the solid angle that it fills: over its area, the nearest of its points would be drawn too rarely for what they give.
 
 #[cfg(target_arch = "spirv")]
@@ -8,8 +8,8 @@ use crate::interface::features::Features;
 use crate::interface::light::Light;
 use crate::interface::ray::Ray;
 use crate::interface::scene::SceneTables;
-use crate::light::connect::Connection;
-use crate::light::emit::{EmissionSample, Towards};
+use crate::light::emit::{EmissionSample, EvaluatedEmission};
+use crate::light::light_sampling::LightSample;
 use crate::math::face::Face;
 use crate::math::frame::ShadingFrame;
 use crate::math::spherical_triangle::SphericalTriangle;
@@ -69,7 +69,7 @@ fn face(light: &Light, scene: SceneTables<'_>, features: Features) -> Face {
 
 /// A path from any side that emits.
 #[inline(always)]
-pub fn leave(
+pub fn sample_emission(
     light: &Light,
     scene: SceneTables<'_>,
     features: Features,
@@ -100,25 +100,25 @@ fn start(
     let share = emission_at(scene, features, light.triangle, weights.x, weights.y);
     let ray = Ray::endless(offset::leave(position, normal, normal, light.clearance), direction);
     let flux = light.emission * share * (PI * light.area * light.sides as f32 / light.pdf_light_choice);
-    // Triangles are pieces of lamps: all of them light the places around, so that no choice counts.
+    // Triangles are pieces of area lights: all of them light the places around, so that no choice counts.
     EmissionSample::new(ray, flux, PI / cos.max(1.0e-3))
 }
 
 /// Where a path starts.
 #[inline(always)]
-pub fn place_on(light: &Light, scene: SceneTables<'_>, features: Features, place: Vec4) -> Vec3 {
+pub fn sample_position(light: &Light, scene: SceneTables<'_>, features: Features, place: Vec4) -> Vec3 {
     Place::uniform(face(light, scene, features), place.z, place.w).position
 }
 
 /// A path in a direction, from the side that it leaves.
 #[inline(always)]
-pub fn towards(
+pub fn eval_emission(
     light: &Light,
     scene: SceneTables<'_>,
     features: Features,
     place: Vec4,
     direction: Vec3,
-) -> Towards {
+) -> EvaluatedEmission {
     let place = Place::uniform(face(light, scene, features), place.z, place.w);
     let mut normal = light.direction;
     let mut cos = direction.dot(normal);
@@ -126,19 +126,19 @@ pub fn towards(
         (normal, cos) = (-normal, -cos);
     }
     let sample = start(light, scene, features, &place, normal, direction, cos);
-    Towards { sample, pdf: warp::cosine_hemisphere_pdf(cos) / light.sides as f32 }
+    EvaluatedEmission { sample, pdf: warp::cosine_hemisphere_pdf(cos) / light.sides as f32 }
 }
 
-/// A connection to the side that is seen.
+/// Light sample on the side that is seen.
 #[inline(always)]
-pub fn connect(
+pub fn sample_light(
     light: &Light,
     scene: SceneTables<'_>,
     features: Features,
     position: Vec3,
     u: f32,
     v: f32,
-) -> Connection {
+) -> LightSample {
     let face = face(light, scene, features);
     let near = near(face, position);
     let (place, to_light, square);
@@ -155,11 +155,11 @@ pub fn connect(
     }
     let cos = -to_light.dot(light.direction);
     if square == 0.0 || cos == 0.0 || (cos < 0.0 && light.sides != 2) {
-        return Connection::none(position);
+        return LightSample::none(position);
     }
     let pdf_solid_angle = density(light, near.solid_angle, square, cos);
     let share = emission_at(scene, features, light.triangle, place.weights.x, place.weights.y);
-    Connection {
+    LightSample {
         target: offset::leave(place.position, light.direction, -to_light, light.clearance),
         to_light,
         radiance_over_pdf: light.emission * share / pdf_solid_angle,
@@ -169,7 +169,7 @@ pub fn connect(
 }
 
 /// The triangle as it is seen from a position that it is near to; else its solid angle is 0. A function of both alone, so that a
-/// path which finds a lamp by scattering knows how its vertex would have connected to it.
+/// path which finds a light by scattering knows with what density its vertex would have sampled it.
 #[shared]
 fn near(face: Face, position: Vec3) -> SphericalTriangle {
     let (a, b, c) = (face.a - position, face.b - position, face.c - position);
@@ -186,7 +186,7 @@ fn near(face: Face, position: Vec3) -> SphericalTriangle {
     seen
 }
 
-/// Density (1/sr) with which a connection from a position finds a point of a triangle light at this squared distance (m^2).
+/// Density (1/sr) with which light sampling from a position finds a point of a triangle light at this squared distance (m^2).
 #[inline(always)]
 pub fn pdf_solid_angle(
     light: &Light,

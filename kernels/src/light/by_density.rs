@@ -47,17 +47,17 @@ impl Emit for ByDensity<'_> {
         let (u, v) = if parallel { (place.z, place.w) } else { (direction.x, direction.y) };
         let drawn = Map::draw(self.pyramid, map_of(light), Vec2::new(u, v));
         let polar = to_polar(drawn.at);
-        let leaving = if parallel {
+        let emission = if parallel {
             self.power.start(Vec4::new(place.x, place.y, polar.x, polar.y), direction)
         } else {
             self.power.start(place, Vec4::new(polar.x, polar.y, direction.z, direction.w))
         };
         EmissionSample {
-            flux: leaving.flux / drawn.density,
-            solid_angle: leaving.solid_angle / drawn.density,
-            area: leaving.area / drawn.density,
+            flux: emission.flux / drawn.density,
+            solid_angle: emission.solid_angle / drawn.density,
+            area: emission.area / drawn.density,
             texel: drawn.texel,
-            ..leaving
+            ..emission
         }
     }
 }

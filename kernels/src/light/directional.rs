@@ -8,8 +8,8 @@ use crate::interface::features::Features;
 use crate::interface::light::Light;
 use crate::interface::ray::Ray;
 use crate::interface::scene::SceneTables;
-use crate::light::connect::Connection;
-use crate::light::emit::{EmissionSample, Towards};
+use crate::light::emit::{EmissionSample, EvaluatedEmission};
+use crate::light::light_sampling::LightSample;
 use crate::math::PI;
 use crate::math::frame::ShadingFrame;
 use crate::math::trig::sin_cos_turns;
@@ -32,7 +32,7 @@ fn area(light: &Light) -> f32 {
 
 /// A path along the light's direction.
 #[inline(always)]
-pub fn leave(
+pub fn sample_emission(
     light: &Light,
     _scene: SceneTables<'_>,
     _features: Features,
@@ -51,32 +51,32 @@ fn start(light: &Light, origin: Vec3) -> EmissionSample {
 
 /// A path from a place of the disc; beyond it the light meets nothing.
 #[inline(always)]
-pub fn towards(
+pub fn eval_emission(
     light: &Light,
     _scene: SceneTables<'_>,
     _features: Features,
     _place: Vec4,
-    aim: Vec3,
-) -> Towards {
-    let on_disc = aim.length_squared() <= light.radius * light.radius;
+    offset: Vec3,
+) -> EvaluatedEmission {
+    let on_disc = offset.length_squared() <= light.radius * light.radius;
     let pdf = if on_disc { 1.0 / area(light) } else { 0.0 };
-    Towards { sample: start(light, light.position + aim), pdf }
+    EvaluatedEmission { sample: start(light, light.position + offset), pdf }
 }
 
-/// A connection against the light's direction, without end.
+/// Light sample against the light's direction, without end.
 #[inline(always)]
-pub fn connect(
+pub fn sample_light(
     light: &Light,
     _scene: SceneTables<'_>,
     _features: Features,
     position: Vec3,
     _u: f32,
     _v: f32,
-) -> Connection {
-    Connection {
+) -> LightSample {
+    LightSample {
         to_light: -light.direction,
         radiance_over_pdf: light.emission / light.pdf_light_choice,
         endless: true,
-        ..Connection::none(position)
+        ..LightSample::none(position)
     }
 }

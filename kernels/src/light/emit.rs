@@ -52,12 +52,12 @@ impl EmissionSample {
     }
 }
 
-/// The start of a light path by an aim that somebody chose.
+/// The start of a light path in a given emission direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Towards {
-    /// The start that `leave` would make of that aim.
+pub struct EvaluatedEmission {
+    /// The start that `sample_emission` would make of that direction.
     pub sample: EmissionSample,
-    /// Density with which `leave` takes it: of a direction (1/sr), or of a place across parallel light (1/m^2); 0 where nothing
+    /// Density with which `sample_emission` takes it: of a direction (1/sr), or of a place across parallel light (1/m^2); 0 where nothing
     /// leaves.
     pub pdf: f32,
 }

@@ -11,10 +11,10 @@ use crate::interface::environment::Environment;
 use crate::interface::features::Features;
 use crate::interface::light::Light;
 use crate::interface::scene::SceneTables;
-use crate::light::connect::Connection;
 use crate::light::density_map::{Pyramid, from_polar, to_polar};
 use crate::light::directional;
-use crate::light::emit::{EmissionSample, Towards};
+use crate::light::emit::{EmissionSample, EvaluatedEmission};
+use crate::light::light_sampling::LightSample;
 use crate::math::PI;
 use crate::math::trig::turns;
 use crate::math::warp::uniform_cone;
@@ -71,7 +71,7 @@ fn texels_around(scene: SceneTables<'_>, environment: &Environment, along: f32, 
     upper.lerp(texel(column, below).lerp(texel(next, below), right_share), low_share)
 }
 
-/// Density (1/sr) with which a connection finds a unit direction.
+/// Density (1/sr) with which light sampling finds a unit direction.
 #[inline(always)]
 pub fn pdf_solid_angle(light: &Light, scene: SceneTables<'_>, direction: Vec3) -> f32 {
     let cdf = scene.environment_cdf;
@@ -80,9 +80,9 @@ pub fn pdf_solid_angle(light: &Light, scene: SceneTables<'_>, direction: Vec3) -
     light.pdf_light_choice * density / EVERYWHERE
 }
 
-/// The directional light that two uniform numbers make of it.
+/// Samples its direction: the directional light that two uniform numbers make of it.
 #[inline(always)]
-pub fn drawn(light: &Light, scene: SceneTables<'_>, u: f32, v: f32) -> Light {
+pub fn sample_environment(light: &Light, scene: SceneTables<'_>, u: f32, v: f32) -> Light {
     let environment = scene.environment[0];
     let place = Map::draw(scene.environment_cdf, 0, Vec2::new(u, v));
     let from = direction_of(place.at);
@@ -98,15 +98,15 @@ pub fn drawn(light: &Light, scene: SceneTables<'_>, u: f32, v: f32) -> Light {
 
 /// A path from a direction by the numbers of the place, along which it starts by those of the direction.
 #[inline(always)]
-pub fn leave(
+pub fn sample_emission(
     light: &Light,
     scene: SceneTables<'_>,
     features: Features,
     place: Vec4,
     direction: Vec4,
 ) -> EmissionSample {
-    let light = drawn(light, scene, place.z, place.w);
-    directional::leave(&light, scene, features, place_across(place, direction), direction)
+    let light = sample_environment(light, scene, place.z, place.w);
+    directional::sample_emission(&light, scene, features, place_across(place, direction), direction)
 }
 
 /// The numbers of a place across the parallel light, where those that it had drew its direction: a path needs no other direction.
@@ -115,29 +115,41 @@ pub fn place_across(place: Vec4, direction: Vec4) -> Vec4 {
     Vec4::new(place.x, place.y, direction.x, direction.y)
 }
 
-/// A path from a direction by the numbers of the place, from where the aim says across it.
+/// A path from a direction by the numbers of the place, from an offset across it.
 #[inline(always)]
-pub fn towards(light: &Light, scene: SceneTables<'_>, features: Features, place: Vec4, aim: Vec3) -> Towards {
-    directional::towards(&drawn(light, scene, place.z, place.w), scene, features, place, aim)
+pub fn eval_emission(
+    light: &Light,
+    scene: SceneTables<'_>,
+    features: Features,
+    place: Vec4,
+    offset: Vec3,
+) -> EvaluatedEmission {
+    directional::eval_emission(
+        &sample_environment(light, scene, place.z, place.w),
+        scene,
+        features,
+        place,
+        offset,
+    )
 }
 
-/// A connection to a direction, without end.
+/// Light sample in a direction, without end.
 #[inline(always)]
-pub fn connect(
+pub fn sample_light(
     light: &Light,
     scene: SceneTables<'_>,
     _features: Features,
     position: Vec3,
     u: f32,
     v: f32,
-) -> Connection {
-    let light = drawn(light, scene, u, v);
+) -> LightSample {
+    let light = sample_environment(light, scene, u, v);
     let to_light = -light.direction;
-    Connection {
+    LightSample {
         to_light,
         radiance_over_pdf: light.emission / light.pdf_light_choice,
         pdf_solid_angle: pdf_solid_angle(&light, scene, to_light),
         endless: true,
-        ..Connection::none(position)
+        ..LightSample::none(position)
     }
 }

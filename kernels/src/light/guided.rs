@@ -2,7 +2,7 @@
 //! image something, and from the lights that did.
 //!
 //! Lights that follow each other form a group. A group has a map over the cone of each caster as its places see it, and one,
-//! the last, over all aims, for what casts beside the cones; a caster without a cone from a place leaves its share to that one.
+//! the last, over all directions, for what casts beside the cones; a caster without a cone from a place leaves its share to that one.
 //! A map is in the coordinates of its cone, so that it holds while lamp and caster move and has no parallax. Its texels are
 //! drawn by the root of the second moment of what their starts gave, which is what makes the variance least [Rath et al. 2020,
 //! Variance-aware path guiding]; maps by the means of their roots.
@@ -17,10 +17,10 @@ use crate::interface::light::Light;
 use crate::light::aimed::BY_POWER;
 use crate::light::choose;
 use crate::light::density_map::{Pyramid, from_polar, to_polar};
-use crate::light::emit::{EmissionSample, Emit, Towards};
-use crate::light::mixture::{Aim, Aims, From, start};
+use crate::light::emission_cone::EmissionCone;
+use crate::light::emit::{EmissionSample, Emit, EvaluatedEmission};
+use crate::light::mixture::{EmissionContext, EmissionDirection, EmissionMixture, start};
 use crate::light::power::ByPower;
-use crate::light::target::Target;
 use crate::math::rng::Rng;
 use spirv_std::glam::{Vec2, Vec3, Vec4};
 
@@ -183,30 +183,30 @@ pub struct Choice {
     known: bool,
     /// Two numbers for the place within a texel.
     within: Vec2,
-    /// The place of the aim in the map.
+    /// The place of the direction in the map.
     own: Vec2,
 }
 
 impl Guided<'_> {
-    /// What is aimed at: a caster, seen from a place, or everything.
+    /// Emission cone of a caster, seen from a place, or everything.
     #[inline(always)]
-    fn target(&self, from: &From, caster: u32) -> Target {
+    fn cone(&self, context: &EmissionContext, caster: u32) -> EmissionCone {
         let casters = &self.power.params.casters;
         if caster < casters.count {
-            Target::at(&casters.spheres[caster as usize], &from.light, from.position)
+            EmissionCone::at(&casters.spheres[caster as usize], &context.light, context.position)
         } else {
-            Target::everywhere(&from.light)
+            EmissionCone::everywhere(&context.light)
         }
     }
 
     /// The first map of the group of a start.
     #[inline(always)]
-    fn first(&self, from: &From) -> u32 {
-        Group::index_at(from.row, self.power.params) * maps_of_group(self.power.params)
+    fn first(&self, context: &EmissionContext) -> u32 {
+        Group::index_at(context.row, self.power.params) * maps_of_group(self.power.params)
     }
 }
 
-impl Aims for Guided<'_> {
+impl EmissionMixture for Guided<'_> {
     type Choice = Choice;
 
     #[inline(always)]
@@ -228,64 +228,73 @@ impl Aims for Guided<'_> {
     }
 
     #[inline(always)]
-    fn aim(&self, choice: &mut Choice, from: &From) -> Aim {
-        let mut aim = Aim::BY_POWER;
+    fn sample_direction(&self, choice: &mut Choice, context: &EmissionContext) -> EmissionDirection {
+        let mut direction = EmissionDirection::BY_POWER;
         if choice.chosen != NONE {
-            if !self.target(from, choice.chosen).is_open() {
+            if !self.cone(context, choice.chosen).is_open() {
                 choice.chosen = self.power.params.casters.count;
             }
-            choice.own = Vec2::new(from.numbers.x, from.numbers.y);
+            choice.own = Vec2::new(context.numbers.x, context.numbers.y);
             if choice.known {
-                choice.own = self.draw(self.first(from) + choice.chosen, choice.own, choice.within);
+                choice.own = self.draw(self.first(context) + choice.chosen, choice.own, choice.within);
             }
-            aim = Aim::at(self.target(from, choice.chosen).aim(&from.light, to_polar(choice.own)));
+            direction = EmissionDirection::at(
+                self.cone(context, choice.chosen).direction(&context.light, to_polar(choice.own)),
+            );
         }
-        aim
+        direction
     }
 
     #[inline(always)]
-    fn weigh(&self, choice: &Choice, from: &From, aim: Vec3, leaving: &Towards) -> EmissionSample {
+    fn weigh(
+        &self,
+        choice: &Choice,
+        context: &EmissionContext,
+        direction: Vec3,
+        emission: &EvaluatedEmission,
+    ) -> EmissionSample {
         let ByPower { scene, params, .. } = self.power;
-        let (casters, first) = (params.casters.count, self.first(from));
+        let (casters, first) = (params.casters.count, self.first(context));
         let Choice { chosen, own, .. } = *choice;
-        // The density of the aim over all maps of the group, and the map that is told what becomes of it: the one that it was
+        // The density of the direction over all maps of the group, and the map that is told what becomes of it: the one that it was
         // drawn from, else that of a cone that holds it, so that the last map learns of what no cone serves.
         let even = EVENLY / maps_of_group(params) as f32;
         let (mut evenly, mut guided, mut closed_even, mut closed_known) = (0.0, 0.0, 0.0, 0.0);
         let (mut told, mut told_texel, mut told_size) = (casters, 0, 0.0);
         let mut caster = 0;
         while caster <= casters {
-            let target = self.target(from, caster);
+            let cone = self.cone(context, caster);
             let map = first + caster;
             let share = KNOWN * self.maps[map as usize].share;
-            if !target.is_open() {
+            if !cone.is_open() {
                 closed_even += even;
                 closed_known += share;
-            } else if caster == chosen || target.holds(aim) {
-                let at = if caster == chosen { own } else { from_polar(target.polar(&from.light, aim)) };
+            } else if caster == chosen || cone.holds(direction) {
+                let at =
+                    if caster == chosen { own } else { from_polar(cone.polar(&context.light, direction)) };
                 let texel = Map::texel_at(at);
                 let (mut uniform, mut drawn) = (even, share);
                 if caster == casters {
                     uniform += closed_even;
                     drawn += closed_known;
                 }
-                evenly += uniform / target.size();
-                guided += drawn * self.density(map, texel) / target.size();
+                evenly += uniform / cone.size();
+                guided += drawn * self.density(map, texel) / cone.size();
                 let is_own = caster == chosen && caster < casters;
                 if is_own || (chosen >= casters && told_size == 0.0) {
-                    (told, told_texel, told_size) = (caster, texel, target.size());
+                    (told, told_texel, told_size) = (caster, texel, cone.size());
                 }
             }
             caster += 1;
         }
-        let group = Group::new(scene.lights, params, Group::index_at(from.row, params));
-        let ratio = group.chance(scene.lights, params, from.row) / from.light.pdf_light_choice;
-        let sample = leaving.sample.over(leaving.pdf, BY_POWER, evenly + guided * ratio);
+        let group = Group::new(scene.lights, params, Group::index_at(context.row, params));
+        let ratio = group.chance(scene.lights, params, context.row) / context.light.pdf_light_choice;
+        let sample = emission.sample.over(emission.pdf, BY_POWER, evenly + guided * ratio);
         let mut score = 0.0;
         // A group so dim that its power is none is never drawn from maps, and learns nothing.
         if ratio > 0.0 {
             // The density over that of a uniform start of the map.
-            let over_uniform = ((BY_POWER * leaving.pdf + evenly) / ratio + guided) * told_size;
+            let over_uniform = ((BY_POWER * emission.pdf + evenly) / ratio + guided) * told_size;
             // As if there were one path a pixel, however many there are.
             let paths = over_uniform * params.light_path_count as f32 / params.pixel_count() as f32;
             score = paths * paths / self.maps[(first + told) as usize].unit;

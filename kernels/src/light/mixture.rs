@@ -1,33 +1,39 @@
-//! Starts of light paths towards what somebody aims at, in a mixture with starts by power: what ways to aim have in common.
+//! Emission mixtures: starts of light paths in sampled emission directions, mixed with starts by power.
 
 use crate::interface::light::Light;
-use crate::light::emit::{EmissionSample, Towards};
+use crate::light::emit::{EmissionSample, EvaluatedEmission};
 use crate::light::power::ByPower;
-use crate::light::{drawn, leave, place_on, towards};
+use crate::light::{eval_emission, sample_emission, sample_environment, sample_position};
 use crate::math::rng::Rng;
 use spirv_std::glam::{Vec3, Vec4};
 
-/// Aims light paths.
-pub trait Aims {
+/// A mixture of sampled emission directions with emission by power.
+pub trait EmissionMixture {
     /// What it has chosen for a path.
     type Choice: Copy + Default;
 
-    /// Whether it aims at all; else paths start by power, undivided.
+    /// Whether it samples directions at all; else paths start by power, undivided.
     #[inline(always)]
     fn mixes(&self) -> bool {
         true
     }
-    /// The row of the light that a path starts from, by the numbers of `leave`, and more where they do not suffice.
+    /// The row of the light that a path starts from, by the numbers of `sample_emission`, and more where they do not suffice.
     fn light(&self, place: Vec4, numbers: Vec4, rng: &mut Rng) -> (u32, Self::Choice);
-    /// What it aims at from a place.
-    fn aim(&self, choice: &mut Self::Choice, from: &From) -> Aim;
+    /// Samples an emission direction from a place.
+    fn sample_direction(&self, choice: &mut Self::Choice, context: &EmissionContext) -> EmissionDirection;
     /// The start that was made, over the density of the whole mixture.
-    fn weigh(&self, choice: &Self::Choice, from: &From, aim: Vec3, leaving: &Towards) -> EmissionSample;
+    fn weigh(
+        &self,
+        choice: &Self::Choice,
+        context: &EmissionContext,
+        direction: Vec3,
+        emission: &EvaluatedEmission,
+    ) -> EmissionSample;
 }
 
-/// Where a path starts.
+/// Emission context: where a path starts.
 #[derive(Clone, Copy, Debug)]
-pub struct From {
+pub struct EmissionContext {
     /// Row of its light.
     pub row: u32,
     /// Its light; of an environment, the parallel light of a direction.
@@ -38,45 +44,45 @@ pub struct From {
     pub numbers: Vec4,
 }
 
-/// What a path starts towards.
+/// Emission direction, if one was sampled.
 #[derive(Clone, Copy, Debug)]
-pub struct Aim {
+pub struct EmissionDirection {
     is_chosen: bool,
     at: Vec3,
 }
 
-impl Aim {
+impl EmissionDirection {
     /// Wherever light goes by power.
-    pub const BY_POWER: Aim = Aim { is_chosen: false, at: Vec3::ZERO };
+    pub const BY_POWER: EmissionDirection = EmissionDirection { is_chosen: false, at: Vec3::ZERO };
 
-    /// A direction, or of parallel light a place (see `target`).
+    /// A direction, or of parallel light a place (see `emission_cone`).
     #[inline(always)]
-    pub fn at(at: Vec3) -> Aim {
-        Aim { is_chosen: true, at }
+    pub fn at(at: Vec3) -> EmissionDirection {
+        EmissionDirection { is_chosen: true, at }
     }
 }
 
 /// A start of a light path.
 #[inline(always)]
-pub fn start<A: Aims>(aims: &A, power: &ByPower<'_>, rng: &mut Rng) -> EmissionSample {
+pub fn start<A: EmissionMixture>(mixture: &A, power: &ByPower<'_>, rng: &mut Rng) -> EmissionSample {
     let ByPower { scene, features, .. } = *power;
     let (mut place, numbers) = (rng.next4(), rng.next4());
-    let (row, mut choice) = aims.light(place, numbers, rng);
+    let (row, mut choice) = mixture.light(place, numbers, rng);
     let mut light = scene.lights[row as usize];
-    let (mut position, mut aim) = (Vec3::ZERO, Aim::BY_POWER);
-    if aims.mixes() {
-        (light, place) = drawn(scene, features, row, place, numbers);
-        position = place_on(&light, scene, features, place);
-        aim = aims.aim(&mut choice, &From { row, light, position, numbers });
+    let (mut position, mut direction) = (Vec3::ZERO, EmissionDirection::BY_POWER);
+    if mixture.mixes() {
+        (light, place) = sample_environment(scene, features, row, place, numbers);
+        position = sample_position(&light, scene, features, place);
+        direction = mixture.sample_direction(&mut choice, &EmissionContext { row, light, position, numbers });
     }
-    let (mut sample, mut at) = (EmissionSample::NONE, aim.at);
-    if !aim.is_chosen {
-        sample = leave(&light, scene, features, place, numbers);
-        at = light.aim_of(&sample.ray);
+    let (mut sample, mut at) = (EmissionSample::NONE, direction.at);
+    if !direction.is_chosen {
+        sample = sample_emission(&light, scene, features, place, numbers);
+        at = light.emission_direction(&sample.ray);
     }
-    if aims.mixes() {
-        let leaving = towards(&light, scene, features, place, at);
-        sample = aims.weigh(&choice, &From { row, light, position, numbers }, at, &leaving);
+    if mixture.mixes() {
+        let emission = eval_emission(&light, scene, features, place, at);
+        sample = mixture.weigh(&choice, &EmissionContext { row, light, position, numbers }, at, &emission);
     }
     sample
 }

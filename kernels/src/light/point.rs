@@ -7,57 +7,57 @@ use crate::interface::features::Features;
 use crate::interface::light::Light;
 use crate::interface::ray::Ray;
 use crate::interface::scene::SceneTables;
-use crate::light::connect::Connection;
-use crate::light::emit::{EmissionSample, Towards};
+use crate::light::emit::{EmissionSample, EvaluatedEmission};
+use crate::light::light_sampling::LightSample;
 use crate::math::{PI, warp};
 use spirv_std::glam::{Vec3, Vec4};
 
 /// A path in any direction.
 #[inline(always)]
-pub fn leave(
+pub fn sample_emission(
     light: &Light,
     scene: SceneTables<'_>,
     features: Features,
     place: Vec4,
     direction: Vec4,
 ) -> EmissionSample {
-    towards(light, scene, features, place, warp::uniform_sphere(direction.x, direction.y)).sample
+    eval_emission(light, scene, features, place, warp::uniform_sphere(direction.x, direction.y)).sample
 }
 
 /// A path in a direction.
 #[inline(always)]
-pub fn towards(
+pub fn eval_emission(
     light: &Light,
     _scene: SceneTables<'_>,
     _features: Features,
     _place: Vec4,
     direction: Vec3,
-) -> Towards {
+) -> EvaluatedEmission {
     let solid_angle = 4.0 * PI / light.pdf_light_choice;
     let ray = Ray::endless(light.position, direction);
     let sample = EmissionSample::new(ray, light.emission * solid_angle, solid_angle);
-    Towards { sample, pdf: 1.0 / (4.0 * PI) }
+    EvaluatedEmission { sample, pdf: 1.0 / (4.0 * PI) }
 }
 
-/// A connection by the law of the inverse square.
+/// Light sample by the law of the inverse square.
 #[inline(always)]
-pub fn connect(
+pub fn sample_light(
     light: &Light,
     _scene: SceneTables<'_>,
     _features: Features,
     position: Vec3,
     _u: f32,
     _v: f32,
-) -> Connection {
+) -> LightSample {
     let along = light.position - position;
     let square = along.length_squared();
     if square == 0.0 {
-        return Connection::none(position);
+        return LightSample::none(position);
     }
-    Connection {
+    LightSample {
         target: light.position,
         to_light: along / square.sqrt(),
         radiance_over_pdf: light.emission / (square * light.pdf_light_choice),
-        ..Connection::none(position)
+        ..LightSample::none(position)
     }
 }

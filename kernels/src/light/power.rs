@@ -4,7 +4,7 @@ use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::scene::SceneTables;
 use crate::light::emit::{EmissionSample, Emit};
-use crate::light::{choose, leave};
+use crate::light::{choose, sample_emission};
 use crate::math::rng::Rng;
 use spirv_std::glam::Vec4;
 
@@ -26,12 +26,12 @@ impl<'a> ByPower<'a> {
         ByPower { scene, params, features }
     }
 
-    /// A start by the uniform numbers of `leave`.
+    /// A start by the uniform numbers of `sample_emission`.
     #[inline(always)]
     pub fn start(&self, place: Vec4, direction: Vec4) -> EmissionSample {
         let ByPower { scene, params, .. } = *self;
         let light = scene.lights[choose(scene.lights, params.light_count, place.x, place.y) as usize];
-        leave(&light, scene, self.features, place, direction)
+        sample_emission(&light, scene, self.features, place, direction)
     }
 }
 

@@ -6,8 +6,8 @@ use crate::interface::features::Features;
 use crate::interface::light::Light;
 use crate::interface::ray::Ray;
 use crate::interface::scene::SceneTables;
-use crate::light::connect::Connection;
-use crate::light::emit::{EmissionSample, Towards};
+use crate::light::emit::{EmissionSample, EvaluatedEmission};
+use crate::light::light_sampling::LightSample;
 use crate::light::point;
 use crate::math::frame::ShadingFrame;
 use crate::math::{PI, clamp, warp};
@@ -36,7 +36,7 @@ pub fn sample(light: &Light, u: f32, v: f32) -> (Vec3, f32) {
 
 /// A path into the outer cone.
 #[inline(always)]
-pub fn leave(
+pub fn sample_emission(
     light: &Light,
     _scene: SceneTables<'_>,
     _features: Features,
@@ -57,32 +57,32 @@ fn start(light: &Light, direction: Vec3, solid_angle: f32) -> EmissionSample {
 
 /// A path in a direction.
 #[inline(always)]
-pub fn towards(
+pub fn eval_emission(
     light: &Light,
     _scene: SceneTables<'_>,
     _features: Features,
     _place: Vec4,
     direction: Vec3,
-) -> Towards {
+) -> EvaluatedEmission {
     let solid_angle = 2.0 * PI * light.cone;
     let share = falloff_seen(light, -direction);
     let sample = start(light, direction, share * solid_angle);
-    Towards { sample, pdf: if share > 0.0 { 1.0 / solid_angle } else { 0.0 } }
+    EvaluatedEmission { sample, pdf: if share > 0.0 { 1.0 / solid_angle } else { 0.0 } }
 }
 
-/// A connection as to a point light, less what the falloff takes.
+/// Light sample as of a point light, less what the falloff takes.
 #[inline(always)]
-pub fn connect(
+pub fn sample_light(
     light: &Light,
     scene: SceneTables<'_>,
     features: Features,
     position: Vec3,
     u: f32,
     v: f32,
-) -> Connection {
-    let mut connection = point::connect(light, scene, features, position, u, v);
-    connection.radiance_over_pdf *= falloff_seen(light, connection.to_light);
-    connection
+) -> LightSample {
+    let mut light_sample = point::sample_light(light, scene, features, position, u, v);
+    light_sample.radiance_over_pdf *= falloff_seen(light, light_sample.to_light);
+    light_sample
 }
 
 #[cfg(test)]

@@ -38,9 +38,9 @@ pub struct Normals {
 }
 
 impl Differential {
-    /// A path that has `solid_angle` (sr) around its direction, and `area` (m^2) across it, to itself.
+    /// A path at its light, which has `solid_angle` (sr) around its direction, and `area` (m^2) across it, to itself.
     #[shared]
-    pub fn leaving(direction: Vec3, solid_angle: f32, area: f32) -> Self {
+    pub fn at_light(direction: Vec3, solid_angle: f32, area: f32) -> Self {
         let frame = ShadingFrame::new(direction);
         let (angle, side) = (solid_angle.sqrt(), area.sqrt());
         Differential {

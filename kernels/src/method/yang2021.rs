@@ -290,13 +290,13 @@ impl<A: Atomics, F: Atomics> Receive for Spread<'_, A, F> {
     type Way = ();
 
     #[inline(always)]
-    fn start(&mut self, _way: &mut (), leaving: &EmissionSample) {
+    fn start(&mut self, _way: &mut (), emission: &EmissionSample) {
         let share = 1.0 / self.params.light_path_count as f32;
-        let (direction, solid_angle) = (leaving.ray.direction, leaving.solid_angle * share);
-        self.way.set_differential(&Differential::leaving(direction, solid_angle, leaving.area * share));
+        let (direction, solid_angle) = (emission.ray.direction, emission.solid_angle * share);
+        self.way.set_differential(&Differential::at_light(direction, solid_angle, emission.area * share));
         self.way.set_total(&Sum::default());
-        self.way.set_texel(leaving.texel);
-        self.feedback.add(leaving.texel * FEEDBACK_WORDS + 5, 1);
+        self.way.set_texel(emission.texel);
+        self.feedback.add(emission.texel * FEEDBACK_WORDS + 5, 1);
     }
 
     #[inline(always)]

@@ -19,8 +19,8 @@ use crate::interface::point::{PointDirect, PointGeometry, PointShading};
 use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
 use crate::light::area::pdf_solid_angle;
-use crate::light::connect::{ByClass, Candidates, Connection, Reservoir};
 use crate::light::environment;
+use crate::light::light_sampling::{ByClass, LightCandidates, LightSample, Reservoir};
 use crate::math::cone::RayCone;
 use crate::math::is_finite;
 use crate::math::offset;
@@ -325,9 +325,9 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
     }
     let (mut prefix, mut steady) = (true, true);
     let mut from_point = 0.0;
-    let all = Candidates::new(params);
-    let candidates_of = |prefix: bool| if prefix { all } else { Candidates::ONE };
-    scratch!(connections: connected::ROOM);
+    let all = LightCandidates::new(params);
+    let candidates_of = |prefix: bool| if prefix { all } else { LightCandidates::ONE };
+    scratch!(sample_words: connected::ROOM);
     scratch!(words: aside::ROOM);
     let mut aside = Aside::new(words, features, params);
     aside.set_cone(direct, 0.0);
@@ -387,20 +387,20 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
             }
             watch.arrive(&ray, &hit, &here, throughput);
 
-            // Emission, shared with the direct connections of the vertex before.
-            let is_lamp =
+            // Emission, combined by MIS with light sampling at the vertex before.
+            let is_emitter =
                 features.has(Features::AREA_LIGHTS) && here.light != NONE && emits(&here, &material);
-            if is_lamp && finds_emission {
-                let lamp = scene.lights[here.light as usize];
-                let mut weight = 1.0;
+            if is_emitter && finds_emission {
+                let light = scene.lights[here.light as usize];
+                let mut mis_weight = 1.0;
                 if pdf_scattered > 0.0 {
                     let cos = here.to_previous.dot(here.face_normal);
                     let square = hit.distance * hit.distance;
-                    let pdf_connected = pdf_solid_angle(&lamp, scene, features, from, square, cos)
-                        * candidates_of(of_prefix).gain(&lamp);
-                    weight = pdf_scattered / (pdf_scattered + pdf_connected);
+                    let pdf_light_sampling = pdf_solid_angle(&light, scene, features, from, square, cos)
+                        * candidates_of(of_prefix).gain(&light);
+                    mis_weight = pdf_scattered / (pdf_scattered + pdf_light_sampling);
                 }
-                aside.add(Sum::Radiance, throughput * material.emission * weight);
+                aside.add(Sum::Radiance, throughput * material.emission * mis_weight);
             }
             if depth <= params.max_bounces {
                 // Direct light on every non-delta lobe, each class for itself.
@@ -417,17 +417,17 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                 }
                 let u = next4(&mut rng, &params.sequence);
                 let mut choice = 0.0;
-                if candidates.each > 1 {
+                if candidates.candidate_count > 1 {
                     choice = next4(&mut rng, &params.sequence).x;
                 }
                 let mut count = 0;
                 if beyond.is_lit() && may_be_wide(&material, features) {
-                    count = candidates.connections * candidates.each;
+                    count = candidates.sample_count * candidates.candidate_count;
                 }
-                let connect = |number| {
-                    candidates.connect(number, scene, params.light_count, features, here.position, u)
+                let sample_light = |number| {
+                    candidates.sample_light(number, scene, params.light_count, features, here.position, u)
                 };
-                let mut connected = Connected::new(count, connect, connections);
+                let mut connected = Connected::new(count, sample_light, sample_words);
                 let scattering = ScatteringVertex::new(
                     here,
                     material,
@@ -449,7 +449,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                     let mut number = 0;
                     while number < count {
                         let mut reservoir = Reservoir::new(choice);
-                        let end = number + candidates.each;
+                        let end = number + candidates.candidate_count;
                         while number < end {
                             let candidate = connected.get(number);
                             let direct = direct_light(&scattering, &candidate, finds, features);
@@ -457,15 +457,15 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                             number += 1;
                         }
                         if reservoir.is_drawn() {
-                            let (connection, direct) = connected.get_with_light(reservoir.kept);
+                            let (light_sample, direct) = connected.get_with_light(reservoir.kept);
                             let direct = direct.times(reservoir.inverse_chance());
-                            let mut ray = shadow_ray(&here, &connection);
+                            let mut ray = shadow_ray(&here, &light_sample);
                             if features.has(Features::BLENDS) {
                                 ray.key = rng.ray_key(number);
                             }
                             let shadow = Shadow {
                                 ray,
-                                media: scattering.media_towards(connection.to_light),
+                                media: scattering.media_towards(light_sample.to_light),
                                 radiance: throughput * direct.sum(),
                                 specular: throughput * direct.specular,
                                 non_specular: throughput * direct.non_specular,
@@ -615,12 +615,12 @@ fn count_rare<C: Atomics>(times: u32, counter: Counter, counters: &mut C) {
     }
 }
 
-/// What a ray that meets nothing sees of the environment, shared with the direct connections of the vertex that it left.
+/// What a ray that meets nothing sees of the environment, combined by MIS with light sampling at the vertex that it left.
 #[inline(always)]
 fn environment(
     ray: &Ray,
     pdf_scattered: f32,
-    candidates: Candidates,
+    candidates: LightCandidates,
     params: &FrameParams,
     scene: SceneTables<'_>,
 ) -> Vec3 {
@@ -632,13 +632,13 @@ fn environment(
     if light.kind != Features::ENVIRONMENT.0 {
         return Vec3::ZERO;
     }
-    let mut weight = 1.0;
+    let mut mis_weight = 1.0;
     if pdf_scattered > 0.0 {
-        let pdf_connected =
+        let pdf_light_sampling =
             environment::pdf_solid_angle(&light, scene, ray.direction) * candidates.gain(&light);
-        weight = pdf_scattered / (pdf_scattered + pdf_connected);
+        mis_weight = pdf_scattered / (pdf_scattered + pdf_light_sampling);
     }
-    environment::radiance_from(scene, ray.direction) * weight
+    environment::radiance_from(scene, ray.direction) * mis_weight
 }
 
 /// Whether the vertex's side of the triangle emits.
@@ -647,42 +647,42 @@ fn emits(vertex: &Vertex, material: &Material) -> bool {
     vertex.front || material.flags & FLAG_EMIT_BOTH_SIDES != 0
 }
 
-/// Reflected or transmitted light of a connection, each class for itself, weighted against finding the light by scattering (balance
+/// Reflected or transmitted light of a light sample, each class for itself, weighted by MIS against finding the light by scattering (balance
 /// heuristic).
 #[inline(always)]
 fn direct_light(
     scattering: &ScatteringVertex,
-    connection: &Connection,
+    light_sample: &LightSample,
     classes: Classes,
     features: Features,
 ) -> ByClass {
     let mut sum = ByClass::default();
-    if connection.radiance_over_pdf.max_element() > 0.0 {
-        let cos = connection.to_light.dot(scattering.vertex.shading_normal).abs();
-        let above = connection.to_light.dot(scattering.vertex.face_normal) > 0.0;
+    if light_sample.radiance_over_pdf.max_element() > 0.0 {
+        let cos = light_sample.to_light.dot(scattering.vertex.shading_normal).abs();
+        let above = light_sample.to_light.dot(scattering.vertex.face_normal) > 0.0;
         if features.has(Features::ROUGH_DIELECTRIC) && !above && classes.has(Classes::SPECULAR) {
             // Through the surface; radiance is compressed as where a path scatters.
             let eta = scattering.bsdf.eta;
-            sum.specular = connection.radiance_over_pdf
-                * weighted(scattering, connection, Classes::SPECULAR)
+            sum.specular = light_sample.radiance_over_pdf
+                * mis_weighted(scattering, light_sample, Classes::SPECULAR)
                 * (cos * eta * eta);
             return sum;
         }
-        let light = connection.radiance_over_pdf * if above { cos } else { 0.0 };
-        sum.non_specular = light * weighted(scattering, connection, Classes::NON_SPECULAR);
+        let light = light_sample.radiance_over_pdf * if above { cos } else { 0.0 };
+        sum.non_specular = light * mis_weighted(scattering, light_sample, Classes::NON_SPECULAR);
         if classes.has(Classes::SPECULAR) && scattering.bsdf.is_wide_in(Classes::SPECULAR) {
-            sum.specular = light * weighted(scattering, connection, Classes::SPECULAR);
+            sum.specular = light * mis_weighted(scattering, light_sample, Classes::SPECULAR);
         }
     }
     sum
 }
 
-/// f of one class times its weight against scattering.
+/// f of one class times its MIS weight.
 #[inline(always)]
-fn weighted(scattering: &ScatteringVertex, connection: &Connection, class: Classes) -> Vec3 {
-    let lobes = scattering.eval(connection.to_light, class);
-    if connection.pdf_solid_angle > 0.0 {
-        lobes.f * (connection.pdf_solid_angle / (connection.pdf_solid_angle + lobes.pdf_solid_angle))
+fn mis_weighted(scattering: &ScatteringVertex, light_sample: &LightSample, class: Classes) -> Vec3 {
+    let lobes = scattering.eval(light_sample.to_light, class);
+    if light_sample.pdf_solid_angle > 0.0 {
+        lobes.f * (light_sample.pdf_solid_angle / (light_sample.pdf_solid_angle + lobes.pdf_solid_angle))
     } else {
         lobes.f
     }
@@ -690,12 +690,12 @@ fn weighted(scattering: &ScatteringVertex, connection: &Connection, class: Class
 
 /// The ray from a vertex to just before a light.
 #[inline(always)]
-fn shadow_ray(vertex: &Vertex, connection: &Connection) -> Ray {
-    let origin = offset::leave(vertex.position, vertex.face_normal, connection.to_light, vertex.clearance);
-    if connection.endless {
-        return Ray::endless(origin, connection.to_light);
+fn shadow_ray(vertex: &Vertex, light_sample: &LightSample) -> Ray {
+    let origin = offset::leave(vertex.position, vertex.face_normal, light_sample.to_light, vertex.clearance);
+    if light_sample.endless {
+        return Ray::endless(origin, light_sample.to_light);
     }
-    let along = connection.target - origin;
+    let along = light_sample.target - origin;
     let length = along.length();
     Ray { origin, length, direction: along / length, key: 0 }
 }

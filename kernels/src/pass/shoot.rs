@@ -131,11 +131,11 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     receive: &mut R,
     counters: &mut C,
 ) -> R::Way {
-    let leaving = emit.sample(&mut rng);
+    let emission = emit.sample(&mut rng);
     let mut way = R::Way::default();
-    receive.start(&mut way, &leaving);
-    let mut flux = leaving.flux / params.light_path_count as f32;
-    let mut ray = leaving.ray;
+    receive.start(&mut way, &emission);
+    let mut flux = emission.flux / params.light_path_count as f32;
+    let mut ray = emission.ray;
     let mut media = MediaStack::VACUUM;
     if features.has(Features::STARTS_IN_MEDIUM) {
         media = initial_media_stack(ray.origin, features, scene, tracer);
@@ -208,9 +208,9 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
                 },
                 DepositLight {
                     to_light: here.to_previous,
-                    texel: leaving.texel,
+                    texel: emission.texel,
                     flux: flux / cos_arriving,
-                    score: leaving.score,
+                    score: emission.score,
                 },
             );
         }

@@ -8,8 +8,8 @@ use crate::interface::frame::FrameParams;
 use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
 use crate::interface::step::{EmitStep, SampleStep, ScatterIn, ScatterOut};
-use crate::light::connect::Candidates;
 use crate::light::emit::Emit;
+use crate::light::light_sampling::LightCandidates;
 use crate::light::power::ByPower;
 use crate::math::rng::{Rng, Stream};
 use crate::math::warp;
@@ -53,7 +53,7 @@ pub fn step_scatter(
     scatter_out.write(index, scatter(&scatter_in[index as usize], params, features, scene));
 }
 
-/// Starts of light paths and direct connections.
+/// Starts of light paths and light samples.
 #[pass(name = "step.emit", over = params.light_path_batch, work = Step)]
 pub fn step_emit(
     index: u32,
@@ -129,7 +129,7 @@ pub fn scatter(
     }
 }
 
-/// A start of a light path, and a direct connection from the scene's origin.
+/// A start of a light path, and a light sample for the scene's origin.
 #[inline(always)]
 pub fn emit<E: Emit>(
     index: u32,
@@ -139,14 +139,15 @@ pub fn emit<E: Emit>(
     emit: &E,
 ) -> EmitStep {
     let mut rng = Rng::new(Stream::Light, params.seed, index, params.frame);
-    let leaving = emit.sample(&mut rng);
+    let emission = emit.sample(&mut rng);
     let u = rng.next4();
-    let connection = Candidates::ONE.connect(0, scene, params.light_count, features, Vec3::ZERO, u);
+    let light_sample =
+        LightCandidates::ONE.sample_light(0, scene, params.light_count, features, Vec3::ZERO, u);
     EmitStep {
-        ray: leaving.ray,
-        flux: leaving.flux,
-        to_light: connection.to_light,
-        radiance_over_pdf: connection.radiance_over_pdf,
-        pdf: connection.pdf_solid_angle,
+        ray: emission.ray,
+        flux: emission.flux,
+        to_light: light_sample.to_light,
+        radiance_over_pdf: light_sample.radiance_over_pdf,
+        pdf: light_sample.pdf_solid_angle,
     }
 }

@@ -134,12 +134,12 @@ pub fn emissive() -> Small {
     let mut small = Small::new();
     small.uses("KHR_materials_emissive_strength");
     wall(&mut small);
-    let lamp = json!({
+    let light = json!({
         "emissiveFactor": [1.0, 0.8, 0.5], "doubleSided": true,
         "extensions": { "KHR_materials_emissive_strength": { "emissiveStrength": 4.0 } },
     });
     small.thing(
-        lamp,
+        light,
         &Mesh::default().panel(DVec3::new(0.0, 1.8, 0.8), DVec3::X * 0.3, DVec3::new(0.0, 0.1, 0.2)),
     );
     small

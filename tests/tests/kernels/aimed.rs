@@ -8,9 +8,9 @@ use caustics_kernels::interface::guide::GuideMap;
 use caustics_kernels::interface::light::Light;
 use caustics_kernels::light::aimed::{Aimed, BY_POWER};
 use caustics_kernels::light::density_map::{Node, from_polar};
+use caustics_kernels::light::emission_cone::EmissionCone;
 use caustics_kernels::light::emit::{EmissionSample, Emit};
 use caustics_kernels::light::guided::{EVENLY, Guided, KNOWN, Map, map_count};
-use caustics_kernels::light::target::Target;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_tests::chi_square::{Fit, SphereCells};
 use caustics_tests::direct::World;
@@ -129,24 +129,24 @@ impl Maps {
         let maps = f64::from(casters.count + 1);
         let (mut closed_even, mut closed_known, mut aimed) = (0.0, 0.0, 0.0);
         for caster in 0..=casters.count as usize {
-            let target = match casters.spheres[..casters.count as usize].get(caster) {
-                Some(sphere) => Target::at(sphere, &light, Vec3::ZERO),
-                None => Target::everywhere(&light),
+            let cone = match casters.spheres[..casters.count as usize].get(caster) {
+                Some(sphere) => EmissionCone::at(sphere, &light, Vec3::ZERO),
+                None => EmissionCone::everywhere(&light),
             };
             let map = &self.maps[caster];
             let (mut even, mut known) = (f64::from(EVENLY) / maps, f64::from(KNOWN) * f64::from(map.share));
-            if !target.is_open() {
+            if !cone.is_open() {
                 closed_even += even;
                 closed_known += known;
-            } else if target.holds(direction) {
-                let texel = Map::texel_at(from_polar(target.polar(&light, direction)));
+            } else if cone.holds(direction) {
+                let texel = Map::texel_at(from_polar(cone.polar(&light, direction)));
                 let value = self.pyramid[caster * Map::NODES as usize + texel as usize];
                 if caster == casters.count as usize {
                     even += closed_even;
                     known += closed_known;
                 }
                 let density = even + known * f64::from(value) * f64::from(map.scale);
-                aimed += density / (2.0 * PI * f64::from(target.reach));
+                aimed += density / (2.0 * PI * f64::from(cone.reach));
             }
         }
         f64::from(BY_POWER) * 0.25 / PI + aimed * cones
@@ -169,14 +169,14 @@ fn directions_follow_the_density_that_their_flux_is_divided_by() {
         let mut seen = vec![0; CELLS.count()];
         let (mut inverse, mut off) = (Vec::new(), 0);
         for path in 0..SAMPLES {
-            let leaving = draw(&emit, path);
-            let direction = leaving.ray.direction;
+            let emission = draw(&emit, path);
+            let direction = emission.ray.direction;
             seen[CELLS.cell_index(direction)] += 1;
             let p = density(&world.params.casters, DVec3::ZERO, direction.as_dvec3(), 0.25 / PI);
             // At a rim f32 and f64 may differ in whether a cone holds the direction.
-            off += u32::from((f64::from(leaving.flux.x) * p / 3.0 - 1.0).abs() > 1e-4);
-            assert!((leaving.solid_angle / leaving.flux.x * 3.0 - 1.0).abs() < 1e-5);
-            inverse.push(f64::from(leaving.flux.x) / 3.0);
+            off += u32::from((f64::from(emission.flux.x) * p / 3.0 - 1.0).abs() > 1e-4);
+            assert!((emission.solid_angle / emission.flux.x * 3.0 - 1.0).abs() < 1e-5);
+            inverse.push(f64::from(emission.flux.x) / 3.0);
         }
         assert!(off < 10, "{off} starts carry another flux");
         let sphere = Mean::from_samples(&inverse);
@@ -208,13 +208,13 @@ fn guided_directions_follow_the_density_that_their_flux_is_divided_by() {
         let mut seen = vec![0; CELLS.count()];
         let (mut inverse, mut off) = (Vec::new(), 0);
         for path in 0..SAMPLES {
-            let leaving = draw(&emit, path);
-            seen[CELLS.cell_index(leaving.ray.direction)] += 1;
-            let p = maps.density(casters, leaving.ray.direction, 1.0);
+            let emission = draw(&emit, path);
+            seen[CELLS.cell_index(emission.ray.direction)] += 1;
+            let p = maps.density(casters, emission.ray.direction, 1.0);
             // At borders of texels a direction may fall to either side.
-            off += u32::from((f64::from(leaving.flux.x) * p / 3.0 - 1.0).abs() > 1e-4);
-            inverse.push(f64::from(leaving.flux.x) / 3.0);
-            assert!(leaving.score > 0.0 && leaving.texel < map_count(&world.params) * Map::TEXELS);
+            off += u32::from((f64::from(emission.flux.x) * p / 3.0 - 1.0).abs() > 1e-4);
+            inverse.push(f64::from(emission.flux.x) / 3.0);
+            assert!(emission.score > 0.0 && emission.texel < map_count(&world.params) * Map::TEXELS);
         }
         assert!(off < 100, "{off} starts carry another flux");
         let sphere = Mean::from_samples(&inverse);
@@ -236,9 +236,9 @@ fn is_the_same(what: &str, b: Builder, cell: impl Fn(&EmissionSample) -> usize, 
         let sums = |emit: &dyn Fn(u32) -> EmissionSample| {
             let mut moments = vec![[0.0f64; 2]; count + 1];
             for path in 0..SAMPLES {
-                let leaving = emit(path);
-                let flux = f64::from(leaving.flux.x);
-                for cell in [cell(&leaving), count] {
+                let emission = emit(path);
+                let flux = f64::from(emission.flux.x);
+                for cell in [cell(&emission), count] {
                     moments[cell][0] += flux;
                     moments[cell][1] += flux * flux;
                 }
@@ -281,7 +281,7 @@ fn is_the_same(what: &str, b: Builder, cell: impl Fn(&EmissionSample) -> usize, 
 /// Every type of light, seen by the same casters.
 #[test]
 fn starts_carry_the_light_of_starts_by_power() {
-    let directions = |leaving: &EmissionSample| CELLS.cell_index(leaving.ray.direction);
+    let directions = |emission: &EmissionSample| CELLS.cell_index(emission.ray.direction);
     let mut point = far_floor();
     point.light(DVec3::ZERO, 3.0);
     is_the_same("point", point, directions, CELLS.count());
@@ -290,16 +290,16 @@ fn starts_carry_the_light_of_starts_by_power() {
     is_the_same("spot", spot, directions, CELLS.count());
     for (what, material) in [("lamp", emitter(2.0)), ("lamp of two sides", emitter_both(2.0))] {
         let mut area = far_floor();
-        let lamp = area.material(material);
+        let light = area.material(material);
         // It reaches into the sphere that holds the origin, and beyond.
-        area.panel(lamp, DVec3::new(0.3, 0.0, 0.0), DVec3::Z, DVec3::new(0.7, 0.2, 0.0).cross(DVec3::Z));
+        area.panel(light, DVec3::new(0.3, 0.0, 0.0), DVec3::Z, DVec3::new(0.7, 0.2, 0.0).cross(DVec3::Z));
         is_the_same(what, area, directions, CELLS.count());
     }
     let mut parallel = far_floor();
     parallel.directional(DVec3::new(0.1, -1.0, 0.0), 2.0);
-    let places = |leaving: &EmissionSample| {
-        let along =
-            leaving.ray.origin + leaving.ray.direction * (-leaving.ray.origin.y / leaving.ray.direction.y);
+    let places = |emission: &EmissionSample| {
+        let along = emission.ray.origin
+            + emission.ray.direction * (-emission.ray.origin.y / emission.ray.direction.y);
         let cell = |x: f32| ((x + 4.0) * 3.0).clamp(0.0, 23.0) as usize;
         24 * cell(along.x) + cell(along.z)
     };
@@ -317,8 +317,8 @@ fn starts_carry_the_light_of_starts_by_power() {
 #[test]
 fn nothing_to_aim_at_is_emission_by_power() {
     let mut b = far_floor();
-    let lamp = b.material(emitter(2.0));
-    b.panel(lamp, DVec3::ZERO, DVec3::X, DVec3::Z);
+    let light = b.material(emitter(2.0));
+    b.panel(light, DVec3::ZERO, DVec3::X, DVec3::Z);
     b.camera(DVec3::ZERO, DVec3::Z, 1.0);
     let scene = b.build();
     let mut world = World::new(&scene, &Settings::default());

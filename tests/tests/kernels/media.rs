@@ -176,8 +176,8 @@ fn the_smaller_solid_wins_unless_the_file_says_otherwise() {
             b.block(ice, at - 0.45, at + 0.45, false);
         }
         b.sphere(bubble, DVec3::new(0.0, -0.95, 0.0), 0.02, 16, 8);
-        let lamp = b.material(emitter(1.0));
-        b.panel(lamp, 3.0 * DVec3::Y, DVec3::X, DVec3::Z);
+        let light = b.material(emitter(1.0));
+        b.panel(light, 3.0 * DVec3::Y, DVec3::X, DVec3::Z);
         b.camera(4.0 * DVec3::Z, DVec3::ZERO, 0.5);
         b.build()
     };
@@ -414,10 +414,10 @@ fn under_an_open_surface(eye: DVec3, view: f32) -> Scene {
     let mut b = Builder::default();
     let water = b.material(tinted(1.33, 0, 2.0));
     let floor = b.material(lambert(0.5));
-    let lamp = b.material(emitter(20.0));
+    let light = b.material(emitter(20.0));
     b.panel(floor, DVec3::NEG_Y, 3.0 * DVec3::Z, 3.0 * DVec3::X);
     b.panel(water, DVec3::new(0.1, 0.0, 0.2), 0.9 * DVec3::Z, 0.9 * DVec3::X);
-    b.panel(lamp, DVec3::new(0.0, 2.0, 0.0), 0.5 * DVec3::X, 0.5 * DVec3::Z);
+    b.panel(light, DVec3::new(0.0, 2.0, 0.0), 0.5 * DVec3::X, 0.5 * DVec3::Z);
     b.camera(eye, DVec3::new(0.0, -1.0, 0.0), view);
     b.build()
 }

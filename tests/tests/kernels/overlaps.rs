@@ -20,7 +20,7 @@ use serde_json::{Value, json};
 
 /// Materials by index. Both kinds of glass are the same glass.
 const WALL: usize = 0;
-const LAMP: usize = 1;
+const LIGHT: usize = 1;
 const WATER: usize = 2;
 const GLASS: usize = 3;
 const OWN_GLASS: usize = 4;
@@ -83,7 +83,7 @@ fn shapes(glass: usize) -> Vec<Shape> {
 /// The glTF document of a shape with a floor, a lamp and a camera, and its buffer.
 fn document(shape: &Shape) -> (Value, Vec<u8>) {
     let (mut binary, mut views, mut accessors, mut meshes) = (Vec::new(), vec![], vec![], vec![]);
-    let room: Vec<Cube> = vec![(WALL, [0.0, -4.0, 0.0], 3.0, false), (LAMP, [0.5, 2.5, 0.8], 0.3, false)];
+    let room: Vec<Cube> = vec![(WALL, [0.0, -4.0, 0.0], 3.0, false), (LIGHT, [0.5, 2.5, 0.8], 0.3, false)];
     for cubes in shape.meshes.iter().chain([&room]) {
         let mut primitives: Vec<Value> = Vec::new();
         // A primitive of all cubes of a material.

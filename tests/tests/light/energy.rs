@@ -123,10 +123,10 @@ fn rough_glass_absorbs_what_single_scattering_loses() {
 /// normals.
 fn furnished(wall: Material, thing: Material) -> Scene {
     let mut b = room(wall);
-    let (thing, lamp) = (b.material(thing), b.material(emitter(3.0)));
+    let (thing, light) = (b.material(thing), b.material(emitter(3.0)));
     b.block(thing, DVec3::new(-0.8, -0.9, -0.6), DVec3::new(0.0, -0.2, 0.2), false);
     b.sphere(thing, DVec3::new(0.45, -0.3, -0.2), 0.4, 16, 8);
-    b.panel(lamp, DVec3::new(0.0, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
+    b.panel(light, DVec3::new(0.0, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
     b.light(DVec3::new(-0.5, 0.6, 0.5), 1.0);
     b.build()
 }
@@ -254,9 +254,9 @@ fn coarse_smooth_meshes_balance() {
     for (shape, add) in shapes {
         for (name, material) in things {
             let mut b = room(lambert(0.5));
-            let (thing, lamp) = (b.material(material), b.material(emitter(3.0)));
+            let (thing, light) = (b.material(material), b.material(emitter(3.0)));
             add(&mut b, thing);
-            b.panel(lamp, DVec3::new(0.1, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
+            b.panel(light, DVec3::new(0.1, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
             let all = scene_ledgers(&b.build(), 8, 16);
             let (normals, residual) =
                 (share(&all, |e| e.shading_normals), share(&all, |e| e.residual * e.emitted));

@@ -5,12 +5,12 @@ use caustics::session::RunnerChoice;
 use caustics::settings::Settings;
 use caustics_kernels::emission::{AIMED, GUIDED, POWER};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
-use caustics_kernels::interface::choice::{Caustics, Connections};
+use caustics_kernels::interface::choice::{Caustics, LightSampler};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_kernels::interface::material::Material;
-use caustics_kernels::light::connect::Candidates;
 use caustics_kernels::light::environment::{direction_of, pdf_solid_angle, place_of, radiance_from};
+use caustics_kernels::light::light_sampling::LightCandidates;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::path::PATH;
@@ -97,7 +97,7 @@ fn the_square_of_directions_keeps_areas_and_comes_back() {
     assert!((sum / n - Vec3::splat(1.0 / 3.0)).abs().max_element() < 4.0 * 0.3 / n.sqrt(), "{}", sum / n);
 }
 
-/// What connections draw: its density is what `pdf_solid_angle` says, and irradiance upwards is that of the image.
+/// What light sampling draws: its density is what `pdf_solid_angle` says, and irradiance upwards is that of the image.
 #[test]
 fn connections_follow_their_density_and_bring_the_irradiance() {
     let scene = put(ball(lambert(0.5)), sky());
@@ -106,7 +106,7 @@ fn connections_follow_their_density_and_bring_the_irradiance() {
     let (mut irradiances, mut measures, mut suns) = (vec![], vec![], 0);
     for path in 0..SAMPLES {
         let u = Rng::new(Stream::Camera, 12, path, 0).next4();
-        let c = Candidates::ONE.connect(0, world.tables(), 1, world.features, Vec3::ZERO, u);
+        let c = LightCandidates::ONE.sample_light(0, world.tables(), 1, world.features, Vec3::ZERO, u);
         assert!(c.endless && c.pdf_solid_angle > 0.0);
         let known = radiance_from(world.tables(), c.to_light);
         let pdf = pdf_solid_angle(&light, world.tables(), c.to_light);
@@ -219,7 +219,7 @@ fn every_way_finds_the_light_of_the_sky() {
         Vec3::new(0.3, 0.4, 0.6) * up + if is_bright { Vec3::new(6.0, 5.0, 4.0) } else { Vec3::ZERO }
     };
     let scene = open_sky(EnvironmentMap::new(width, height, (0..width * height).map(texel).collect()));
-    let reference = Settings { connections: Connections::Power, ..settings(1) };
+    let reference = Settings { light_sampler: LightSampler::Power, ..settings(1) };
     let truth = Blocks::render(&CPU, &scene, &reference, &PATH, &PHOTONS_GRID, 375);
     let mut faults = Vec::new();
     for (caustics, emission) in [

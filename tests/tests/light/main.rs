@@ -1,12 +1,12 @@
 //! Light transport as a whole: known answers, energy, and statistics of images.
 
-mod connections;
 mod convergence;
 mod degenerate;
 mod energy;
 mod environment;
 mod invariances;
 mod known_answers;
+mod light_sampling;
 mod modes;
 mod path_counts;
 mod samplers;

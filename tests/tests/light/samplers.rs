@@ -32,12 +32,12 @@ fn session(scene: &Scene, settings: &Settings, method: &'static Method) -> Sessi
         .expect("a session opens")
 }
 
-/// A floor beneath a square lamp, in plain view.
-fn under_a_lamp() -> Scene {
+/// A floor beneath a square light, in plain view.
+fn under_a_light() -> Scene {
     let mut b = Builder::default();
-    let (floor, lamp) = (b.material(lambert(0.6)), b.material(emitter(5.0)));
+    let (floor, light) = (b.material(lambert(0.6)), b.material(emitter(5.0)));
     b.panel(floor, DVec3::ZERO, 9.0 * DVec3::Z, 9.0 * DVec3::X);
-    b.panel(lamp, DVec3::new(0.3, 1.5, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
+    b.panel(light, DVec3::new(0.3, 1.5, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
     b.camera(DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO, 0.6);
     b.build()
 }
@@ -93,7 +93,7 @@ fn variance(scene: &Scene, settings: &Settings, counts: &[u32]) -> Vec<f64> {
 /// Direct light of a lamp in plain view is a smooth integrand: its variance falls faster than by chance, and so with several batches.
 #[test]
 fn smooth_light_converges_faster_than_by_chance() {
-    let scene = under_a_lamp();
+    let scene = under_a_light();
     let counts = [4, 16, 64, 256];
     // Variances of eight runs, each off by half: those of 768 pixels have a mean that is known to 2 %.
     let variance = |sampler, batches| {
@@ -113,7 +113,7 @@ fn smooth_light_converges_faster_than_by_chance() {
 /// In one frame of smooth light, blocks of pixels are far less noisy where pixels share an even set; each pixel is as noisy.
 #[test]
 fn noise_of_neighbours_evens_out() {
-    let scene = under_a_lamp();
+    let scene = under_a_light();
     let (width, height, side, runs) = (64, 48, 4, 24);
     // Variance between seeds of the means of blocks, over that mean squared.
     let variance = |sampler, side: usize| {
@@ -147,7 +147,7 @@ fn noise_of_neighbours_evens_out() {
 /// The variance between batches is that of the mean; that between frames, as if they were independent, is far more.
 #[test]
 fn variances_of_batches_are_honest() {
-    let scene = under_a_lamp();
+    let scene = under_a_light();
     let frames = 32;
     let truth = variance(&scene, &settings(Sampler::Sobol, BATCHES, 0), &[frames])[0];
     let said = |mut sums: Accumulation| {
@@ -167,8 +167,8 @@ fn variances_of_batches_are_honest() {
     assert!(frames > 2.0 * truth, "a wrong variance is noticed");
 }
 
-/// Rough glass of two roughnesses, above and below the threshold of what is specular, between six large lamps of different radiance.
-fn rough_glass_between_lamps() -> Scene {
+/// Rough glass of two roughnesses, above and below the threshold of what is specular, between six large lights of different radiance.
+fn rough_glass_between_lights() -> Scene {
     let mut b = Builder::default();
     let frosted = |roughness| Material { roughness, ..glass(1.5) };
     let (ball, block) = (b.material(frosted(0.2)), b.material(frosted(0.5)));
@@ -176,9 +176,9 @@ fn rough_glass_between_lamps() -> Scene {
     b.block(block, DVec3::new(0.2, -0.5, -0.5), DVec3::new(1.1, 0.5, 0.4), false);
     for (axis, radiance) in [(DVec3::X, [1.0, 1.5]), (DVec3::Y, [2.0, 1.2]), (DVec3::Z, [1.4, 1.8])] {
         for (side, radiance) in [-1.0, 1.0].into_iter().zip(radiance) {
-            let lamp = b.material(emitter_both(radiance));
+            let light = b.material(emitter_both(radiance));
             let (across, along) = (DVec3::new(axis.z, axis.x, axis.y), DVec3::new(axis.y, axis.z, axis.x));
-            b.panel(lamp, 3.0 * side * axis, 3.0 * across, 3.0 * along);
+            b.panel(light, 3.0 * side * axis, 3.0 * across, 3.0 * along);
         }
     }
     b.camera(DVec3::new(0.1, 0.2, 2.8), DVec3::ZERO, 0.7);
@@ -200,7 +200,7 @@ fn by_independent_numbers_and_sobol(scene: &Scene, frames: u32, seed: u32) -> [B
 /// Compares both in so many repeats, each with a standard error of the whole of at most `error`: none differs, and Sobol's mean
 /// times 1 + `bias` does in nine of ten.
 fn sobol_is_unbiased(frames: u32, repeats: u32, error: f64, bias: f64) {
-    let scene = rough_glass_between_lamps();
+    let scene = rough_glass_between_lights();
     // 24 blocks at a joint chance of 0.27 %, that of |z| > 3 [Sidak 1967]; Student's t of 126 degrees of freedom for it.
     let (whole, of_blocks) = (3.0, 4.0);
     let mut found = 0;

@@ -10,7 +10,7 @@ use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
 use caustics_kernels::gather::variant::{PHOTONS_GRID, POINTS_RT};
-use caustics_kernels::interface::choice::{Caustics, Connections, TextureFilter};
+use caustics_kernels::interface::choice::{Caustics, LightSampler, TextureFilter};
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::texture::MaterialTextures;
@@ -69,17 +69,17 @@ enum Limit {
     Extrapolated(f32),
 }
 
-/// For lamps of some size.
-const LARGE_LAMP: Budget =
+/// For lights of some size.
+const LARGE_LIGHT: Budget =
     Budget { samples: 4000, frames: 1000, light_paths: 24_000, limit: Limit::Progressive(0.4) };
 /// Half of it, for every `.ci/run`: its error is 0.14 % where that of the whole is 0.1 %.
-const HALF: Budget = Budget { samples: 2000, frames: 500, ..LARGE_LAMP };
+const HALF: Budget = Budget { samples: 2000, frames: 500, ..LARGE_LIGHT };
 /// Where discs lose light at many borders, those of panes among them.
-const MANY_BORDERS: Budget = Budget { frames: 2000, limit: Limit::Extrapolated(0.5), ..LARGE_LAMP };
+const MANY_BORDERS: Budget = Budget { frames: 2000, limit: Limit::Extrapolated(0.5), ..LARGE_LIGHT };
 /// For lobes that are sharp and take deposits: few of those shine to the eye, so that radii must not shrink.
-const SHARP_LOBES: Budget = Budget { limit: Limit::Basic(0.5), ..LARGE_LAMP };
-/// Small lamps need many besides: their image in a ball is a rare and bright thing for both sides.
-const SMALL_LAMP: Budget =
+const SHARP_LOBES: Budget = Budget { limit: Limit::Basic(0.5), ..LARGE_LIGHT };
+/// Small lights need many besides: their image in a ball is a rare and bright thing for both sides.
+const SMALL_LIGHT: Budget =
     Budget { samples: 12_000, frames: 5000, light_paths: 8000, limit: Limit::Extrapolated(0.5) };
 
 impl Budget {
@@ -124,7 +124,7 @@ fn agrees_at(thresholds: &[f32], what: &str, scene: &Scene, budget: &Budget) {
 /// The same for some ways.
 fn agree_at(thresholds: &[f32], ways: &[Way], what: &str, scene: &Scene, budget: &Budget) {
     // What finds lights by candidates is judged by what does not.
-    let reference = Settings { connections: Connections::Power, ..settings(1, thresholds[0]) };
+    let reference = Settings { light_sampler: LightSampler::Power, ..settings(1, thresholds[0]) };
     let truth = Blocks::render(&CPU, scene, &reference, &PATH, &PHOTONS_GRID, budget.samples);
     let mut shares = Vec::new();
     let mut faults = Vec::new();
@@ -152,13 +152,13 @@ fn agree_at(thresholds: &[f32], ways: &[Way], what: &str, scene: &Scene, budget:
     assert!(faults.is_empty(), "{what}: {faults:?}");
 }
 
-/// A closed room of 2 x 2 x 2 m with a lamp below its ceiling, to put things into.
+/// A closed room of 2 x 2 x 2 m with a light below its ceiling, to put things into.
 fn room(wall: f32) -> Builder {
     let mut b = Builder::default();
     let wall = b.material(lambert(wall));
-    let lamp = b.material(emitter(8.0));
+    let light = b.material(emitter(8.0));
     b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
-    b.panel(lamp, DVec3::new(0.1, 0.95, 0.0), DVec3::new(0.4, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.4));
+    b.panel(light, DVec3::new(0.1, 0.95, 0.0), DVec3::new(0.4, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.4));
     b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.3, 0.0), 1.0);
     b
 }
@@ -168,7 +168,7 @@ fn glass_of(roughness: f32) -> Material {
     Material { roughness, ..glass(1.5) }
 }
 
-/// Glass, a mirror, a glossy plate and a coat under one large lamp.
+/// Glass, a mirror, a glossy plate and a coat under one large light.
 fn mixed_room_of_area_lights() -> Scene {
     let mut b = room(0.5);
     let (ball, block) = (b.material(glass(1.5)), b.material(coated(0.6, 0.4)));
@@ -206,7 +206,7 @@ fn coarse_smooth_things() -> Scene {
 /// Camera and light paths that meet have each drawn a channel; colours come out as of one path that drew once.
 #[test]
 fn room_of_dispersive_glass_is_the_reference() {
-    let budget = Budget { samples: 400, frames: 150, light_paths: 12_000, ..LARGE_LAMP };
+    let budget = Budget { samples: 400, frames: 150, light_paths: 12_000, ..LARGE_LIGHT };
     agrees_at(&[0.25], "dispersive glass", &dispersive_room(), &budget);
 }
 
@@ -303,11 +303,11 @@ mod release {
     #[ignore = "thousands of samples a pixel: three minutes on two cores"]
     fn dispersive_glass_is_the_reference_at_every_threshold() {
         let scene = dispersive_room();
-        agrees_at(&[0.25, 0.4], "dispersive glass", &scene, &LARGE_LAMP);
+        agrees_at(&[0.25, 0.4], "dispersive glass", &scene, &LARGE_LIGHT);
         // The frosted block takes deposits. Of `any`, one of those that shine along its narrow lobes to the eye is 3 % of the
         // mean of its block over 1000 frames, and about one comes in so many: seed by seed such a block is 4 % too dark or as
         // it should be, with dispersion and without.
-        agree_at(&[0.1], &WAYS[..2], "dispersive glass", &scene, &LARGE_LAMP);
+        agree_at(&[0.1], &WAYS[..2], "dispersive glass", &scene, &LARGE_LIGHT);
     }
 
     /// Panes, leaves and a lamp that blend, before and behind what casts caustics.
@@ -326,29 +326,29 @@ mod release {
     #[test]
     #[ignore = "thousands of samples a pixel: two minutes on two cores"]
     fn room_of_overlapping_media_is_the_reference() {
-        agrees_at(&[0.25], "overlapping media", &overlapping_media(), &LARGE_LAMP);
+        agrees_at(&[0.25], "overlapping media", &overlapping_media(), &LARGE_LIGHT);
     }
 
     #[test]
     #[ignore = "thousands of samples a pixel: two minutes on two cores"]
     fn coarse_smooth_things_are_the_reference() {
-        agrees_at(&[0.25], "coarse things", &coarse_smooth_things(), &LARGE_LAMP);
+        agrees_at(&[0.25], "coarse things", &coarse_smooth_things(), &LARGE_LIGHT);
     }
 
     #[test]
     #[ignore = "thousands of samples a pixel: a minute on two cores"]
     fn mirror_room_is_the_reference() {
-        agrees("mirror-room", &committed("mirror-room"), &SMALL_LAMP);
+        agrees("mirror-room", &committed("mirror-room"), &SMALL_LIGHT);
     }
 
     #[test]
     #[ignore = "thousands of samples a pixel: a minute on two cores"]
     fn glossy_room_is_the_reference() {
         let scene = committed("glossy-room");
-        agrees_at(&[0.25, 0.4], "glossy-room", &scene, &SMALL_LAMP);
+        agrees_at(&[0.25, 0.4], "glossy-room", &scene, &SMALL_LIGHT);
         // The mirror itself takes deposits, of which one in hundreds shines to the eye: large discs, which lose 3 % of the
         // caustics (an eighth of the light) in blocks on the mirror's border, a quarter of those blocks' noise.
-        let large_discs = Budget { limit: Limit::Basic(2.0), ..SMALL_LAMP };
+        let large_discs = Budget { limit: Limit::Basic(2.0), ..SMALL_LIGHT };
         agrees_at(&[0.1], "glossy-room", &scene, &large_discs);
     }
 
@@ -359,7 +359,7 @@ mod release {
         let (sharp, dull) = (b.material(coated(0.6, 0.0)), b.material(coated(0.7, 0.3)));
         b.block(sharp, DVec3::new(-0.7, -0.95, -0.7), DVec3::new(-0.1, -0.2, -0.1), false);
         b.block(dull, DVec3::new(0.2, -0.95, -0.4), DVec3::new(0.7, -0.4, 0.2), false);
-        agrees("coated diffuse", &b.build(), &LARGE_LAMP);
+        agrees("coated diffuse", &b.build(), &LARGE_LIGHT);
     }
 
     #[test]
@@ -370,7 +370,7 @@ mod release {
         let centre = DVec3::new(0.0, -0.5, -0.2);
         b.sphere(shell, centre, 0.45, 64, 32);
         b.sphere(core, centre, 0.3, 64, 32);
-        agrees("nested glass", &b.build(), &LARGE_LAMP);
+        agrees("nested glass", &b.build(), &LARGE_LIGHT);
     }
 
     /// A glass ball in a pool, seen from above its water and from in it.
@@ -381,7 +381,7 @@ mod release {
             let mut b = pool(DVec3::new(0.1, height, 0.95), DVec3::new(0.0, -0.5, 0.0));
             let ball = b.material(glass(1.5));
             b.sphere(ball, DVec3::new(-0.3, -0.6, -0.2), 0.3, 64, 32);
-            agrees_at(&[0.25], what, &b.build(), &LARGE_LAMP);
+            agrees_at(&[0.25], what, &b.build(), &LARGE_LIGHT);
         }
     }
 
@@ -391,7 +391,7 @@ mod release {
         let mut b = room(0.5);
         let metal = b.material(metal(0.9, 0.09));
         b.sphere(metal, DVec3::new(0.0, -0.5, -0.2), 0.45, 32, 16);
-        agrees("smooth ball", &b.build(), &LARGE_LAMP);
+        agrees("smooth ball", &b.build(), &LARGE_LIGHT);
     }
 
     #[test]
@@ -426,7 +426,7 @@ mod release {
         b.panel(wall, DVec3::new(0.0, 0.0, -0.97), 0.95 * DVec3::X, 0.95 * DVec3::Y);
         b.panel(wall, DVec3::new(0.0, -0.97, 0.0), 0.95 * DVec3::Z, 0.95 * DVec3::X);
         // What a disc of half a pixel loses is beyond this room's noise.
-        agrees("textured", &b.build(), &Budget { limit: Limit::Extrapolated(0.5), ..LARGE_LAMP });
+        agrees("textured", &b.build(), &Budget { limit: Limit::Extrapolated(0.5), ..LARGE_LIGHT });
     }
 
     /// Without a size lights are found by connections and light paths only, so `progressive` is the truth; OurBasic at two
@@ -495,12 +495,12 @@ mod release {
             let mut b = Builder::default();
             let wall = b.material(lambert(0.5));
             let panel = b.material(metal(0.9, roughness));
-            let lamp = b.material(emitter(10.0));
+            let light = b.material(emitter(10.0));
             b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
             b.panel(panel, DVec3::new(0.0, 0.0, -0.95), 0.8 * DVec3::X, 0.8 * DVec3::Y);
             let (centre, target) = (DVec3::new(0.0, 0.65, 0.2), DVec3::new(0.0, -0.1, -0.95));
             let up = (target - centre).normalize().cross(DVec3::X);
-            b.panel(lamp, centre, 0.6 * DVec3::X, 0.4 * up);
+            b.panel(light, centre, 0.6 * DVec3::X, 0.4 * up);
             b.camera(DVec3::new(0.0, -0.3, -0.7), DVec3::new(0.0, -0.35, 1.0), 0.6);
             let scene = b.build();
             let settings = |seed| Settings {

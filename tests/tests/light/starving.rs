@@ -70,13 +70,13 @@ fn a_wide_floor_under_the_sun_starves_no_aimed_path() {
 fn a_small_caster_starves_no_aimed_path() {
     let mut b = Builder::default();
     let (wall, ball) = (b.material(lambert(0.01)), b.material(glass(1.5)));
-    let (lamp, centre, radius) = (DVec3::new(0.0, 0.9, 0.0), DVec3::new(0.3, -0.9, 0.2), 0.01);
+    let (light, centre, radius) = (DVec3::new(0.0, 0.9, 0.0), DVec3::new(0.3, -0.9, 0.2), 0.01);
     b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
     b.sphere(ball, centre, radius, 64, 32);
-    b.light(lamp, 1.0);
+    b.light(light, 1.0);
     b.camera(DVec3::new(0.0, 0.0, 0.9), DVec3::ZERO, 1.0);
     let [power, aimed] = both(&b.build());
-    let cos = (1.0 - (radius / lamp.distance(centre)).powi(2)).sqrt();
+    let cos = (1.0 - (radius / light.distance(centre)).powi(2)).sqrt();
     let expected = 2.0 * PI * (1.0 - cos) * 1.01;
     println!("power {power:?}, aimed {aimed:?}, expected {expected:e}");
     assert!(power.0 < 20 && aimed.0 > 100_000);

@@ -130,7 +130,7 @@ fn glossy_room(mixed: bool, segments: u32) -> Builder {
     let mut b = Builder::default();
     let wall = b.material(lambert(0.6));
     let glossy = b.material(metal(0.9, 0.25));
-    let lamp = b.material(emitter(10.0));
+    let light = b.material(emitter(10.0));
     b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
     let block = if mixed { b.material(coated(0.7, 0.2)) } else { glossy };
     if mixed {
@@ -141,7 +141,7 @@ fn glossy_room(mixed: bool, segments: u32) -> Builder {
     }
     b.block(block, DVec3::new(-0.6, -0.9, -0.7), DVec3::new(0.1, -0.2, -0.1), false);
     b.panel(glossy, DVec3::new(0.9, -0.2, 0.0), DVec3::new(0.0, 0.0, 0.6), DVec3::new(0.05, 0.6, 0.0));
-    b.panel(lamp, DVec3::new(0.1, 0.95, 0.0), DVec3::new(0.4, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.4));
+    b.panel(light, DVec3::new(0.1, 0.95, 0.0), DVec3::new(0.4, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.4));
     b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.3, 0.0), 1.0);
     b
 }
@@ -290,11 +290,11 @@ mod long {
         let wall = b.textured(lambert(0.7), MaterialTextures { base_color, normal, ..plain });
         let row = MaterialTextures { metallic_roughness, normal, normal_scale: 0.5, ..plain };
         let glossy = b.textured(metal(0.9, 1.0), row);
-        let lamp = b.material(emitter(10.0));
+        let light = b.material(emitter(10.0));
         b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
         b.block(glossy, DVec3::new(-0.6, -0.9, -0.7), DVec3::new(0.1, -0.2, -0.1), false);
         b.panel(glossy, DVec3::new(0.9, -0.2, 0.0), DVec3::new(0.0, 0.0, 0.6), DVec3::new(0.05, 0.6, 0.0));
-        b.panel(lamp, DVec3::new(0.1, 0.95, 0.0), DVec3::new(0.4, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.4));
+        b.panel(light, DVec3::new(0.1, 0.95, 0.0), DVec3::new(0.4, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.4));
         b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.3, 0.0), 1.0);
         let mut scene = b.build();
         scene.textures.textures.iter_mut().for_each(|texture| texture.level_count = 1);

@@ -520,22 +520,22 @@ fn posed_scenes_are_static_scenes_with_the_same_places() {
 }
 
 /// A lamp over a floor with a mirror; the lamp grows from nothing to twice its size.
-fn lamp() -> File {
+fn light() -> File {
     let mut file = File::new();
     let floor = file.mesh(&square(2.0), 0);
     file.root(json!({ "mesh": floor }));
     let mirror = file.mesh(&square(1.0), 2);
     file.root(json!({ "mesh": mirror, "translation": [0, 1.5, 1], "rotation": [0.6, 0, 0, 0.8] }));
     file.root(json!({ "camera": 0, "translation": [0, -1, 5] }));
-    let lamp = file.mesh(&square(0.5), 1);
-    let node = file.root(json!({ "mesh": lamp, "translation": [0, 0, 3], "rotation": [1, 0, 0, 0] }));
+    let light = file.mesh(&square(0.5), 1);
+    let node = file.root(json!({ "mesh": light, "translation": [0, 0, 3], "rotation": [1, 0, 0, 0] }));
     file.channel(node, "scale", "LINEAR", &[0.0, 1.0], &[0.0, 0.0, 0.0, 2.0, 2.0, 2.0]);
     file
 }
 
 #[test]
 fn flux_follows_the_area_and_a_lamp_of_no_size_is_out() {
-    let mut scene = lamp().load().unwrap();
+    let mut scene = light().load().unwrap();
     assert_eq!((scene.lights.len(), scene.flux), (0, Vec3::ZERO));
     assert!(scene.features(0.25).has(Features::AREA_LIGHTS));
     for time in [0.25, 0.5, 1.0, 3.0] {
@@ -561,7 +561,7 @@ fn flux_follows_the_area_and_a_lamp_of_no_size_is_out() {
 
 #[test]
 fn frames_go_dark_with_the_lamp_and_light_up_again() {
-    let mut scene = lamp().load().unwrap();
+    let mut scene = light().load().unwrap();
     let settings = Settings { width: 48, height: 32, light_paths: 20_000, ..Settings::default() };
     let camera = |scene: &Scene| scene.cameras[0].clone();
     let open = |scene: &Scene| {
@@ -631,7 +631,7 @@ fn damaged_animations_are_named_and_left_out() {
         ("interpolation", |f| f.channel(3, "scale", "WILD", &[0.0], &[1.0; 3])),
     ];
     for (word, damage) in cases {
-        let mut file = lamp();
+        let mut file = light();
         damage(&mut file);
         let scene = file.write_and_load(&LoadOptions::default()).expect(word);
         let is_named = |warning: &String| warning.contains(word) && warning.contains("left out");
@@ -647,13 +647,13 @@ fn damaged_animations_are_named_and_left_out() {
         "/animations/0/samplers/0/output",
         "/animations/0/channels/0/sampler",
     ] {
-        let mut file = lamp();
+        let mut file = light();
         *file.document.pointer_mut(pointer).unwrap() = json!(999);
         let error = file.write_and_load(&strict).expect_err(pointer).to_string();
         assert!(error.contains("moving.gltf"), "{error}");
     }
     // A camera flattened at some time is an error then, and the scene stays as it was.
-    let mut file = lamp();
+    let mut file = light();
     file.channel(2, "scale", "STEP", &[0.0, 1.0], &[1.0, 1.0, 1.0, 0.0, 1.0, 1.0]);
     let mut scene = file.load().unwrap();
     let camera = scene.cameras[0].clone();
@@ -663,7 +663,7 @@ fn damaged_animations_are_named_and_left_out() {
 
 #[test]
 fn sessions_take_their_buffers_for_all_times() {
-    let scene = lamp().load().unwrap();
+    let scene = light().load().unwrap();
     let tables = scene.buffers();
     let of = |name: &str| tables.iter().find(|(table, _)| *table == name).unwrap().1.len();
     // A floor, a mirror and a lamp of two triangles each.

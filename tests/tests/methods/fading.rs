@@ -30,8 +30,8 @@ fn still(caster: Caster, fade: Fade) -> Fading {
 /// Before paths were compared in pairs 1.11 and 0.83 of the caustics were shown.
 #[test]
 fn a_lamp_that_shrinks_or_grows_is_shown_as_bright_as_it_is() {
-    keeps_up(&still(Caster::Metal, Fade::Lamp(1.0, 0.5)), 2);
-    keeps_up(&still(Caster::Metal, Fade::Lamp(0.25, 1.0)), 2);
+    keeps_up(&still(Caster::Metal, Fade::Light(1.0, 0.5)), 2);
+    keeps_up(&still(Caster::Metal, Fade::Light(0.25, 1.0)), 2);
 }
 
 /// Of a point light's 4096 validation paths eight meet the ring. When two had to agree near by, 1.16 and 0.75 of the caustics were
@@ -92,7 +92,7 @@ mod release {
         for caster in CASTERS {
             for (from, to) in [(1.0, 0.5), (1.0, 0.25), (0.25, 1.0), (8.0, 4.0), (2.0, 8.0)] {
                 for moves in [false, true] {
-                    keeps_up(&Fading { caster, fade: Fade::Lamp(from, to), moves }, 6);
+                    keeps_up(&Fading { caster, fade: Fade::Light(from, to), moves }, 6);
                 }
             }
         }

@@ -92,13 +92,13 @@ fn bounds_take_variance_and_little_light() {
 #[test]
 fn what_is_steady_and_what_converges_stay() {
     let mut b = Builder::default();
-    let (floor, mirror, lamp) =
+    let (floor, mirror, light) =
         (b.material(lambert(0.5)), b.material(metal(0.9, 0.0)), b.material(emitter(500.0)));
     b.panel(floor, DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X);
     b.panel(mirror, DVec3::new(0.0, 1.0, -2.0), DVec3::X, DVec3::Y);
-    b.panel(lamp, DVec3::new(0.3, 0.8, 0.0), 0.012 * DVec3::X, 0.012 * DVec3::Y);
+    b.panel(light, DVec3::new(0.3, 0.8, 0.0), 0.012 * DVec3::X, 0.012 * DVec3::Y);
     // It shines into the mirror alone.
-    b.panel(lamp, DVec3::new(-0.6, 0.8, 0.0), -0.03 * DVec3::X, 0.03 * DVec3::Y);
+    b.panel(light, DVec3::new(-0.6, 0.8, 0.0), -0.03 * DVec3::X, 0.03 * DVec3::Y);
     b.camera(DVec3::new(0.0, 1.0, 2.0), DVec3::new(0.0, 0.7, 0.0), 0.8);
     let scene = b.build();
     let [kept, bounded] = [Fireflies::Kept, Fireflies::Bounded].map(|way| layer(&scene, way, 1));

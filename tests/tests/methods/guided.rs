@@ -164,7 +164,7 @@ fn a_state_that_is_restored_goes_on() {
 /// What is known of a still view adds up; where something moved it counts half.
 #[test]
 fn what_is_known_fades_where_something_moves() {
-    let mut scene = Moving::Lamp.scene();
+    let mut scene = Moving::Light.scene();
     let paths = 16_384;
     let mut session = open(&CPU, &scene, &settings(paths, 9), &BASIC);
     let starts = |session: &mut Session, scene: &Scene, frame| {
@@ -270,12 +270,12 @@ fn one_lamp_of_fifty_meets_the_glass() {
 fn a_ceiling_of_a_thousand_emitters() {
     let mut b = Builder::default();
     let (floor, ball) = (b.material(lambert(0.6)), b.material(glass(1.5)));
-    let lamp = b.material(emitter(3.0));
+    let light = b.material(emitter(3.0));
     b.panel(floor, DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X);
     b.sphere(ball, DVec3::new(0.0, 0.2, 0.0), 0.1, 48, 24);
     for id in 0..500 {
         let (x, z) = (f64::from(id % 25) * 0.1 - 1.2, f64::from(id / 25) * 0.1 - 0.95);
-        b.panel(lamp, DVec3::new(x, 2.0, z), 0.03 * DVec3::X, 0.03 * DVec3::Z);
+        b.panel(light, DVec3::new(x, 2.0, z), 0.03 * DVec3::X, 0.03 * DVec3::Z);
     }
     b.camera(DVec3::new(0.0, 0.6, 1.0), DVec3::ZERO, 0.6);
     is_better("a thousand emitters", &b.build(), 0.02);

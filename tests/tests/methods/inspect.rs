@@ -172,11 +172,11 @@ fn deposits_are_those_of_the_picture_for_every_emission_and_share_of_light() {
 /// A room in which a ball of glass stands half in a block of water: the water's top goes through the ball, and is nothing there.
 fn nested_room() -> Scene {
     let mut b = Builder::default();
-    let (wall, lamp) = (b.material(lambert(0.6)), b.material(emitter(10.0)));
+    let (wall, light) = (b.material(lambert(0.6)), b.material(emitter(10.0)));
     let water = b.material(Material { priority: 1, ..glass(1.33) });
     let ball = b.material(Material { priority: 2, ..glass(1.5) });
     b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
-    b.panel(lamp, DVec3::new(0.1, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
+    b.panel(light, DVec3::new(0.1, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
     b.block(water, DVec3::new(-0.6, -0.9, -0.6), DVec3::new(0.6, -0.4, 0.6), false);
     b.sphere(ball, DVec3::new(0.0, -0.4, 0.0), 0.3, 48, 24);
     b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.5, 0.0), 1.0);
@@ -186,14 +186,14 @@ fn nested_room() -> Scene {
 /// A ball of glass before a mirror, under a lamp behind a screen with holes.
 fn holed_room() -> Scene {
     let mut b = Builder::default();
-    let (wall, lamp) = (b.material(lambert(0.6)), b.material(emitter(40.0)));
+    let (wall, light) = (b.material(lambert(0.6)), b.material(emitter(40.0)));
     let (ball, mirror) = (b.material(glass(1.5)), b.material(metal(0.9, 0.0)));
     let alpha = |x: u32, y: u32| [255, 255, 255, if (x + y).is_multiple_of(2) { 255 } else { 0 }];
     let base_color = b.texture(Role::Color, 16, 16, alpha);
     let holes = MaterialTextures { base_color, alpha_cutoff: 0.5, ..MaterialTextures::default() };
     let screen = b.textured(lambert(0.2), holes);
     b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
-    b.panel(lamp, DVec3::new(0.1, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
+    b.panel(light, DVec3::new(0.1, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
     b.panel(screen, DVec3::new(0.0, 0.5, 0.0), 0.9 * DVec3::Z, 0.9 * DVec3::X);
     b.panel(mirror, DVec3::new(0.0, -0.3, -0.95), 0.8 * DVec3::X, 0.5 * DVec3::Y);
     b.sphere(ball, DVec3::new(0.0, -0.6, 0.0), 0.35, 48, 24);

@@ -109,8 +109,8 @@ fn errors_over_none(scene: &Scene, samples: u32, seeds: u32) -> [f64; 2] {
     sums.map(|[none, kept]| kept / none)
 }
 
-/// Widths of the lamp over that in the file: path-traced light of the first has no noise, that of the second is noise.
-const LAMPS: [f64; 2] = [1.0, 16.0];
+/// Widths of the light over that in the file: path-traced light of the first has no noise, that of the second is noise.
+const LIGHT_SCALES: [f64; 2] = [1.0, 16.0];
 
 /// Largest squared error of path-traced light without noise, over that without a history. Edges of shadows that move blur by a pixel
 /// or two, which costs about as much as frames that see pixel centres alone differ from whole pixels.
@@ -120,13 +120,13 @@ const MAX_WITHOUT_NOISE: f64 = 1.1;
 fn cost_less_than_they_give(scenes: &[(&str, &dyn Fn(f64) -> Scene)], samples: u32, seeds: u32) {
     let mut wrong = Vec::new();
     for (name, scene) in scenes {
-        for lamp in LAMPS {
-            let [caustics, path] = errors_over_none(&scene(lamp), samples, seeds);
+        for light_scale in LIGHT_SCALES {
+            let [caustics, path] = errors_over_none(&scene(light_scale), samples, seeds);
             let line = format!(
-                "{name}, lamp {lamp}: squared error of caustics {caustics:.3}, of other light {path:.3}"
+                "{name}, light {light_scale}: squared error of caustics {caustics:.3}, of other light {path:.3}"
             );
             println!("{line}");
-            let limit = if lamp > 1.0 { 1.0 } else { MAX_WITHOUT_NOISE };
+            let limit = if light_scale > 1.0 { 1.0 } else { MAX_WITHOUT_NOISE };
             if caustics >= 1.0 || path >= limit {
                 wrong.push(line);
             }
@@ -137,7 +137,7 @@ fn cost_less_than_they_give(scenes: &[(&str, &dyn Fn(f64) -> Scene)], samples: u
 
 #[test]
 fn histories_of_a_caster_that_moves_in_a_mirror_cost_less_than_they_give() {
-    let scene = |lamp| Moving::MetalCaster.in_a_mirror(lamp);
+    let scene = |light_scale| Moving::MetalCaster.in_a_mirror(light_scale);
     cost_less_than_they_give(&[("MetalCaster", &scene)], 12, 1);
 }
 
@@ -148,7 +148,11 @@ mod release {
     #[ignore = "14 scenes: two minutes"]
     fn histories_of_all_that_moves_in_a_mirror_cost_less_than_they_give() {
         for moving in Moving::ALL {
-            cost_less_than_they_give(&[(&format!("{moving:?}"), &|lamp| moving.in_a_mirror(lamp))], 128, 3);
+            cost_less_than_they_give(
+                &[(&format!("{moving:?}"), &|light_scale| moving.in_a_mirror(light_scale))],
+                128,
+                3,
+            );
         }
         cost_less_than_they_give(&[("Mirror", &moving_mirror)], 128, 3);
     }

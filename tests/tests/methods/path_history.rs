@@ -52,10 +52,10 @@ fn total(layer: &[Vec3]) -> f64 {
 /// A corner of two colours beneath a square lamp: nothing specular.
 fn corner() -> Scene {
     let mut b = Builder::default();
-    let (floor, wall, lamp) = (b.material(lambert(0.6)), b.material(lambert(0.3)), b.material(emitter(5.0)));
+    let (floor, wall, light) = (b.material(lambert(0.6)), b.material(lambert(0.3)), b.material(emitter(5.0)));
     b.panel(floor, DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X);
     b.panel(wall, -1.5 * DVec3::Z, 3.0 * DVec3::X, 3.0 * DVec3::Y);
-    b.panel(lamp, DVec3::new(0.3, 1.5, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
+    b.panel(light, DVec3::new(0.3, 1.5, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
     b.camera(DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO, 0.6);
     b.build()
 }
@@ -158,7 +158,7 @@ fn what_moves_keeps_its_light() {
     let scenes = [
         (("animated-light".into(), committed("animated-light")), 0.85),
         (moving(Moving::Camera), 1.0),
-        (moving(Moving::Lamp), 1.1),
+        (moving(Moving::Light), 1.1),
         (moving(Moving::MetalCaster), 1.1),
         (moving(Moving::GlassCaster), 1.1),
         (moving(Moving::Receiver), 1.1),
@@ -220,10 +220,10 @@ fn a_cut_equals_no_history() {
 fn behind_dispersive_glass_nothing_is_lent() {
     let mut b = Builder::default();
     let (floor, pane) = (b.material(lambert(0.6)), b.material(flint(1.5)));
-    let lamp = b.material(Material { emission: Vec3::new(9.0, 3.0, 1.0), ..emitter(0.0) });
+    let light = b.material(Material { emission: Vec3::new(9.0, 3.0, 1.0), ..emitter(0.0) });
     // All of it behind the pane, which reflects nothing to the eye: a reflection keeps its channels.
     b.panel(floor, -1.9 * DVec3::Z, 3.0 * DVec3::Z, 3.0 * DVec3::X);
-    b.panel(lamp, DVec3::new(0.3, 1.5, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
+    b.panel(light, DVec3::new(0.3, 1.5, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
     b.block(pane, DVec3::new(-1.5, 0.05, 1.2), DVec3::new(1.5, 1.4, 1.4), false);
     b.camera(DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO, 0.6);
     let scene = b.build();
@@ -243,10 +243,10 @@ fn behind_dispersive_glass_nothing_is_lent() {
 fn what_lies_below_a_coat_keeps_its_light() {
     let mut b = Builder::default();
     let floor = b.material(coated(0.6, 0.1));
-    let (wall, lamp) = (b.material(lambert(0.5)), b.material(emitter(5.0)));
+    let (wall, light) = (b.material(lambert(0.5)), b.material(emitter(5.0)));
     b.panel(floor, DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X);
     b.panel(wall, -1.5 * DVec3::Z, 3.0 * DVec3::X, 3.0 * DVec3::Y);
-    b.panel(lamp, DVec3::new(0.3, 1.5, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
+    b.panel(light, DVec3::new(0.3, 1.5, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
     // Seen at a slant: the coat is chosen often.
     b.camera(DVec3::new(0.0, 0.3, 2.0), DVec3::ZERO, 0.6);
     let scene = b.build();

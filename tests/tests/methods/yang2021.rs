@@ -230,7 +230,7 @@ fn a_map_that_is_restored_goes_on() {
 #[test]
 fn a_plane_mirror_keeps_differentials() {
     let direction = Vec3::new(0.6, -0.8, 0.0);
-    let start = Differential::leaving(direction, 1.0e-4, 0.0);
+    let start = Differential::at_light(direction, 1.0e-4, 0.0);
     let normals = Normals { normal: Vec3::Y, ..Normals::default() };
     let mirrored = Vec3::new(0.6, 0.8, 0.0);
     let end = start
@@ -250,7 +250,7 @@ fn a_plane_mirror_keeps_differentials() {
 fn a_plane_of_glass_moves_the_source_away() {
     let (n, above, below) = (1.5, 2.0, 1.2);
     let normals = Normals { normal: Vec3::Y, ..Normals::default() };
-    let end = Differential::leaving(Vec3::NEG_Y, 1.0e-6, 0.0)
+    let end = Differential::at_light(Vec3::NEG_Y, 1.0e-6, 0.0)
         .transfer(Vec3::NEG_Y, above, Vec3::Y)
         .refract(Vec3::NEG_Y, Vec3::NEG_Y, normals, 1.0 / n)
         .transfer(Vec3::NEG_Y, below, Vec3::Y);
@@ -266,7 +266,7 @@ fn the_area_vanishes_in_a_parabolas_focus() {
         let place = Vec3::new(x, x * x / (4.0 * focal), 0.0);
         let steep = Vec3::new(-x / (2.0 * focal), 1.0, 0.0);
         let normal = steep.normalize();
-        let arriving = Differential::leaving(Vec3::NEG_Y, 0.0, 1.0e-4).transfer(Vec3::NEG_Y, 1.0, normal);
+        let arriving = Differential::at_light(Vec3::NEG_Y, 0.0, 1.0e-4).transfer(Vec3::NEG_Y, 1.0, normal);
         // The normal (-x, 2 f, -z) / length along a step of the surface.
         let turn = |step: Vec3| {
             let change = Vec3::new(-step.x, 0.0, -step.z) / (2.0 * focal);
@@ -305,7 +305,7 @@ fn differentials_are_differences_of_neighbours_through_a_ball() {
     for aim in [DVec3::new(0.0, 0.0, 0.0), DVec3::new(0.3, 0.0, 0.2), DVec3::new(-0.6, 0.0, 0.3)] {
         let direction = (aim - eye).normalize();
         let (enter, inside, leave, out, end) = path(direction);
-        let start = Differential::leaving(direction.as_vec3(), 1.0, 0.0);
+        let start = Differential::at_light(direction.as_vec3(), 1.0, 0.0);
         let f = |v: DVec3| v.as_vec3();
         let at = |differential: &Differential, normal: DVec3, side: f32| Normals {
             normal: f(normal),

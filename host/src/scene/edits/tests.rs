@@ -38,13 +38,13 @@ fn a_file_says_where_things_are() {
     let edits = Edits::parse(FILE).unwrap();
     let camera = CameraEdit { from: [1.5, 1.0, -3.0], look_at: [0.0, 0.5, 0.0], fov: 40.0 };
     assert_eq!(edits.camera, Some(camera));
-    let lamp = NodeEdit {
+    let light = NodeEdit {
         node: 3,
         name: Some("lamp".into()),
         translation: Some([0.25, 2.0, 0.0]),
         ..NodeEdit::default()
     };
-    assert_eq!(edits.nodes, [lamp, NodeEdit { node: 5, ..NodeEdit::default() }]);
+    assert_eq!(edits.nodes, [light, NodeEdit { node: 5, ..NodeEdit::default() }]);
     assert_eq!((edits.keys[0].time, &edits.keys[0].camera), (0.0, &None));
     assert_eq!(edits.keys[1].nodes[0].scale, Some([1.0, 2.0, 3.0]));
     assert_eq!(edits.grabbed(), BTreeSet::from([3, 5, 7]));

@@ -6,7 +6,7 @@ use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::point::PointDirect;
 use crate::interface::ray::Ray;
-use crate::light::connect::FEW_LIGHTS;
+use crate::light::light_sampling::FEW_LIGHTS;
 use crate::math::cone::RayCone;
 use crate::math::pencil::{Pencil, RayDerivative};
 use crate::pass::collect::PathLight;

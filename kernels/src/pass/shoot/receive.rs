@@ -17,7 +17,7 @@ pub trait Receive {
 
     /// A path starts.
     #[inline(always)]
-    fn start(&mut self, _way: &mut Self::Way, _leaving: &EmissionSample) {}
+    fn start(&mut self, _way: &mut Self::Way, _emission: &EmissionSample) {}
     /// The path meets a surface, before it deposits there.
     #[inline(always)]
     fn arrive(&mut self, _way: &mut Self::Way, _ray: &Ray, _hit: &Hit, _here: &Vertex) {}
@@ -57,9 +57,9 @@ impl Receive for Store<'_> {
     type Way = u32;
 
     #[inline(always)]
-    fn start(&mut self, _dropped: &mut u32, leaving: &EmissionSample) {
-        if leaving.score > 0.0 {
-            self.starts.add(leaving.texel, 1);
+    fn start(&mut self, _dropped: &mut u32, emission: &EmissionSample) {
+        if emission.score > 0.0 {
+            self.starts.add(emission.texel, 1);
         }
     }
 

@@ -15,7 +15,7 @@ use caustics_kernels::method::path::PATH;
 use caustics_kernels::pass::step::STEP_HIT;
 use caustics_tests::compare::{Tolerance, floats, words};
 use caustics_tests::gpu::{gpu, watched_gpu};
-use caustics_tests::scenes::{open_air, room_of_lamps};
+use caustics_tests::scenes::{open_air, room_of_lights};
 use caustics_tests::statistics::Mean;
 use caustics_tests::table::Table;
 use caustics_tests::twin::{self, Twin, load, needs};
@@ -59,7 +59,7 @@ fn image_means_agree_under_every_kind_of_light() {
     image_means_agree(&[
         ("a spot and a directional light", open_air().build()),
         ("both, and a sky with a bright patch", under_a_sky),
-        ("more lights than are all connected to", room_of_lamps(7).build()),
+        ("more lights than are all sampled", room_of_lights(7).build()),
     ]);
 }
 

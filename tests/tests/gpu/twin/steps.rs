@@ -114,7 +114,7 @@ fn compare_events(twin: &mut Twin, events: &[ScatterIn], table: &mut Table) {
     table.add("step.scatter", differences);
 }
 
-/// Starts of light paths and connections.
+/// Starts of light paths and light samples.
 pub fn emit(twin: &mut Twin, scene: &Scene, table: &mut Table) {
     twin.step(&STEP_EMIT, 100_000);
     let (cpu, gpu) = twin.head::<EmitStep>("emit_steps", 100_000);

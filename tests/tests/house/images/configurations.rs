@@ -121,7 +121,7 @@ fn other_settings(base: &Configuration) -> Vec<Configuration> {
         denoiser: _,
         emission: _,
         caustics: _,
-        connections: _,
+        light_sampler: _,
         sampler: _,
         path_history: _,
         fireflies: _,

@@ -1,10 +1,10 @@
-//! The samplers of lights against their densities: connections and starts of light paths.
+//! The samplers of lights against their densities: light samples and starts of light paths.
 
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::light::area::pdf_solid_angle;
-use caustics_kernels::light::connect::Candidates;
 use caustics_kernels::light::emit::Emit;
+use caustics_kernels::light::light_sampling::LightCandidates;
 use caustics_kernels::math::PI;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::trace::Tracer;
@@ -17,7 +17,7 @@ const SAMPLES: u32 = 400_000;
 
 /// Three lamps of different sizes and powers (one shines both ways) and a point light; none hides another from the
 /// origin.
-fn lamps() -> Builder {
+fn scene_of_lights() -> Builder {
     let mut b = Builder::default();
     let (dim, bright, both) =
         (b.material(emitter(1.0)), b.material(emitter(7.0)), b.material(emitter_both(2.0)));
@@ -29,10 +29,10 @@ fn lamps() -> Builder {
     b
 }
 
-/// Directions of connections to area lights fall into cells as the density of what a ray there meets says.
+/// Directions of light samples on area lights fall into cells as the density of what a ray there meets says.
 #[test]
 fn connections_follow_their_density() {
-    let scene = lamps().build();
+    let scene = scene_of_lights().build();
     let world = World::new(&scene, &Default::default());
     let cells = SphereCells { rows: 64, columns: 64 };
     let mut seen = vec![0; cells.count()];
@@ -40,7 +40,7 @@ fn connections_follow_their_density() {
     let (mut to_points, mut bad) = (0, 0);
     for path in 0..SAMPLES {
         let u = Rng::new(Stream::Camera, 10, path, 0).next4();
-        let c = Candidates::ONE.connect(0, world.tables(), lights, world.features, Vec3::ZERO, u);
+        let c = LightCandidates::ONE.sample_light(0, world.tables(), lights, world.features, Vec3::ZERO, u);
         if c.radiance_over_pdf == Vec3::ZERO {
             continue; // the dark side of a lamp
         }
@@ -55,10 +55,10 @@ fn connections_follow_their_density() {
         bad += u32::from((found - c.pdf_solid_angle).abs() > 1e-3 * c.pdf_solid_angle);
     }
     // A ray at the rim of a lamp may miss it.
-    assert!(bad <= 5, "{bad} connections with another density than a ray finds");
+    assert!(bad <= 5, "{bad} light samples with another density than a ray finds");
     let expected = cells.integrate([24, 24], |d| f64::from(density(&world, d)) * f64::from(SAMPLES));
     let fit = Fit::new(&seen, &expected);
-    println!("connections: {:.0} of {}", fit.chi_square, fit.cells);
+    println!("light samples: {:.0} of {}", fit.chi_square, fit.cells);
     assert!(fit.passes(), "{fit:?}");
     let chance = f64::from(scene.lights.iter().find(|l| l.triangle == NONE).unwrap().pdf_light_choice);
     let error = (chance * (1.0 - chance) / f64::from(SAMPLES)).sqrt();
@@ -71,14 +71,14 @@ fn connections_follow_their_density() {
 fn connections_to_near_lamps_have_no_peaks() {
     for (height, max_deviation) in [(0.05, 1.1), (0.4, 0.8), (0.9, 0.5), (8.0, 0.1)] {
         let mut b = Builder::default();
-        let lamp = b.material(emitter(1.0));
-        b.panel(lamp, DVec3::new(0.3, height, 0.2), 0.5 * DVec3::X, 0.5 * DVec3::Z);
+        let light = b.material(emitter(1.0));
+        b.panel(light, DVec3::new(0.3, height, 0.2), 0.5 * DVec3::X, 0.5 * DVec3::Z);
         b.camera(DVec3::ZERO, DVec3::Z, 1.0);
         let scene = b.build();
         let world = World::new(&scene, &Default::default());
         let irradiance = |path| {
             let u = Rng::new(Stream::Camera, 12, path, 0).next4();
-            let c = Candidates::ONE.connect(0, world.tables(), 2, world.features, Vec3::ZERO, u);
+            let c = LightCandidates::ONE.sample_light(0, world.tables(), 2, world.features, Vec3::ZERO, u);
             f64::from(c.radiance_over_pdf.x * c.to_light.y)
         };
         let found: Vec<f64> = (0..SAMPLES).map(irradiance).collect();
@@ -98,7 +98,7 @@ fn connections_to_near_lamps_have_no_peaks() {
     }
 }
 
-/// Density of connecting along a direction from the origin.
+/// Density of light sampling along a direction from the origin.
 fn density(world: &World<'_>, direction: Vec3) -> f32 {
     let hit = world.tracer().closest(&Ray::endless(Vec3::ZERO, direction));
     if hit.is_miss() {
@@ -124,15 +124,15 @@ fn density(world: &World<'_>, direction: Vec3) -> f32 {
 /// carries the whole flux of the scene in the mean of its channels.
 #[test]
 fn starts_of_light_paths_follow_area_and_cosine() {
-    let scene = lamps().build();
+    let scene = scene_of_lights().build();
     let world = World::new(&scene, &Default::default());
     let emit = world.by_power();
     let count = scene.lights.len();
     let mut seen = vec![0; count * 16];
     for path in 0..SAMPLES {
         let mut rng = Rng::new(Stream::Light, 11, path, 0);
-        let leaving = emit.sample(&mut rng);
-        let (origin, to) = (leaving.ray.origin, leaving.ray.direction);
+        let emission = emit.sample(&mut rng);
+        let (origin, to) = (emission.ray.origin, emission.ray.direction);
         let on = |t: &caustics_kernels::interface::triangle::Triangle| {
             let n = (t.b - t.a).cross(t.c - t.a);
             let p = origin - t.a;
@@ -160,7 +160,7 @@ fn starts_of_light_paths_follow_area_and_cosine() {
         };
         seen[cell] += 1;
         let whole = scene.flux.element_sum();
-        assert!((leaving.flux.element_sum() - whole).abs() < 1e-4 * whole);
+        assert!((emission.flux.element_sum() - whole).abs() < 1e-4 * whole);
     }
     let expected: Vec<f64> = (0..count * 16)
         .map(|cell| f64::from(scene.lights[cell / 16].pdf_light_choice) * f64::from(SAMPLES) / 16.0)

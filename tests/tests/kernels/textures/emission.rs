@@ -1,12 +1,12 @@
-//! Textured emitters: what light paths carry, what direct connections find, what a camera sees.
+//! Textured emitters: what light paths carry, what light sampling finds, what a camera sees.
 
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
 use caustics::settings::Settings;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::texture::MaterialTextures;
-use caustics_kernels::light::connect::Candidates;
 use caustics_kernels::light::emit::Emit;
+use caustics_kernels::light::light_sampling::LightCandidates;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
@@ -41,7 +41,7 @@ enum Alpha {
 const ALPHAS: [Alpha; 3] = [Alpha::Whole, Alpha::Holes, Alpha::Blends];
 
 /// A textured panel of 1 m^2 that looks down from a height of 1 m; a dark floor.
-fn lamp(alpha: Alpha) -> (Scene, f64) {
+fn light(alpha: Alpha) -> (Scene, f64) {
     let mut b = Builder::default();
     let emissive = b.texture(Role::Color, 8, 8, glow);
     let mut row = MaterialTextures { emissive, ..MaterialTextures::default() };
@@ -82,7 +82,7 @@ fn world(scene: &Scene) -> World<'_> {
 #[test]
 fn flux_is_that_of_the_mean_texel() {
     for alpha in ALPHAS {
-        let (scene, mean) = lamp(alpha);
+        let (scene, mean) = light(alpha);
         let features = scene.features(0.25);
         assert_eq!(features.has(Features::CUT_OUTS), alpha == Alpha::Holes);
         assert_eq!(features.has(Features::BLENDS), alpha == Alpha::Blends);
@@ -96,9 +96,9 @@ fn flux_is_that_of_the_mean_texel() {
         let values: Vec<f64> = (0..100_000)
             .map(|path| {
                 let mut rng = Rng::new(Stream::Light, 4, path, 0);
-                let leaving = emit.sample(&mut rng);
-                assert!(leaving.ray.direction.y < 0.0, "the lamp looks down");
-                f64::from(leaving.flux.x)
+                let emission = emit.sample(&mut rng);
+                assert!(emission.ray.direction.y < 0.0, "the lamp looks down");
+                f64::from(emission.flux.x)
             })
             .collect();
         let (flux, error) = mean_and_error(&values);
@@ -108,20 +108,20 @@ fn flux_is_that_of_the_mean_texel() {
     }
 }
 
-/// Irradiance of a floor patch by direct connections, and by light paths that arrive in it.
+/// Irradiance of a floor patch by light sampling, and by light paths that arrive in it.
 #[test]
 fn connections_and_light_paths_agree() {
     for alpha in ALPHAS {
-        let (scene, _) = lamp(alpha);
+        let (scene, _) = light(alpha);
         let world = world(&scene);
         let features = world.features;
         // A patch off the middle, where the brighter side of the lamp is nearer.
         let (low, high) = (Vec3::new(0.2, 0.0, 0.1), Vec3::new(0.6, 0.0, 0.5));
-        let connected: Vec<f64> = (0..200_000)
+        let sampled: Vec<f64> = (0..200_000)
             .map(|path| {
                 let mut rng = Rng::new(Stream::Camera, 6, path, 0);
                 let place = low + (high - low) * rng.next4().truncate();
-                let connection = Candidates::ONE.connect(
+                let light_sample = LightCandidates::ONE.sample_light(
                     0,
                     scene.tables(),
                     scene.lights.len() as u32,
@@ -129,7 +129,7 @@ fn connections_and_light_paths_agree() {
                     place,
                     rng.next4(),
                 );
-                f64::from(connection.radiance_over_pdf.x * connection.to_light.y.max(0.0))
+                f64::from(light_sample.radiance_over_pdf.x * light_sample.to_light.y.max(0.0))
             })
             .collect();
         let emit = world.by_power();
@@ -137,15 +137,15 @@ fn connections_and_light_paths_agree() {
         let arrived: Vec<f64> = (0..3_000_000)
             .map(|path| {
                 let mut rng = Rng::new(Stream::Light, 8, path, 0);
-                let leaving = emit.sample(&mut rng);
-                let ray = leaving.ray;
+                let emission = emit.sample(&mut rng);
+                let ray = emission.ray;
                 let at = ray.origin - ray.direction * (ray.origin.y / ray.direction.y);
                 let inside = at.x > low.x && at.x < high.x && at.z > low.z && at.z < high.z;
-                if inside { f64::from(leaving.flux.x) / area } else { 0.0 }
+                if inside { f64::from(emission.flux.x) / area } else { 0.0 }
             })
             .collect();
-        let ((a, error_a), (b, error_b)) = (mean_and_error(&connected), mean_and_error(&arrived));
-        println!("{alpha:?}: connections {a:.4} +- {error_a:.4}, light paths {b:.4} +- {error_b:.4}");
+        let ((a, error_a), (b, error_b)) = (mean_and_error(&sampled), mean_and_error(&arrived));
+        println!("{alpha:?}: light samples {a:.4} +- {error_a:.4}, light paths {b:.4} +- {error_b:.4}");
         assert!((a - b).abs() < 3.0 * error_a.hypot(error_b));
         assert!(error_b < 0.01 * b);
     }
@@ -154,7 +154,7 @@ fn connections_and_light_paths_agree() {
 /// The camera sees the texels themselves, at the finest level from any distance.
 #[test]
 fn a_textured_lamp_shows_its_texels() {
-    let (scene, _) = lamp(Alpha::Whole);
+    let (scene, _) = light(Alpha::Whole);
     let settings = Settings { width: 64, height: 64, light_paths: 1, ..Settings::default() };
     let mut camera = scene.cameras[0].clone();
     camera.position = Vec3::new(0.0, 0.01, 0.0);

@@ -23,10 +23,10 @@ fn bumped(texel: Option<[u8; 4]>) -> Scene {
     };
     let wall = b.textured(lambert(0.6), row);
     let ball = b.textured(metal(0.9, 0.0), row);
-    let lamp = b.material(emitter(40.0));
+    let light = b.material(emitter(40.0));
     b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
     b.sphere(ball, DVec3::new(-0.35, -0.645, 0.1), 0.35, 48, 24);
-    b.panel(lamp, DVec3::new(0.2, 0.98, 0.1), DVec3::new(0.15, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.15));
+    b.panel(light, DVec3::new(0.2, 0.98, 0.1), DVec3::new(0.15, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.15));
     b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.45, 0.0), 0.9);
     b.build()
 }

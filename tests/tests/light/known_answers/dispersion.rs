@@ -184,9 +184,9 @@ struct OfBeam<'a, E>(&'a E);
 impl<E: Emit> Emit for OfBeam<'_, E> {
     fn sample(&self, rng: &mut Rng) -> EmissionSample {
         loop {
-            let leaving = self.0.sample(rng);
-            if leaving.ray.origin.x < -1.2 {
-                return leaving;
+            let emission = self.0.sample(rng);
+            if emission.ray.origin.x < -1.2 {
+                return emission;
             }
         }
     }
@@ -200,8 +200,8 @@ impl Receive for Images {
     /// The direction from the light, and faces passed.
     type Way = (Vec3, u32);
 
-    fn start(&mut self, way: &mut (Vec3, u32), leaving: &EmissionSample) {
-        *way = (leaving.ray.direction, 0);
+    fn start(&mut self, way: &mut (Vec3, u32), emission: &EmissionSample) {
+        *way = (emission.ray.direction, 0);
     }
 
     fn scatter(&mut self, way: &mut (Vec3, u32), departure: &BsdfSample, _: Vec3) {
@@ -267,12 +267,12 @@ fn a_highlight_on_dispersive_glass_has_its_hue_after_32_frames() {
     let mut b = Builder::default();
     // What enters is absorbed, so that the ball's back shows nothing of the lamp.
     let ball = b.material(Material { absorption: Vec3::splat(20.0), ..flint(1.5) });
-    let lamp = b.material(emitter(50.0));
+    let light = b.material(emitter(50.0));
     b.sphere(ball, DVec3::ZERO, 1.0, 192, 96);
     // Seen in the front of the ball under 30 degrees.
-    let (to_lamp, to_eye) = (DVec3::new(3.0_f64.sqrt() / 2.0, 0.0, 0.5), DVec3::Z);
+    let (to_light, to_eye) = (DVec3::new(3.0_f64.sqrt() / 2.0, 0.0, 0.5), DVec3::Z);
     let across = DVec3::new(0.5, 0.0, -3.0_f64.sqrt() / 2.0);
-    b.panel(lamp, 6.0 * to_lamp, 2.5 * DVec3::Y, 2.5 * across);
+    b.panel(light, 6.0 * to_light, 2.5 * DVec3::Y, 2.5 * across);
     b.camera(6.0 * to_eye, DVec3::ZERO, 0.45);
     let scene = b.build();
     let (side, middle) = (64, (0.5_f64, 0.0));

@@ -31,8 +31,8 @@ pub fn transmitted(scene: &Scene, paths: u32, max_bounces: u32, filter: impl Fn(
 /// Radiance of an emitter of radiance 1 seen straight through a scene: mean over frames of 256 x 256 pixels, and
 /// its standard error from the pixels (each an independent path of the same expectation).
 pub fn radiance_through(mut builder: Builder, max_bounces: u32, frames: u32) -> [(f64, f64); 3] {
-    let lamp = builder.material(emitter(1.0));
-    builder.panel(lamp, DVec3::new(0.0, -1.5, 0.0), 2.0 * DVec3::Z, 2.0 * DVec3::X);
+    let light = builder.material(emitter(1.0));
+    builder.panel(light, DVec3::new(0.0, -1.5, 0.0), 2.0 * DVec3::Z, 2.0 * DVec3::X);
     let scene = builder.build();
     let settings = Settings { max_bounces, ..settings(256, 256, 1) };
     let frames = render(&scene, &settings, "photons-grid", None, 0, frames);
@@ -229,9 +229,9 @@ fn light_that_starts_inside_of_glass_is_absorbed() {
 fn an_eye_inside_of_glass_sees_through_it() {
     let mut b = Builder::default();
     let block = b.material(Material { absorption: Vec3::new(0.0, 0.5, 1.0), ..glass(1.5) });
-    let lamp = b.material(emitter(1.0));
+    let light = b.material(emitter(1.0));
     b.block(block, DVec3::splat(-2.0), DVec3::splat(2.0), false);
-    b.panel(lamp, DVec3::new(0.0, 0.0, -1.0), 1.0 * DVec3::X, 1.0 * DVec3::Y);
+    b.panel(light, DVec3::new(0.0, 0.0, -1.0), 1.0 * DVec3::X, 1.0 * DVec3::Y);
     b.camera(DVec3::ZERO, DVec3::NEG_Z, 0.02);
     let scene = b.build();
     let (image, _) = render(&scene, &settings(4, 4, 1), "photons-grid", None, 0, 1).remove(0);

@@ -91,8 +91,8 @@ fn an_eye_in_a_block_sees_n_squared_of_the_light_that_passes() {
 #[test]
 fn an_eye_in_a_tinted_block_sees_n_squared_of_the_lamp_that_passes() {
     let mut b = block(Material { absorption: Vec3::splat(0.5), ..glass(1.5) }, 0.02);
-    let lamp = b.material(emitter(1.0));
-    b.panel(lamp, DVec3::new(0.0, 0.0, -3.0), 4.0 * DVec3::X, 4.0 * DVec3::Y);
+    let light = b.material(emitter(1.0));
+    b.panel(light, DVec3::new(0.0, 0.0, -3.0), 4.0 * DVec3::X, 4.0 * DVec3::Y);
     // 1.3 m to the face; 1e-4 is for the field of view.
     let expected = 2.25 * 0.96 * (-0.65f64).exp();
     near("lamp", seen_over(&b.build(), 1, 16, |_| expected), 1.0, 1e-4);
@@ -113,11 +113,11 @@ fn an_eye_in_glass_in_water_sees_n_squared_of_the_light_that_passes_both() {
 #[test]
 fn an_eye_below_the_surface_of_water_sees_n_squared_of_the_lamp_that_passes() {
     let mut b = Builder::default();
-    let (water, wall, lamp) = (b.material(glass(1.33)), b.material(lambert(0.0)), b.material(emitter(1.0)));
+    let (water, wall, light) = (b.material(glass(1.33)), b.material(lambert(0.0)), b.material(emitter(1.0)));
     b.block(wall, DVec3::NEG_ONE, DVec3::ONE, true);
     // Its front looks away from the eye.
     b.panel(water, DVec3::ZERO, 0.999 * DVec3::Y, 0.999 * DVec3::X);
-    b.panel(lamp, DVec3::new(0.0, 0.0, -0.9), 0.9 * DVec3::X, 0.9 * DVec3::Y);
+    b.panel(light, DVec3::new(0.0, 0.0, -0.9), 0.9 * DVec3::X, 0.9 * DVec3::Y);
     b.camera(DVec3::new(0.0, 0.0, 0.5), DVec3::NEG_Z, 0.2);
     let seen = seen_over(&b.build(), 1, 16, |cos| 1.33 * 1.33 * (1.0 - fresnel(cos, 1.33)));
     near("water", seen, 1.0, 1e-4);

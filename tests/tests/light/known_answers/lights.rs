@@ -33,11 +33,11 @@ fn flux_within(angle: f64) -> f64 {
 }
 
 /// A floor of albedo 0.5 about the origin under one light.
-fn lit_floor(lamp: impl Fn(&mut Builder)) -> Scene {
+fn lit_floor(light: impl Fn(&mut Builder)) -> Scene {
     let mut b = Builder::default();
     let floor = b.material(lambert(0.5));
     b.panel(floor, DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X);
-    lamp(&mut b);
+    light(&mut b);
     b.camera(DVec3::new(0.0, 3.0, 0.1), DVec3::ZERO, 0.9);
     b.build()
 }
@@ -47,7 +47,7 @@ fn spot(b: &mut Builder) {
 }
 
 /// First rays of the frame's light paths.
-fn leaving(world: &World<'_>, count: u32) -> Vec<EmissionSample> {
+fn emissions(world: &World<'_>, count: u32) -> Vec<EmissionSample> {
     let emit = world.by_power();
     let start = |path| {
         let mut rng = Rng::new(Stream::Light, 7, path, 0);
@@ -87,13 +87,13 @@ fn spot_lights_a_floor_by_its_falloff() {
 fn spot_sends_its_flux_through_discs_across_its_axis() {
     let scene = lit_floor(spot);
     let world = World::new(&scene, &settings(8, 8, 1));
-    let rays = leaving(&world, 400_000);
+    let rays = emissions(&world, 400_000);
     for angle in [0.1, ANGLES.0, 0.4, 0.5, ANGLES.1 + 1e-4] {
-        let inside = |leaving: &EmissionSample| {
-            let direction = leaving.ray.direction.as_dvec3();
+        let inside = |emission: &EmissionSample| {
+            let direction = emission.ray.direction.as_dvec3();
             // In the plane a metre away.
             let across = direction / direction.dot(AXIS) - AXIS;
-            if across.length() <= angle.tan() { f64::from(leaving.flux.x) } else { 0.0 }
+            if across.length() <= angle.tan() { f64::from(emission.flux.x) } else { 0.0 }
         };
         let fluxes: Vec<f64> = rays.iter().map(inside).collect();
         near(&format!("spot, within {angle:.2} rad"), mean_and_error(&fluxes), flux_within(angle), 1e-6);
@@ -111,7 +111,7 @@ fn spots_of_any_width_light_their_axis() {
         world.params.camera.forward = glam::Vec3::NEG_Y;
         let radiance = f64::from(world.collect()[0].light.radiance.x);
         assert!((radiance / (3.0 / 4.0 * 0.5 / PI) - 1.0).abs() < 1e-5, "{outer}: {radiance}");
-        let rays = leaving(&world, 20_000);
+        let rays = emissions(&world, 20_000);
         let max_sine =
             rays.iter().map(|l| l.ray.direction.as_dvec3().cross(DVec3::Y).length()).fold(0.0, f64::max);
         assert!(
@@ -182,11 +182,11 @@ fn directional_paths_reach_every_corner_of_the_scene() {
             let world = World::new(&scene, &settings(8, 8, 1));
             let mut tracer = world.tracer();
             let mut received = vec![0.0; scene.triangles.len()];
-            for leaving in leaving(&world, paths) {
-                assert_eq!(leaving.ray.direction, scene.lights[0].direction);
-                let hit = tracer.closest(&leaving.ray);
+            for emission in emissions(&world, paths) {
+                assert_eq!(emission.ray.direction, scene.lights[0].direction);
+                let hit = tracer.closest(&emission.ray);
                 if !hit.is_miss() {
-                    received[hit.triangle as usize] += f64::from(leaving.flux.x) / f64::from(paths);
+                    received[hit.triangle as usize] += f64::from(emission.flux.x) / f64::from(paths);
                 }
             }
             let d = direction.normalize();
@@ -310,9 +310,9 @@ fn glass_sphere_focuses_a_directional_light() {
 fn lights_of_every_kind_share_paths_and_connections() {
     let mut b = Builder::default();
     let floor = b.material(lambert(0.5));
-    let lamp = b.material(emitter(2.0));
+    let light = b.material(emitter(2.0));
     b.panel(floor, DVec3::ZERO, DVec3::Z, DVec3::X);
-    b.panel(lamp, DVec3::new(0.0, 3.0, 0.0), 0.01 * DVec3::X, 0.01 * DVec3::Z);
+    b.panel(light, DVec3::new(0.0, 3.0, 0.0), 0.01 * DVec3::X, 0.01 * DVec3::Z);
     b.light(DVec3::new(0.0, 2.0, 0.0), 0.1);
     b.spot(DVec3::new(0.5, 1.0, 0.0), DVec3::new(-0.5, -1.0, 0.0), 0.2, 0.5, 0.7);
     b.directional(DVec3::new(0.0, -0.8, 0.6), 0.05);
@@ -340,10 +340,10 @@ fn lights_of_every_kind_share_paths_and_connections() {
     ];
     let total: f64 = fluxes.iter().map(|(_, flux)| flux).sum();
     assert!((f64::from(scene.flux.x) / total - 1.0).abs() < 1e-5);
-    let paths = leaving(&world, 200_000);
-    let kind = |leaving: &EmissionSample| {
-        let origin = leaving.ray.origin;
-        if leaving.ray.direction == sun.direction {
+    let paths = emissions(&world, 200_000);
+    let kind = |emission: &EmissionSample| {
+        let origin = emission.ray.origin;
+        if emission.ray.direction == sun.direction {
             "directional"
         } else if (origin - glam::Vec3::new(0.5, 1.0, 0.0)).length() < 1e-3 {
             "spot"
@@ -356,7 +356,7 @@ fn lights_of_every_kind_share_paths_and_connections() {
     assert_eq!(scene.lights.len(), 5);
     for (name, expected) in fluxes {
         let of_kind =
-            |leaving: &EmissionSample| if kind(leaving) == name { f64::from(leaving.flux.x) } else { 0.0 };
+            |emission: &EmissionSample| if kind(emission) == name { f64::from(emission.flux.x) } else { 0.0 };
         let values: Vec<f64> = paths.iter().map(of_kind).collect();
         near(&format!("flux of paths, {name}"), mean_and_error(&values), expected, 1e-6);
     }

@@ -81,13 +81,13 @@ fn before_a_mirror() -> (Scene, u32) {
     let mirror = b.material(metal(1.0, 0.0));
     let ball = b.material(glass(1.5));
     let ring = b.material(metal(0.9, 0.0));
-    let lamp = b.material(emitter(200.0));
+    let light = b.material(emitter(200.0));
     b.panel(floor, DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X);
     b.panel(floor, DVec3::new(0.0, 1.0, 2.9), -3.0 * DVec3::X, DVec3::Y);
     b.panel(mirror, DVec3::new(0.0, 0.9, -1.0), 1.5 * DVec3::X, 0.85 * DVec3::Y);
     b.sphere(ball, DVec3::new(-0.4, 0.301, 0.2), 0.3, 96, 48);
     b.wall(ring, DVec3::new(0.5, 0.001, 0.1), 0.35, 0.12, 0.0, 2.0 * PI, 256);
-    b.panel(lamp, DVec3::new(0.3, 2.0, 0.6), DVec3::new(0.05, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.05));
+    b.panel(light, DVec3::new(0.3, 2.0, 0.6), DVec3::new(0.05, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.05));
     b.camera(DVec3::new(0.1, 1.3, 1.6), DVec3::new(0.0, 0.75, -1.0), 0.7);
     (b.build(), mirror)
 }

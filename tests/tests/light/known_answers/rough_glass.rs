@@ -49,19 +49,19 @@ fn transmitted(material: Material, eta: f32) -> f64 {
 /// the same lamps: whatever their weights, the sum is R + T eta^2. 2e-3: the sampled R and T.
 #[test]
 fn lamps_behind_rough_glass_show_their_radiance_over_the_square_of_the_index() {
-    lamps_show_their_radiance(&[(0.3, false), (0.5, true)]);
+    lights_show_their_radiance(&[(0.3, false), (0.5, true)]);
 }
 
-fn lamps_show_their_radiance(cases: &[(f32, bool)]) {
+fn lights_show_their_radiance(cases: &[(f32, bool)]) {
     for &(roughness, thin) in cases {
         let flags = if thin { FLAG_THIN } else { 0 };
         let material = Material { roughness, flags, ..glass(1.5) };
         let mut b = Builder::default();
         let frosted = b.material(material);
-        let lamp = b.material(emitter(1.0));
+        let light = b.material(emitter(1.0));
         b.panel(frosted, DVec3::ZERO, 2.0 * DVec3::Z, 2.0 * DVec3::X);
         // Lamps close in both sides.
-        b.block(lamp, DVec3::new(-1.9, -1.0, -1.9), DVec3::new(1.9, 1.9, 1.9), true);
+        b.block(light, DVec3::new(-1.9, -1.0, -1.9), DVec3::new(1.9, 1.9, 1.9), true);
         b.camera(DVec3::new(0.0, 1.0, 0.0), DVec3::ZERO, 0.002);
         let scene = b.build();
         let eta: f32 = if thin { 1.0 } else { 1.0 / 1.5 };
@@ -124,11 +124,11 @@ fn the_class_of_rough_glass_moves_light_between_layers_only() {
     let wall = b.material(lambert(0.6));
     let frosted = b.material(Material { roughness: 0.3, ..glass(1.7) });
     let mirror = b.material(metal(0.9, 0.0));
-    let lamp = b.material(emitter(10.0));
+    let light = b.material(emitter(10.0));
     b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
     b.block(frosted, DVec3::new(-0.7, -0.9, -0.7), DVec3::new(0.5, -0.6, 0.5), false);
     b.panel(mirror, DVec3::new(0.9, 0.0, 0.0), 0.4 * DVec3::Z, DVec3::new(-0.2, 0.4, 0.0));
-    b.panel(lamp, DVec3::new(0.0, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
+    b.panel(light, DVec3::new(0.0, 0.95, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
     b.camera(DVec3::new(0.0, 0.3, 0.95), DVec3::new(0.0, -0.6, 0.0), 1.0);
     let scene = b.build();
     let means = |specular_roughness: f32| {
@@ -168,8 +168,8 @@ struct Fluxes(Vec<f64>);
 impl Receive for Fluxes {
     type Way = f32;
 
-    fn start(&mut self, way: &mut f32, leaving: &EmissionSample) {
-        *way = leaving.flux.x;
+    fn start(&mut self, way: &mut f32, emission: &EmissionSample) {
+        *way = emission.flux.x;
     }
     fn scatter(&mut self, way: &mut f32, _: &BsdfSample, flux: Vec3) {
         self.0.push(f64::from(flux.x / *way));
@@ -246,6 +246,6 @@ mod long {
     #[test]
     #[ignore = "ten seconds"]
     fn lamps_behind_glass_of_any_roughness_show_their_radiance() {
-        lamps_show_their_radiance(&[(0.1, false), (0.7, false), (1.0, false)]);
+        lights_show_their_radiance(&[(0.1, false), (0.7, false), (1.0, false)]);
     }
 }

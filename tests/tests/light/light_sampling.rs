@@ -6,7 +6,7 @@ use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
-use caustics_kernels::interface::choice::Connections;
+use caustics_kernels::interface::choice::LightSampler;
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_kernels::method::path::PATH;
 use caustics_tests::blocks::Blocks;
@@ -15,14 +15,14 @@ use glam::{DVec3, Vec3};
 
 const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
 
-fn settings(connections: Connections, seed: u32) -> Settings {
-    Settings { width: 64, height: 48, connections, seed, ..Settings::default() }
+fn settings(light_sampler: LightSampler, seed: u32) -> Settings {
+    Settings { width: 64, height: 48, light_sampler, seed, ..Settings::default() }
 }
 
 /// What frames of path tracing find, block by block.
-fn blocks(scene: &Scene, connections: Connections, frames: u32) -> Blocks {
-    let seed = connections as u32;
-    let settings = Settings { pixel_filter: PIXEL_FILTER_BOX, ..settings(connections, seed) };
+fn blocks(scene: &Scene, light_sampler: LightSampler, frames: u32) -> Blocks {
+    let seed = light_sampler as u32;
+    let settings = Settings { pixel_filter: PIXEL_FILTER_BOX, ..settings(light_sampler, seed) };
     Blocks::render(&CPU, scene, &settings, &PATH, &PHOTONS_GRID, frames)
 }
 
@@ -30,9 +30,9 @@ fn blocks(scene: &Scene, connections: Connections, frames: u32) -> Blocks {
 #[test]
 fn every_way_finds_the_same_light() {
     // Two lamps that are two triangles each; with a spot more than that; with all types.
-    let mut spot = room_of_lamps(2);
+    let mut spot = room_of_lights(2);
     spot.spot(DVec3::new(0.0, 0.9, 0.0), -DVec3::Y, 0.2, 0.5, 2.0);
-    let mut all = room_of_lamps(7);
+    let mut all = room_of_lights(7);
     all.light(DVec3::new(-0.5, 0.7, 0.5), 0.3);
     all.spot(DVec3::new(0.0, 0.9, 0.0), -DVec3::Y, 0.2, 0.5, 2.0);
     // Parallel light, under an open sky.
@@ -41,13 +41,13 @@ fn every_way_finds_the_same_light() {
         sky.light(DVec3::new(f64::from(id) - 1.5, 1.0, 0.5), 0.2);
     }
     for (name, scene, frames) in [
-        ("few", room_of_lamps(2).build(), 120),
+        ("few", room_of_lights(2).build(), 120),
         ("five", spot.build(), 120),
         ("many", all.build(), 400),
         ("sky", sky.build(), 50),
     ] {
-        let power = blocks(&scene, Connections::Power, frames);
-        for way in [Connections::Resampled, Connections::Uniform] {
+        let power = blocks(&scene, LightSampler::Power, frames);
+        for way in [LightSampler::Resampled, LightSampler::Uniform] {
             let scores = blocks(&scene, way, frames).scores(&power);
             println!("{name}, {way:?}: {scores:?}");
             assert!(scores.ratio_error < 0.015, "the test is too blunt");
@@ -62,16 +62,16 @@ fn two_point_lights_leave_no_noise() {
     let mut b = Builder::default();
     let floor = b.material(lambert(0.6));
     b.panel(floor, DVec3::ZERO, 9.0 * DVec3::Z, 9.0 * DVec3::X);
-    let lamps = [
+    let lights = [
         (DVec3::new(-0.6, 1.0, 0.2), Vec3::new(4.0, 1.0, 0.5)),
         (DVec3::new(0.7, 1.4, 0.0), Vec3::splat(2.0)),
     ];
-    for (position, intensity) in lamps {
+    for (position, intensity) in lights {
         b.colored_light(position, intensity);
     }
     b.camera(DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO, 0.6);
     let scene = b.build();
-    for (way, is_clean) in [(Connections::Resampled, true), (Connections::Power, false)] {
+    for (way, is_clean) in [(LightSampler::Resampled, true), (LightSampler::Power, false)] {
         let settings = settings(way, 1);
         let features = scene.features(settings.specular_roughness);
         let camera = &scene.cameras[0];
@@ -91,7 +91,7 @@ fn two_point_lights_leave_no_noise() {
                     let along = position - at;
                     intensity.as_dvec3() * (along.y / along.length().powi(3))
                 };
-                let expected = (light(lamps[0]) + light(lamps[1])) * 0.6 / PI;
+                let expected = (light(lights[0]) + light(lights[1])) * 0.6 / PI;
                 worst = worst.max(((found.as_dvec3() - expected) / expected).abs().max_element());
             }
         }
@@ -106,17 +106,17 @@ fn two_point_lights_leave_no_noise() {
 fn of_a_thousand_emitters_near_ones_are_found() {
     let mut b = Builder::default();
     let floor = b.material(lambert(0.6));
-    let lamps = [1.0, 2.0, 3.0, 12.0].map(|radiance| b.material(emitter(radiance)));
+    let lights = [1.0, 2.0, 3.0, 12.0].map(|radiance| b.material(emitter(radiance)));
     b.panel(floor, DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X);
     for id in 0..500 {
-        let lamp = lamps[id * 7 % 4];
+        let light = lights[id * 7 % 4];
         let id = id as u32;
         let (x, z) = (f64::from(id % 25) * 0.1 - 1.2, f64::from(id / 25) * 0.1 - 0.95);
-        b.panel(lamp, DVec3::new(x, 0.4, z), 0.03 * DVec3::X, 0.03 * DVec3::Z);
+        b.panel(light, DVec3::new(x, 0.4, z), 0.03 * DVec3::X, 0.03 * DVec3::Z);
     }
     b.camera(DVec3::new(0.0, 0.35, 1.0), DVec3::ZERO, 0.6);
     let scene = b.build();
-    let [resampled, power, uniform] = [Connections::Resampled, Connections::Power, Connections::Uniform]
+    let [resampled, power, uniform] = [LightSampler::Resampled, LightSampler::Power, LightSampler::Uniform]
         .map(|way| blocks(&scene, way, 200));
     let variance = |of: &Blocks| (0..48).map(|block| of.block(block).error.powi(2)).sum::<f64>();
     for way in [&resampled, &uniform] {

@@ -1,6 +1,6 @@
-//! What light paths can be aimed at: the directions into which a place of a light sees a caster, or the places across parallel
-//! light in its shadow. One geometry serves both: an *aim* is a unit direction, or for parallel light the way from the middle of
-//! its disc (m), and a target is all aims within a distance of its middle.
+//! Emission cones: the directions into which a place of a light sees a caster, or the places across parallel
+//! light in its shadow. One geometry serves both: an *emission direction* is a unit direction, or for parallel light the offset from the middle of
+//! its disc (m), and a cone is all emission directions within a distance of its middle.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -17,75 +17,80 @@ const MAX_VERSINE: f32 = 0.5;
 /// Radius of the widest disc, relative to that of a directional light: a quarter of its area.
 const MAX_RADIUS: f32 = 0.5;
 
-/// Aims at one thing.
+/// Emission directions towards one caster.
 #[derive(Clone, Copy)]
-pub struct Target {
-    /// The aim at its middle.
+pub struct EmissionCone {
+    /// Direction of its middle.
     pub middle: Vec3,
-    /// Half of the squared distance from there to the rim, of directions 1 - cos of the angle; 0: closed, nothing to aim at.
+    /// Half of the squared distance from there to the rim, of directions 1 - cos of the angle; 0: closed, it holds no direction.
     pub reach: f32,
-    /// The root of its share of all aims, or of the most that one can have.
+    /// The root of its share of all directions, or of the most that one can have.
     pub weight: f32,
 }
 
-impl Target {
-    /// Nothing to aim at, of no weight.
-    pub const NONE: Target = Target { middle: Vec3::Z, reach: 0.0, weight: 0.0 };
+impl EmissionCone {
+    /// A closed cone, of no weight.
+    pub const NONE: EmissionCone = EmissionCone { middle: Vec3::Z, reach: 0.0, weight: 0.0 };
 
-    /// A caster as a place of a light sees it: closed if it holds the place, or fills more than a quarter of all aims.
+    /// A caster as a place of a light sees it: closed if it holds the place, or fills more than a quarter of all directions.
     #[inline(always)]
-    pub fn at(caster: &Caster, light: &Light, from: Vec3) -> Target {
-        if light.is_parallel() { Target::shadow(caster, light) } else { Target::cone(caster, from) }
+    pub fn at(caster: &Caster, light: &Light, from: Vec3) -> EmissionCone {
+        if light.is_parallel() {
+            EmissionCone::shadow(caster, light)
+        } else {
+            EmissionCone::cone(caster, from)
+        }
     }
 
-    /// All aims of a light.
+    /// All emission directions of a light.
     #[inline(always)]
-    pub fn everywhere(light: &Light) -> Target {
+    pub fn everywhere(light: &Light) -> EmissionCone {
         if light.is_parallel() {
-            Target { middle: Vec3::ZERO, reach: 0.5 * light.radius * light.radius, weight: 1.0 }
+            EmissionCone { middle: Vec3::ZERO, reach: 0.5 * light.radius * light.radius, weight: 1.0 }
         } else {
-            Target { middle: Vec3::Y, reach: 2.0, weight: 1.0 }
+            EmissionCone { middle: Vec3::Y, reach: 2.0, weight: 1.0 }
         }
     }
 
     #[inline(always)]
-    fn cone(caster: &Caster, from: Vec3) -> Target {
+    fn cone(caster: &Caster, from: Vec3) -> EmissionCone {
         let along = caster.centre - from;
         let square = along.length_squared();
         let sin_squared = caster.radius * caster.radius / square;
-        let mut target = Target { weight: if caster.radius > 0.0 { 1.0 } else { 0.0 }, ..Target::NONE };
+        let mut cone =
+            EmissionCone { weight: if caster.radius > 0.0 { 1.0 } else { 0.0 }, ..EmissionCone::NONE };
         // sin^2 / (1 + cos): cosines near 1 would leave narrow cones few bits.
         if sin_squared < 1.0 {
             let versine = sin_squared / (1.0 + (1.0 - sin_squared).sqrt());
             if versine <= MAX_VERSINE {
-                target = Target { middle: along / square.sqrt(), reach: versine, weight: versine.sqrt() };
+                cone = EmissionCone { middle: along / square.sqrt(), reach: versine, weight: versine.sqrt() };
             }
         }
-        target
+        cone
     }
 
     #[inline(always)]
-    fn shadow(caster: &Caster, light: &Light) -> Target {
+    fn shadow(caster: &Caster, light: &Light) -> EmissionCone {
         let along = caster.centre - light.position;
         let share = caster.radius / light.radius;
         let radius = if share <= MAX_RADIUS { caster.radius } else { 0.0 };
-        Target {
+        EmissionCone {
             middle: along - light.direction * along.dot(light.direction),
             reach: 0.5 * radius * radius,
             weight: share.min(1.0),
         }
     }
 
-    /// Whether there is anything to aim at.
+    /// Whether it holds any direction.
     #[inline(always)]
     pub fn is_open(&self) -> bool {
         self.reach > 0.0
     }
 
-    /// Whether it has this aim.
+    /// Whether it holds this direction.
     #[inline(always)]
-    pub fn holds(&self, aim: Vec3) -> bool {
-        0.5 * (aim - self.middle).length_squared() <= self.reach
+    pub fn holds(&self, direction: Vec3) -> bool {
+        0.5 * (direction - self.middle).length_squared() <= self.reach
     }
 
     /// Its solid angle (sr), or its area (m^2).
@@ -100,9 +105,9 @@ impl Target {
         ShadingFrame::steady(if light.is_parallel() { light.direction } else { self.middle })
     }
 
-    /// The aim of polar numbers: share of the size within its distance of the middle, share of a turn. It keeps areas.
+    /// The direction of polar numbers: share of the size within its distance of the middle, share of a turn. It keeps areas.
     #[inline(always)]
-    pub fn aim(&self, light: &Light, polar: Vec2) -> Vec3 {
+    pub fn direction(&self, light: &Light, polar: Vec2) -> Vec3 {
         let frame = self.frame(light);
         if light.is_parallel() {
             let (sin, cos) = sin_cos_turns(polar.y);
@@ -111,11 +116,11 @@ impl Target {
         frame.to_world(warp::uniform_cone(self.reach, polar.x, polar.y))
     }
 
-    /// The polar numbers of an aim that it holds.
+    /// The polar numbers of a direction that it holds.
     #[inline(always)]
-    pub fn polar(&self, light: &Light, aim: Vec3) -> Vec2 {
+    pub fn polar(&self, light: &Light, direction: Vec3) -> Vec2 {
         let frame = self.frame(light);
-        let beside = aim - self.middle;
+        let beside = direction - self.middle;
         let share = 0.5 * beside.length_squared() / self.reach;
         Vec2::new(share.min(1.0), turns(beside.dot(frame.y), beside.dot(frame.x)))
     }
@@ -143,20 +148,20 @@ mod tests {
             let caster = Caster { centre, radius: 2.0 * u.w * u.w };
             let polar = Vec2::new(v.x, v.y);
             for (light, from) in [(&around, Vec3::ZERO), (&parallel, Vec3::ZERO)] {
-                for target in [Target::at(&caster, light, from), Target::everywhere(light)] {
-                    if target.reach < 1e-4 {
+                for cone in [EmissionCone::at(&caster, light, from), EmissionCone::everywhere(light)] {
+                    if cone.reach < 1e-4 {
                         continue;
                     }
-                    let aim = target.aim(light, polar);
-                    let back = target.polar(light, aim);
-                    assert!(target.holds(aim) || polar.x > 0.9999);
+                    let direction = cone.direction(light, polar);
+                    let back = cone.polar(light, direction);
+                    assert!(cone.holds(direction) || polar.x > 0.9999);
                     // An ulp of a direction beside the width of the cone.
-                    let slack = 4e-7 / target.reach.min(1.0).sqrt();
+                    let slack = 4e-7 / cone.reach.min(1.0).sqrt();
                     let turn = (back.y - polar.y).abs();
-                    assert!((back.x - polar.x).abs() < 4.0 * slack, "{polar} {back} {}", target.reach);
+                    assert!((back.x - polar.x).abs() < 4.0 * slack, "{polar} {back} {}", cone.reach);
                     // Near the middle a turn is worth little; so it is on the far side of the sphere.
-                    let worth = (polar.x * (1.0 - 0.5 * polar.x * target.reach)).max(0.0).sqrt();
-                    assert!(turn.min(1.0 - turn) * worth < 2.0 * slack, "{polar} {back} {}", target.reach);
+                    let worth = (polar.x * (1.0 - 0.5 * polar.x * cone.reach)).max(0.0).sqrt();
+                    assert!(turn.min(1.0 - turn) * worth < 2.0 * slack, "{polar} {back} {}", cone.reach);
                 }
             }
         }

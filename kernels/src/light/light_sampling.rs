@@ -1,23 +1,23 @@
-//! Direct connections: from a vertex to a point on a light, with the density of that choice.
+//! Next-event estimation: samples a point on a light for a vertex, with the density of that choice.
 //!
-//! A vertex connects to one light drawn by its power; or, up to the collection point, to all where they are few, and to one of
+//! A vertex samples one light drawn by its power; or, up to the collection point, all where they are few, and one of
 //! several candidates where they are many, drawn by what they would give unshadowed: resampled importance sampling [Talbot et
 //! al. 2005, Importance resampling for global illumination]. The balance heuristic against scattering stands inside that target,
-//! and takes the density of all candidates together, whether they are connected to or not: so what finds a light by scattering
+//! and takes the density of all candidates together, whether they are chosen or not: so what finds a light by scattering
 //! can say the same without knowing them.
 
-use crate::interface::choice::Connections;
+use crate::interface::choice::LightSampler;
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::light::Light;
 use crate::interface::scene::SceneTables;
-use crate::light::{choose, connect_to};
+use crate::light::{choose, sample_light};
 use crate::math::mean;
 use spirv_std::glam::{Vec3, Vec4};
 
 /// A point on a light as a vertex sees it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Connection {
+pub struct LightSample {
     /// Where a shadow ray ends, just before the light (m).
     pub target: Vec3,
     /// Unit direction to the light.
@@ -31,11 +31,11 @@ pub struct Connection {
     pub endless: bool,
 }
 
-impl Connection {
+impl LightSample {
     /// No light comes to this position.
     #[inline(always)]
     pub fn none(position: Vec3) -> Self {
-        Connection {
+        LightSample {
             target: position,
             to_light: Vec3::Z,
             radiance_over_pdf: Vec3::ZERO,
@@ -45,55 +45,56 @@ impl Connection {
     }
 }
 
-/// Lights up to which a vertex connects to each.
+/// Largest number of lights of which a vertex samples each.
 pub const FEW_LIGHTS: u32 = 4;
-/// Candidates of a connection where there are more.
-pub const CANDIDATES: u32 = 8;
+/// Number of candidates of a light sample where there are more lights.
+pub const CANDIDATE_COUNT: u32 = 8;
 /// Candidates of a vertex share their random numbers, shifted by multiples of this [Roberts 2018, The unreasonable effectiveness
 /// of quasirandom sequences]; that of a choice by the golden ratio.
-const SHIFT: Vec4 = Vec4::new(1.0 / CANDIDATES as f32, 0.618_034, 0.754_877_7, 0.569_840_3);
+const SHIFT: Vec4 = Vec4::new(1.0 / CANDIDATE_COUNT as f32, 0.618_034, 0.754_877_7, 0.569_840_3);
 
-/// Which lights a vertex looks at.
+/// Light samples of a vertex, and their candidates.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Candidates {
-    /// Connections, a shadow ray each.
-    pub connections: u32,
-    /// Candidates of a connection.
-    pub each: u32,
+pub struct LightCandidates {
+    /// Number of light samples, a shadow ray each.
+    pub sample_count: u32,
+    /// Number of candidates of a light sample.
+    pub candidate_count: u32,
     /// Whether they are all lights, in turn.
     pub is_all: bool,
     /// Chance of each light to be one candidate, where that is the same for all; 0 where each is drawn by its power.
     pub chance: f32,
 }
 
-impl Candidates {
+impl LightCandidates {
     /// One light, by power.
-    pub const ONE: Candidates = Candidates { connections: 1, each: 1, is_all: false, chance: 0.0 };
+    pub const ONE: LightCandidates =
+        LightCandidates { sample_count: 1, candidate_count: 1, is_all: false, chance: 0.0 };
 
     /// Those of a vertex up to the collection point.
     #[inline(always)]
-    pub fn new(params: &FrameParams) -> Candidates {
+    pub fn new(params: &FrameParams) -> LightCandidates {
         let count = params.light_count;
-        if params.connections == Connections::Power as u32 || count == 0 {
-            Candidates::ONE
-        } else if params.connections == Connections::Uniform as u32 {
-            Candidates { chance: 1.0 / count as f32, ..Candidates::ONE }
+        if params.light_sampler == LightSampler::Power as u32 || count == 0 {
+            LightCandidates::ONE
+        } else if params.light_sampler == LightSampler::Uniform as u32 {
+            LightCandidates { chance: 1.0 / count as f32, ..LightCandidates::ONE }
         } else if count <= FEW_LIGHTS {
-            Candidates { connections: count, is_all: true, chance: 1.0, ..Candidates::ONE }
+            LightCandidates { sample_count: count, is_all: true, chance: 1.0, ..LightCandidates::ONE }
         } else {
-            Candidates { each: CANDIDATES, ..Candidates::ONE }
+            LightCandidates { candidate_count: CANDIDATE_COUNT, ..LightCandidates::ONE }
         }
     }
 
     /// How many are on this light, on average, over the chance that one drawn by power is.
     #[inline(always)]
     pub fn gain(&self, light: &Light) -> f32 {
-        if self.chance > 0.0 { self.chance / light.pdf_light_choice } else { self.each as f32 }
+        if self.chance > 0.0 { self.chance / light.pdf_light_choice } else { self.candidate_count as f32 }
     }
 
     /// The candidate of this number, by four numbers that all share. Its density is that of all candidates together.
     #[inline(always)]
-    pub fn connect(
+    pub fn sample_light(
         &self,
         number: u32,
         scene: SceneTables<'_>,
@@ -101,9 +102,9 @@ impl Candidates {
         features: Features,
         position: Vec3,
         u: Vec4,
-    ) -> Connection {
+    ) -> LightSample {
         if light_count == 0 {
-            return Connection::none(position);
+            return LightSample::none(position);
         }
         let mut u = u + SHIFT * number as f32;
         u -= u.floor();
@@ -117,11 +118,11 @@ impl Candidates {
         }
         let light = &scene.lights[row as usize];
         let gain = self.gain(light);
-        let connection = connect_to(light, scene, features, position, u.z, u.w);
-        Connection {
-            radiance_over_pdf: connection.radiance_over_pdf * (1.0 / gain),
-            pdf_solid_angle: connection.pdf_solid_angle * gain,
-            ..connection
+        let light_sample = sample_light(light, scene, features, position, u.z, u.w);
+        LightSample {
+            radiance_over_pdf: light_sample.radiance_over_pdf * (1.0 / gain),
+            pdf_solid_angle: light_sample.pdf_solid_angle * gain,
+            ..light_sample
         }
     }
 }
@@ -152,7 +153,7 @@ impl ByClass {
     }
 }
 
-/// One of the candidates of a connection, drawn by the light that each would give unshadowed [Chao 1982, A general purpose unequal
+/// One of the candidates of a light sample, drawn by the light that each would give unshadowed [Chao 1982, A general purpose unequal
 /// probability sampling plan].
 pub struct Reservoir<T> {
     /// What was kept of the one that was drawn.

@@ -1,4 +1,4 @@
-//! Lamps: a small emitting disc under a shade, hung from the ceiling or turned at the shelves.
+//! Lights: a small emitting disc under a shade, hung from the ceiling or turned at the shelves.
 
 use glam::{DQuat, DVec3};
 
@@ -13,9 +13,9 @@ const CORD_SEGMENTS: u32 = 24;
 const BULB: f64 = 0.03;
 /// Corners of an emitting disc.
 const CORNERS: u32 = 8;
-/// Radiance of a lamp (W m^-2 sr^-1).
+/// Radiance of a light (W m^-2 sr^-1).
 const RADIANCE: f64 = 1200.0;
-/// Radiance of a lamp that is turned at the shelves (W m^-2 sr^-1).
+/// Radiance of a light that is turned at the shelves (W m^-2 sr^-1).
 const SPOT_RADIANCE: f64 = 2400.0;
 /// Height of the ceiling (m).
 const CEILING: f64 = super::ROOM.y;
@@ -30,7 +30,7 @@ const PENDANTS: [[f64; 3]; 7] = [
     [-0.3, 1.75, 4.1],
     [1.6, 1.75, 3.9],
 ];
-/// Where the lamps for the shelves are, and what they look at (m).
+/// Where the lights for the shelves are, and what they look at (m).
 const SPOTS: [[[f64; 3]; 2]; 4] = [
     [[-2.1, 2.85, 0.95], [-2.1, 1.35, 0.12]],
     [[-0.7, 2.85, 0.95], [-0.7, 1.35, 0.12]],
@@ -38,7 +38,7 @@ const SPOTS: [[[f64; 3]; 2]; 4] = [
     [[2.0, 2.85, 0.95], [2.0, 1.35, 0.12]],
 ];
 
-/// Adds all lamps.
+/// Adds all lights.
 pub fn add(document: &mut Document, palette: &Palette) {
     let warm = document.material("lamp", emitter([1.0, 0.86, 0.66], RADIANCE));
     let white = document.material("spot", emitter([1.0, 0.94, 0.85], SPOT_RADIANCE));
@@ -63,9 +63,9 @@ pub fn add(document: &mut Document, palette: &Palette) {
     }
 }
 
-/// Puts a lamp that shines down its own y axis.
-fn put(document: &mut Document, name: &str, lamp: Shape, place: DVec3, facing: DVec3) {
-    let node = document.node(name, lamp);
+/// Puts a light that shines down its own y axis.
+fn put(document: &mut Document, name: &str, light: Shape, place: DVec3, facing: DVec3) {
+    let node = document.node(name, light);
     document.place(node, place);
     document.turn(node, DQuat::from_rotation_arc(DVec3::NEG_Y, facing));
 }
@@ -82,12 +82,12 @@ fn disc() -> Mesh {
     })
 }
 
-/// The lamp's white inside, a bell of 2 mm around the disc.
+/// The light's white inside, a bell of 2 mm around the disc.
 fn lining() -> Vec<Piece> {
     bell(0.0, 0.002)
 }
 
-/// The lamp's outside.
+/// The light's outside.
 fn shade() -> Vec<Piece> {
     bell(0.0025, 0.0045)
 }
@@ -115,7 +115,7 @@ fn can() -> Vec<Piece> {
     corners.windows(2).map(|ends| line(ends[0], ends[1])).collect()
 }
 
-/// What a lamp hangs from, this long (m).
+/// What a light hangs from, this long (m).
 fn cord(length: f64) -> Vec<Piece> {
     let (radius, length) = (0.004, length - GAP);
     let corners = [[0.0, length], [radius, length], [radius, 0.0], [0.0, 0.0]];

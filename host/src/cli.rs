@@ -102,9 +102,9 @@ pub enum Command {
     Merge(Merge),
     /// Measure how far an image is from a reference
     Compare(Compare),
-    /// Measure what frames of a scene cost and how far off they are, way by way to render them: a sweep from options
+    /// Measure what frames of a scene cost and how far off they are, configuration by configuration: a sweep from options
     Bench(Box<Bench>),
-    /// Measure a matrix of ways to render over scenes, time and error; the same command resumes where it was interrupted
+    /// Measure a matrix of configurations over scenes, time and error; the same command resumes where it was interrupted
     Sweep(Box<Sweep>),
     /// Tell what light transport did at a pixel: its camera path, the deposits that it took, and their light paths
     Inspect(Box<Inspect>),

@@ -7,7 +7,7 @@ use caustics_kernels::interface::counters::{COUNTER_NAMES, Counter};
 /// Light paths that make a deposit, at least one in so many: at the default of 2^20 a frame has a hundred then, a noise of
 /// 10 % even where one pixel takes them all.
 const PATHS_A_DEPOSIT: u64 = 10_000;
-/// Fewer light paths may miss by chance.
+/// Fewer light paths may miss at random.
 const STARVING_PATHS: u64 = 1 << 16;
 
 /// What the kernels counted.

@@ -56,7 +56,7 @@ pub struct Vertex {
     pub normal: [f32; 3],
     /// What the path does there.
     pub event: Event,
-    /// The lobe that it was scattered by; several where they are drawn as one, or the direction does not say which it was.
+    /// The lobe that it was scattered by; several where they are sampled as one, or the direction does not say which it was.
     pub lobes: Vec<&'static str>,
     /// Whether that is a specular event.
     pub specular: bool,
@@ -89,7 +89,7 @@ pub struct Point {
     pub radius: f32,
     /// Vertices of the camera path, this one included.
     pub depth: u32,
-    /// What the camera path lets through, divided by the chances of its choices.
+    /// What the camera path lets through, divided by the probabilities of its choices.
     pub throughput: [f32; 3],
 }
 

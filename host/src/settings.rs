@@ -50,7 +50,7 @@ pub struct Settings {
     pub exposure: f32,
     /// Radiance behind everything (W m^-2 sr^-1), seen and lighting nothing; `None` takes what the scene says.
     pub background: Option<Vec3>,
-    /// What the frame before lends to a frame. Frames that are averaged must be independent: `history::NONE`.
+    /// Light of the previous frame that a frame reuses. Frames that are averaged must be independent: `history::NONE`.
     pub history: &'static History,
     /// What smooths the path-traced light; caustics are left as they are.
     pub denoiser: &'static Denoiser,
@@ -67,7 +67,7 @@ pub struct Settings {
     /// Sequences of the sampler that frames take in turns: who averages frames and wants to know their variance takes several
     /// (`Accumulation::in_batches`).
     pub batches: u32,
-    /// What the frame before lends of path-traced light, in methods that do not converge.
+    /// Path-traced light of the previous frame that is reused, in methods that do not converge.
     pub path_history: PathHistory,
     /// What is done about rare bright samples of camera paths, in methods that do not converge.
     pub fireflies: Fireflies,

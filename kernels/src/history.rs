@@ -1,15 +1,15 @@
-//! Histories: which of the last frame's collection points lend light to one of today's, and how much of it still holds. A
+//! Histories: from which of the last frame's collection points one of today's reuses light, and how much of it still holds. A
 //! history is a file and a line here: its passes, and what it is as data. `auxiliary` says to other tools what pixels show and
 //! where it was. Imports `interface`, `math`, `gather`, `pass`.
 
 pub mod auxiliary;
 pub mod cells;
-pub mod chance;
 pub mod demodulate;
 pub mod nearest;
 pub mod path;
 pub mod reprojected;
 pub mod resolve_history;
+pub mod significance;
 pub mod window;
 
 #[cfg(not(target_arch = "spirv"))]

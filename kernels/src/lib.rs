@@ -5,7 +5,7 @@
 //!
 //! A *caustic* is light that a specular surface (glass, metal, a smooth coat) has focused. It is *indirectly visible* where the
 //! viewer sees it by way of another specular surface: in a mirror, through glass. Paths from the camera find the small light
-//! behind the glass only by chance, and photons splatted onto the screen cannot be seen in mirrors. So paths are traced from
+//! behind the glass only at random, and photons splatted onto the screen cannot be seen in mirrors. So paths are traced from
 //! both ends, and meet where neither end is specular.
 //!
 //! # A frame
@@ -22,7 +22,7 @@
 //!    ([`interface::point`]): a disc whose radius a ray cone gives ([`math::cone`]), so that it is about one pixel wide however
 //!    it is seen. All light on the way that is no caustic is path traced in the same walk.
 //! 2. **Denoise**, if asked for ([`denoiser`]): smooths that path-traced light. Caustics are not touched.
-//! 3. **Lend**, if there is a history ([`history`]): finds the point of the frame before that is this one's
+//! 3. **Reuse**, if there is a history ([`history`]): finds the point of the frame before that is this one's
 //!    ([`history::window`], [`history::reprojected`]), and how much of its light still holds ([`history::cells`]).
 //! 4. **Shoot** ([`pass::shoot`]): light paths leave the lights by power ([`light::power`], behind the trait of [`light::emit`]),
 //!    or where earlier ones were seen to give the image something ([`light::guided`], [`emission::guided`]).
@@ -41,7 +41,7 @@
 //!
 //! One function decides which lobes are specular ([`surface::class`]). Light that meets a specular lobe first, and then, by
 //! whatever way, a collection point, belongs to the light paths; all else to the camera paths, which behind their point follow
-//! every lobe, and find lights by those that are not specular ([`pass::collect::Beyond`]). So one thing decides a path, the lobe
+//! every lobe, and find lights by those that are not specular ([`pass::collect::CameraSuffix`]). So one thing decides a path, the lobe
 //! next to the light: no path is counted twice, none is missing, and the sum is full light transport up to `max_bounces`. The
 //! published method gives the light paths what meets a specular lobe first *or later* (`Caustics::Any`), which is exact too, and
 //! noisier: light of a matte wall is found from the camera with ease.

@@ -112,7 +112,7 @@ fn sample_position(light: &Light, scene: SceneTables<'_>, features: Features, pl
     if light.triangle == NONE { light.position } else { area::sample_position(light, scene, features, place) }
 }
 
-/// Chooses a light by the alias table; its chance is `Light::pdf_light_choice`.
+/// Chooses a light by the alias table; its probability is `Light::pdf_light_choice`.
 #[inline(always)]
 pub fn choose(lights: &[Light], light_count: u32, u: f32, v: f32) -> u32 {
     let row = ((u * light_count as f32) as u32).min(light_count - 1);

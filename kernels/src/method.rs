@@ -1,4 +1,4 @@
-//! Methods: ways to render. A method is a file and a line here: passes of its own, if it has any, and what a frame consists of,
+//! Rendering methods. A method is a file and a line here: passes of its own, if it has any, and what a frame consists of,
 //! as data. Imports everything.
 
 #[cfg(not(target_arch = "spirv"))]

@@ -6,9 +6,9 @@
 //!
 //! A lobe is a file, a line of `for_each_lobe` and a bit of `Features`. `albedo` holds each against its closed form.
 
-/// Calls a macro with the lobes that reflect, the dielectric aside. Reflections at facets are chosen and drawn together: a lobe of
-/// theirs has `occurs`, `chance`, `eval` and `smooth`, and bits of `Features` for where it is rough and where it is smooth. A
-/// diffuse lobe is never specular, and has `occurs`, `chance`, `eval`, `pdf`, `sample` and `albedo`; the bit of the first is
+/// Calls a macro with the lobes that reflect, the dielectric aside. Reflections at facets are chosen and sampled together: a lobe of
+/// theirs has `occurs`, `sampling_weight`, `eval` and `smooth`, and bits of `Features` for where it is rough and where it is smooth. A
+/// diffuse lobe is never specular, and has `occurs`, `sampling_weight`, `eval`, `pdf`, `sample` and `albedo`; the bit of the first is
 /// that of all receivers.
 macro_rules! for_each_lobe {
     ($then:ident) => {
@@ -59,8 +59,8 @@ use crate::math::{mean, warp};
 use crate::surface::class::Classes;
 use crate::surface::dispersion::Indices;
 use caustics_kernel_macros::shared;
-pub use lobes::may_be_wide;
-use lobes::{Chances, ROUGH_FACETS, SMOOTH_FACETS};
+pub use lobes::may_have_non_delta_lobe;
+use lobes::{LobeProbabilities, ROUGH_FACETS, SMOOTH_FACETS};
 #[cfg(not(target_arch = "spirv"))]
 pub use lobes::{features_of, names_of};
 use spirv_std::glam::{Vec3, Vec4};
@@ -77,10 +77,10 @@ pub struct Bsdf {
     etas: Vec3,
     /// Whether the dielectric is rough: it has facets.
     rough_dielectric: bool,
-    /// Whether each of these reflects or transmits by its own Fresnel reflectance: `chances.dielectric` is that of both.
+    /// Whether each of these reflects or transmits by its own Fresnel reflectance: `probabilities.dielectric` is that of both.
     by_facet: bool,
     features: Features,
-    chances: Chances,
+    probabilities: LobeProbabilities,
     reflection_class: Classes,
 }
 
@@ -115,7 +115,7 @@ pub struct Sampled {
 }
 
 impl Bsdf {
-    /// The mixture of `classes`' lobes. Where `divides`, something is divided by `class_chance`, and classes are chosen by it.
+    /// The mixture of `classes`' lobes. Where `divides`, something is divided by `class_probability`, and classes are chosen by it.
     #[shared]
     pub fn new(
         material: Material,
@@ -133,7 +133,7 @@ impl Bsdf {
         let follows_both = classes.has(reflection_class) && classes.has(Classes::SPECULAR);
         let by_facet =
             rough_dielectric && follows_both && (!divides || reflection_class == Classes::SPECULAR);
-        let chances = Chances::default();
+        let probabilities = LobeProbabilities::default();
         let mut bsdf = Bsdf {
             material,
             to_previous,
@@ -142,25 +142,26 @@ impl Bsdf {
             rough_dielectric,
             by_facet,
             features,
-            chances,
+            probabilities,
             reflection_class,
         };
 
         // Weigh each lobe by what it is about to scatter.
-        let mut chances = bsdf.chances_of_reflections(classes);
+        let mut probabilities = bsdf.sampling_weights(classes);
         let mut dielectric = DielectricInterface { indices, reflectance: 0.0, reflectances: Vec3::ZERO };
         let cos = to_previous.z;
         if by_facet {
             let reflected = dielectric::reflectance(&material, cos, eta);
-            chances.dielectric =
+            probabilities.dielectric =
                 bsdf.dielectric_share() * (reflected + (1.0 - reflected) * mean(material.base_color));
         } else if rough_dielectric {
-            let reflected = rough_dielectric::reflection_chance(&material, cos, eta);
+            let reflected = rough_dielectric::reflection_probability(&material, cos, eta);
             if classes.has(reflection_class) {
-                chances.gloss = bsdf.dielectric_share() * reflected;
+                probabilities.gloss = bsdf.dielectric_share() * reflected;
             }
             if classes.has(Classes::SPECULAR) {
-                chances.dielectric = bsdf.dielectric_share() * (1.0 - reflected) * mean(material.base_color);
+                probabilities.dielectric =
+                    bsdf.dielectric_share() * (1.0 - reflected) * mean(material.base_color);
             }
         } else if features.has(Features::DIELECTRIC)
             && classes.has(Classes::SPECULAR)
@@ -170,35 +171,35 @@ impl Bsdf {
                 let reflectances = dispersion::reflectances(cos, etas);
                 let passed = material.base_color * (Vec3::ONE - reflectances);
                 dielectric.reflectances = reflectances;
-                chances.dielectric = bsdf.dielectric_share() * indices.mean(reflectances + passed);
+                probabilities.dielectric = bsdf.dielectric_share() * indices.mean(reflectances + passed);
             } else {
                 dielectric.reflectance = dielectric::reflectance(&material, cos, eta);
                 let passed = (1.0 - dielectric.reflectance) * mean(material.base_color);
-                chances.dielectric = bsdf.dielectric_share() * (dielectric.reflectance + passed);
+                probabilities.dielectric = bsdf.dielectric_share() * (dielectric.reflectance + passed);
             }
         }
-        bsdf.chances = chances.normalised();
+        bsdf.probabilities = probabilities.normalised();
         (bsdf, dielectric)
     }
 
     /// Whether any lobe scatters.
     #[inline]
     pub fn scatters(&self) -> bool {
-        self.chances.reflections() + self.chances.diffuse() + self.chances.dielectric > 0.0
+        self.probabilities.reflections() + self.probabilities.diffuse() + self.probabilities.dielectric > 0.0
     }
 
-    /// Whether any lobe has a width, so that light sampling may give something.
+    /// Whether any lobe that scatters is non-delta, so that light sampling may give something.
     #[inline]
-    pub fn is_wide(&self) -> bool {
+    pub fn has_non_delta_lobe(&self) -> bool {
         let rough = self.material.roughness >= ggx::DELTA_ROUGHNESS;
-        self.chances.diffuse() > 0.0
-            || (rough && self.chances.reflections() > 0.0)
-            || (self.rough_dielectric && self.chances.dielectric > 0.0)
+        self.probabilities.diffuse() > 0.0
+            || (rough && self.probabilities.reflections() > 0.0)
+            || (self.rough_dielectric && self.probabilities.dielectric > 0.0)
     }
 
-    /// Whether a lobe of this class that is no diffuse one may have a width.
+    /// Whether a lobe of this class, diffuse ones aside, may be non-delta.
     #[inline]
-    pub fn is_wide_in(&self, class: Classes) -> bool {
+    pub fn has_non_delta_lobe_in(&self, class: Classes) -> bool {
         let rough = self.material.roughness >= ggx::DELTA_ROUGHNESS;
         (rough && class.has(self.reflection_class)) || (self.rough_dielectric && class.has(Classes::SPECULAR))
     }
@@ -206,27 +207,28 @@ impl Bsdf {
     /// Whether any lobe that is not specular scatters.
     #[inline]
     pub fn receives(&self) -> bool {
-        let mut chance = self.chances.diffuse();
+        let mut probability = self.probabilities.diffuse();
         if self.reflection_class == Classes::NON_SPECULAR {
-            chance += self.chances.reflections();
+            probability += self.probabilities.reflections();
             if self.by_facet {
-                chance += self.chances.dielectric;
+                probability += self.probabilities.dielectric;
             }
         }
-        chance > 0.0
+        probability > 0.0
     }
 
     /// Probability that `sample` takes a lobe of this class, of a mixture that `divides`.
     #[inline]
-    pub fn class_chance(&self, class: Classes) -> f32 {
-        let mut chance = if class.has(self.reflection_class) { self.chances.reflections() } else { 0.0 };
+    pub fn class_probability(&self, class: Classes) -> f32 {
+        let mut probability =
+            if class.has(self.reflection_class) { self.probabilities.reflections() } else { 0.0 };
         if class.has(Classes::NON_SPECULAR) {
-            chance += self.chances.diffuse();
+            probability += self.probabilities.diffuse();
         }
         if class.has(Classes::SPECULAR) {
-            chance += self.chances.dielectric;
+            probability += self.probabilities.dielectric;
         }
-        chance
+        probability
     }
 
     /// The non-delta lobes of `class` towards a local direction; f is that of flux, also where it passes (z < 0). Zero where
@@ -242,7 +244,7 @@ impl Bsdf {
             if self.rough_dielectric && direction.z < 0.0 && class.has(Classes::SPECULAR) {
                 let passed = rough_dielectric::eval(&self.material, self.to_previous, direction, self.eta);
                 f = self.material.base_color * (self.dielectric_share() * passed.f);
-                pdf = self.chances.dielectric * passed.pdf_solid_angle;
+                pdf = self.probabilities.dielectric * passed.pdf_solid_angle;
                 if self.by_facet {
                     pdf *= rough_dielectric::shares(passed.reflectance, mean(self.material.base_color)).1;
                 }
@@ -259,14 +261,15 @@ impl Bsdf {
             let mut sum = self.eval_facets(facets, reflected, cos_half);
             if self.rough_dielectric {
                 let reflectance = dielectric::reflectance(&self.material, cos_half, self.eta);
-                let mut chance = self.chances.gloss;
+                let mut probability = self.probabilities.gloss;
                 if self.by_facet {
                     let tint = mean(self.material.base_color);
-                    chance = self.chances.dielectric * rough_dielectric::shares(reflectance, tint).0;
+                    probability =
+                        self.probabilities.dielectric * rough_dielectric::shares(reflectance, tint).0;
                 }
                 let share = self.dielectric_share() * reflectance;
                 sum.f += Vec3::splat(share * facets);
-                sum.pdf_solid_angle += chance * reflected;
+                sum.pdf_solid_angle += probability * reflected;
             }
             (f, pdf) = (sum.f, sum.pdf_solid_angle);
         }
@@ -297,22 +300,31 @@ impl Bsdf {
     /// Samples one lobe; `u` = (choice of lobe, two for its direction, one for the dielectric).
     #[shared]
     pub fn sample(self, dielectric: DielectricInterface, u: Vec4) -> Sampled {
-        let reflections = self.chances.reflections();
-        let before_dielectric = reflections + self.chances.diffuse();
-        let into_dielectric = u.x >= before_dielectric && self.chances.dielectric > 0.0;
+        let reflections = self.probabilities.reflections();
+        let before_dielectric = reflections + self.probabilities.diffuse();
+        let into_dielectric = u.x >= before_dielectric && self.probabilities.dielectric > 0.0;
         if self.features.has(Features::DIELECTRIC) && into_dielectric && !self.rough_dielectric {
             if self.features.has(Features::DISPERSION) && dielectric.indices.is_dispersive {
                 let (tint, share) = (self.material.base_color, self.dielectric_share());
                 let DielectricInterface { indices, reflectances, .. } = dielectric;
-                let chance = self.chances.dielectric;
+                let probability = self.probabilities.dielectric;
                 let to_previous = self.to_previous;
-                return dispersion::sample(tint, to_previous, indices, reflectances, share, chance, u.w, u.y);
+                return dispersion::sample(
+                    tint,
+                    to_previous,
+                    indices,
+                    reflectances,
+                    share,
+                    probability,
+                    u.w,
+                    u.y,
+                );
             }
             return dielectric::sample(
                 &self.material,
                 self.to_previous,
                 dielectric,
-                self.chances.dielectric,
+                self.probabilities.dielectric,
                 u.w,
             );
         }
@@ -342,7 +354,7 @@ impl Bsdf {
             let half = warp::visible_ggx_normal(self.to_previous, ggx::alpha(roughness), u.y, u.z);
             if transmitted && self.by_facet {
                 // What is left of the choice among lobes is uniform again.
-                let choice = (u.x - before_dielectric) / self.chances.dielectric;
+                let choice = (u.x - before_dielectric) / self.probabilities.dielectric;
                 let cos_half = self.to_previous.dot(half);
                 let reflectance = dielectric::reflectance(&self.material, cos_half, self.eta);
                 let tint = mean(self.material.base_color);

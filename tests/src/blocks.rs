@@ -1,4 +1,4 @@
-//! Block means of images, frame by frame, and a test whether two ways to render have the same mean in every block.
+//! Block means of images, frame by frame, and a test whether two configurations have the same mean in every block.
 
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
@@ -109,11 +109,11 @@ pub struct Scores {
 }
 
 impl Scores {
-    /// What speaks against equal means, at a chance of false alarm of about 1 in 300 for each criterion.
+    /// What speaks against equal means, at a probability of false alarm of about 1 in 300 for each criterion.
     pub fn fault(&self) -> Option<String> {
         // The mean square of n normal numbers is 1 +- sqrt(2 / n).
         let spread = 3.0 * (2.0 / self.count as f64).sqrt();
-        // The largest of n normal numbers exceeds this with a chance of 1 in 300 (n 2 exp(-z^2 / 2) / (z sqrt(2 pi))).
+        // The largest of n normal numbers exceeds this with a probability of 1 in 300 (n 2 exp(-z^2 / 2) / (z sqrt(2 pi))).
         let largest = (2.0 * (self.count as f64 * 300.0).ln()).sqrt();
         let ok = self.whole.abs() <= 3.0 && self.mean_square <= 1.0 + spread && self.worst <= largest;
         (!ok).then(|| format!("{self:?}: allowed |z| 3, mean square {:.2}, worst {largest:.2}", 1.0 + spread))

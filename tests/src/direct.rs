@@ -138,7 +138,7 @@ impl Deposits {
 }
 
 impl Receive for Deposits {
-    type Way = ();
+    type PathState = ();
 
     fn receive(&mut self, (): &mut (), geometry: DepositGeometry, light: DepositLight) {
         self.push(geometry, light);

@@ -16,7 +16,7 @@ use crate::statistics::Mean;
 struct Nobody;
 
 impl Receive for Nobody {
-    type Way = ();
+    type PathState = ();
 
     fn receive(&mut self, (): &mut (), _: DepositGeometry, _: DepositLight) {}
 }

@@ -58,7 +58,7 @@ fields!(SampleStep {
 });
 fields!(ScatterOut {
     ray.origin: 3 Floats, ray.length: 1 Floats, ray.direction: 3 Floats, weight: 3 Floats, pdf: 1 Floats,
-    class: 1 Words, transmitted: 1 Words, specular: 3 Floats, non_specular: 3 Floats, chance: 1 Floats,
+    class: 1 Words, transmitted: 1 Words, specular: 3 Floats, non_specular: 3 Floats, class_probability: 1 Floats,
 });
 fields!(EmitStep {
     ray.origin: 3 Floats, ray.length: 1 Floats, ray.direction: 3 Floats, flux: 3 Floats, to_light: 3 Floats,

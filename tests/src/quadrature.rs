@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use caustics_kernels::interface::material::{FLAG_THIN, Material};
 use glam::DVec3;
 
-/// Mean over normals h drawn from D(h) cos(h) of `value(h)`: midpoints of the inverse distribution.
+/// Mean over normals h sampled from D(h) cos(h) of `value(h)`: midpoints of the inverse distribution.
 pub fn over_normals(alpha: f64, value: impl Fn(DVec3) -> f64) -> f64 {
     let (rows, columns) = (600, 600);
     let mut sum = 0.0;

@@ -84,7 +84,7 @@ impl Atomics for Ignore {
 struct Keep(Vec<Deposit>);
 
 impl Receive for Keep {
-    type Way = ();
+    type PathState = ();
 
     fn receive(&mut self, (): &mut (), geometry: DepositGeometry, light: DepositLight) {
         self.0.push((geometry, light));

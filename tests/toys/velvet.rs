@@ -21,9 +21,9 @@ fn reflected(bsdf: &Bsdf) -> f32 {
     if occurs(&bsdf.material) { MAX_F * PI / 3.0 * (1.0 - bsdf.to_previous.z) } else { 0.0 }
 }
 
-/// What it is to scatter.
+/// Share of flux that the lobe scatters.
 #[inline(always)]
-pub fn chance(bsdf: &Bsdf) -> f32 {
+pub fn sampling_weight(bsdf: &Bsdf) -> f32 {
     reflected(bsdf)
 }
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 use clap::Args;
 
 use super::Common;
-use super::axes::{AxisOptions, OneWay};
+use super::axes::{AxisOptions, OneConfiguration};
 use super::bench::frames;
 
 /// Options of `animate`.
@@ -15,10 +15,10 @@ use super::bench::frames;
   caustics animate animated-light -o frames/####.exr --video
   caustics animate moving-caster -o frames/caster-####.exr --history none --frames 0..24 --fps 24
   caustics animate moving-caster -o frames/####.exr --history none --emission aimed --light-paths 100000 --shard 3/8")]
-#[command(mut_arg("history", |arg| arg.help("What the frame before lends to collection points [default: validated with --method basic, else none]")))]
+#[command(mut_arg("history", |arg| arg.help("Light of the previous frame that collection points reuse [default: validated with --method basic, else none]")))]
 #[command(mut_arg("denoiser", |arg| arg.help("What smooths the path-traced part, caustics excepted [default: atrous with a --path-history, else none]")))]
 #[command(mut_arg("sampler", |arg| arg.help("Where the random numbers of camera paths come from [default: sobol with a --path-history, else blue]")))]
-#[command(mut_arg("path_history", |arg| arg.help("What the frame before lends of the light that camera paths found [default: validated with a --history, else none]")))]
+#[command(mut_arg("path_history", |arg| arg.help("Path-traced light of the previous frame that collection points reuse [default: validated with a --history, else none]")))]
 #[command(mut_arg("output", |arg| arg.help("The EXR files to write; a run of # is the frame's number: frames/####.exr")))]
 #[command(mut_arg("exposure", |arg| arg.help("Exposure of the PNGs (stops, or auto for what suits the first frame)")))]
 #[command(mut_arg("checkpoint_every", |arg| arg.help("Time between writes of what a history keeps (s)")))]
@@ -32,7 +32,7 @@ pub struct Animate {
     pub common: Common,
     /// How to render.
     #[command(flatten)]
-    pub axes: AxisOptions<OneWay>,
+    pub axes: AxisOptions<OneConfiguration>,
     /// The frames, the last one left out (default: all of the scene's animations, and of the keys of --edits)
     #[arg(long, value_name = "A..B", value_parser = frames)]
     pub frames: Option<Range<u32>>,

@@ -21,20 +21,20 @@ pub trait Axes {
     fn has(key: &str) -> bool;
 }
 
-/// A command that renders one way.
+/// A command that renders one configuration.
 #[derive(Debug)]
-pub enum OneWay {}
+pub enum OneConfiguration {}
 /// The same for images that are averaged, which no history can help.
 #[derive(Debug)]
 pub enum Averaged {}
 /// A command that path traces.
 #[derive(Debug)]
 pub enum PathTraced {}
-/// A command that renders many ways.
+/// A command that renders many configurations.
 #[derive(Debug)]
-pub enum ManyWays {}
+pub enum ManyConfigurations {}
 
-impl Axes for OneWay {
+impl Axes for OneConfiguration {
     const LISTS: bool = false;
     fn has(key: &str) -> bool {
         key != "equal_time_ms"
@@ -55,7 +55,7 @@ impl Axes for PathTraced {
     }
 }
 
-impl Axes for ManyWays {
+impl Axes for ManyConfigurations {
     const LISTS: bool = true;
     fn has(_: &str) -> bool {
         true
@@ -137,7 +137,7 @@ impl<C: Axes> AxisOptions<C> {
         self.given.iter().any(|(_, axis, _)| ![&RUNNER, &FEATURES, &MAX_BOUNCES].contains(axis))
     }
 
-    /// The one way to render, its runner still by its name. What its method has no use for is refused: names but the
+    /// The one configuration, its runner still by its name. What its method has no use for is refused: names but the
     /// one that stands for none, and `auto` where it is not usual.
     pub fn cell(&self) -> Result<Cell, Usage> {
         self.cell_of(&[])
@@ -170,7 +170,7 @@ impl<C: Axes> AxisOptions<C> {
         Ok(cell.effective())
     }
 
-    /// All ways to render, as the `[[matrix]]` of a sweep.
+    /// All configurations, as the `[[matrix]]` of a sweep.
     pub fn table(&self) -> Result<MatrixTable, Usage> {
         let mut table = MatrixTable::default();
         for (key, _, values) in &self.given {

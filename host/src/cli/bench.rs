@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::axes::{AxisOptions, ManyWays};
+use super::axes::{AxisOptions, ManyConfigurations};
 use super::{Loading, Machine, View};
 
 /// Options of `bench`: a sweep of one scene, given by options.
@@ -28,9 +28,9 @@ pub struct Bench {
     /// What to measure: time, or error against references, which are kept in CAUSTICS_CACHE; with a comma both
     #[arg(long, value_enum, default_value = "time", value_delimiter = ',')]
     pub measure: Vec<Quantity>,
-    /// The ways to render.
+    /// The configurations.
     #[command(flatten)]
-    pub axes: AxisOptions<ManyWays>,
+    pub axes: AxisOptions<ManyConfigurations>,
     /// The frames: how many, or A..B with B left out. Of a still picture all are timed, and the last is compared
     #[arg(long, value_name = "N|A..B", default_value = "16", value_parser = count_or_frames)]
     pub frames: Range<u32>,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::axes::OneWay;
+use super::axes::OneConfiguration;
 use super::{AxisOptions, Loading, Machine, View};
 
 /// Options of `view`.
@@ -44,5 +44,5 @@ pub struct Viewer {
     pub loading: Loading,
     /// How to render.
     #[command(flatten)]
-    pub axes: AxisOptions<OneWay>,
+    pub axes: AxisOptions<OneConfiguration>,
 }

@@ -21,7 +21,7 @@ use super::options::scene_files;
 use super::pick::pick;
 use super::say::say;
 use super::scene::feature_names;
-use super::shard::warn_of_lenders;
+use super::shard::warn_of_reuse;
 use super::warn::warn;
 use crate::cli::Animate;
 
@@ -52,7 +52,7 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     }
     warn(&scene, plan.method(), &plan.settings);
     if plan.shard.is_part() {
-        warn_of_lenders(&plan.cell, plan.frames.start);
+        warn_of_reuse(&plan.cell, plan.frames.start);
         let waits = options.video || options.pngs && !plan.pngs;
         if waits && plan.is_part_of_one() {
             tell!("PNGs and video that are missing, the same command without --shard writes");
@@ -133,7 +133,7 @@ fn tell(run: &Run, missing: &[u32], records: &[Record], frame_ms: f64, done: boo
     let written = records.iter().filter(|record| record.written).count();
     let again = records.len() - written;
     tell!(
-        "{}: {written} frames rendered, {again} rendered again for what they lend, {} kept; {frame_ms:.1} ms a frame",
+        "{}: {written} frames rendered, {again} rendered again for their history, {} kept; {frame_ms:.1} ms a frame",
         name.display(),
         all - missing.len()
     );

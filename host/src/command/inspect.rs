@@ -13,7 +13,7 @@ use self::table::table;
 use super::open::open_edited;
 use super::options::settings;
 use super::pick::pick;
-use super::render::way;
+use super::render::configuration;
 use super::say::say;
 use super::warn::warn;
 use crate::cli::{Inspect, Usage};
@@ -43,7 +43,7 @@ struct Told<'a> {
 /// Renders the frame, and those before it, and tells what happened at the pixel.
 pub fn run(options: &Inspect) -> anyhow::Result<ExitCode> {
     let Inspect { pixel, frame, view, time, .. } = options;
-    let (cell, preset) = way(&options.axes, options.preset, *frame > 0)?;
+    let (cell, preset) = configuration(&options.axes, options.preset, *frame > 0)?;
     let frames = frame.checked_add(1).ok_or_else(|| Usage(format!("--frame {frame}: give a smaller one")))?;
     let method = cell.method;
     let settings = settings(view, &cell, preset.frames().max(frames))?;

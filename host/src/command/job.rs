@@ -34,7 +34,7 @@ use super::options::{check_outputs, check_scene_files, duration, scene_files};
 use super::report::Report;
 use super::say::say;
 use super::scene::feature_names;
-use super::shard::{Part, warn_of_lenders};
+use super::shard::{Part, warn_of_reuse};
 use super::stop::Stop;
 use super::warn::warn;
 use crate::cli::{Common, Usage};
@@ -98,7 +98,7 @@ impl Job {
         warn(&scene, method, &settings);
         let (first, stop) = match &part {
             Some(Part { frames, .. }) => {
-                warn_of_lenders(&cell, frames.start);
+                warn_of_reuse(&cell, frames.start);
                 (frames.start, Stop { frames: Some(frames.len() as u32), ..stop })
             }
             None => (0, stop),

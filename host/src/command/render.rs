@@ -10,7 +10,7 @@ use super::stop::Stop;
 use crate::cli::{Averaged, AxisOptions, Preset, Render, Usage};
 
 /// How to render, and the preset that says what no option does; `has_frames`: whether a number of frames is given.
-pub fn way(
+pub fn configuration(
     axes: &AxisOptions<Averaged>,
     preset: Option<Preset>,
     has_frames: bool,
@@ -25,7 +25,7 @@ pub fn way(
 /// Averages frames of a method.
 pub fn run(options: Render) -> anyhow::Result<ExitCode> {
     let Render { common, axes, time, preset, frames } = options;
-    let (cell, preset) = way(&axes, preset, frames.is_some())?;
+    let (cell, preset) = configuration(&axes, preset, frames.is_some())?;
     let max_frames = frames.unwrap_or(preset.frames());
     let settings = settings(&common.view, &cell, max_frames)?;
     // A number of frames is a number of frames.

@@ -59,21 +59,21 @@ impl Part {
 }
 
 /// Says where frames from this one on are not those of an unsplit run.
-pub fn warn_of_lenders(cell: &Cell, first: u32) {
-    if let Some((last, others)) = lenders(cell).split_last() {
-        let (others, lend) = match others {
-            [] => (String::new(), "lends"),
-            others => (others.join(", ") + " and ", "lend"),
+pub fn warn_of_reuse(cell: &Cell, first: u32) {
+    if let Some((last, others)) = reusing_options(cell).split_last() {
+        let (others, reuse) = match others {
+            [] => (String::new(), "reuses"),
+            others => (others.join(", ") + " and ", "reuse"),
         };
         tell!(
-            "warning: {others}{last} {lend} from frame to frame: the shard is a run of its own from frame {first} on, and its \
+            "warning: {others}{last} {reuse} earlier frames: the shard is a run of its own from frame {first} on, and its \
              frames are not those of a run without --shard"
         );
     }
 }
 
-/// What lends from frame to frame, as options.
-fn lenders(cell: &Cell) -> Vec<String> {
+/// Options by which frames reuse earlier ones.
+fn reusing_options(cell: &Cell) -> Vec<String> {
     let (method, parts) = (cell.method, cell.parts());
     let all = [
         (!method.keeps.is_empty(), "--method", method.name),
@@ -83,8 +83,8 @@ fn lenders(cell: &Cell) -> Vec<String> {
         (parts.balances, "--light-paths", "auto"),
         (parts.widens, "--radius-px", "auto"),
     ];
-    let lends = all.into_iter().filter(|(lends, ..)| *lends);
-    lends.map(|(_, option, value)| format!("{option} {value}")).collect()
+    let reuses = all.into_iter().filter(|(reuses, ..)| *reuses);
+    reuses.map(|(_, option, value)| format!("{option} {value}")).collect()
 }
 
 #[cfg(test)]
@@ -115,8 +115,8 @@ mod tests {
                                 ..Cell::new(method)
                             };
                             let cell = cell.effective();
-                            let lends = method.kept(cell.parts()).next().is_some();
-                            assert_eq!(lends, !lenders(&cell).is_empty(), "{cell:?}");
+                            let reuses = method.kept(cell.parts()).next().is_some();
+                            assert_eq!(reuses, !reusing_options(&cell).is_empty(), "{cell:?}");
                         }
                     }
                 }

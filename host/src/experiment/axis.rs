@@ -224,24 +224,24 @@ pub static SAMPLER: Axis = Axis {
     ..chosen!(sampler: Sampler)
 };
 
-/// What the frame before lends.
+/// Light of the previous frame that is reused.
 pub static HISTORY: Axis = Axis {
     key: "history",
     head: "history",
-    description: "What the frame before lends to collection points",
+    description: "Light of the previous frame that collection points reuse",
     values: Values::Names(|| history::ALL.iter().map(|of| (of.name, of.description)).collect()),
     default: "none",
     neutral: "none",
     shown: Shown::Color,
-    not_applicable: |cell| (!cell.method.lends).then_some("takes no light from the frame before"),
+    not_applicable: |cell| (!cell.method.supports_history).then_some("takes no light from the frame before"),
     get: |cell| cell.history.name.into(),
     set: |cell, name| found(history::find(name), &mut cell.history),
 };
 
-/// What the frame before lends of path-traced light.
+/// Path-traced light of the previous frame that is reused.
 pub static PATH_HISTORY: Axis = Axis {
     head: "path history",
-    description: "What the frame before lends of the light that camera paths found",
+    description: "Path-traced light of the previous frame that collection points reuse",
     default: "none",
     neutral: "none",
     shown: Shown::Color,

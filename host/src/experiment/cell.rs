@@ -1,4 +1,4 @@
-//! Cells: the ways to render that an experiment holds against each other.
+//! Cells: the run configurations that an experiment holds against each other.
 
 use caustics_kernels::denoiser::Denoiser;
 use caustics_kernels::emission::Emission;
@@ -13,7 +13,7 @@ use crate::scene::Scene;
 use crate::session::RunnerChoice;
 use crate::settings::Settings;
 
-/// A way to render: all that can vary in an experiment.
+/// A run configuration: all that can vary in an experiment.
 #[derive(Clone, Debug)]
 pub struct Cell {
     /// Its name in tables, as `name_all` gives it.
@@ -30,11 +30,11 @@ pub struct Cell {
     pub connections: LightSampler,
     /// Where the numbers of camera paths come from.
     pub sampler: Sampler,
-    /// What the frame before lends of path-traced light.
+    /// Path-traced light of the previous frame that is reused.
     pub path_history: PathHistory,
     /// What is done about rare bright samples of camera paths.
     pub fireflies: Fireflies,
-    /// What the frame before lends.
+    /// Light of the previous frame that is reused.
     pub history: &'static History,
     /// What smooths the path-traced part.
     pub denoiser: &'static Denoiser,

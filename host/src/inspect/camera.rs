@@ -1,7 +1,7 @@
 //! The camera path of a pixel.
 
 use caustics_kernels::math::rng::Stream;
-use caustics_kernels::pass::collect::{Beyond, Start, follow};
+use caustics_kernels::pass::collect::{CameraSuffix, Start, follow};
 use caustics_kernels::platform::Uncounted;
 
 use super::record::Record;
@@ -11,12 +11,15 @@ use super::{CameraPath, Event};
 /// Traces the path of a pixel: to its collection point, or all of it where methods have none.
 pub fn path(view: View<'_>, pixel: u32, has_point: bool) -> CameraPath {
     let View { scene, params, features } = view;
-    let (stream, beyond) =
-        if has_point { (Stream::Camera, Beyond::NOTHING) } else { (Stream::Reference, Beyond::ALL) };
+    let (stream, suffix) = if has_point {
+        (Stream::Camera, CameraSuffix::NOTHING)
+    } else {
+        (Stream::Reference, CameraSuffix::ALL)
+    };
     let start = Start::new(stream, pixel, params);
     let (mut tracer, mut record) = (scene.tracer(features), Record::new(view));
     let tables = scene.tables();
-    follow(start, beyond, params, features, tables, &mut tracer, &mut record, &mut Uncounted);
+    follow(start, suffix, params, features, tables, &mut tracer, &mut record, &mut Uncounted);
     if has_point && record.has_point {
         record.end(Event::CollectionPoint);
     } else if has_point && record.is_scattered() {

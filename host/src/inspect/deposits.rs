@@ -45,7 +45,7 @@ struct Keep<'a> {
 }
 
 impl Receive for Keep<'_> {
-    type Way = ();
+    type PathState = ();
 
     fn receive(&mut self, (): &mut (), geometry: DepositGeometry, light: DepositLight) {
         if takes(self.point, &geometry, self.max_bounces) {

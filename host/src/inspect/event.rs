@@ -79,7 +79,7 @@ pub fn passed(cut_outs: &CutOuts<'_>, face: &Hit, key: u32) -> Event {
     }
 }
 
-/// How a path is scattered at a vertex, and the lobes that may have done so: reflections at facets are drawn together, and a
+/// How a path is scattered at a vertex, and the lobes that may have done so: reflections at facets are sampled together, and a
 /// facet's lobe of roughness 1 cannot be told from a diffuse one.
 pub fn event(material: &Material, here: &Vertex, sampled: &Sampled) -> (Event, Vec<&'static str>) {
     let glass = if sampled.roughness > 0.0 { "rough glass" } else { "glass" };

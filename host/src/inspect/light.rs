@@ -6,7 +6,7 @@ use caustics_kernels::interface::light::Light as LightRecord;
 use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
 use caustics_kernels::interface::ray::{Hit, Ray};
 use caustics_kernels::light::emit::{EmissionSample, Emit};
-use caustics_kernels::pass::collect::watch::Watch;
+use caustics_kernels::pass::collect::observer::PathObserver;
 use caustics_kernels::pass::shoot::receive::Receive;
 use caustics_kernels::pass::shoot::shoot;
 use caustics_kernels::platform::Uncounted;
@@ -33,7 +33,7 @@ struct Follow<'a> {
 }
 
 impl Receive for Follow<'_> {
-    type Way = ();
+    type PathState = ();
 
     fn start(&mut self, (): &mut (), emission: &EmissionSample) {
         self.emission = Some(*emission);

@@ -5,7 +5,7 @@ use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::ray::{Hit, Ray};
 use caustics_kernels::math::offset;
-use caustics_kernels::pass::collect::watch::{CollectionPoint, Watch};
+use caustics_kernels::pass::collect::observer::{CollectionPoint, PathObserver};
 use caustics_kernels::surface::class::Classes;
 use caustics_kernels::surface::scatter::BsdfSample;
 use caustics_kernels::surface::textured::material_at;
@@ -97,7 +97,7 @@ impl<'a> Record<'a> {
     }
 }
 
-impl Watch for Record<'_> {
+impl PathObserver for Record<'_> {
     type Kept = ();
 
     fn arrive(&mut self, ray: &Ray, hit: &Hit, here: &Here, carries: Vec3) {

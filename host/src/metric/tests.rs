@@ -46,7 +46,7 @@ impl Noise {
     }
 
     /// Another draw of an image with independent noise of a relative deviation, and its variance.
-    fn draw(&mut self, expected: &Pixels, deviation: f64) -> Estimate {
+    fn sample(&mut self, expected: &Pixels, deviation: f64) -> Estimate {
         let mut lane = |value: f64| value + deviation * value * self.normal();
         let mean = pixels(expected.width, expected.height, |i| {
             DVec3::from_array(expected.values[i].to_array().map(&mut lane))
@@ -93,7 +93,7 @@ fn a_shift_has_its_square_as_error() {
 
 #[test]
 fn relative_metrics_do_not_change_with_the_unit() {
-    let (image, reference) = (Noise(1).draw(&varied(), 0.3).mean, varied());
+    let (image, reference) = (Noise(1).sample(&varied(), 0.3).mean, varied());
     let metrics = |image: &Pixels, reference: &Pixels| {
         let errors = relmse::errors(image, reference);
         let estimate = |mean: &Pixels| Estimate { mean: mean.clone(), ..Estimate::default() };
@@ -117,7 +117,7 @@ fn relative_metrics_do_not_change_with_the_unit() {
 
 #[test]
 fn smape_is_symmetric_and_at_most_one() {
-    let (a, b) = (varied(), Noise(2).draw(&varied(), 0.5).mean);
+    let (a, b) = (varied(), Noise(2).sample(&varied(), 0.5).mean);
     assert_eq!(smape(&a, &b), smape(&b, &a));
     assert_eq!(smape(&constant(0.0), &constant(0.0)), 0.0);
     assert_eq!(smape(&constant(0.0), &constant(5.0)), 1.0);
@@ -160,13 +160,13 @@ fn a_firefly_counts_in_relmse_and_is_trimmed_from_trimmed() {
 fn energy_knows_its_standard_error() {
     let expected = pixels(32, 32, |_| DVec3::new(1.0, 2.0, 0.5));
     let mut noise = Noise(3);
-    let reference = noise.draw(&expected, 0.01);
+    let reference = noise.sample(&expected, 0.01);
     let tries = 400;
     for runs in [1, 8] {
         let mut squares = 0.0;
         let mut told = 0.0;
         for _ in 0..tries {
-            let images: Vec<_> = (0..runs).map(|_| noise.draw(&expected, 0.2)).collect();
+            let images: Vec<_> = (0..runs).map(|_| noise.sample(&expected, 0.2)).collect();
             let energy = energy(&images, &reference);
             squares += (energy.ratio - 1.0).powi(2);
             told += energy.standard_error.unwrap().powi(2);
@@ -187,8 +187,8 @@ fn squared_errors_split_into_bias_and_variance() {
     let (deviation, deviation_reference) = (0.3, 0.05);
     for runs in [1, 2, 16] {
         let mut noise = Noise(10 + runs as u64);
-        let reference = noise.draw(&truth, deviation_reference);
-        let mut images: Vec<_> = (0..runs).map(|_| noise.draw(&biased, deviation)).collect();
+        let reference = noise.sample(&truth, deviation_reference);
+        let mut images: Vec<_> = (0..runs).map(|_| noise.sample(&biased, deviation)).collect();
         if runs > 1 {
             images = without_variance(images);
         }
@@ -217,8 +217,8 @@ fn z_tests(runs: usize, tries: usize, size: (usize, usize), gain: f64) -> Vec<su
     let mut noise = Noise(99 + runs as u64);
     let brighter = expected.map(|value| value * gain);
     let mut test = || {
-        let reference = noise.draw(&expected, 0.05);
-        let mut images: Vec<_> = (0..runs).map(|_| noise.draw(&brighter, 0.1)).collect();
+        let reference = noise.sample(&expected, 0.05);
+        let mut images: Vec<_> = (0..runs).map(|_| noise.sample(&brighter, 0.1)).collect();
         if runs > 1 {
             images = without_variance(images);
         }
@@ -260,7 +260,7 @@ fn z_rejects_two_percent_more_light() {
 fn z_finds_a_block_that_differs() {
     let expected = pixels(64, 64, |_| DVec3::ONE);
     let mut noise = Noise(5);
-    let (reference, mut image) = (noise.draw(&expected, 0.05), noise.draw(&expected, 0.1));
+    let (reference, mut image) = (noise.sample(&expected, 0.05), noise.sample(&expected, 0.1));
     let before = z_test(std::slice::from_ref(&image), &reference).unwrap();
     for y in 24..32 {
         image.mean.values[y * 64 + 40..][..8].iter_mut().for_each(|value| value.y += 0.2);
@@ -273,7 +273,7 @@ fn z_finds_a_block_that_differs() {
 
 #[test]
 fn z_needs_noise_that_is_known() {
-    let known = Noise(6).draw(&constant(1.0), 0.1);
+    let known = Noise(6).sample(&constant(1.0), 0.1);
     let unknown = Estimate { variance: None, ..known.clone() };
     let one = |run: &Estimate, reference: &Estimate| z_test(std::slice::from_ref(run), reference);
     assert_eq!(one(&known, &unknown), Err(NoValue::NoReferenceNoise));
@@ -296,9 +296,9 @@ fn z_needs_noise_that_is_known() {
 fn reports_hold_every_metric_once_and_in_order() {
     let mut noise = Noise(7);
     let expected = pixels(20, 18, |i| DVec3::splat(1.0 + (i % 5) as f64));
-    let (reference, image) = (noise.draw(&expected, 0.05), noise.draw(&expected, 0.1));
+    let (reference, image) = (noise.sample(&expected, 0.05), noise.sample(&expected, 0.1));
     let reference = Estimate { caustics: Some(expected.clone()), ..reference };
-    let runs = [image.clone(), noise.draw(&expected, 0.1)];
+    let runs = [image.clone(), noise.sample(&expected, 0.1)];
     let full = MetricReport::new(&runs, &reference, &Viewing::default());
     let names: Vec<_> = full.values.iter().map(|(metric, _)| metric.name).collect();
     assert_eq!(names, METRICS.iter().map(|metric| metric.name).collect::<Vec<_>>());
@@ -342,7 +342,7 @@ fn reports_hold_every_metric_once_and_in_order() {
 
 #[test]
 fn pixels_that_are_not_finite_leave_nothing_defined() {
-    let good = Noise(8).draw(&constant(1.0), 0.1);
+    let good = Noise(8).sample(&constant(1.0), 0.1);
     for value in [f64::NAN, f64::INFINITY] {
         let mut bad = good.clone();
         bad.mean.values[4].z = value;

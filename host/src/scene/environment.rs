@@ -1,4 +1,4 @@
-//! Light from all around: its image, and the tables by which kernels look it up and draw directions.
+//! Light from all around: its image, and the tables by which kernels look it up and sample directions.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use super::{Radiance, Scene, SceneError};
 
 mod environment_image;
 
-/// Every direction is drawn with at least this share of the chance that an even sky would give it, so that none is missed that
+/// Every direction is sampled with at least this share of the probability that an even sky would give it, so that none is missed that
 /// the map's texels are too wide for.
 const MIN_SHARE: f64 = 1.0 / 64.0;
 /// Largest factor on an image's radiance.

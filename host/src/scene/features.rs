@@ -34,7 +34,7 @@ impl Scene {
         for light in &self.lights {
             features = features | Features(light.kind);
             if light.kind == Features::ENVIRONMENT.0 {
-                // What is drawn of it is parallel light.
+                // What is sampled of it is parallel light.
                 features = features | Features::DIRECTIONAL_LIGHTS;
             }
         }

@@ -81,7 +81,7 @@ pub fn table(
     });
     let of_punctual = punctual_lights.iter().map(|light| light.row(hull));
 
-    // Leave out what is dark, or so dim beside the rest that f32 cannot hold its chance.
+    // Leave out what is dark, or so dim beside the rest that f32 cannot hold its probability.
     let power = |flux: DVec3| flux.element_sum() / 3.0;
     let all: Vec<_> =
         of_triangles.chain(of_punctual).chain(environment).filter(|&(_, flux)| power(flux) > 0.0).collect();
@@ -131,14 +131,14 @@ mod tests {
             let mut lights = vec![Light::default(); count];
             choose_by_power(&mut lights, &powers);
 
-            let mut chances = vec![0.0; count];
+            let mut probabilities = vec![0.0; count];
             for (row, light) in lights.iter().enumerate() {
                 let keep = f64::from(light.threshold);
-                chances[row] += keep / count as f64;
-                chances[light.alias as usize] += (1.0 - keep) / count as f64;
+                probabilities[row] += keep / count as f64;
+                probabilities[light.alias as usize] += (1.0 - keep) / count as f64;
             }
-            for (id, chance) in chances.into_iter().enumerate() {
-                assert!((chance - powers[id] / total).abs() < 1e-6);
+            for (id, probability) in probabilities.into_iter().enumerate() {
+                assert!((probability - powers[id] / total).abs() < 1e-6);
                 assert!((f64::from(lights[id].pdf_light_choice) - powers[id] / total).abs() < 1e-6);
             }
         }

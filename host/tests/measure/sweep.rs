@@ -287,7 +287,7 @@ fn the_method_of_the_reference_comes_near_it_and_few_paths_do_not() {
     assert!(own.get(&FLIP_CAUSTICS).unwrap() < few.get(&FLIP_CAUSTICS).unwrap() / 2.0, "{own:?} {few:?}");
     assert!(
         path.get(&FLIP).unwrap() > own.get(&FLIP).unwrap(),
-        "caustics by chance are noise: {path:?} {own:?}"
+        "caustics found at random are noise: {path:?} {own:?}"
     );
     assert_eq!((path.get(&FLIP_CAUSTICS), path.get(&RELMSE_CAUSTICS)), (None, None), "it has no such layer");
 }

@@ -153,9 +153,9 @@ fn a_second_run_renders_nothing() {
 
 #[test]
 fn missing_frames_come_back_to_the_same_bytes() {
-    let ways =
+    let configurations =
         [("validated", "power", 8), ("paper", "aimed", 8), ("none", "power", 3), ("none", "guided", 8)];
-    for (history, emission, again) in ways {
+    for (history, emission, again) in configurations {
         let options = ["--frames", "0..8", "--history", history, "--emission", emission];
         let (whole, desk) = (Desk::new(), Desk::new());
         whole.animate("moving-caster", &options);
@@ -184,7 +184,7 @@ fn a_longer_run_goes_on_from_a_shorter_one() {
     desk.animate("animated-camera", &["--frames", "0..3"]);
     desk.animate("animated-camera", &["--frames", "0..6", "--threads", "1"]);
     assert_same(&desk, &whole);
-    // What is lent is seen: the same frame is another without those before it.
+    // What is reused is seen: the same frame is another without those before it.
     let short = Desk::new();
     short.animate("animated-camera", &["--frames", "5..6"]);
     assert_ne!(short.files()["05.exr"], whole.files()["05.exr"]);

@@ -9,7 +9,7 @@ use caustics::experiment::store;
 use caustics::image_file::Channels;
 
 const TINY: [&str; 6] = ["--width", "32", "--height", "18", "--runner", "cpu"];
-/// Frames that lend nothing to each other.
+/// Frames that reuse nothing of each other.
 const APART: [&str; 4] = ["--emission", "aimed", "--light-paths", "500"];
 
 fn command(folder: &Path, arguments: &[&str]) -> Command {
@@ -134,10 +134,10 @@ fn shards_that_lend_from_frame_to_frame_are_runs_of_their_own() {
     let folder = tempfile::tempdir().unwrap();
     let frames = [&["animate", "moving-caster", "-o", "f/#.exr", "--frames", "0..4"], &TINY[..]].concat();
     let said = run_shard(folder.path(), &frames, 2);
-    for lender in
+    for option in
         ["--history validated", "--path-history validated", "--emission guided", "--light-paths auto"]
     {
-        assert!(said.contains(lender), "{said}");
+        assert!(said.contains(option), "{said}");
     }
     assert!(said.contains("is a run of its own from frame 1 on"), "{said}");
     refuses(folder.path(), &frames, &["first_frame", "\"1\", not \"0\""]);
@@ -146,7 +146,7 @@ fn shards_that_lend_from_frame_to_frame_are_runs_of_their_own() {
     assert!(run_shard(folder.path(), &frames, 2).contains("all 1 frames are there"));
     let mean = [&["render", "mirror-room", "-o", "a.exr", "--frames", "8"], &TINY[..]].concat();
     let said = run_shard(folder.path(), &mean, 2);
-    assert!(said.contains("--emission guided and --light-paths auto lend"), "{said}");
+    assert!(said.contains("--emission guided and --light-paths auto reuse earlier frames"), "{said}");
 }
 
 #[test]

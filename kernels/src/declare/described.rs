@@ -83,7 +83,7 @@ pub enum Work {
     Splat,
     /// Says what pixels show, for other tools.
     Auxiliary,
-    /// Judges what the frame before lends, and lends it.
+    /// Judges light of the previous frame, and reuses it.
     Reuse,
     /// Turns sums into radiance.
     Resolve,

@@ -7,7 +7,7 @@ use crate::interface::history::HistorySettings;
 use crate::interface::scene::SceneTables;
 use crate::light::emit::Emit;
 
-/// A way to lend light from frame to frame.
+/// A history: reuse of light from frame to frame.
 #[derive(Clone, Copy)]
 pub struct History {
     /// Name on the command line.
@@ -18,13 +18,13 @@ pub struct History {
     pub cost: &'static str,
     /// Limitations: where it is wrong, or gives nothing.
     pub limitations: &'static str,
-    /// Its settings; none: nothing is lent.
+    /// Its settings; none: nothing is reused.
     pub settings: Option<HistorySettings>,
     /// Once a frame, after `collect`, before anything is built over the frame's points.
     pub before: fn(&FrameParams) -> Vec<Step>,
     /// The pass that turns a point's sum into radiance.
     pub resolve: &'static Pass,
-    /// What is filled with zeros in a frame without light, so that nothing is lent; empty: such a frame is like any other.
+    /// What is filled with zeros in a frame without light, so that nothing is reused; empty: such a frame is like any other.
     pub forget: &'static [&'static str],
     /// Buffers in which something outlives its frame.
     pub keeps: &'static [&'static str],
@@ -32,7 +32,7 @@ pub struct History {
     pub validates: bool,
 }
 
-/// A way to smooth the path-traced part.
+/// A denoiser: smooths the path-traced part.
 #[derive(Clone, Copy)]
 pub struct Denoiser {
     /// Name on the command line.
@@ -56,7 +56,7 @@ pub type Starts = fn(
     &mut dyn FnMut(&(dyn Emit + Sync)),
 ) -> Result<(), BufferError>;
 
-/// A way to start light paths.
+/// An emission: starts light paths.
 #[derive(Clone, Copy)]
 pub struct Emission {
     /// Name on the command line.

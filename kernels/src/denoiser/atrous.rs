@@ -59,19 +59,19 @@ pub fn guide(
     point_shading: &[PointShading],
     materials: &[Material],
     #[len = params.pixel_count()] path_noise: &[f32],
-    mut seen_radiance: Slots<'_, Vec3>,
+    mut prefix_radiance: Slots<'_, Vec3>,
     mut filter_guides: Slots<'_, DenoiserGuide>,
     mut filter_light: Slots<'_, Vec4>,
 ) {
     let i = pixel as usize;
-    let (radiance, seen) = (path_radiance[i], seen_radiance.read(pixel));
-    let start = start(radiance, seen, &point_geometry[i], &point_shading[i], materials, features);
+    let (radiance, prefix) = (path_radiance[i], prefix_radiance.read(pixel));
+    let start = start(radiance, prefix, &point_geometry[i], &point_shading[i], materials, features);
     let mut variance = UNKNOWN;
     if path_noise[i] > 0.0 {
         let brightness = brightness(start.light, &start.guide);
         variance = (path_noise[i] - 1.0) * brightness * brightness;
     }
-    seen_radiance.write(pixel, start.seen);
+    prefix_radiance.write(pixel, start.prefix);
     filter_guides.write(pixel, start.guide);
     filter_light.write(pixel, start.light.extend(variance));
 }
@@ -83,7 +83,7 @@ pub fn level(
     params: &FrameParams,
     dispatch: Dispatch,
     filter_guides: &[DenoiserGuide],
-    seen_radiance: &[Vec3],
+    prefix_radiance: &[Vec3],
     mut filter_light: Slots<'_, Vec4>,
     mut filter_next: Slots<'_, Vec4>,
     mut path_radiance: Slots<'_, Vec3>,
@@ -97,7 +97,7 @@ pub fn level(
     if number + 1 < DENOISER_LEVELS {
         filter_next.write(pixel, light);
     } else {
-        path_radiance.write(pixel, seen_radiance[pixel as usize] + light.truncate());
+        path_radiance.write(pixel, prefix_radiance[pixel as usize] + light.truncate());
     }
 }
 
@@ -109,25 +109,25 @@ pub struct Start {
     /// Radiance that is filtered (W m^-2 sr^-1).
     pub light: Vec3,
     /// Radiance that is not (W m^-2 sr^-1).
-    pub seen: Vec3,
+    pub prefix: Vec3,
 }
 
-/// Splits a pixel's radiance, of which `seen` came before its point, into what is filtered and what is not.
+/// Splits a pixel's radiance, of which `prefix` came before its point, into what is filtered and what is not.
 #[inline(always)]
 pub fn start(
     radiance: Vec3,
-    seen: Vec3,
+    prefix: Vec3,
     point: &PointGeometry,
     shading: &PointShading,
     materials: &[Material],
     features: Features,
 ) -> Start {
-    let light = radiance - seen;
+    let light = radiance - prefix;
     let carried = shading.throughput.element_sum();
     if !point.exists() || !is_finite(light.element_sum()) || !is_finite(carried) {
         // All of it stays, to the bit.
         let guide = DenoiserGuide { surface: NONE, ..DenoiserGuide::default() };
-        return Start { guide, light: Vec3::ZERO, seen: radiance };
+        return Start { guide, light: Vec3::ZERO, prefix: radiance };
     }
     let mut share = shading.throughput;
     let material = material_of(shading, materials, features);
@@ -143,10 +143,10 @@ pub fn start(
         share,
         inverse_share: 1.0 / share.element_sum(),
     };
-    Start { guide, light, seen }
+    Start { guide, light, prefix }
 }
 
-/// A number that no two kinds of surface share but by a chance of one in two thousand million.
+/// A number that no two kinds of surface share but with a probability of one in two thousand million.
 #[inline(always)]
 fn surface(depth: u32, instance: u32, material: u32) -> u32 {
     let place = (instance.wrapping_mul(0x9e37_79b1) ^ depth).wrapping_mul(0x85eb_ca6b);

@@ -2,9 +2,9 @@
 //!
 //! Shooting counts the starts of every texel, gathering adds up their scores (`gather::score`). Before the next frame shoots,
 //! both are added to what is known; sums over nodes of each map give texels with few starts the mean of their surroundings;
-//! roots of the means are what paths are drawn by. In a frame before which something moved, what is known counts half, and an
-//! eighth of its paths, the *pilot*, is learnt from before the others are drawn. All of that is fixed before the paths that
-//! use it are drawn, so that frames and their parts are unbiased and may be averaged.
+//! roots of the means are what paths are sampled by. In a frame before which something moved, what is known counts half, and an
+//! eighth of its paths, the *pilot*, is learnt from before the others are sampled. All of that is fixed before the paths that
+//! use it are sampled, so that frames and their parts are unbiased and may be averaged.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -153,7 +153,7 @@ fn plus(a: GuideSum, b: GuideSum) -> GuideSum {
     GuideSum { score: a.score + b.score, starts: a.starts + b.starts }
 }
 
-/// What paths are drawn by: of a texel the root of its mean score, shrunk towards those of the nodes above it; of other nodes,
+/// What paths are sampled by: of a texel the root of its mean score, shrunk towards those of the nodes above it; of other nodes,
 /// the sum.
 #[pass(name = "guide.tree", over = Map::count(0, map_count(params)), work = Guide)]
 pub fn guide_pyramid(
@@ -186,7 +186,7 @@ pub fn guide_pyramid(
     guide_pyramid.write(place, mean.sqrt());
 }
 
-/// How often each map is drawn from.
+/// How often each map is sampled from.
 #[pass(name = "guide.shares", over = 1, work = Guide)]
 pub fn guide_shares(
     _index: u32,
@@ -198,7 +198,7 @@ pub fn guide_shares(
     #[len = max_map_count(params)] mut guide_maps: Slots<'_, GuideMap>,
 ) {
     let (groups, maps) = (group_count(params), maps_of_group(params));
-    // What was drawn from, or else could be drawn from, for all that is known. Lights of no power are never drawn.
+    // What was sampled from, or else could be sampled from, for all that is known. Lights of no power are never sampled.
     let mut total = 0.0;
     let mut map = 0;
     while map < groups * maps {
@@ -235,7 +235,7 @@ pub fn guide_shares(
     }
 }
 
-/// The mean of what paths are drawn by in a map; nothing where none started, as in a cone that no place sees.
+/// The mean of what paths are sampled by in a map; nothing where none started, as in a cone that no place sees.
 #[inline(always)]
 fn mass(map: u32, sums: &[GuideSum], pyramid: &[f32]) -> f32 {
     let root = sums[Map::node(Map::TOP, map).place as usize];

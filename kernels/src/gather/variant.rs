@@ -75,7 +75,7 @@ impl Over {
     }
 }
 
-/// A way to bring deposits and collection points together.
+/// A gather: brings deposits and collection points together.
 #[derive(Clone, Copy, Debug)]
 pub struct Variant {
     /// Name on the command line.

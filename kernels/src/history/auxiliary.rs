@@ -13,8 +13,8 @@ use crate::interface::material::Material;
 use crate::interface::scene::SceneTables;
 use crate::math::rng::Stream;
 use crate::pass::collect::errand::{Errand, Wanted, run};
-use crate::pass::collect::watch::{CollectionPoint, Watch};
-use crate::pass::collect::{Beyond, PathLight};
+use crate::pass::collect::observer::{CollectionPoint, PathObserver};
+use crate::pass::collect::{CameraSuffix, PathLight};
 use crate::platform::{Slots, Uncounted};
 use crate::surface::textured::material_of;
 use crate::trace::Tracer;
@@ -53,7 +53,7 @@ pub struct Shown<'a> {
     pub records: Slots<'a, Auxiliary>,
 }
 
-impl Watch for Shown<'_> {
+impl PathObserver for Shown<'_> {
     type Kept = ();
 
     #[inline(always)]
@@ -84,7 +84,7 @@ impl Errand for Shown<'_> {
     }
     #[inline(always)]
     fn wanted(&self) -> Wanted {
-        Wanted { pixel: self.pixel, stream: Stream::Camera, beyond: Beyond::NOTHING }
+        Wanted { pixel: self.pixel, stream: Stream::Camera, suffix: CameraSuffix::NOTHING }
     }
     #[inline(always)]
     fn leave(&mut self, _light: &PathLight, _kept: &()) {}

@@ -6,7 +6,7 @@
 //! may rest while all around it changes. Edges are powers of two; all cells share one hash table.
 
 use crate::gather::hash::{self, cell};
-use crate::history::chance::{beyond_chance, variance_of_sum};
+use crate::history::significance::{significant_change, variance_of_sum};
 use crate::interface::frame::FrameParams;
 use crate::interface::history::VALIDATION_CELLS;
 use crate::math::quanta::Quanta;
@@ -50,7 +50,7 @@ const MAX_MARK_LIGHT: f32 = 4.0;
 /// How light changed from one frame to the next, over the deposits of a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Change {
-    /// Share of the light that is gone or came anew, beyond chance, in [0, 1].
+    /// Share of the light that is gone or came anew, beyond noise, in [0, 1].
     pub lost: f32,
     /// Mean way of deposits (radii of a point seen directly), the longest of the cells that judge.
     pub moved: f32,
@@ -194,18 +194,18 @@ fn sum(cells: &[u32], first: usize, word: u32) -> Quanta {
     Quanta { low: cells[low], high: cells[low + 1] }
 }
 
-/// Share of the light of a cell that is gone or came anew, beyond chance.
+/// Share of the light of a cell that is gone or came anew, beyond noise.
 #[inline(always)]
 fn lost(cells: &[u32], first: usize) -> f32 {
     let before = sum(cells, first, BEFORE).to_f32(1.0);
     let change = sum(cells, first, CHANGE).to_signed(1.0);
     let squares = sum(cells, first, SQUARES).to_f32(1.0);
     let variance = variance_of_sum(change, squares, cells[first + CHANGES as usize]);
-    (beyond_chance(change, variance) / before.max(before + change).max(1.0)).min(1.0)
+    (significant_change(change, variance) / before.max(before + change).max(1.0)).min(1.0)
 }
 
 /// How light changed at a place: by the smallest cell with enough marks, else by the largest; not at all without a mark.
-/// What is lost may be beyond chance only in some of the larger cells, and a mark that moved is no chance at all, however
+/// What is lost may be beyond noise only in some of the larger cells, and a mark that moved is no noise at all, however
 /// few there are: the largest share and the longest way count.
 #[inline(always)]
 pub fn change(cells: &[u32], position: Vec3, carrier: LightFrame, params: &FrameParams) -> Change {

@@ -1,4 +1,4 @@
-//! Light without what a point reflects of it: what texels of different colours can lend to each other.
+//! Light without what a point reflects of it: what texels of different colours can reuse of each other.
 
 use crate::gather::contribution::contribution;
 use crate::interface::features::Features;

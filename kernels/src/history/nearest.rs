@@ -13,17 +13,17 @@ use crate::surface::class::{self, Classes};
 use crate::surface::textured::material_of;
 use spirv_std::glam::Vec2;
 
-/// Radii of lender and borrower differ at most by this factor.
+/// Radii of history point and reprojected point differ at most by this factor.
 const MAX_RADIUS_RATIO: f32 = 1.5;
-/// A lender this near, relative to the radius, is nearer than any other: half a pixel.
+/// A history point this near, relative to the radius, is nearer than any other: half a pixel.
 const NEAREST_RADII: f32 = 0.85;
 /// Turn of the view that light of a glossy lobe stands, relative to the lobe's width (squared roughness).
 const VIEW_LAG: f32 = 0.5;
 
 /// Looks for the nearest point.
 pub struct Nearest {
-    /// The point that looks.
-    pub borrower: ReprojectedPoint,
+    /// The point that looks for light to reuse.
+    pub reprojected_point: ReprojectedPoint,
     /// Pixel of the nearest so far.
     pub pixel: u32,
     /// Whether there is one.
@@ -33,14 +33,14 @@ pub struct Nearest {
 }
 
 impl Nearest {
-    /// None yet, up to so many radii of a lender away.
+    /// None yet, up to so many radii of a history point away.
     #[inline(always)]
-    pub fn new(borrower: ReprojectedPoint, search_radius: f32) -> Self {
-        Nearest { borrower, pixel: 0, found: false, square: f32::MAX, search_radius }
+    pub fn new(reprojected_point: ReprojectedPoint, search_radius: f32) -> Self {
+        Nearest { reprojected_point, pixel: 0, found: false, square: f32::MAX, search_radius }
     }
 
     /// Looks around a place in the frame before (px): in a wide window only where the point at `depth` is seen by specular events
-    /// and none lends near by.
+    /// and none is reusable near by.
     #[inline(always)]
     pub fn search<L>(&mut self, at: Vec2, depth: u32, params: &FrameParams, history: PreviousFrame<'_, L>) {
         for_each_around(at, 0, params, history, self);
@@ -56,13 +56,14 @@ impl Nearest {
     #[inline(always)]
     pub fn prefer<L>(&mut self, pixel: u32, history: PreviousFrame<'_, L>) {
         self.pixel = pixel;
-        self.found = lends(&history.points[pixel as usize], &self.borrower, 2.0 * self.search_radius);
+        self.found =
+            is_reusable(&history.points[pixel as usize], &self.reprojected_point, 2.0 * self.search_radius);
     }
 
     /// Whether no other point is likely to be nearer.
     #[inline(always)]
     fn is_near(&self) -> bool {
-        let near = NEAREST_RADII * self.borrower.radius;
+        let near = NEAREST_RADII * self.reprojected_point.radius;
         self.square <= near * near
     }
 }
@@ -70,9 +71,9 @@ impl Nearest {
 impl<L> Look<L> for Nearest {
     #[inline(always)]
     fn look(&mut self, history: PreviousFrame<'_, L>, pixel: u32) {
-        let lender = history.points[pixel as usize];
-        let square = (lender.position - self.borrower.position).length_squared();
-        if square < self.square && lends(&lender, &self.borrower, self.search_radius) {
+        let history_point = history.points[pixel as usize];
+        let square = (history_point.position - self.reprojected_point.position).length_squared();
+        if square < self.square && is_reusable(&history_point, &self.reprojected_point, self.search_radius) {
             self.pixel = pixel;
             self.square = square;
             self.found = true;
@@ -80,23 +81,30 @@ impl<L> Look<L> for Nearest {
     }
 }
 
-/// Whether a point up to so many of its radii away lends: it has light, and is of the same surface, seen as closely.
+/// Whether a point up to so many of its radii away is reusable: it has light, and is of the same surface, seen as closely.
 #[inline(always)]
-pub fn lends(lender: &HistoryPoint, borrower: &ReprojectedPoint, search_radius: f32) -> bool {
-    let along = lender.position - borrower.position;
-    let search_radius = search_radius * lender.radius;
-    let (small, large) = (lender.radius.min(borrower.radius), lender.radius.max(borrower.radius));
-    lender.samples > 0.0
+pub fn is_reusable(
+    history_point: &HistoryPoint,
+    reprojected_point: &ReprojectedPoint,
+    search_radius: f32,
+) -> bool {
+    let along = history_point.position - reprojected_point.position;
+    let search_radius = search_radius * history_point.radius;
+    let (small, large) = (
+        history_point.radius.min(reprojected_point.radius),
+        history_point.radius.max(reprojected_point.radius),
+    );
+    history_point.samples > 0.0
         && along.length_squared() <= search_radius * search_radius
         && large <= MAX_RADIUS_RATIO * small
-        && lender.material == borrower.material
-        && borrower.accepts(lender, along)
+        && history_point.material == reprojected_point.material
+        && reprojected_point.accepts(history_point, along)
 }
 
-/// Frames' worth that lent light counts at most, by how far the view of a glossy lobe turned.
+/// Maximum frames' worth that reused light counts, by how far the view of a glossy lobe turned.
 #[inline(always)]
 pub fn max_samples_by_view(
-    lender: &HistoryPoint,
+    history_point: &HistoryPoint,
     shading: &PointShading,
     materials: &[Material],
     instances: &[Instance],
@@ -111,7 +119,7 @@ pub fn max_samples_by_view(
     if shading.instance != 0 {
         to_viewer = instances[shading.instance as usize].to_previous.vector(to_viewer).normalize();
     }
-    let turn = (to_viewer - octahedral::decode(lender.to_viewer)).length();
+    let turn = (to_viewer - octahedral::decode(history_point.to_viewer)).length();
     VIEW_LAG * material.roughness * material.roughness / turn.max(1.0e-9)
 }
 

@@ -1,4 +1,4 @@
-//! `reuse.paper`: the light that collection points of the frame before lend to one of today's, as published: the mean of all
+//! `reuse.paper`: reuses light of the previous frame's collection points for one of today's, as published: the mean of all
 //! points that overlap, with a fixed share in the blend [Moreau and Doggett 2022].
 
 #[cfg(target_arch = "spirv")]
@@ -34,7 +34,7 @@ pub const PAPER: History = History {
     name: "paper",
     description: "OurTemporal as published: 0.8 of what overlaps, 0.2 of this frame",
     cost: "nine rows of 32 bytes a point to search, and 76 bytes a point of state",
-    limitations: "its variance stays at a ninth; light that is gone is seen for 20 frames; repeated means blur; radiance is lent, so \
+    limitations: "its variance stays at a ninth; light that is gone is seen for 20 frames; repeated means blur; radiance is reused, so \
             that a texture and a glossy lobe smear",
     settings: Some(HistorySettings { search_radius: 1.0, lag: 0.0, max_samples: 0.0, demodulates: 0 }),
     before: |params| vec![Step::new(&REUSE_PAPER, params)],
@@ -44,7 +44,7 @@ pub const PAPER: History = History {
     validates: false,
 };
 
-/// What the paper lends, a pixel an invocation.
+/// Reuses light as published, a pixel an invocation.
 #[pass(name = "reuse.paper", over = params.pixel_count(), work = Reuse)]
 pub fn reuse_paper(
     pixel: u32,
@@ -76,10 +76,11 @@ fn overlapping(
     if !point.exists() {
         return Reprojected::default();
     }
-    let borrower = ReprojectedPoint::new(point, shading, instances);
-    let mut visit = Overlap { borrower, sum: Vec3::ZERO, weights: 0.0 };
+    let reprojected_point = ReprojectedPoint::new(point, shading, instances);
+    let mut visit = Overlap { reprojected_point, sum: Vec3::ZERO, weights: 0.0 };
     let before = &params.previous_camera;
-    let at = project(seen_from(before, pixel, point, shading, borrower.position, params), before, params);
+    let at =
+        project(seen_from(before, pixel, point, shading, reprojected_point.position, params), before, params);
     // Discs are 0.56 pixels wide head on, and 2.5 across where they lie flat.
     let half = if shading.to_viewer.dot(point.normal) < MIN_SAME_SIZE_COS { WIDE_HALF_WIDTH } else { 1 };
     for_each_around(at, half, params, history, &mut visit);
@@ -94,7 +95,7 @@ fn overlapping(
 
 /// Sums over the points that overlap.
 struct Overlap {
-    borrower: ReprojectedPoint,
+    reprojected_point: ReprojectedPoint,
     sum: Vec3,
     weights: f32,
 }
@@ -102,15 +103,15 @@ struct Overlap {
 impl Look for Overlap {
     #[inline(always)]
     fn look(&mut self, history: PreviousFrame<'_>, pixel: u32) {
-        let lender = history.points[pixel as usize];
-        let along = lender.position - self.borrower.position;
+        let history_point = history.points[pixel as usize];
+        let along = history_point.position - self.reprojected_point.position;
         let square = along.length_squared();
-        if lender.samples > 0.0
-            && square <= lender.radius * lender.radius
-            && lender.material == self.borrower.material
-            && self.borrower.accepts(&lender, along)
+        if history_point.samples > 0.0
+            && square <= history_point.radius * history_point.radius
+            && history_point.material == self.reprojected_point.material
+            && self.reprojected_point.accepts(&history_point, along)
         {
-            let width = PAPER_SIGMA * self.borrower.radius;
+            let width = PAPER_SIGMA * self.reprojected_point.radius;
             let weight = (-0.5 * square / (width * width)).exp();
             self.sum += history.light[pixel as usize] * weight;
             self.weights += weight;

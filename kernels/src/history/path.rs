@@ -1,7 +1,7 @@
 //! `path.*`: a history of the path-traced light at collection points, beside that of their caustics.
 //!
 //! Kept is what the non-specular class of a point reflects of the light that camera paths find, over the path's throughput and
-//! the point's reflectance, direct light apart from the rest: the chance of the class is in the throughput of the rest alone.
+//! the point's reflectance, direct light apart from the rest: the probability of the class is in the throughput of the rest alone.
 //! What a path saw before its point, and what a specular class reflects there, is of this frame. Kept light is found where the
 //! previous camera saw the point, at the nearest point there of the same surface; in a still view, in the pixel itself. A mean over
 //! neighbours would blur more with every frame; the mean position of what a point holds bounds how far that lies from it.
@@ -17,15 +17,15 @@
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::Step;
 use crate::declare::pass;
-use crate::history::chance::beyond_chance;
 use crate::history::demodulate::{MIN_REFLECTANCE, demodulated, head_on};
 use crate::history::nearest::{Nearest, max_samples_by_view};
 use crate::history::reprojected::ReprojectedPoint;
+use crate::history::significance::significant_change;
 use crate::history::window::{PreviousFrame, project, seen_from};
 use crate::interface::NONE;
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
-use crate::interface::history::{HistoryPoint, PathLent, PathLight, Retraced};
+use crate::interface::history::{HistoryPoint, PathLight, ReprojectedPathLight, Retraced};
 use crate::interface::instance::Instance;
 use crate::interface::material::Material;
 use crate::interface::point::{PointDirect, PointGeometry, PointShading};
@@ -33,8 +33,8 @@ use crate::interface::scene::SceneTables;
 use crate::math::rng::Stream;
 use crate::math::{clamp, is_finite, octahedral};
 use crate::pass::collect::errand::{Errand, Wanted, run};
-use crate::pass::collect::watch::{CollectionPoint, Watch};
-use crate::pass::collect::{self, Beyond};
+use crate::pass::collect::observer::{CollectionPoint, PathObserver};
+use crate::pass::collect::{self, CameraSuffix};
 use crate::platform::{Slots, Uncounted};
 use crate::surface::dispersion::is_mixed;
 use crate::trace::Tracer;
@@ -55,9 +55,9 @@ pub fn look_back(params: &FrameParams) -> Vec<Step> {
 
 /// Once a frame, after `collect`.
 #[cfg(not(target_arch = "spirv"))]
-pub fn lend(params: &FrameParams) -> Vec<Step> {
+pub fn reproject(params: &FrameParams) -> Vec<Step> {
     let judge = (params.moved != 0).then(|| Step::new(&PATH_JUDGE, params));
-    judge.into_iter().chain([Step::new(&PATH_LEND, params)]).collect()
+    judge.into_iter().chain([Step::new(&PATH_REPROJECT, params)]).collect()
 }
 
 /// Once a frame, when what this frame found is final.
@@ -76,7 +76,7 @@ pub const MAX_FRAMES: f32 = 32.0;
 const MAX_STILL_FRAMES: f32 = 4_194_304.0;
 /// The same of light that a mesh carries along.
 const MAX_CARRIED_FRAMES: f32 = 1.0;
-/// Distance up to which a point lends, seen head on (radii).
+/// Distance up to which the light of a point is reused, seen head on (radii).
 const SEARCH_RADIUS: f32 = 1.3;
 /// Least cosine that this is projected with.
 const MIN_SLANT_COS: f32 = 0.05;
@@ -156,7 +156,7 @@ pub struct Retrace<'a> {
     pub retraced: Slots<'a, Retraced>,
 }
 
-impl Watch for Retrace<'_> {
+impl PathObserver for Retrace<'_> {
     type Kept = CollectionPoint;
 
     #[inline(always)]
@@ -170,17 +170,17 @@ impl Watch for Retrace<'_> {
 impl Errand for Retrace<'_> {
     #[inline(always)]
     fn wanted(&self) -> Wanted {
-        Wanted { pixel: self.pixel, stream: Stream::Camera, beyond: Beyond::new(self.params) }
+        Wanted { pixel: self.pixel, stream: Stream::Camera, suffix: CameraSuffix::new(self.params) }
     }
     #[inline(always)]
     fn leave(&mut self, light: &collect::PathLight, point: &CollectionPoint) {
         let mut retraced = Retraced::default();
         // What is another surface, the history will not find.
         if point.geometry.exists() && point.shading.material == self.points[self.pixel as usize].material {
-            let (radiance, direct) = (light.radiance - light.seen, &light.direct);
+            let (radiance, direct) = (light.radiance - light.prefix, &light.direct);
             let found =
                 arriving(radiance, direct, &point.shading, self.materials, self.params, self.features);
-            let now = brightness(&found, direct.chance);
+            let now = brightness(&found, direct.class_probability);
             retraced = Retraced { before: self.brightness[self.pixel as usize], now };
         }
         self.retraced.write(self.block, retraced);
@@ -225,7 +225,7 @@ struct Changes {
 const MAX_LATE: f32 = 0.007;
 /// Share of it by which single paths' light may be: what one loses another gains, as where the edge of a shadow moves.
 const MAX_PATHS_LATE: f32 = 0.05;
-/// Share of the light that changed, above which nothing is lent.
+/// Share of the light that changed, above which nothing is reused.
 const MAX_CHANGED: f32 = 0.25;
 
 impl Changes {
@@ -275,7 +275,7 @@ fn max_frames_of_kind(before: f32, now: f32, greater: f32, differences: f32, squ
     if differences <= 0.0 {
         return MAX_FRAMES;
     }
-    let frames = max_frames(beyond_chance(now - before, squares) / before.max(now), MAX_LATE);
+    let frames = max_frames(significant_change(now - before, squares) / before.max(now), MAX_LATE);
     frames.min(max_frames(differences / greater, MAX_PATHS_LATE))
 }
 
@@ -288,14 +288,14 @@ fn max_frames(changed: f32, late: f32) -> f32 {
     clamp(late * (1.0 / changed - 1.0 / MAX_CHANGED), 0.0, MAX_FRAMES)
 }
 
-/// What the frame before lends to each pixel.
+/// Reprojects light of the previous frame to each pixel.
 #[pass(name = "path.lend", over = params.pixel_count(), work = Reuse)]
-pub fn path_lend(
+pub fn path_reproject(
     pixel: u32,
     params: &FrameParams,
     features: Features,
     path_radiance: &[Vec3],
-    seen_radiance: &[Vec3],
+    prefix_radiance: &[Vec3],
     point_direct: &[PointDirect],
     point_geometry: &[PointGeometry],
     point_shading: &[PointShading],
@@ -306,53 +306,62 @@ pub fn path_lend(
     path_square: &[f32],
     #[len = block_count(params)] path_max_frames: &[Vec2],
     mut path_brightness: Slots<'_, Vec2>,
-    mut path_lent: Slots<'_, PathLent>,
+    mut path_reprojected: Slots<'_, ReprojectedPathLight>,
 ) {
     let i = pixel as usize;
     let (point, shading, direct) = (&point_geometry[i], &point_shading[i], &point_direct[i]);
-    let (mut found, mut lent) = (PathLight::default(), PathLent::default());
+    let (mut found, mut reprojected) = (PathLight::default(), ReprojectedPathLight::default());
     if point.exists() {
-        let light = path_radiance[i] - seen_radiance[i];
+        let light = path_radiance[i] - prefix_radiance[i];
         found = arriving(light, direct, shading, materials, params, features);
     }
     if found.exists() {
         let history = PreviousFrame { points: path_points, light: path_light };
-        let lender =
-            lender(pixel, point, shading, materials, instances, history, path_max_frames, params, features);
-        if lender.frames.max_element() > 0.0 {
-            let light = path_light[lender.pixel as usize];
-            lent = PathLent {
+        let history_sample = find_history_sample(
+            pixel,
+            point,
+            shading,
+            materials,
+            instances,
+            history,
+            path_max_frames,
+            params,
+            features,
+        );
+        if history_sample.frames.max_element() > 0.0 {
+            let light = path_light[history_sample.pixel as usize];
+            reprojected = ReprojectedPathLight {
                 light: PathLight {
-                    direct_samples: light.direct_samples.min(lender.frames.x),
-                    indirect_samples: light.indirect_samples.min(lender.frames.y),
+                    direct_samples: light.direct_samples.min(history_sample.frames.x),
+                    indirect_samples: light.indirect_samples.min(history_sample.frames.y),
                     ..light
                 },
-                offset: lender.offset,
-                square: path_square[lender.pixel as usize],
+                offset: history_sample.offset,
+                square: path_square[history_sample.pixel as usize],
             };
         }
     }
-    path_brightness.write(pixel, brightness(&found, direct.chance));
-    path_lent.write(pixel, lent);
+    path_brightness.write(pixel, brightness(&found, direct.class_probability));
+    path_reprojected.write(pixel, reprojected);
 }
 
-/// The point that lends.
+/// The history point whose light is reused.
 #[derive(Clone, Copy, Default)]
-struct Lender {
+struct HistorySample {
     /// Its pixel.
     pixel: u32,
     /// Frames that its direct and its indirect light may count; zeros: there is none.
     frames: Vec2,
-    /// From the point that borrows to the mean position of that light (m).
+    /// From the reprojected point to the mean position of that light (m).
     offset: Vec3,
 }
 
-/// The point of the frame before that lends to that of a pixel.
+/// Finds the point of the previous frame whose light the point of a pixel reuses.
 ///
 /// What lies on a mesh that moved is looked for where it is: light that stays in the world while surfaces move below it is what paths
-/// that are traced again compare. What carries its light along is not found by them, and lends a frame's worth.
+/// that are traced again compare. What carries its light along is not found by them, and counts a frame's worth.
 #[inline(always)]
-fn lender(
+fn find_history_sample(
     pixel: u32,
     point: &PointGeometry,
     shading: &PointShading,
@@ -362,12 +371,12 @@ fn lender(
     path_max_frames: &[Vec2],
     params: &FrameParams,
     features: Features,
-) -> Lender {
+) -> HistorySample {
     // Pixels side by side see a surface at a slant further apart than a disc is wide.
     let cos = shading.to_viewer.dot(point.normal).abs().max(MIN_SLANT_COS);
     let search_radius = SEARCH_RADIUS / cos.sqrt();
-    let mut borrower = ReprojectedPoint::in_place(point, shading);
-    let mut nearest = Nearest::new(borrower, search_radius);
+    let mut reprojected_point = ReprojectedPoint::in_place(point, shading);
+    let mut nearest = Nearest::new(reprojected_point, search_radius);
     let mut frames = Vec2::splat(MAX_STILL_FRAMES);
     if params.moved == 0 {
         // Rays over the whole pixel are further apart.
@@ -377,27 +386,31 @@ fn lender(
         }
     } else {
         let before = &params.previous_camera;
-        let at = project(seen_from(before, pixel, point, shading, borrower.position, params), before, params);
+        let at = project(
+            seen_from(before, pixel, point, shading, reprojected_point.position, params),
+            before,
+            params,
+        );
         nearest.search(at, point.depth, params, history);
         frames = max_frames_at(at, path_max_frames, params);
         if !nearest.found && shading.instance != 0 {
-            borrower = ReprojectedPoint::new(point, shading, instances);
-            nearest = Nearest::new(borrower, search_radius);
-            let seen = seen_from(before, pixel, point, shading, borrower.position, params);
+            reprojected_point = ReprojectedPoint::new(point, shading, instances);
+            nearest = Nearest::new(reprojected_point, search_radius);
+            let seen = seen_from(before, pixel, point, shading, reprojected_point.position, params);
             let at = project(seen, before, params);
             nearest.search(at, point.depth, params, history);
             frames = max_frames_at(at, path_max_frames, params).min(Vec2::splat(MAX_CARRIED_FRAMES));
         }
     }
     if !nearest.found {
-        return Lender::default();
+        return HistorySample::default();
     }
     let point = history.points[nearest.pixel as usize];
     let by_view = max_samples_by_view(&point, shading, materials, instances, params, features);
-    Lender {
+    HistorySample {
         pixel: nearest.pixel,
         frames: frames.min(Vec2::splat(by_view)),
-        offset: point.position - borrower.position,
+        offset: point.position - reprojected_point.position,
     }
 }
 
@@ -415,18 +428,18 @@ fn centre(pixel: u32, params: &FrameParams) -> Vec2 {
     Vec2::new((pixel % params.width) as f32 + 0.5, (pixel / params.width) as f32 + 0.5)
 }
 
-/// Light of this frame and what was lent, shown and kept: of each kind (n old + new) / (n + 1).
+/// Light of this frame and reused light, shown and kept: of each kind (n old + new) / (n + 1).
 #[pass(name = "path.blend", over = params.pixel_count(), work = Reuse)]
 pub fn path_blend(
     pixel: u32,
     params: &FrameParams,
     features: Features,
-    seen_radiance: &[Vec3],
+    prefix_radiance: &[Vec3],
     point_direct: &[PointDirect],
     point_geometry: &[PointGeometry],
     point_shading: &[PointShading],
     materials: &[Material],
-    path_lent: &[PathLent],
+    path_reprojected: &[ReprojectedPathLight],
     mut path_radiance: Slots<'_, Vec3>,
     mut path_points: Slots<'_, HistoryPoint>,
     mut path_light: Slots<'_, PathLight>,
@@ -437,25 +450,27 @@ pub fn path_blend(
     let (point, shading, direct) = (&point_geometry[i], &point_shading[i], &point_direct[i]);
     let (mut kept, mut light, mut square) = (HistoryPoint::default(), PathLight::default(), 0.0);
     if point.exists() {
-        let found = path_radiance.read(pixel) - seen_radiance[i];
+        let found = path_radiance.read(pixel) - prefix_radiance[i];
         light = arriving(found, direct, shading, materials, params, features);
     }
     if light.exists() {
-        let found = brightness(&light, direct.chance).element_sum();
+        let found = brightness(&light, direct.class_probability).element_sum();
         square = found * found;
-        let PathLent { light: lent, offset, square: lent_square } = path_lent[i];
-        let shares = Vec2::new(1.0 / (lent.direct_samples + 1.0), 1.0 / (lent.indirect_samples + 1.0));
-        if lent.exists() {
+        let ReprojectedPathLight { light: reprojected, offset, square: reprojected_square } =
+            path_reprojected[i];
+        let shares =
+            Vec2::new(1.0 / (reprojected.direct_samples + 1.0), 1.0 / (reprojected.indirect_samples + 1.0));
+        if reprojected.exists() {
             light = PathLight {
-                direct: lent.direct + (light.direct - lent.direct) * shares.x,
-                direct_samples: lent.direct_samples + 1.0,
-                indirect: lent.indirect + (light.indirect - lent.indirect) * shares.y,
-                indirect_samples: lent.indirect_samples + 1.0,
+                direct: reprojected.direct + (light.direct - reprojected.direct) * shares.x,
+                direct_samples: reprojected.direct_samples + 1.0,
+                indirect: reprojected.indirect + (light.indirect - reprojected.indirect) * shares.y,
+                indirect_samples: reprojected.indirect_samples + 1.0,
             };
-            square = lent_square + (square - lent_square) * shares.max_element();
+            square = reprojected_square + (square - reprojected_square) * shares.max_element();
             let reflected = shading.throughput * head_on(shading, materials, params, features);
-            let shown = reflected * (light.direct * direct.chance + light.indirect);
-            path_radiance.write(pixel, seen_radiance[i] + shown);
+            let shown = reflected * (light.direct * direct.class_probability + light.indirect);
+            path_radiance.write(pixel, prefix_radiance[i] + shown);
         }
         kept = HistoryPoint {
             position: point.position + offset * (1.0 - shares.x),
@@ -469,14 +484,14 @@ pub fn path_blend(
     path_points.write(pixel, kept);
     path_light.write(pixel, light);
     path_square.write(pixel, square);
-    path_noise.write(pixel, noise(&light, direct.chance, square));
+    path_noise.write(pixel, noise(&light, direct.class_probability, square));
 }
 
 /// One plus the variance of the mean of all frames over its square; 0 where they are too few to tell.
 #[inline(always)]
-fn noise(light: &PathLight, chance: f32, square: f32) -> f32 {
+fn noise(light: &PathLight, class_probability: f32, square: f32) -> f32 {
     let samples = light.direct_samples.min(light.indirect_samples);
-    let mean = brightness(light, chance).element_sum();
+    let mean = brightness(light, class_probability).element_sum();
     if samples < MIN_KNOWN_FRAMES {
         return 0.0;
     }
@@ -498,7 +513,7 @@ fn arriving(
     let reflected = shading.throughput * head_on(shading, materials, params, features);
     // Behind what parts colours a pixel has another channel in every frame, which says nothing of the others.
     let parted = features.has(Features::DISPERSION) && !is_mixed(shading.throughput);
-    let known = (reflected * direct.chance.min(1.0)).max_element();
+    let known = (reflected * direct.class_probability.min(1.0)).max_element();
     if !is_finite(light.element_sum())
         || !is_finite(reflected.element_sum())
         || known < MIN_REFLECTANCE
@@ -509,7 +524,7 @@ fn arriving(
     // Of a sample that was bounded, what is left is direct light first.
     let from_lights = direct.radiance.min(light);
     PathLight {
-        direct: demodulated(from_lights, reflected * direct.chance),
+        direct: demodulated(from_lights, reflected * direct.class_probability),
         direct_samples: 1.0,
         indirect: demodulated(light - from_lights, reflected),
         indirect_samples: 1.0,
@@ -518,8 +533,8 @@ fn arriving(
 
 /// All channels of direct and of indirect light, as the eye sees them but for what the point and the path to it leave of them.
 #[inline(always)]
-fn brightness(light: &PathLight, chance: f32) -> Vec2 {
-    Vec2::new(light.direct.element_sum() * chance, light.indirect.element_sum())
+fn brightness(light: &PathLight, class_probability: f32) -> Vec2 {
+    Vec2::new(light.direct.element_sum() * class_probability, light.indirect.element_sum())
 }
 
 #[cfg(test)]
@@ -548,7 +563,7 @@ mod tests {
         for change in [0.01, 0.02, 0.05, 0.1, 0.2] {
             for now in [1.0 - change, 1.0 / (1.0 - change)] {
                 let frames = changes(49, 1.0, now).max_frames();
-                // 49 paths that change alike are beyond chance but for 1.44 / 49 of the change.
+                // 49 paths that change alike are beyond noise but for 1.44 / 49 of the change.
                 assert!(frames.x * change <= MAX_LATE / (1.0 - 1.44 / 49.0), "{change}: {frames}");
                 assert_eq!(frames.y, MAX_FRAMES, "the other kind rests");
             }

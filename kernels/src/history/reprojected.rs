@@ -44,9 +44,9 @@ impl ReprojectedPoint {
         point_before
     }
 
-    /// Whether a point of the same surface lends, `along` away from it.
+    /// Whether a point is of the same surface, so that its light is reusable, `along` away from it.
     #[inline(always)]
-    pub fn accepts(&self, lender: &HistoryPoint, along: Vec3) -> bool {
-        is_same_surface(along, self.normal, octahedral::decode(lender.normal), self.radius)
+    pub fn accepts(&self, history_point: &HistoryPoint, along: Vec3) -> bool {
+        is_same_surface(along, self.normal, octahedral::decode(history_point.normal), self.radius)
     }
 }

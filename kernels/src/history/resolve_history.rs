@@ -1,4 +1,4 @@
-//! `resolve.history`: flux to radiance, with what the frame before lent; and what this frame leaves to the next one.
+//! `resolve.history`: flux to radiance, with reused light of the previous frame; and what this frame leaves to the next one.
 
 use crate::declare::pass;
 use crate::gather::accumulator::{self, Sum};
@@ -20,11 +20,11 @@ pub struct Blended {
     pub radiance: Vec3,
     /// The point, as the next frame finds it.
     pub point: HistoryPoint,
-    /// The light that it lends (see `Reprojected::mean`).
+    /// The light that the next frame may reuse (see `Reprojected::mean`).
     pub mean: Vec3,
 }
 
-/// Radiance of the caustic at each pixel, blended with what was lent.
+/// Radiance of the caustic at each pixel, blended with reused light.
 #[pass(name = "resolve.history", over = params.pixel_count(), work = Resolve)]
 pub fn resolve_history(
     pixel: u32,
@@ -49,7 +49,7 @@ pub fn resolve_history(
     history_mean.write(pixel, blended.mean);
 }
 
-/// Blends the light of this frame with what was lent: (n old + new) / (n + 1).
+/// Blends the light of this frame with reused light: (n old + new) / (n + 1).
 #[inline(always)]
 pub fn blend(
     pixel: u32,
@@ -251,20 +251,20 @@ mod tests {
         for white in [Vec3::ONE, Vec3::new(0.25, 1.0, 0.5)] {
             for color in [Vec3::ONE, Vec3::new(0.5, 0.25, 0.125), Vec3::new(0.5, 0.0, 0.25)] {
                 // The same deposits give both texels the same light times their colours.
-                let lender =
+                let source =
                     blended(&shading(0, white), white * light, Reprojected::default(), &DEMODULATES, 1);
                 let own = blended(&shading(0, color), color * light, Reprojected::default(), &DEMODULATES, 1);
                 // As good as nothing else but the history.
-                let reprojected = Reprojected { mean: lender.mean, samples: 1.0e6, ..Reprojected::default() };
+                let reprojected = Reprojected { mean: source.mean, samples: 1.0e6, ..Reprojected::default() };
                 let found = blended(&shading(0, color), color * light, reprojected, &DEMODULATES, 1);
                 assert!((found.radiance - own.radiance).length() < 1.0e-6 * own.radiance.length());
                 // Irradiance: pi R^2 of the light that deposits brought.
                 let expected = PI * light / (PI * 0.02 * 0.02);
-                assert!((lender.mean - expected).length() < 1.0e-5 * expected.length(), "{}", lender.mean);
-                // Radiance that is lent carries the lender's colour along.
+                assert!((source.mean - expected).length() < 1.0e-5 * expected.length(), "{}", source.mean);
+                // Reused radiance carries the colour of its source along.
                 let radiance = HistorySettings { demodulates: 0, ..DEMODULATES };
-                let lender = blended(&shading(0, white), white * light, Reprojected::default(), &radiance, 1);
-                let reprojected = Reprojected { mean: lender.mean, samples: 1.0e6, ..Reprojected::default() };
+                let source = blended(&shading(0, white), white * light, Reprojected::default(), &radiance, 1);
+                let reprojected = Reprojected { mean: source.mean, samples: 1.0e6, ..Reprojected::default() };
                 let smeared = blended(&shading(0, color), color * light, reprojected, &radiance, 1);
                 let differs = (smeared.radiance - own.radiance).length() > 0.1 * own.radiance.length();
                 assert_eq!(differs, white != color);

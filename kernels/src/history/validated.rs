@@ -1,4 +1,4 @@
-//! `reuse.validated`: the light that collection points of the frame before lend to one of today's, from the nearest point,
+//! `reuse.validated`: reuses light of the previous frame's collection points for one of today's, from the nearest point,
 //! since means over neighbours blur more with every frame. It counts as many frames as it holds, less where validation paths
 //! saw the light change.
 
@@ -25,7 +25,7 @@ pub mod validate;
 #[cfg(not(target_arch = "spirv"))]
 use validate::VALIDATE;
 
-/// Share of the light that is lost a frame, above which nothing is lent.
+/// Share of the light that is lost a frame, above which nothing is reused.
 const MAX_LOST: f32 = 0.25;
 /// Share of the light by which that of a place which fades may be late. Promised are 0.02: few paths see less of a fade than there is,
 /// and paths of unlike flux scatter though they fade alike.
@@ -55,7 +55,7 @@ pub const VALIDATED: History = History {
     validates: true,
 };
 
-/// What is lent as far as it still holds, a pixel an invocation.
+/// Reuses light as far as it still holds, a pixel an invocation.
 #[pass(name = "reuse.validated", over = params.pixel_count(), work = Reuse)]
 pub fn reuse_validated(
     pixel: u32,
@@ -96,41 +96,42 @@ fn nearest(
         return Reprojected::default();
     }
     // A mesh that moves carries its light along, or slides below it: whichever changed less.
-    let mut borrower = ReprojectedPoint::new(point, shading, instances);
+    let mut reprojected_point = ReprojectedPoint::new(point, shading, instances);
     let carrier = LightFrame::instance(shading.instance);
-    let mut change = cells::change(validation_cells, borrower.position, carrier, params);
+    let mut change = cells::change(validation_cells, reprojected_point.position, carrier, params);
     if shading.instance != 0 {
         let carrier = LightFrame::world_below(shading.instance);
         let below = cells::change(validation_cells, point.position, carrier, params);
         if max_samples(&below, settings) > max_samples(&change, settings) {
             change = below;
-            borrower.position = point.position;
-            borrower.normal = point.normal;
+            reprojected_point.position = point.position;
+            reprojected_point.normal = point.normal;
         }
     }
-    let mut visit = Nearest::new(borrower, settings.search_radius);
+    let mut visit = Nearest::new(reprojected_point, settings.search_radius);
     let before = &params.previous_camera;
-    let at = project(seen_from(before, pixel, point, shading, borrower.position, params), before, params);
+    let at =
+        project(seen_from(before, pixel, point, shading, reprojected_point.position, params), before, params);
     visit.search(at, point.depth, params, history);
     if !visit.found {
         return Reprojected::default();
     }
-    let lender = history.points[visit.pixel as usize];
+    let history_point = history.points[visit.pixel as usize];
 
-    let by_view = max_samples_by_view(&lender, shading, materials, instances, params, features);
-    let samples = lender.samples.min(by_view).min(max_samples(&change, settings));
+    let by_view = max_samples_by_view(&history_point, shading, materials, instances, params, features);
+    let samples = history_point.samples.min(by_view).min(max_samples(&change, settings));
     if samples <= 0.0 {
         return Reprojected::default();
     }
     Reprojected {
         mean: history.light[visit.pixel as usize],
         samples,
-        offset: lender.position - borrower.position,
+        offset: history_point.position - reprojected_point.position,
         ..Reprojected::default()
     }
 }
 
-/// Frames' worth that lent light counts at most, by how it changed.
+/// Maximum frames' worth that reused light counts, by how it changed.
 ///
 /// Light that counts n frames is n frames late. What is late is not only blurred: where its old place is hidden by what
 /// moved, as behind the wall of a ring that carries its caustic along, it is lost, frame by frame. No weighing of that loss

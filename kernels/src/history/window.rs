@@ -4,7 +4,7 @@
 //! point is carried back to the previous camera as the eye sees it: at its virtual image, which lies on its own ray at the length of
 //! its path behind plane mirrors, and where `math::pencil` says behind curved mirrors and glass, to first order in the eye's
 //! way. Cost: nine rows of 32 bytes a point, and no structure. A structure in space finds more (a place seen directly and in
-//! a mirror lends to both), but pixels behind curved glass scatter over the room and are in every search's way: over
+//! a mirror is reused in both), but pixels behind curved glass scatter over the room and are in every search's way: over
 //! mirror-room's points, a BVH in the order of the pixels cost 1.2 frames.
 
 use crate::interface::frame::{Camera, FrameParams};
@@ -13,7 +13,7 @@ use crate::interface::point::{PointGeometry, PointShading};
 use crate::math::pencil::VirtualImage;
 use spirv_std::glam::{Vec2, Vec3};
 
-/// Half width of the window (px) where light was seen through specular events and none lends in the small one.
+/// Half width of the window (px) where light was seen through specular events and no point is reusable in the small one.
 pub const WIDE_HALF_WIDTH: i32 = 3;
 
 /// Where the eye of the frame before saw the point, from there: any length along the way to it, or to its virtual image.

@@ -1,4 +1,4 @@
-//! Choices between a few ways that are no files of their own: their values as kernels compare them, and as users name them.
+//! Choices between a few settings that are no files of their own: their values as kernels compare them, and as users name them.
 
 /// A choice: its values, with their names and what they are.
 macro_rules! choice {
@@ -55,9 +55,9 @@ choice! {
     LightSampler
     /// All lights where they are few, else the best of some.
     Resampled "resampled" "all of up to four lights, else one of eight candidates by what they would give"
-    /// One light a vertex, drawn by its power, as published.
-    Power "power" "one light, drawn by its power"
-    /// One light a vertex, each as likely as the others: what the other ways are held against.
+    /// One light a vertex, sampled by its power, as published.
+    Power "power" "one light, sampled by its power"
+    /// One light a vertex, each as likely as the others: what the other settings are held against.
     Uniform "uniform" "one light, all alike"
 }
 
@@ -73,7 +73,7 @@ choice! {
 }
 
 choice! {
-    /// What the frame before lends of the light that camera paths found.
+    /// Path-traced light of the previous frame that collection points reuse.
     PathHistory
     /// Nothing.
     None "none" "nothing: path-traced light does not outlive its frame"
@@ -84,8 +84,8 @@ choice! {
 choice! {
     /// What is done about rare bright samples of camera paths.
     Fireflies
-    /// Nothing: frames are right in the mean.
-    Kept "kept" "nothing: frames are right in the mean"
+    /// Nothing: frames are unbiased.
+    Kept "kept" "nothing: frames are unbiased"
     /// They are bounded by the pixels around, and their energy is lost.
     Bounded "bounded" "at most eight times the mean around, which loses one or two hundredths of the light"
 }

@@ -28,5 +28,5 @@ const _: () = assert!(size_of::<Environment>() == 48);
 
 /// A radiance of its image (W m^-2 sr^-1, before the factor).
 pub type EnvironmentTexel = Vec3;
-/// A sum of the pyramid that directions are drawn by.
+/// A sum of the pyramid that directions are sampled by.
 pub type EnvironmentSum = f32;

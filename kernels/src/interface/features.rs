@@ -70,9 +70,9 @@ macro_rules! lights_and_others {
             NESTED "nested";
             /// The surface of some medium is open.
             OPEN_SURFACES "sheets";
-            /// Points lend to those of the next frame: where mirrors and lenses image them is known.
+            /// Points are reused in the next frame: where mirrors and lenses image them is known.
             HISTORY "history";
-            /// Path-traced light is bounded, smoothed or lent: what it is made of is kept.
+            /// Path-traced light is bounded, smoothed or reused: what it is made of is kept.
             PARTS "parts";
             /// Some surface blends: it is there for a share of rays.
             BLENDS "blends";

@@ -58,7 +58,7 @@ pub struct FrameParams {
     pub window: Window,
     /// Seed of every random number of the run.
     pub seed: u32,
-    /// Index of the frame; another frame draws other random numbers.
+    /// Index of the frame; another frame samples other random numbers.
     pub frame: u32,
     /// Light paths of the whole frame.
     pub light_path_count: u32,

@@ -8,7 +8,7 @@ use bytemuck::{Pod, Zeroable};
 pub struct GuideMap {
     /// Sum of the shares of the maps before it.
     pub below: f32,
-    /// Share of guided paths that are drawn from it.
+    /// Share of guided paths that are sampled from it.
     pub share: f32,
     /// Unit of what is scored: the mean score of its starts, or what is far below any where nothing is known.
     pub unit: f32,

@@ -21,13 +21,13 @@ pub struct HistoryPoint {
     pub samples: f32,
 }
 
-/// What the frame before lends to a collection point.
+/// Light of the previous frame that a collection point reuses.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Reprojected {
     /// Mean of the light gathered (W m^-2), or of the radiance (W m^-2 sr^-1) where the history does not demodulate.
     pub mean: Vec3,
-    /// Frames' worth that it counts; 0 where nothing is lent.
+    /// Frames' worth that it counts; 0 where nothing is reused.
     pub samples: f32,
     /// From the point to the mean position of that light (m).
     pub offset: Vec3,
@@ -39,11 +39,11 @@ pub struct Reprojected {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct HistorySettings {
-    /// Distance up to which a point lends, relative to its radius.
+    /// Distance up to which the light of a point is reused, relative to its radius.
     pub search_radius: f32,
-    /// Way by which lent light may be late, at most (radii of a point seen directly).
+    /// Maximum temporal lag of reused light (radii of a point seen directly).
     pub lag: f32,
-    /// Frames' worth of light that is lent at most.
+    /// Maximum frames' worth of light that is reused.
     pub max_samples: f32,
     /// 1: light is kept without the point's reflectance, 0: as radiance.
     pub demodulates: u32,
@@ -67,7 +67,7 @@ pub struct ValidationDeposit {
 pub struct PathLight {
     /// Mean of what comes straight from lights.
     pub direct: Vec3,
-    /// Frames' worth that it holds, or counts where it is lent; 0: there is none.
+    /// Frames' worth that it holds, or counts where it is reused; 0: there is none.
     pub direct_samples: f32,
     /// Mean of what comes from surfaces.
     pub indirect: Vec3,
@@ -83,10 +83,10 @@ impl PathLight {
     }
 }
 
-/// Path-traced light that the frame before lends to a collection point.
+/// Path-traced light of the previous frame that a collection point reuses.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct PathLent {
+pub struct ReprojectedPathLight {
     /// The light; none where it counts no frames.
     pub light: PathLight,
     /// From the point to the mean position of that light (m).

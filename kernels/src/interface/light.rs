@@ -1,4 +1,4 @@
-//! The light table: every emitter with its alias-table row and its chance of being chosen.
+//! The light table: every emitter with its alias-table row and its probability of being chosen.
 
 use crate::interface::features::Features;
 use crate::interface::ray::Ray;
@@ -19,7 +19,7 @@ pub struct Light {
     pub emission: Vec3,
     /// Area of the triangle (m^2); 0 for a punctual light.
     pub area: f32,
-    /// Chance that this light is chosen (its share of the scene's power).
+    /// Probability that this light is chosen (its share of the scene's power).
     pub pdf_light_choice: f32,
     /// Row of the alias table: keep this light if the second random number is below, else take `alias`.
     pub threshold: f32,

@@ -37,7 +37,7 @@ pub struct PointShading {
     pub shading_normal: Vec3,
     /// Base colour of a textured material, red and green as half floats.
     pub red_green: u32,
-    /// Camera throughput, divided by the chances of its choices.
+    /// Camera throughput, divided by the probabilities of its choices.
     pub throughput: Vec3,
     /// The same: blue as a half float, roughness and metallic as shares of 255.
     pub blue_roughness_metallic: u32,
@@ -59,8 +59,8 @@ pub struct PointDirect {
     /// Radiance at the eye of what the point's non-specular class reflects of light that comes straight from lights
     /// (W m^-2 sr^-1).
     pub radiance: Vec3,
-    /// Chance of that class, which the path beyond the point has the inverse of in its throughput.
-    pub chance: f32,
+    /// Probability of that class; the throughput of the camera suffix holds its inverse.
+    pub class_probability: f32,
 }
 
 /// Where a deposit lies: all that a gather reads of deposits it does not take.

@@ -44,7 +44,7 @@ pub struct ScatterIn {
 pub struct ScatterOut {
     /// Leaving ray.
     pub ray: Ray,
-    /// f |cos| / pdf, of the channel drawn where colours part.
+    /// f |cos| / pdf, of the channel sampled where colours part.
     pub weight: Vec3,
     /// pdf_solid_angle, 0 for a delta lobe.
     pub pdf: f32,
@@ -56,8 +56,8 @@ pub struct ScatterOut {
     pub specular: Vec3,
     /// f of the non-specular class towards `towards` (1/sr).
     pub non_specular: Vec3,
-    /// Chance of the non-specular class.
-    pub chance: f32,
+    /// Probability of the non-specular class.
+    pub class_probability: f32,
     /// Keeps rows at 4 bytes alike on both sides.
     pub padding: u32,
 }

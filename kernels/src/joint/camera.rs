@@ -13,7 +13,7 @@ use crate::interface::point::{PointDirect, PointGeometry, PointShading};
 use crate::interface::scene::SceneTables;
 use crate::method::path::wanted as wanted_by_reference;
 use crate::pass::collect::errand::{Errand, Wanted, run};
-use crate::pass::collect::watch::{CollectionPoint, Watch};
+use crate::pass::collect::observer::{CollectionPoint, PathObserver};
 use crate::pass::collect::{Collect, PathLight};
 use crate::platform::{Atomics, Slots};
 use crate::trace::Tracer;
@@ -35,8 +35,8 @@ pub fn camera(
     instances: &[Instance],
     pixel_order: &[u32],
     path_radiance: Slots<'_, Vec3>,
-    seen_radiance: Slots<'_, Vec3>,
-    steady_radiance: Slots<'_, Vec3>,
+    prefix_radiance: Slots<'_, Vec3>,
+    delta_prefix_radiance: Slots<'_, Vec3>,
     point_direct: Slots<'_, PointDirect>,
     point_geometry: Slots<'_, PointGeometry>,
     point_shading: Slots<'_, PointShading>,
@@ -55,8 +55,8 @@ pub fn camera(
             params,
             features,
             radiance: path_radiance,
-            seen: seen_radiance,
-            steady: steady_radiance,
+            prefix: prefix_radiance,
+            delta_prefix: delta_prefix_radiance,
             direct: point_direct,
             geometry: point_geometry,
             shading: point_shading,
@@ -94,7 +94,7 @@ struct Errands<'a> {
     shown: Shown<'a>,
 }
 
-impl Watch for Errands<'_> {
+impl PathObserver for Errands<'_> {
     type Kept = CollectionPoint;
 
     #[inline(always)]

@@ -72,11 +72,12 @@ pub fn light(
         features = uncounted(features);
     }
     let mut counted = Counted { counts: deposits.stores, counters };
-    let way = shoot::follow(path, rng, params, features, scene, &starts, tracer, &mut deposits, &mut counted);
+    let path_state =
+        shoot::follow(path, rng, params, features, scene, &starts, tracer, &mut deposits, &mut counted);
     if validates {
-        deposits.compare.close(way);
+        deposits.compare.close(path_state);
     } else {
-        deposits.store.close(way, &mut counted);
+        deposits.store.close(path_state, &mut counted);
     }
 }
 
@@ -152,21 +153,21 @@ struct Deposits<'a> {
 }
 
 impl Receive for Deposits<'_> {
-    type Way = u32;
+    type PathState = u32;
 
     #[inline(always)]
-    fn start(&mut self, way: &mut u32, emission: &EmissionSample) {
+    fn start(&mut self, path_state: &mut u32, emission: &EmissionSample) {
         if self.stores {
-            self.store.start(way, emission);
+            self.store.start(path_state, emission);
         }
     }
 
     #[inline(always)]
-    fn receive(&mut self, way: &mut u32, geometry: DepositGeometry, light: DepositLight) {
+    fn receive(&mut self, path_state: &mut u32, geometry: DepositGeometry, light: DepositLight) {
         if self.stores {
-            self.store.receive(way, geometry, light);
+            self.store.receive(path_state, geometry, light);
         } else {
-            self.compare.receive(way, geometry, light);
+            self.compare.receive(path_state, geometry, light);
         }
     }
 }

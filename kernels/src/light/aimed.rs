@@ -57,7 +57,7 @@ fn choose_cone(count: u32, u: f32, cone: impl Fn(u32) -> EmissionCone) -> Choice
     Choice { caster, total }
 }
 
-/// The mixture of which a start was drawn: the share of starts by power, and the density beside them.
+/// The mixture of which a start was sampled: the share of starts by power, and the density beside them.
 #[inline(always)]
 fn mixture(count: u32, choice: Choice, direction: Vec3, cone: impl Fn(u32) -> EmissionCone) -> (f32, f32) {
     let scale = if choice.total > 0.0 { (1.0 - BY_POWER) / choice.total } else { 0.0 };

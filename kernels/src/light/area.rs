@@ -1,5 +1,5 @@
 //! Area lights: triangles that emit, uniform over their area, by the cosine. Light samples of one that is near are uniform over
-//! the solid angle that it fills: over its area, the nearest of its points would be drawn too rarely for what they give.
+//! the solid angle that it fills: over its area, the nearest of its points would be sampled too rarely for what they give.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;

@@ -45,18 +45,18 @@ impl Emit for ByDensity<'_> {
         let light = choose(lights, self.power.params.light_count, place.x, place.y);
         let parallel = lights[light as usize].is_parallel();
         let (u, v) = if parallel { (place.z, place.w) } else { (direction.x, direction.y) };
-        let drawn = Map::draw(self.pyramid, map_of(light), Vec2::new(u, v));
-        let polar = to_polar(drawn.at);
+        let sampled = Map::sample(self.pyramid, map_of(light), Vec2::new(u, v));
+        let polar = to_polar(sampled.at);
         let emission = if parallel {
             self.power.start(Vec4::new(place.x, place.y, polar.x, polar.y), direction)
         } else {
             self.power.start(place, Vec4::new(polar.x, polar.y, direction.z, direction.w))
         };
         EmissionSample {
-            flux: emission.flux / drawn.density,
-            solid_angle: emission.solid_angle / drawn.density,
-            area: emission.area / drawn.density,
-            texel: drawn.texel,
+            flux: emission.flux / sampled.density,
+            solid_angle: emission.solid_angle / sampled.density,
+            area: emission.area / sampled.density,
+            texel: sampled.texel,
             ..emission
         }
     }

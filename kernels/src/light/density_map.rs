@@ -64,9 +64,9 @@ impl<const SIDE_LOG2: u32> Pyramid<SIDE_LOG2> {
         y.min(Self::SIDE - 1) * Self::SIDE + x.min(Self::SIDE - 1)
     }
 
-    /// Draws a place of map `map` by two uniform numbers. A map without sums is uniform.
+    /// Samples a place of map `map` by two uniform numbers. A map without sums is uniform.
     #[inline(always)]
-    pub fn draw(pyramid: &[f32], map: u32, uniform: Vec2) -> Place {
+    pub fn sample(pyramid: &[f32], map: u32, uniform: Vec2) -> Place {
         let base = map * Self::NODES;
         let total = Self::total(pyramid, map);
         let (mut u, mut v) = (uniform.x, uniform.y);
@@ -108,12 +108,12 @@ pub struct Node {
     pub below: [u32; 4],
 }
 
-/// A place of the unit square drawn by its density.
+/// A place of the unit square sampled by its density.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// Coordinates in the unit square.
     pub at: Vec2,
-    /// Density there; 1 in the mean.
+    /// Density there; 1 on average.
     pub density: f32,
     /// Texel, counted over all maps.
     pub texel: u32,
@@ -224,7 +224,7 @@ mod tests {
         let count = 400_000;
         for path in 0..count {
             let u = Rng::new(Stream::Light, 3, path, 0).next4();
-            let place = Map::draw(&pyramid, 0, Vec2::new(u.x, u.y));
+            let place = Map::sample(&pyramid, 0, Vec2::new(u.x, u.y));
             let (x, y) = (place.texel % SIDE, place.texel / SIDE);
             assert!((place.at * SIDE as f32 - Vec2::new(x as f32, y as f32)).max_element() <= 1.001);
             let weight = 1.0 / f64::from(place.density);
@@ -244,7 +244,7 @@ mod tests {
 
     #[test]
     fn an_empty_map_is_uniform() {
-        let place = Map::draw(&vec![0.0; Map::NODES as usize], 0, Vec2::new(0.3, 0.7));
+        let place = Map::sample(&vec![0.0; Map::NODES as usize], 0, Vec2::new(0.3, 0.7));
         assert!((place.at - Vec2::new(0.3, 0.7)).length() < 1e-6 && place.density == 1.0);
     }
 

@@ -38,7 +38,7 @@ impl EmissionSample {
         EmissionSample { ray, flux, solid_angle, area: 0.0, texel: 0, score: 0.0 }
     }
 
-    /// The start as a mixture draws it: with this share of `density`, the density that it was made for, and beside that with
+    /// The start as a mixture samples it: with this share of `density`, the density that it was made for, and beside that with
     /// the density `aimed`. Where nothing leaves the light it carries nothing.
     #[inline(always)]
     pub fn over(self, density: f32, share: f32, aimed: f32) -> EmissionSample {

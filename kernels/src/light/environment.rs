@@ -1,7 +1,7 @@
-//! The environment: a directional light by chance. A path draws the direction that its light comes from, by the brightness of the
+//! The environment: a directional light at random. A path samples the direction that its light comes from, by the brightness of the
 //! image; what is left is parallel light, so that it starts, is aimed and is guided as `directional` does.
 //!
-//! Directions are drawn over the unit square, of which an area is a solid angle: the image's brightness over it is a pyramid,
+//! Directions are sampled over the unit square, of which an area is a solid angle: the image's brightness over it is a pyramid,
 //! as the maps of guided emission have it. Radiance is looked up in the image itself, between texels.
 
 #[cfg(target_arch = "spirv")]
@@ -84,7 +84,7 @@ pub fn pdf_solid_angle(light: &Light, scene: SceneTables<'_>, direction: Vec3) -
 #[inline(always)]
 pub fn sample_environment(light: &Light, scene: SceneTables<'_>, u: f32, v: f32) -> Light {
     let environment = scene.environment[0];
-    let place = Map::draw(scene.environment_cdf, 0, Vec2::new(u, v));
+    let place = Map::sample(scene.environment_cdf, 0, Vec2::new(u, v));
     let from = direction_of(place.at);
     Light {
         kind: Features::DIRECTIONAL_LIGHTS.0,
@@ -109,7 +109,7 @@ pub fn sample_emission(
     directional::sample_emission(&light, scene, features, place_across(place, direction), direction)
 }
 
-/// The numbers of a place across the parallel light, where those that it had drew its direction: a path needs no other direction.
+/// The numbers of a place across the parallel light, where those that it had sampled its direction: a path needs no other direction.
 #[inline(always)]
 pub fn place_across(place: Vec4, direction: Vec4) -> Vec4 {
     Vec4::new(place.x, place.y, direction.x, direction.y)

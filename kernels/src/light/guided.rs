@@ -4,7 +4,7 @@
 //! Lights that follow each other form a group. A group has a map over the cone of each caster as its places see it, and one,
 //! the last, over all directions, for what casts beside the cones; a caster without a cone from a place leaves its share to that one.
 //! A map is in the coordinates of its cone, so that it holds while lamp and caster move and has no parallax. Its texels are
-//! drawn by the root of the second moment of what their starts gave, which is what makes the variance least [Rath et al. 2020,
+//! sampled by the root of the second moment of what their starts gave, which is what makes the variance least [Rath et al. 2020,
 //! Variance-aware path guiding]; maps by the means of their roots.
 //!
 //! The flux of a path is divided by the density of the whole mixture, of which `BY_POWER` is emission by power: no map changes
@@ -118,9 +118,9 @@ impl Group {
         low
     }
 
-    /// The chance of a row by `row_at`.
+    /// Probability of a row by `row_at`.
     #[inline(always)]
-    fn chance(&self, lights: &[Light], params: &FrameParams, row: u32) -> f32 {
+    fn probability(&self, lights: &[Light], params: &FrameParams, row: u32) -> f32 {
         let power = power_below(lights, params, row + 1) - power_below(lights, params, row);
         if self.power > 0.0 { power / self.power } else { 0.0 }
     }
@@ -159,14 +159,14 @@ impl Guided<'_> {
 
     /// A place of the unit square by a map: two numbers for the texel, two within it.
     #[inline(always)]
-    fn draw(&self, map: u32, texel: Vec2, within: Vec2) -> Vec2 {
+    fn sample_map(&self, map: u32, texel: Vec2, within: Vec2) -> Vec2 {
         // Texels take most of the bits of their numbers.
-        let drawn = Map::draw(self.pyramid, map, texel).texel % Map::TEXELS;
-        let corner = Vec2::new((drawn % Map::SIDE) as f32, (drawn / Map::SIDE) as f32);
+        let sampled = Map::sample(self.pyramid, map, texel).texel % Map::TEXELS;
+        let corner = Vec2::new((sampled % Map::SIDE) as f32, (sampled / Map::SIDE) as f32);
         (corner + within) / Map::SIDE as f32
     }
 
-    /// Density of a place by `draw`; 1 in the mean.
+    /// Density of a place by `sample_map`; 1 on average.
     #[inline(always)]
     fn density(&self, map: u32, texel: u32) -> f32 {
         let scale = self.maps[map as usize].scale;
@@ -174,7 +174,7 @@ impl Guided<'_> {
     }
 }
 
-/// What a start is drawn by.
+/// What a start is sampled by.
 #[derive(Clone, Copy, Default)]
 pub struct Choice {
     /// The caster; behind the last, everything; `NONE`: it starts by power.
@@ -236,7 +236,7 @@ impl EmissionMixture for Guided<'_> {
             }
             choice.own = Vec2::new(context.numbers.x, context.numbers.y);
             if choice.known {
-                choice.own = self.draw(self.first(context) + choice.chosen, choice.own, choice.within);
+                choice.own = self.sample_map(self.first(context) + choice.chosen, choice.own, choice.within);
             }
             direction = EmissionDirection::at(
                 self.cone(context, choice.chosen).direction(&context.light, to_polar(choice.own)),
@@ -257,7 +257,7 @@ impl EmissionMixture for Guided<'_> {
         let (casters, first) = (params.casters.count, self.first(context));
         let Choice { chosen, own, .. } = *choice;
         // The density of the direction over all maps of the group, and the map that is told what becomes of it: the one that it was
-        // drawn from, else that of a cone that holds it, so that the last map learns of what no cone serves.
+        // sampled from, else that of a cone that holds it, so that the last map learns of what no cone serves.
         let even = EVENLY / maps_of_group(params) as f32;
         let (mut evenly, mut guided, mut closed_even, mut closed_known) = (0.0, 0.0, 0.0, 0.0);
         let (mut told, mut told_texel, mut told_size) = (casters, 0, 0.0);
@@ -273,13 +273,13 @@ impl EmissionMixture for Guided<'_> {
                 let at =
                     if caster == chosen { own } else { from_polar(cone.polar(&context.light, direction)) };
                 let texel = Map::texel_at(at);
-                let (mut uniform, mut drawn) = (even, share);
+                let (mut uniform, mut known) = (even, share);
                 if caster == casters {
                     uniform += closed_even;
-                    drawn += closed_known;
+                    known += closed_known;
                 }
                 evenly += uniform / cone.size();
-                guided += drawn * self.density(map, texel) / cone.size();
+                guided += known * self.density(map, texel) / cone.size();
                 let is_own = caster == chosen && caster < casters;
                 if is_own || (chosen >= casters && told_size == 0.0) {
                     (told, told_texel, told_size) = (caster, texel, cone.size());
@@ -288,10 +288,10 @@ impl EmissionMixture for Guided<'_> {
             caster += 1;
         }
         let group = Group::new(scene.lights, params, Group::index_at(context.row, params));
-        let ratio = group.chance(scene.lights, params, context.row) / context.light.pdf_light_choice;
+        let ratio = group.probability(scene.lights, params, context.row) / context.light.pdf_light_choice;
         let sample = emission.sample.over(emission.pdf, BY_POWER, evenly + guided * ratio);
         let mut score = 0.0;
-        // A group so dim that its power is none is never drawn from maps, and learns nothing.
+        // A group so dim that its power is none is never sampled from maps, and learns nothing.
         if ratio > 0.0 {
             // The density over that of a uniform start of the map.
             let over_uniform = ((BY_POWER * emission.pdf + evenly) / ratio + guided) * told_size;
@@ -327,20 +327,23 @@ mod tests {
         let (mut dim, mut without) = (0, 0);
         for index in 0..group_count(&params) {
             let group = Group::new(&lights, &params, index);
-            let draws = 1 << 16;
-            let mut drawn = vec![0; lights.len()];
-            for draw in 0..draws {
-                drawn[group.row_at(&lights, (draw as f32 + 0.5) / draws as f32) as usize] += 1;
+            let samples = 1 << 16;
+            let mut sampled = vec![0; lights.len()];
+            for sample in 0..samples {
+                sampled[group.row_at(&lights, (sample as f32 + 0.5) / samples as f32) as usize] += 1;
             }
             let mut all = 0.0;
             for row in group.first..group.end {
-                let chance = group.chance(&lights, &params, row);
-                let found = drawn[row as usize] as f32 / draws as f32;
-                assert!((found - chance).abs() <= 2.0 / draws as f32, "{index}, {row}: {found}, {chance}");
-                assert!(chance > 0.0 || found == 0.0, "{row} is drawn");
-                all += chance;
-                dim += u32::from(chance > 0.0);
-                without += u32::from(chance == 0.0);
+                let probability = group.probability(&lights, &params, row);
+                let found = sampled[row as usize] as f32 / samples as f32;
+                assert!(
+                    (found - probability).abs() <= 2.0 / samples as f32,
+                    "{index}, {row}: {found}, {probability}"
+                );
+                assert!(probability > 0.0 || found == 0.0, "{row} is sampled");
+                all += probability;
+                dim += u32::from(probability > 0.0);
+                without += u32::from(probability == 0.0);
             }
             assert!((all - 1.0).abs() < 1e-5, "{index}: {all}");
         }

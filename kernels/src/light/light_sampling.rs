@@ -1,7 +1,7 @@
 //! Next-event estimation: samples a point on a light for a vertex, with the density of that choice.
 //!
-//! A vertex samples one light drawn by its power; or, up to the collection point, all where they are few, and one of
-//! several candidates where they are many, drawn by what they would give unshadowed: resampled importance sampling [Talbot et
+//! A vertex samples one light sampled by its power; or, up to the collection point, all where they are few, and one of
+//! several candidates where they are many, sampled by what they would give unshadowed: resampled importance sampling [Talbot et
 //! al. 2005, Importance resampling for global illumination]. The balance heuristic against scattering stands inside that target,
 //! and takes the density of all candidates together, whether they are chosen or not: so what finds a light by scattering
 //! can say the same without knowing them.
@@ -22,7 +22,7 @@ pub struct LightSample {
     pub target: Vec3,
     /// Unit direction to the light.
     pub to_light: Vec3,
-    /// Radiance over pdf_solid_angle; for a punctual light its irradiance across over the chance of its choice
+    /// Radiance over pdf_solid_angle; for a punctual light its irradiance across over the probability of its choice
     /// (W m^-2).
     pub radiance_over_pdf: Vec3,
     /// Density of this direction (1/sr); 0 for a punctual light, which nothing else can find.
@@ -62,14 +62,14 @@ pub struct LightCandidates {
     pub candidate_count: u32,
     /// Whether they are all lights, in turn.
     pub is_all: bool,
-    /// Chance of each light to be one candidate, where that is the same for all; 0 where each is drawn by its power.
-    pub chance: f32,
+    /// Probability of each light to be one candidate, where that is the same for all; 0 where each is sampled by its power.
+    pub probability: f32,
 }
 
 impl LightCandidates {
     /// One light, by power.
     pub const ONE: LightCandidates =
-        LightCandidates { sample_count: 1, candidate_count: 1, is_all: false, chance: 0.0 };
+        LightCandidates { sample_count: 1, candidate_count: 1, is_all: false, probability: 0.0 };
 
     /// Those of a vertex up to the collection point.
     #[inline(always)]
@@ -78,18 +78,22 @@ impl LightCandidates {
         if params.light_sampler == LightSampler::Power as u32 || count == 0 {
             LightCandidates::ONE
         } else if params.light_sampler == LightSampler::Uniform as u32 {
-            LightCandidates { chance: 1.0 / count as f32, ..LightCandidates::ONE }
+            LightCandidates { probability: 1.0 / count as f32, ..LightCandidates::ONE }
         } else if count <= FEW_LIGHTS {
-            LightCandidates { sample_count: count, is_all: true, chance: 1.0, ..LightCandidates::ONE }
+            LightCandidates { sample_count: count, is_all: true, probability: 1.0, ..LightCandidates::ONE }
         } else {
             LightCandidates { candidate_count: CANDIDATE_COUNT, ..LightCandidates::ONE }
         }
     }
 
-    /// How many are on this light, on average, over the chance that one drawn by power is.
+    /// How many are on this light, on average, over the probability that one sampled by power is.
     #[inline(always)]
     pub fn gain(&self, light: &Light) -> f32 {
-        if self.chance > 0.0 { self.chance / light.pdf_light_choice } else { self.candidate_count as f32 }
+        if self.probability > 0.0 {
+            self.probability / light.pdf_light_choice
+        } else {
+            self.candidate_count as f32
+        }
     }
 
     /// The candidate of this number, by four numbers that all share. Its density is that of all candidates together.
@@ -110,7 +114,7 @@ impl LightCandidates {
         u -= u.floor();
         let mut row = number;
         if !self.is_all {
-            row = if self.chance > 0.0 {
+            row = if self.probability > 0.0 {
                 ((u.x * light_count as f32) as u32).min(light_count - 1)
             } else {
                 choose(scene.lights, light_count, u.x, u.y)
@@ -153,10 +157,10 @@ impl ByClass {
     }
 }
 
-/// One of the candidates of a light sample, drawn by the light that each would give unshadowed [Chao 1982, A general purpose unequal
+/// One of the candidates of a light sample, sampled by the light that each would give unshadowed [Chao 1982, A general purpose unequal
 /// probability sampling plan].
 pub struct Reservoir<T> {
-    /// What was kept of the one that was drawn.
+    /// What was kept of the one that was sampled.
     pub kept: T,
     /// The mean of the channels of the light that it would give, and that of all.
     weight: f32,
@@ -181,10 +185,13 @@ impl<T: Default> Reservoir<T> {
             // The first is always taken, and what has no bounds, so that it is counted; neither takes of the number.
             let mut is_taken = weight == self.weights;
             if !is_taken {
-                let chance = weight / self.weights;
-                is_taken = self.choice < chance;
-                let rest =
-                    if is_taken { self.choice / chance } else { (self.choice - chance) / (1.0 - chance) };
+                let probability = weight / self.weights;
+                is_taken = self.choice < probability;
+                let rest = if is_taken {
+                    self.choice / probability
+                } else {
+                    (self.choice - probability) / (1.0 - probability)
+                };
                 self.choice = rest.min(BELOW_ONE);
             }
             if is_taken {
@@ -193,15 +200,15 @@ impl<T: Default> Reservoir<T> {
         }
     }
 
-    /// Whether any gives light, so that one was drawn.
+    /// Whether any gives light, so that one was sampled.
     #[inline(always)]
-    pub fn is_drawn(&self) -> bool {
+    pub fn has_sample(&self) -> bool {
         self.weights > 0.0
     }
 
-    /// One over the chance that it was chosen.
+    /// One over the probability that it was chosen.
     #[inline(always)]
-    pub fn inverse_chance(&self) -> f32 {
+    pub fn inverse_probability(&self) -> f32 {
         if self.weight == self.weights { 1.0 } else { self.weights / self.weight }
     }
 }

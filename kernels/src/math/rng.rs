@@ -1,5 +1,5 @@
 //! Counter-based random numbers: a hash of (stream and seed, path, frame, dimension), so that any number can be
-//! drawn in any order on any runner. Hash: PCG4D [Jarzynski and Olano 2020, Hash functions for GPU rendering].
+//! sampled in any order on any runner. Hash: PCG4D [Jarzynski and Olano 2020, Hash functions for GPU rendering].
 
 use caustics_kernel_macros::shared;
 use spirv_std::glam::{UVec4, Vec4};
@@ -53,14 +53,14 @@ impl Rng {
         bits
     }
 
-    /// A key for a ray that starts here, the `number`-th that does: independent of all that are drawn, and no draw.
+    /// A key for a ray that starts here, the `number`-th that does: independent of all sampled numbers, and none of them.
     #[inline]
     pub fn ray_key(&self, number: u32) -> u32 {
-        // Paths draw far fewer than 2^16 times.
+        // Paths sample far fewer than 2^16 times.
         pcg4d(UVec4::new(self.path, self.frame, self.dimension | number << 16, self.key ^ RAY_KEYS)).x
     }
 
-    /// How many times four numbers were drawn.
+    /// Number of times that four numbers were sampled.
     #[inline]
     pub fn dimension(&self) -> u32 {
         self.dimension

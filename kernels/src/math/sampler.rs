@@ -1,7 +1,7 @@
 //! The numbers of camera paths: independent, or points of Sobol sequences over a pixel's frames [Sobol' 1967; direction numbers of
 //! Joe and Kuo 2008].
 //!
-//! A path draws four numbers at a time, a group. Each group has a four-dimensional sequence of its own, whose points are in another
+//! A path samples four numbers at a time, a group. Each group has a four-dimensional sequence of its own, whose points are in another
 //! order (padding [Kollig and Keller 2002, Efficient multidimensional sampling]). What a frame's points are is the same for all
 //! pixels and is computed once; each pixel scrambles their digits by itself [Owen 1995; the hash of Laine and Karras 2011 with the
 //! constants of Vegdahl 2021, Building a better LK hash], so that pixels are independent and each number is uniform. A number is
@@ -155,14 +155,14 @@ mod points {
         use spirv_std::glam::Vec4;
 
         /// The numbers of a group in a frame of a pixel.
-        fn draw(seed: u32, pixel: u32, group: usize, batches: u32, frame: u32) -> Vec4 {
+        fn sample(seed: u32, pixel: u32, group: usize, batches: u32, frame: u32) -> Vec4 {
             let sequence = Sequence::sobol(seed, batches, frame);
             let mut rng = Rng::new(Stream::Camera, seed, pixel, frame);
             (0..=group).map(|_| next4(&mut rng, &sequence)).last().unwrap()
         }
 
         fn numbers(seed: u32, pixel: u32, group: usize, frames: u32) -> Vec<Vec4> {
-            (0..frames).map(|frame| draw(seed, pixel, group, 1, frame)).collect()
+            (0..frames).map(|frame| sample(seed, pixel, group, 1, frame)).collect()
         }
 
         #[test]
@@ -193,7 +193,7 @@ mod points {
         }
 
         /// The same where pixels of a row of 64 share an even set.
-        fn draw_moved(pixel: u32, group: usize, frame: u32) -> Vec4 {
+        fn sample_moved(pixel: u32, group: usize, frame: u32) -> Vec4 {
             let sequence = Sequence::moved(5, 2, frame, 64);
             let mut rng = Rng::new(Stream::Camera, 5, pixel, frame);
             (0..=group).map(|_| next4(&mut rng, &sequence)).last().unwrap()
@@ -219,17 +219,18 @@ mod points {
             for (group, side, frame) in [(0, 8, 0), (3, 4, 9), (SEQUENCE_GROUPS - 1, 16, 2)] {
                 for (column, row) in [(0, 0), (side, 3 * side), (2 * side, side)] {
                     let pixels = (0..side * side).map(|i| (row + i / side) * 64 + column + i % side);
-                    let points: Vec<Vec4> = pixels.map(|pixel| draw_moved(pixel, group, frame)).collect();
+                    let points: Vec<Vec4> = pixels.map(|pixel| sample_moved(pixel, group, frame)).collect();
                     assert!(fills(&points, 0) && fills(&points, 2), "{group} {side} {column} {row}");
                 }
             }
             for pixel in [0, 77, 4000] {
                 // Frames of one of two batches; their points have four coordinates, of which the first two fill squares.
-                let points: Vec<Vec4> = (0..32).map(|frame| draw_moved(pixel, 1, 2 * frame)).collect();
+                let points: Vec<Vec4> = (0..32).map(|frame| sample_moved(pixel, 1, 2 * frame)).collect();
                 assert!(fills(&points, 0), "{pixel}");
             }
             // Squares that are not those of the curve are not filled: the test can fail.
-            let points: Vec<Vec4> = (0..16).map(|i| draw_moved((1 + i / 4) * 64 + 1 + i % 4, 0, 0)).collect();
+            let points: Vec<Vec4> =
+                (0..16).map(|i| sample_moved((1 + i / 4) * 64 + 1 + i % 4, 0, 0)).collect();
             assert!(!fills(&points, 0));
         }
 
@@ -285,13 +286,13 @@ mod points {
             let count = 40_000;
             let (mut sums, mut squares, mut products) = (Vec4::ZERO, Vec4::ZERO, [Vec4::ZERO; 4]);
             for pixel in 0..count {
-                let u = draw(9, pixel, 1, 2, 2) - 0.5;
+                let u = sample(9, pixel, 1, 2, 2) - 0.5;
                 let others = [
-                    draw(9, pixel + 1, 1, 2, 2),
-                    draw(9, pixel, 2, 2, 2),
+                    sample(9, pixel + 1, 1, 2, 2),
+                    sample(9, pixel, 2, 2, 2),
                     // The first point of the other batch, and another seed.
-                    draw(9, pixel, 1, 2, 1),
-                    draw(10, pixel, 1, 2, 2),
+                    sample(9, pixel, 1, 2, 1),
+                    sample(10, pixel, 1, 2, 2),
                 ];
                 sums += u;
                 squares += u * u;

@@ -14,7 +14,7 @@ pub const BASIC: Method = Method {
     cost: "a camera path a pixel, the light paths, an index and a search of it",
     limitations: "discs blur by their radius, and lose what lies beyond an edge",
     gathers: true,
-    lends: true,
+    supports_history: true,
     chooses_gather: true,
     chooses_emission: true,
     converges: false,

@@ -1,4 +1,4 @@
-//! What the frames of methods have in common: collect, denoise, lend, shoot and gather batch by batch, resolve, display.
+//! What the frames of methods have in common: collect, denoise, reuse, shoot and gather batch by batch, resolve, display.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -32,7 +32,7 @@ pub fn frame_steps(
         Step::new(&COLLECT, params),
     ];
     if keeps_path {
-        steps.extend(path::lend(params));
+        steps.extend(path::reproject(params));
     }
     if bounds {
         steps.extend(bound(params));

@@ -47,7 +47,7 @@ pub const KIM2019: Method = Method {
     cost: "a projection a deposit: no index, no search",
     limitations: "caustics are seen on primary surfaces only, never in a mirror; few light paths are grains",
     gathers: true,
-    lends: false,
+    supports_history: false,
     chooses_gather: false,
     chooses_emission: true,
     converges: false,

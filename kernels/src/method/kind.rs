@@ -9,7 +9,7 @@ use crate::interface::frame::FrameParams;
 use crate::pass::{balance, weigh, widen};
 use crate::{denoiser, emission, history};
 
-/// A way to render: what a frame consists of.
+/// A rendering method: what a frame consists of.
 #[derive(Clone, Copy)]
 pub struct Method {
     /// Name on the command line.
@@ -22,9 +22,9 @@ pub struct Method {
     pub limitations: &'static str,
     /// Whether it makes collection points that deposits are brought to; else all its light is in one layer.
     pub gathers: bool,
-    /// Whether points of one frame may lend their light to those of the next: discs that shrink from frame to frame, and what
-    /// is spread by other kernels than discs, have nothing to lend.
-    pub lends: bool,
+    /// Whether a history may reuse light of its points in the next frame: discs that shrink from frame to frame, and what
+    /// is spread by other kernels than discs, have nothing to reuse.
+    pub supports_history: bool,
     /// Whether a gather variant is chosen for it; else it brings deposits and points together in its own way.
     pub chooses_gather: bool,
     /// Whether an emission is chosen for it; else it starts light paths in its own way, or has none.
@@ -73,7 +73,7 @@ impl Method {
 pub struct Parts {
     /// How deposits and collection points meet.
     pub gather: &'static Variant,
-    /// What the frame before lends.
+    /// Light of the previous frame that is reused.
     pub history: &'static History,
     /// What smooths the path-traced part.
     pub denoiser: &'static Denoiser,

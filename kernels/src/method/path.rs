@@ -1,5 +1,5 @@
 //! `reference`: plain path tracing of everything, a sample a pixel. It is `collect` that follows specular lobes behind the
-//! collection point too, and so finds by chance what light paths and the gather find on purpose. Unbiased.
+//! collection point too, and so finds at random what light paths and the gather find on purpose. Unbiased.
 
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::Step;
@@ -13,8 +13,8 @@ use crate::math::rng::Stream;
 #[cfg(not(target_arch = "spirv"))]
 use crate::method::Method;
 use crate::pass::collect::errand::{Errand, Wanted, run};
-use crate::pass::collect::watch::{CollectionPoint, Watch};
-use crate::pass::collect::{Beyond, PathLight};
+use crate::pass::collect::observer::{CollectionPoint, PathObserver};
+use crate::pass::collect::{CameraSuffix, PathLight};
 #[cfg(not(target_arch = "spirv"))]
 use crate::pass::display::DISPLAY;
 use crate::platform::{Atomics, Slots};
@@ -27,9 +27,9 @@ pub const PATH: Method = Method {
     name: "path",
     description: "path tracing of everything, one path a pixel: the reference's estimator",
     cost: "a camera path a pixel",
-    limitations: "nothing in the mean; caustics are found by chance: noise, and none of lamps of no size",
+    limitations: "nothing in expectation; caustics are found at random: noise, and none of lamps of no size",
     gathers: false,
-    lends: false,
+    supports_history: false,
     chooses_gather: false,
     chooses_emission: false,
     converges: true,
@@ -63,7 +63,7 @@ struct Reference<'a> {
     radiance: Slots<'a, Vec3>,
 }
 
-impl Watch for Reference<'_> {
+impl PathObserver for Reference<'_> {
     type Kept = ();
 
     #[inline(always)]
@@ -86,5 +86,5 @@ impl Errand for Reference<'_> {
 /// A path through a pixel.
 #[inline(always)]
 pub fn wanted(pixel: u32) -> Wanted {
-    Wanted { pixel, stream: Stream::Reference, beyond: Beyond::ALL }
+    Wanted { pixel, stream: Stream::Reference, suffix: CameraSuffix::ALL }
 }

@@ -1,6 +1,6 @@
 //! Progressive photon mapping with stochastic collection points: frames of OurBasic whose radii shrink, averaged. Each
 //! frame is an estimate of its own, so that its radius needs nothing but its index [Knaus and Zwicker 2011, Progressive
-//! photon mapping: a probabilistic approach]; camera paths are drawn anew every frame [Hachisuka and Jensen 2009]. Frames are
+//! photon mapping: a probabilistic approach]; camera paths are sampled anew every frame [Hachisuka and Jensen 2009]. Frames are
 //! independent where nothing learns; where emissions or numbers of light paths go by earlier frames, they are uncorrelated; where
 //! discs do (`--radius-px auto`), their bias is not.
 //!
@@ -21,7 +21,7 @@ pub const PROGRESSIVE: Method = Method {
     cost: "as basic",
     limitations: "nothing in the limit; blur goes with the cube root of the number of frames",
     gathers: true,
-    lends: false,
+    supports_history: false,
     chooses_gather: true,
     chooses_emission: true,
     converges: true,

@@ -56,7 +56,7 @@ pub const YANG2021: Method = Method {
     limitations: "only primary surfaces receive; an ellipse blurs, and at borders and thin walls part of it is lost or leaks; the \
             extent of a lamp, normal maps and diffuse bounces do not widen it",
     gathers: true,
-    lends: false,
+    supports_history: false,
     chooses_gather: false,
     chooses_emission: false,
     converges: false,
@@ -113,11 +113,11 @@ pub fn shoot_yang2021(
         feedback: density_feedback,
         params,
         features,
-        way: Way { words, record: Record::at(params.zero()) },
+        path_state: LightPathState { words, record: Record::at(params.zero()) },
     };
     let path = dispatch.first + index;
     shoot(path, params, features, scene, &emit, tracer, &mut spread, counters);
-    spread.way.total().tally(counters);
+    spread.path_state.total().tally(counters);
 }
 
 /// Spread of a footprint behind a diffuse bounce (rad): neighbours there go anywhere.
@@ -144,7 +144,7 @@ pub struct Spread<'a, A, F> {
     /// What the scene needs.
     pub features: Features,
     /// What the path takes along.
-    pub way: Way<'a>,
+    pub path_state: LightPathState<'a>,
 }
 
 /// Words that a path takes along.
@@ -153,7 +153,7 @@ const WORDS: usize = 26;
 const ROOM: usize = 3 * WORDS;
 
 /// What a path takes along, in memory: a GPU has few registers beside those of the path itself.
-pub struct Way<'a> {
+pub struct LightPathState<'a> {
     words: &'a mut [u32; ROOM],
     record: Record<WORDS, ROOM>,
 }
@@ -165,7 +165,7 @@ const HIT: usize = 17;
 const TEXEL: usize = 22;
 const TOTAL: usize = 23;
 
-impl Way<'_> {
+impl LightPathState<'_> {
     #[inline(always)]
     fn differential(&self) -> Differential {
         let number = |word| f32::from_bits(self.record.take(self.words, word));
@@ -272,7 +272,7 @@ impl<A: Atomics, F: Atomics> Spread<'_, A, F> {
         let disc = PI * point.radius * point.radius;
         let sum = Sum::new(value * (disc * weight), self.params.inverse_quantum());
         sum.add_to(&mut self.accumulator, pixel);
-        self.way.set_total(&self.way.total().plus(sum));
+        self.path_state.set_total(&self.path_state.total().plus(sum));
         true
     }
 }
@@ -287,29 +287,33 @@ fn takes(point: &PointGeometry, deposit: &DepositGeometry, footprint: &Footprint
 }
 
 impl<A: Atomics, F: Atomics> Receive for Spread<'_, A, F> {
-    type Way = ();
+    type PathState = ();
 
     #[inline(always)]
-    fn start(&mut self, _way: &mut (), emission: &EmissionSample) {
+    fn start(&mut self, _path_state: &mut (), emission: &EmissionSample) {
         let share = 1.0 / self.params.light_path_count as f32;
         let (direction, solid_angle) = (emission.ray.direction, emission.solid_angle * share);
-        self.way.set_differential(&Differential::at_light(direction, solid_angle, emission.area * share));
-        self.way.set_total(&Sum::default());
-        self.way.set_texel(emission.texel);
+        self.path_state.set_differential(&Differential::at_light(
+            direction,
+            solid_angle,
+            emission.area * share,
+        ));
+        self.path_state.set_total(&Sum::default());
+        self.path_state.set_texel(emission.texel);
         self.feedback.add(emission.texel * FEEDBACK_WORDS + 5, 1);
     }
 
     #[inline(always)]
-    fn arrive(&mut self, _way: &mut (), ray: &Ray, hit: &Hit, here: &Vertex) {
-        let differential = self.way.differential();
+    fn arrive(&mut self, _path_state: &mut (), ray: &Ray, hit: &Hit, here: &Vertex) {
+        let differential = self.path_state.differential();
         let arrived = differential.transfer(ray.direction, hit.distance, here.face_normal);
-        self.way.set_differential(&arrived);
-        self.way.arrive(ray.direction, hit, here.front);
+        self.path_state.set_differential(&arrived);
+        self.path_state.arrive(ray.direction, hit, here.front);
     }
 
     #[inline(always)]
-    fn receive(&mut self, _way: &mut (), geometry: DepositGeometry, light: DepositLight) {
-        let differential = self.way.differential();
+    fn receive(&mut self, _path_state: &mut (), geometry: DepositGeometry, light: DepositLight) {
+        let differential = self.path_state.differential();
         let footprint = Footprint::new(geometry.position, geometry.normal, &differential, self.params);
         if footprint.area_px == 0.0 {
             return;
@@ -326,7 +330,7 @@ impl<A: Atomics, F: Atomics> Receive for Spread<'_, A, F> {
             row += 1;
         }
         if taken {
-            let first = self.way.texel() * FEEDBACK_WORDS;
+            let first = self.path_state.texel() * FEEDBACK_WORDS;
             let area = footprint.area_px;
             Quanta::from_f32(area, FEEDBACK_INVERSE_QUANTUM).add_to(&mut self.feedback, first);
             Quanta::from_f32(area * area, FEEDBACK_INVERSE_QUANTUM).add_to(&mut self.feedback, first + 2);
@@ -335,16 +339,16 @@ impl<A: Atomics, F: Atomics> Receive for Spread<'_, A, F> {
     }
 
     #[inline(always)]
-    fn scatter(&mut self, _way: &mut (), scattered: &BsdfSample, _flux: Vec3) {
+    fn scatter(&mut self, _path_state: &mut (), scattered: &BsdfSample, _flux: Vec3) {
         let sampled = &scattered.sampled;
         let direction = scattered.ray.direction;
-        let mut differential = self.way.differential();
+        let mut differential = self.path_state.differential();
         if sampled.class == Classes::NON_SPECULAR {
-            self.way.set_differential(&differential.roughen(DIFFUSE_SPREAD, true));
+            self.path_state.set_differential(&differential.roughen(DIFFUSE_SPREAD, true));
             return;
         }
         // The facet that turned the path: of a rough surface, the one that it met.
-        let (arriving, hit, front) = self.way.arrival();
+        let (arriving, hit, front) = self.path_state.arrival();
         let unrefracted = sampled.straight || (sampled.transmitted && sampled.eta == 1.0);
         if !sampled.transmitted {
             let normal = (direction - arriving).normalize();
@@ -360,6 +364,6 @@ impl<A: Atomics, F: Atomics> Receive for Spread<'_, A, F> {
             let spread = LOBE_SHARE * lobe_variance(sampled.roughness).sqrt();
             differential = differential.roughen(spread, false);
         }
-        self.way.set_differential(&differential);
+        self.path_state.set_differential(&differential);
     }
 }

@@ -4,7 +4,7 @@
 //! a frame buys, (V + A / n) (C + n c), is least at n^2 = A C / (V c). V is measured by the distances of pixels from
 //! their neighbours, A by the squares of deposits, costs are counted: no clock is asked, so that a run repeats to the bit.
 //! What is found in a frame is for those after it, so that every frame is unbiased and frames may be averaged. What a history
-//! lends to caustics is not seen: with one, fewer light paths would do.
+//! reuses for caustics is not seen: with one, fewer light paths would do.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;

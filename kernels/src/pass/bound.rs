@@ -1,7 +1,7 @@
 //! `bound.*`: a bound on rare bright samples of camera paths (fireflies), by the pixels around: what a single frame does without
 //! a history. It loses energy, so methods that converge have none.
 //!
-//! Bounded is what was found after the first draw from a lobe that has a width: a lamp in view, or seen in what is smooth, and
+//! Bounded is what was found after the first non-delta bounce: a lamp in view, or seen in what is smooth, and
 //! direct light on what is seen so, are as steady as their surroundings are not.
 
 #[cfg(not(target_arch = "spirv"))]
@@ -29,12 +29,12 @@ pub fn bound_limits(
     pixel: u32,
     params: &FrameParams,
     path_radiance: &[Vec3],
-    steady_radiance: &[Vec3],
+    delta_prefix_radiance: &[Vec3],
     #[len = params.pixel_count()] mut sample_limits: Slots<'_, f32>,
 ) {
-    let loose = |other: u32| mean(path_radiance[other as usize] - steady_radiance[other as usize]);
-    let sum = params.sum_around(pixel, AROUND, |other| Vec2::new(loose(other), 1.0));
-    let around = (sum.x - loose(pixel)).max(0.0) / (sum.y - 1.0).max(1.0);
+    let non_delta = |other: u32| mean(path_radiance[other as usize] - delta_prefix_radiance[other as usize]);
+    let sum = params.sum_around(pixel, AROUND, |other| Vec2::new(non_delta(other), 1.0));
+    let around = (sum.x - non_delta(pixel)).max(0.0) / (sum.y - 1.0).max(1.0);
     sample_limits.write(pixel, MAX_OVER_MEAN * around);
 }
 
@@ -43,15 +43,15 @@ pub fn bound_limits(
 pub fn bound_samples(
     pixel: u32,
     #[len = params.pixel_count()] sample_limits: &[f32],
-    steady_radiance: &[Vec3],
-    mut seen_radiance: Slots<'_, Vec3>,
+    delta_prefix_radiance: &[Vec3],
+    mut prefix_radiance: Slots<'_, Vec3>,
     mut path_radiance: Slots<'_, Vec3>,
 ) {
-    let (radiance, steady) = (path_radiance.read(pixel), steady_radiance[pixel as usize]);
-    let (loose, limit) = (mean(radiance - steady), sample_limits[pixel as usize]);
-    if loose > limit {
-        let bounded = steady + (radiance - steady) * (limit / loose);
+    let (radiance, delta_prefix) = (path_radiance.read(pixel), delta_prefix_radiance[pixel as usize]);
+    let (non_delta, limit) = (mean(radiance - delta_prefix), sample_limits[pixel as usize]);
+    if non_delta > limit {
+        let bounded = delta_prefix + (radiance - delta_prefix) * (limit / non_delta);
         path_radiance.write(pixel, bounded);
-        seen_radiance.write(pixel, seen_radiance.read(pixel).min(bounded));
+        prefix_radiance.write(pixel, prefix_radiance.read(pixel).min(bounded));
     }
 }

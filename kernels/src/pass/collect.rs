@@ -4,7 +4,7 @@
 mod aside;
 mod connected;
 pub mod errand;
-pub mod watch;
+pub mod observer;
 
 use crate::declare::pass;
 use crate::interface::NONE;
@@ -30,7 +30,7 @@ use crate::math::sampler::next4;
 use crate::platform::{Atomics, Slots, scratch};
 use crate::surface::class::Classes;
 use crate::surface::dispersion::{Channel, is_mixed, needs_channel, part};
-use crate::surface::may_be_wide;
+use crate::surface::may_have_non_delta_lobe;
 use crate::surface::media::MediaStack;
 use crate::surface::scatter::{BsdfSample, ScatteringVertex};
 use crate::surface::textured::{material_at, packed};
@@ -42,8 +42,8 @@ use crate::trace::through_media::{shadow_transmittance, trace_through_media};
 use aside::{Aside, Shadow, Sum};
 use connected::Connected;
 use errand::{Errand, Wanted, run};
+use observer::{CollectionPoint, PathObserver, PointObserver};
 use spirv_std::glam::Vec3;
-use watch::{CollectionPoint, ForPoint, Watch};
 
 /// Features that distort a pencil: without them a prefix meets plane mirrors alone.
 const DISTORTING: Features = Features(Features::DIELECTRIC.0 | Features::SMOOTH_NORMALS.0);
@@ -63,21 +63,21 @@ pub fn pixel_order(width: u32, height: u32) -> Vec<u32> {
     order
 }
 
-/// What a camera path does behind its collection point.
+/// Camera suffix: lobes by which a camera path goes on and finds lights behind its collection point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Beyond {
+pub struct CameraSuffix {
     /// Lobes that it follows.
     pub follows: Classes,
     /// Lobes by which it finds lights: those of the others are the light paths'.
     pub finds: Classes,
 }
 
-impl Beyond {
+impl CameraSuffix {
     /// All light is the camera's: path tracing.
-    pub const ALL: Beyond = Beyond { follows: Classes::ALL, finds: Classes::ALL };
+    pub const ALL: CameraSuffix = CameraSuffix { follows: Classes::ALL, finds: Classes::ALL };
 
     /// Nothing: the path ends there, and asks for no light on its way.
-    pub const NOTHING: Beyond = Beyond { follows: Classes::NONE, finds: Classes::NONE };
+    pub const NOTHING: CameraSuffix = CameraSuffix { follows: Classes::NONE, finds: Classes::NONE };
 
     /// Whether the path asks for any light.
     #[inline(always)]
@@ -93,12 +93,12 @@ impl Beyond {
 
     /// What the light paths of a frame leave to it.
     #[inline(always)]
-    pub fn new(params: &FrameParams) -> Beyond {
+    pub fn new(params: &FrameParams) -> CameraSuffix {
         let mut follows = Classes::ALL;
         if params.caustics == Caustics::Any as u32 {
             follows = Classes::NON_SPECULAR;
         }
-        Beyond { follows, finds: Classes::NON_SPECULAR }
+        CameraSuffix { follows, finds: Classes::NON_SPECULAR }
     }
 }
 
@@ -109,11 +109,11 @@ pub struct PathLight {
     pub radiance: Vec3,
     /// With [`Features::PARTS`], as what follows is: the part of it that is no light which the non-specular class of the collection
     /// point reflects: what came before the point, its emission, and direct light on its specular class (W m^-2 sr^-1).
-    pub seen: Vec3,
+    pub prefix: Vec3,
     /// The direct light among what that class reflects.
     pub direct: PointDirect,
-    /// The part of it that was found before the first draw from a lobe that has a width (W m^-2 sr^-1).
-    pub steady: Vec3,
+    /// The part of it that was found before the first non-delta bounce (W m^-2 sr^-1).
+    pub delta_prefix: Vec3,
 }
 
 /// What a camera path brings home, and where its collection point is.
@@ -135,7 +135,7 @@ pub struct Start {
     pub ray: Ray,
     /// The cone around that.
     pub cone: RayCone,
-    /// The numbers that it draws from here on.
+    /// The numbers that it samples from here on.
     pub rng: Rng,
 }
 
@@ -149,7 +149,7 @@ impl Start {
     }
 }
 
-/// The camera ray through a pixel; draws from `rng` in any case, so that filters share all other numbers.
+/// The camera ray through a pixel; samples from `rng` in any case, so that filters share all other numbers.
 #[inline(always)]
 pub fn camera_ray(params: &FrameParams, pixel: u32, rng: &mut Rng) -> Ray {
     let u = next4(rng, &params.sequence);
@@ -173,8 +173,8 @@ pub fn collect(
     counters: &mut impl Atomics,
     #[len = params.pixel_count()] pixel_order: &[u32],
     path_radiance: Slots<'_, Vec3>,
-    seen_radiance: Slots<'_, Vec3>,
-    steady_radiance: Slots<'_, Vec3>,
+    prefix_radiance: Slots<'_, Vec3>,
+    delta_prefix_radiance: Slots<'_, Vec3>,
     point_direct: Slots<'_, PointDirect>,
     point_geometry: Slots<'_, PointGeometry>,
     point_shading: Slots<'_, PointShading>,
@@ -184,8 +184,8 @@ pub fn collect(
         params,
         features,
         radiance: path_radiance,
-        seen: seen_radiance,
-        steady: steady_radiance,
+        prefix: prefix_radiance,
+        delta_prefix: delta_prefix_radiance,
         direct: point_direct,
         geometry: point_geometry,
         shading: point_shading,
@@ -204,10 +204,10 @@ pub struct Collect<'a> {
     pub features: Features,
     /// `path_radiance`, by pixel as what follows is.
     pub radiance: Slots<'a, Vec3>,
-    /// `seen_radiance`.
-    pub seen: Slots<'a, Vec3>,
-    /// `steady_radiance`.
-    pub steady: Slots<'a, Vec3>,
+    /// `prefix_radiance`.
+    pub prefix: Slots<'a, Vec3>,
+    /// `delta_prefix_radiance`.
+    pub delta_prefix: Slots<'a, Vec3>,
     /// `point_direct`.
     pub direct: Slots<'a, PointDirect>,
     /// `point_geometry`.
@@ -216,7 +216,7 @@ pub struct Collect<'a> {
     pub shading: Slots<'a, PointShading>,
 }
 
-impl Watch for Collect<'_> {
+impl PathObserver for Collect<'_> {
     type Kept = ();
 
     #[inline(always)]
@@ -233,14 +233,14 @@ impl Watch for Collect<'_> {
 impl Errand for Collect<'_> {
     #[inline(always)]
     fn wanted(&self) -> Wanted {
-        Wanted { pixel: self.pixel, stream: Stream::Camera, beyond: Beyond::new(self.params) }
+        Wanted { pixel: self.pixel, stream: Stream::Camera, suffix: CameraSuffix::new(self.params) }
     }
     #[inline(always)]
     fn leave(&mut self, light: &PathLight, _kept: &()) {
         self.radiance.write(self.pixel, light.radiance);
         if self.features.has(Features::PARTS) {
-            self.seen.write(self.pixel, light.seen);
-            self.steady.write(self.pixel, light.steady);
+            self.prefix.write(self.pixel, light.prefix);
+            self.delta_prefix.write(self.pixel, light.delta_prefix);
             self.direct.write(self.pixel, light.direct);
         }
     }
@@ -257,21 +257,21 @@ pub fn camera_path<T: Tracer, C: Atomics>(
     counters: &mut C,
 ) -> Collected {
     let start = Start::new(Stream::Camera, pixel, params);
-    collected(start, Beyond::new(params), params, features, scene, tracer, counters)
+    collected(start, CameraSuffix::new(params), params, features, scene, tracer, counters)
 }
 
 /// What a camera path brings home.
 #[inline(always)]
 pub fn collected<T: Tracer, C: Atomics>(
     start: Start,
-    beyond: Beyond,
+    suffix: CameraSuffix,
     params: &FrameParams,
     features: Features,
     scene: SceneTables<'_>,
     tracer: &mut T,
     counters: &mut C,
 ) -> Collected {
-    let (light, point) = follow(start, beyond, params, features, scene, tracer, &mut ForPoint, counters);
+    let (light, point) = follow(start, suffix, params, features, scene, tracer, &mut PointObserver, counters);
     Collected { light, point }
 }
 
@@ -303,27 +303,27 @@ impl Segment {
     };
 }
 
-/// Follows a camera path from its first ray, while somebody watches: its light, and what they keep of it.
+/// Follows a camera path from its first ray. Returns its light, and what the observer keeps of it.
 #[inline(always)]
-pub fn follow<T: Tracer, W: Watch, C: Atomics>(
+pub fn follow<T: Tracer, O: PathObserver, C: Atomics>(
     start: Start,
-    beyond: Beyond,
+    suffix: CameraSuffix,
     params: &FrameParams,
     features: Features,
     scene: SceneTables<'_>,
     tracer: &mut T,
-    watch: &mut W,
+    observer: &mut O,
     counters: &mut C,
-) -> (PathLight, W::Kept) {
+) -> (PathLight, O::Kept) {
     let Start { ray, cone: direct, mut rng } = start;
-    let mut kept = W::Kept::default();
+    let mut kept = O::Kept::default();
     let parts = features.has(Features::PARTS);
     let mut next =
         Segment { ray, from: ray.origin, throughput: Vec3::ONE, finds_emission: true, ..Segment::NONE };
     if features.has(Features::STARTS_IN_MEDIUM) {
         next.media = initial_media_stack(ray.origin, features, scene, tracer);
     }
-    let (mut prefix, mut steady) = (true, true);
+    let (mut prefix, mut delta_prefix) = (true, true);
     let mut from_point = 0.0;
     let all = LightCandidates::new(params);
     let candidates_of = |prefix: bool| if prefix { all } else { LightCandidates::ONE };
@@ -353,7 +353,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
         count_rare(traced.unexpected, Counter::UnexpectedFaces, counters);
         let mut goes_on = false;
         if hit.is_miss() {
-            watch.escape(&ray, throughput);
+            observer.escape(&ray, throughput);
             if prefix {
                 aside.add(Sum::Radiance, throughput * params.background);
             }
@@ -365,7 +365,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                 aside.add(Sum::Radiance, throughput * seen);
             }
             if prefix {
-                watch.end(&mut kept, from);
+                observer.end(&mut kept, from);
             }
         } else {
             let mut width = 0.0;
@@ -385,7 +385,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
             if features.has(Features::ABSORPTION) {
                 throughput *= traced.transmittance;
             }
-            watch.arrive(&ray, &hit, &here, throughput);
+            observer.arrive(&ray, &hit, &here, throughput);
 
             // Emission, combined by MIS with light sampling at the vertex before.
             let is_emitter =
@@ -407,7 +407,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                 let (mut follows, mut finds) = (Classes::ALL, Classes::ALL);
                 let candidates = candidates_of(prefix);
                 if !prefix {
-                    (follows, finds) = (beyond.follows, beyond.finds);
+                    (follows, finds) = (suffix.follows, suffix.finds);
                 }
                 let mut channel = Channel::GREEN;
                 if needs_channel(&here, &material, scene.materials, media, features) {
@@ -421,7 +421,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                     choice = next4(&mut rng, &params.sequence).x;
                 }
                 let mut count = 0;
-                if beyond.is_lit() && may_be_wide(&material, features) {
+                if suffix.is_lit() && may_have_non_delta_lobe(&material, features) {
                     count = candidates.sample_count * candidates.candidate_count;
                 }
                 let sample_light = |number| {
@@ -436,16 +436,16 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                     throughput,
                     channel,
                     follows,
-                    prefix && beyond.divides(),
+                    prefix && suffix.divides(),
                     params.specular_roughness,
                     features,
                 );
                 if parts && prefix {
-                    aside.set(Sum::Seen, aside.sum(Sum::Radiance));
+                    aside.set(Sum::Prefix, aside.sum(Sum::Radiance));
                     aside.set(Sum::Direct, Vec3::ZERO);
                 }
                 let mut waits = 0;
-                if scattering.bsdf.is_wide() {
+                if scattering.bsdf.has_non_delta_lobe() {
                     let mut number = 0;
                     while number < count {
                         let mut reservoir = Reservoir::new(choice);
@@ -456,9 +456,9 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                             reservoir.add(connected.keep(number, candidate, direct), direct.sum());
                             number += 1;
                         }
-                        if reservoir.is_drawn() {
+                        if reservoir.has_sample() {
                             let (light_sample, direct) = connected.get_with_light(reservoir.kept);
-                            let direct = direct.times(reservoir.inverse_chance());
+                            let direct = direct.times(reservoir.inverse_probability());
                             let mut ray = shadow_ray(&here, &light_sample);
                             if features.has(Features::BLENDS) {
                                 ray.key = rng.ray_key(number);
@@ -475,18 +475,18 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                         }
                     }
                 }
-                let (was_prefix, was_steady) = (prefix, steady);
+                let (was_prefix, was_delta_prefix) = (prefix, delta_prefix);
 
                 // Scatter; the first non-specular choice makes the collection point.
                 let u = next4(&mut rng, &params.sequence);
                 let scattered = scattering.sample(u);
                 if scattering.bsdf.scatters() {
-                    watch.scatter(&scattered);
+                    observer.scatter(&scattered);
                 }
                 if prefix && scattered.sampled.class == Classes::NON_SPECULAR {
                     prefix = false;
-                    let chance = scattering.bsdf.class_chance(Classes::NON_SPECULAR);
-                    if depth < params.max_bounces && chance > 0.0 {
+                    let class_probability = scattering.bsdf.class_probability(Classes::NON_SPECULAR);
+                    if depth < params.max_bounces && class_probability > 0.0 {
                         let cos = here.to_previous.dot(here.face_normal);
                         let (cone, distance) = aside.cone();
                         let mut virtual_image = VirtualImage::straight(distance);
@@ -494,7 +494,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                             virtual_image = aside.pencil().virtual_image(distance);
                         }
                         if parts {
-                            aside.set_chance(chance);
+                            aside.set_class_probability(class_probability);
                         }
                         let geometry = PointGeometry {
                             position: here.position,
@@ -512,7 +512,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                             material: here.material,
                             shading_normal: here.shading_normal,
                             red_green: 0,
-                            throughput: throughput / chance,
+                            throughput: throughput / class_probability,
                             blue_roughness_metallic: 0,
                             eta: scattering.bsdf.eta,
                             instance: here.instance,
@@ -524,9 +524,9 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                             shading.red_green = first;
                             shading.blue_roughness_metallic = second;
                         }
-                        watch.collect(&mut kept, &CollectionPoint { geometry, shading, length: distance });
+                        observer.collect(&mut kept, &CollectionPoint { geometry, shading, length: distance });
                     } else {
-                        watch.end(&mut kept, here.position);
+                        observer.end(&mut kept, here.position);
                     }
                 }
                 throughput *= scattered.sampled.weight;
@@ -540,7 +540,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                     throughput = if u.w < survival { throughput / survival } else { Vec3::ZERO };
                 }
                 let carried = throughput.element_sum();
-                goes_on = (prefix || beyond.is_lit()) && is_finite(carried) && carried > 0.0;
+                goes_on = (prefix || suffix.is_lit()) && is_finite(carried) && carried > 0.0;
                 if prefix {
                     if needs_virtual_image(features) {
                         scatter_pencil(&mut aside, scene, features, &hit, &here, &scattered);
@@ -553,7 +553,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                     throughput *= scattered.sampled.eta * scattered.sampled.eta;
                     count_rare(scattered.media_overflow.into(), Counter::MediaOverflow, counters);
                 }
-                steady = steady && scattered.sampled.pdf_solid_angle == 0.0;
+                delta_prefix = delta_prefix && scattered.sampled.pdf_solid_angle == 0.0;
                 next = Segment {
                     ray: scattered.ray,
                     from: here.position,
@@ -561,7 +561,7 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                     media: scattered.media,
                     throughput,
                     pdf_scattered: scattered.sampled.pdf_solid_angle,
-                    finds_emission: prefix || beyond.finds.has(scattered.sampled.class),
+                    finds_emission: prefix || suffix.finds.has(scattered.sampled.class),
                 };
 
                 // Of the vertex nothing is needed any more.
@@ -573,19 +573,19 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
                     if transmittance.max_element() > 0.0 {
                         aside.add(Sum::Radiance, shadow.radiance * transmittance);
                         if parts && was_prefix {
-                            aside.add(Sum::Seen, shadow.specular * transmittance);
+                            aside.add(Sum::Prefix, shadow.specular * transmittance);
                             aside.add(Sum::Direct, shadow.non_specular * transmittance);
                         }
                     }
                     place += 1;
                 }
                 shadow_rays += waits;
-                if parts && was_steady {
-                    aside.set(Sum::Steady, aside.sum(Sum::Radiance));
+                if parts && was_delta_prefix {
+                    aside.set(Sum::DeltaPrefix, aside.sum(Sum::Radiance));
                 }
             }
             if prefix && !goes_on {
-                watch.end(&mut kept, here.position);
+                observer.end(&mut kept, here.position);
             }
         }
         if !goes_on {
@@ -595,8 +595,8 @@ pub fn follow<T: Tracer, W: Watch, C: Atomics>(
     }
 
     let mut light = aside.light();
-    if parts && steady {
-        light.steady = light.radiance;
+    if parts && delta_prefix {
+        light.delta_prefix = light.radiance;
     }
     if !is_finite(light.radiance.element_sum()) {
         light = PathLight::default();
@@ -670,7 +670,7 @@ fn direct_light(
         }
         let light = light_sample.radiance_over_pdf * if above { cos } else { 0.0 };
         sum.non_specular = light * mis_weighted(scattering, light_sample, Classes::NON_SPECULAR);
-        if classes.has(Classes::SPECULAR) && scattering.bsdf.is_wide_in(Classes::SPECULAR) {
+        if classes.has(Classes::SPECULAR) && scattering.bsdf.has_non_delta_lobe_in(Classes::SPECULAR) {
             sum.specular = light * mis_weighted(scattering, light_sample, Classes::SPECULAR);
         }
     }

@@ -113,7 +113,7 @@ pub fn shoot<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     tracer: &mut T,
     receive: &mut R,
     counters: &mut C,
-) -> R::Way {
+) -> R::PathState {
     let rng = Rng::new(Stream::Light, params.seed, path, params.frame);
     follow(path, rng, params, features, scene, emit, tracer, receive, counters)
 }
@@ -130,10 +130,10 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     tracer: &mut T,
     receive: &mut R,
     counters: &mut C,
-) -> R::Way {
+) -> R::PathState {
     let emission = emit.sample(&mut rng);
-    let mut way = R::Way::default();
-    receive.start(&mut way, &emission);
+    let mut path_state = R::PathState::default();
+    receive.start(&mut path_state, &emission);
     let mut flux = emission.flux / params.light_path_count as f32;
     let mut ray = emission.ray;
     let mut media = MediaStack::VACUUM;
@@ -163,7 +163,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
             break;
         }
         let here = vertex(scene, features, &ray, &hit, 0.0);
-        receive.arrive(&mut way, &ray, &hit, &here);
+        receive.arrive(&mut path_state, &ray, &hit, &here);
         let material = material_at(scene, &here, features);
         if features.has(Features::ABSORPTION) {
             let before = flux;
@@ -199,7 +199,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
         if caustic && receives && cos_arriving > 0.0 {
             deposits += 1;
             receive.receive(
-                &mut way,
+                &mut path_state,
                 DepositGeometry {
                     position: here.position,
                     scatterings: hit_count - 1,
@@ -252,7 +252,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
             break;
         }
         overflows += u32::from(scattered.media_overflow);
-        receive.scatter(&mut way, &scattered, flux);
+        receive.scatter(&mut path_state, &scattered, flux);
         media = scattered.media;
         ray = scattered.ray;
         hit_count += 1;
@@ -273,7 +273,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     if unexpected != 0 {
         counters.add(Counter::UnexpectedFaces as u32, unexpected);
     }
-    way
+    path_state
 }
 
 /// Correction of flux where the shading normal is not the face's [Veach 1997, 5.3]:

@@ -124,7 +124,7 @@ pub fn scatter(
         transmitted: u32::from(scattered.sampled.transmitted),
         specular: scattering.eval(input.towards, Classes::SPECULAR).f,
         non_specular: scattering.eval(input.towards, Classes::NON_SPECULAR).f,
-        chance: scattering.bsdf.class_chance(Classes::NON_SPECULAR),
+        class_probability: scattering.bsdf.class_probability(Classes::NON_SPECULAR),
         padding: 0,
     }
 }

@@ -1,5 +1,5 @@
 //! Share of flux that a surface scatters on, estimated apart from `Bsdf::sample` for the energy ledger: closed forms,
-//! and for facets one normal drawn from D cos [Walter et al. 2007, eq. 35, 36] with all it reflects and refracts. It
+//! and for facets one normal sampled from D cos [Walter et al. 2007, eq. 35, 36] with all it reflects and refracts. It
 //! shares neither the sampler of visible normals nor the choice of lobes, so that an error in either shows.
 
 #[cfg(target_arch = "spirv")]

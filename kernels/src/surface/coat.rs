@@ -22,9 +22,9 @@ pub fn reflectance(material: &Material, cos: f32) -> f32 {
     material.specular * (f0 + (1.0 - f0) * fresnel::schlick_weight(cos))
 }
 
-/// About what it is to scatter.
+/// Approximate share of flux that the lobe scatters.
 #[inline(always)]
-pub fn chance(bsdf: &Bsdf) -> f32 {
+pub fn sampling_weight(bsdf: &Bsdf) -> f32 {
     bsdf.opaque_share() * reflectance(&bsdf.material, bsdf.to_previous.z)
 }
 

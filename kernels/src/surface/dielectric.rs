@@ -48,23 +48,23 @@ pub fn reflectance(material: &Material, cos: f32, eta: f32) -> f32 {
 }
 
 /// Reflects or transmits, in proportion to what either carries; the base colour tints what passes. The weight is
-/// that of flux: radiance takes eta^-2 besides (see `collect`). `chance` = of the dielectric among all lobes.
+/// that of flux: radiance takes eta^-2 besides (see `collect`). `lobe_probability` = of the dielectric among all lobes.
 #[inline]
 pub fn sample(
     material: &Material,
     to_previous: Vec3,
     dielectric: DielectricInterface,
-    chance: f32,
+    lobe_probability: f32,
     u: f32,
 ) -> Sampled {
     let share = (1.0 - material.metallic) * material.transmission;
     let tint = material.base_color;
     let passed = (1.0 - dielectric.reflectance) * crate::math::mean(tint);
-    let reflect_chance = dielectric.reflectance / (dielectric.reflectance + passed);
+    let reflection_probability = dielectric.reflectance / (dielectric.reflectance + passed);
     let (cos, eta) = (to_previous.z, dielectric.indices.eta);
     let reflected = Sampled {
         direction: Vec3::new(-to_previous.x, -to_previous.y, cos),
-        weight: Vec3::splat(share * dielectric.reflectance / (chance * reflect_chance)),
+        weight: Vec3::splat(share * dielectric.reflectance / (lobe_probability * reflection_probability)),
         pdf_solid_angle: 0.0,
         class: Classes::SPECULAR,
         transmitted: false,
@@ -72,10 +72,11 @@ pub fn sample(
         eta,
         roughness: 0.0,
     };
-    if u < reflect_chance {
+    if u < reflection_probability {
         return reflected;
     }
-    let weight = tint * (share * (1.0 - dielectric.reflectance) / (chance * (1.0 - reflect_chance)));
+    let weight =
+        tint * (share * (1.0 - dielectric.reflectance) / (lobe_probability * (1.0 - reflection_probability)));
     if material.flags & FLAG_THIN != 0 {
         return Sampled {
             direction: -to_previous,

@@ -121,7 +121,7 @@ pub fn needs_channel(
 }
 
 /// Samples a smooth face that refracts channels differently: `u` chooses to reflect or to transmit, `v` the channel of what is
-/// transmitted. `reflectances` are those of the channels, `share` is the share of the dielectric and `chance` the probability of the
+/// transmitted. `reflectances` are those of the channels, `share` is the share of the dielectric and `lobe_probability` that of the
 /// lobe among all.
 #[inline(always)]
 pub fn sample(
@@ -130,17 +130,17 @@ pub fn sample(
     indices: Indices,
     reflectances: Vec3,
     share: f32,
-    chance: f32,
+    lobe_probability: f32,
     u: f32,
     v: f32,
 ) -> Sampled {
     let passed = tint * (Vec3::ONE - reflectances);
     let (reflected_mean, passed_mean) = (indices.mean(reflectances), indices.mean(passed));
-    let reflect_chance = reflected_mean / (reflected_mean + passed_mean);
+    let reflection_probability = reflected_mean / (reflected_mean + passed_mean);
     let cos = to_previous.z;
     let reflected = Sampled {
         direction: Vec3::new(-to_previous.x, -to_previous.y, cos),
-        weight: reflectances * (share / (chance * reflect_chance)),
+        weight: reflectances * (share / (lobe_probability * reflection_probability)),
         pdf_solid_angle: 0.0,
         class: Classes::SPECULAR,
         transmitted: false,
@@ -148,14 +148,14 @@ pub fn sample(
         eta: indices.eta,
         roughness: 0.0,
     };
-    if u < reflect_chance {
+    if u < reflection_probability {
         return reflected;
     }
 
     // The channel, in proportion to what the path carries of each behind the face.
     let (channel, single) = part(indices.carried * passed, v);
     let one = Vec3::new(channel.is(Channel::RED), channel.is(Channel::GREEN), channel.is(Channel::BLUE));
-    let scale = share / (chance * (1.0 - reflect_chance));
+    let scale = share / (lobe_probability * (1.0 - reflection_probability));
     let weight = one * (single.element_sum() * scale / indices.carried.dot(one));
     let eta = indices.etas.dot(one);
     // Snell's law: the tangential part scales with eta.
@@ -170,13 +170,13 @@ pub fn is_mixed(carried: Vec3) -> bool {
     carried.max_element() < carried.element_sum()
 }
 
-/// The channel that `u`, uniform in [0, 1), draws, and what the path carries then.
+/// The channel that `u`, uniform in [0, 1), samples, and what the path carries then.
 #[inline(always)]
 pub fn part(carried: Vec3, u: f32) -> (Channel, Vec3) {
     let Vec3 { x: red, y: green, z: blue } = carried;
     let sum = carried.element_sum();
     let at = u * sum;
-    // A product may be rounded up to the sum: what carries nothing is never drawn.
+    // A product may be rounded up to the sum: what carries nothing is never sampled.
     if at < red || green + blue <= 0.0 {
         (Channel::RED, Vec3::new(sum, 0.0, 0.0))
     } else if at < red + green || blue <= 0.0 {
@@ -206,13 +206,13 @@ mod tests {
     #[test]
     fn channels_are_drawn_as_often_as_they_carry_and_keep_the_sum() {
         let carried = Vec3::new(0.5, 0.125, 0.375);
-        let draws = 1 << 12;
+        let samples = 1 << 12;
         let mut mean = Vec3::ZERO;
-        for draw in 0..draws {
-            let (_, single) = part(carried, draw as f32 / draws as f32);
+        for sample in 0..samples {
+            let (_, single) = part(carried, sample as f32 / samples as f32);
             assert_eq!(single.element_sum(), 1.0);
             assert!(!is_mixed(single));
-            mean += single / draws as f32;
+            mean += single / samples as f32;
         }
         assert_eq!(mean, carried);
     }
@@ -227,7 +227,7 @@ mod tests {
                 }
             }
         }
-        // Nor is a channel drawn that carries nothing.
+        // Nor is a channel sampled that carries nothing.
         let last = 1.0 - 2.0f32.powi(-24);
         assert_eq!(part(Vec3::new(0.3, 0.7, 0.0), last).0, Channel::GREEN);
         assert_eq!(part(Vec3::new(0.7, 0.0, 0.3), last).0, Channel::BLUE);

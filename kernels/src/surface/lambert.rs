@@ -12,9 +12,9 @@ pub fn occurs(material: &Material) -> bool {
     material.metallic < 1.0 && material.transmission < 1.0 && material.base_color.max_element() > 0.0
 }
 
-/// About what it is to scatter: what the coat lets in.
+/// Approximate share of flux that the lobe scatters: what the coat lets in.
 #[inline(always)]
-pub fn chance(bsdf: &Bsdf) -> f32 {
+pub fn sampling_weight(bsdf: &Bsdf) -> f32 {
     let mut under_coat = 1.0;
     if bsdf.features.has(Features::COAT) {
         under_coat = 1.0 - coat::reflectance(&bsdf.material, bsdf.to_previous.z);

@@ -1,4 +1,4 @@
-//! What the mixture of lobes is a line each of: their chances, the sums over them, the choice among them, made of the list
+//! What the mixture of lobes is a line each of: their probabilities, the sums over them, the choice among them, made of the list
 //! `for_each_lobe`.
 
 use crate::interface::features::Features;
@@ -9,7 +9,7 @@ use crate::surface::{Bsdf, Evaluated, ggx};
 use crate::surface::{class, dielectric};
 use spirv_std::glam::{Vec3, Vec4};
 
-/// What is a line a lobe: chances, sums and choices.
+/// Probabilities, sums and choices, a line a lobe.
 macro_rules! lobes {
     (
         facets { $($facet:ident $rough:ident $smooth:ident;)* }
@@ -22,9 +22,9 @@ macro_rules! lobes {
         /// Where any is smooth.
         pub const SMOOTH_FACETS: Features = Features(0 $(| Features::$smooth.0)*);
 
-        /// Chance of each lobe to be chosen; they sum to 1, or to 0 where nothing scatters.
+        /// Probability of each lobe to be chosen; they sum to 1, or to 0 where nothing scatters.
         #[derive(Clone, Copy, Debug, Default)]
-        pub struct Chances {
+        pub struct LobeProbabilities {
             $(pub $facet: f32,)*
             pub $first: f32,
             $(pub $diffuse: f32,)*
@@ -34,7 +34,7 @@ macro_rules! lobes {
             pub gloss: f32,
         }
 
-        impl Chances {
+        impl LobeProbabilities {
             /// Of all reflections at facets.
             #[inline]
             pub fn reflections(&self) -> f32 {
@@ -49,10 +49,10 @@ macro_rules! lobes {
 
             /// In proportion to these, with a sum of 1.
             #[inline(always)]
-            pub fn normalised(self) -> Chances {
+            pub fn normalised(self) -> LobeProbabilities {
                 let sum = 0.0 $(+ self.$facet)* + self.$first $(+ self.$diffuse)* + self.dielectric + self.gloss;
                 let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
-                Chances {
+                LobeProbabilities {
                     $($facet: self.$facet * scale,)*
                     $first: self.$first * scale,
                     $($diffuse: self.$diffuse * scale,)*
@@ -63,26 +63,26 @@ macro_rules! lobes {
         }
 
         impl Bsdf {
-            /// What each lobe of `classes` but the dielectric is about to scatter.
+            /// Sampling weights of the lobes of `classes` but the dielectric: about what each scatters.
             #[inline(always)]
-            pub(super) fn chances_of_reflections(&self, classes: Classes) -> Chances {
-                let mut chances = Chances::default();
+            pub(super) fn sampling_weights(&self, classes: Classes) -> LobeProbabilities {
+                let mut probabilities = LobeProbabilities::default();
                 if classes.has(self.reflection_class) {
                     $(
                         if self.features.has(Features::$rough | Features::$smooth) {
-                            chances.$facet = $facet::chance(self);
+                            probabilities.$facet = $facet::sampling_weight(self);
                         }
                     )*
                 }
                 if classes.has(Classes::NON_SPECULAR) {
-                    chances.$first = $first::chance(self);
+                    probabilities.$first = $first::sampling_weight(self);
                     $(
                         if self.features.has(Features::$bit) {
-                            chances.$diffuse = $diffuse::chance(self);
+                            probabilities.$diffuse = $diffuse::sampling_weight(self);
                         }
                     )*
                 }
-                chances
+                probabilities
             }
 
             /// Reflections at facets but that of the dielectric; `facets` = D G / (4 cos cos), `reflected` their density (1/sr).
@@ -92,7 +92,7 @@ macro_rules! lobes {
                 $(
                     if self.features.has(Features::$rough) {
                         f += $facet::eval(self, facets, cos_half);
-                        pdf_solid_angle += self.chances.$facet * reflected;
+                        pdf_solid_angle += self.probabilities.$facet * reflected;
                     }
                 )*
                 Evaluated { f, pdf_solid_angle }
@@ -104,31 +104,31 @@ macro_rules! lobes {
                 #[allow(unused_mut)]
                 let (mut f, mut pdf_solid_angle) = (
                     others.f + $first::eval(self, direction),
-                    others.pdf_solid_angle + self.chances.$first * $first::pdf(self, direction),
+                    others.pdf_solid_angle + self.probabilities.$first * $first::pdf(self, direction),
                 );
                 $(
                     if self.features.has(Features::$bit) {
                         f += $diffuse::eval(self, direction);
-                        pdf_solid_angle += self.chances.$diffuse * $diffuse::pdf(self, direction);
+                        pdf_solid_angle += self.probabilities.$diffuse * $diffuse::pdf(self, direction);
                     }
                 )*
                 Evaluated { f, pdf_solid_angle }
             }
 
-            /// What the smooth reflection that `u` chooses carries, over its chance.
+            /// What the smooth reflection that `u` chooses carries, over its probability.
             #[inline(always)]
             pub(super) fn smooth_weight(&self, u: f32) -> Vec3 {
-                let (mut lobe, mut chance, mut before) = (Vec3::ZERO, 1.0, 0.0);
+                let (mut lobe, mut probability, mut before) = (Vec3::ZERO, 1.0, 0.0);
                 $(
                     if self.features.has(Features::$smooth) {
                         if u >= before {
-                            (lobe, chance) = ($facet::smooth(self), self.chances.$facet);
+                            (lobe, probability) = ($facet::smooth(self), self.probabilities.$facet);
                         }
-                        before += self.chances.$facet;
+                        before += self.probabilities.$facet;
                     }
                 )*
                 let _ = before;
-                lobe / chance
+                lobe / probability
             }
 
             /// A direction of the diffuse lobe that `u` chooses.
@@ -137,22 +137,22 @@ macro_rules! lobes {
                 #[allow(unused_mut)]
                 let mut direction = $first::sample(self, u.y, u.z);
                 #[allow(unused_mut)]
-                let mut before = self.chances.reflections() + self.chances.$first;
+                let mut before = self.probabilities.reflections() + self.probabilities.$first;
                 $(
-                    if self.features.has(Features::$bit) && self.chances.$diffuse > 0.0 && u.x >= before {
+                    if self.features.has(Features::$bit) && self.probabilities.$diffuse > 0.0 && u.x >= before {
                         direction = $diffuse::sample(self, u.y, u.z);
                     }
-                    before += self.chances.$diffuse;
+                    before += self.probabilities.$diffuse;
                 )*
                 let _ = before;
                 direction
             }
         }
 
-        /// Whether any lobe of a material may have a width, before it is known which of them scatter.
+        /// Whether any lobe of a material may be non-delta, before it is known which of them scatter.
         #[inline(always)]
         #[allow(unused_variables)]
-        pub fn may_be_wide(material: &Material, features: Features) -> bool {
+        pub fn may_have_non_delta_lobe(material: &Material, features: Features) -> bool {
             material.roughness >= ggx::DELTA_ROUGHNESS
                 || $first::occurs(material)
                 $(|| (features.has(Features::$bit) && $diffuse::occurs(material)))*

@@ -11,9 +11,9 @@ pub fn occurs(material: &Material) -> bool {
     material.metallic > 0.0
 }
 
-/// About what it is to scatter.
+/// Approximate share of flux that the lobe scatters.
 #[inline(always)]
-pub fn chance(bsdf: &Bsdf) -> f32 {
+pub fn sampling_weight(bsdf: &Bsdf) -> f32 {
     let material = &bsdf.material;
     material.metallic * mean(fresnel::schlick(material.base_color, bsdf.to_previous.z))
 }

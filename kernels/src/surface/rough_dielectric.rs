@@ -7,7 +7,7 @@
 //! The lobe samples a visible facet and reflects by that facet's Fresnel reflectance [Walter et al. 2007, 5.3]: a white sample weighs
 //! what the masking leaves, never more than 1, and a path of many bounces as well. Where reflection and transmission are of
 //! different classes, a collection point divides by the probability of its class; that of a choice by facet is an integral without
-//! a closed form. There alone, on a camera prefix, [`reflection_chance`] chooses before the facet, and weights exceed 1.
+//! a closed form. There alone, on a camera prefix, [`reflection_probability`] chooses before the facet, and weights exceed 1.
 //!
 //! Scattering is single, as glTF defines the lobe: what a facet sends to other facets is lost.
 
@@ -34,7 +34,7 @@ pub fn is_rough(material: &Material, eta: f32) -> bool {
 /// reflectances around the mean cosine of visible facets. The second moment stays below 1.9, and is 5 % above the least one in the mean
 /// (`the_choice_before_the_facet_is_near_the_best_one`).
 #[inline]
-pub fn reflection_chance(material: &Material, cos: f32, eta: f32) -> f32 {
+pub fn reflection_probability(material: &Material, cos: f32, eta: f32) -> f32 {
     let alpha = ggx::alpha(material.roughness);
     let mean = (cos * cos + 0.4 * alpha * (1.0 - cos * cos)).sqrt();
     let spread = (0.9 * alpha + 0.28 * material.roughness * (1.0 - cos)).min(0.34);
@@ -44,7 +44,7 @@ pub fn reflection_chance(material: &Material, cos: f32, eta: f32) -> f32 {
     0.05 + 0.3 * around
 }
 
-/// Shares by which a facet of this reflectance reflects and transmits; what is transmitted is tinted by `tint` in the mean. They
+/// Shares by which a facet of this reflectance reflects and transmits; what is transmitted is tinted by `tint` in expectation. They
 /// sum to 1.
 #[inline]
 pub fn shares(reflectance: f32, tint: f32) -> (f32, f32) {

@@ -55,7 +55,7 @@ impl<'a> CutOuts<'a> {
     fn is_solid(&self, hit: &Hit, key: u32) -> bool {
         let share = self.share(hit.triangle, hit.u, hit.v);
         // All or nothing needs no hash.
-        share > 0.0 && (share >= 1.0 || share > chance(key, hit.triangle, hit.instance))
+        share > 0.0 && (share >= 1.0 || share > hash_float(key, hit.triangle, hit.instance))
     }
 
     /// Share of rays for which a triangle is there; 0 in holes.
@@ -90,7 +90,7 @@ impl<'a> CutOuts<'a> {
 
 /// Uniform in [0, 1) by a ray's key and the triangle of an instance.
 #[inline(always)]
-pub fn chance(key: u32, triangle: u32, instance: u32) -> f32 {
+pub fn hash_float(key: u32, triangle: u32, instance: u32) -> f32 {
     units(pcg4d(UVec4::new(key, triangle, instance ^ 0x6a09_e667, 0xbb67_ae85))).x
 }
 

@@ -1,6 +1,6 @@
 //! The next face that does anything: segments of paths pass faces that a medium of higher priority covers.
 //!
-//! Such a face is no vertex: it takes no bounce and draws no number, so that overlapping solids give what one surface
+//! Such a face is no vertex: it takes no bounce and samples no number, so that overlapping solids give what one surface
 //! between them gives. Camera paths, light paths and shadow rays all pass by this one rule.
 
 use crate::interface::NONE;

@@ -1,4 +1,4 @@
-//! Emissions that aim, and those that also learn: draws against their density, and light against that of emission by power.
+//! Emissions that aim, and those that also learn: samples against their density, and light against that of emission by power.
 
 use std::f64::consts::PI;
 
@@ -109,7 +109,7 @@ impl Maps {
         Maps { maps: maps.collect(), pyramid }
     }
 
-    /// Half of the texels empty, the others of any size; shares of any size, one map never drawn from.
+    /// Half of the texels empty, the others of any size; shares of any size, one map never sampled from.
     fn any(world: &World<'_>) -> Maps {
         let number = |a: u32, b: u32| Rng::new(Stream::Camera, 5, a, b).next4();
         let texel = |map: u32, texel: u32| {
@@ -153,7 +153,7 @@ impl Maps {
     }
 }
 
-fn draw(emit: &(impl Emit + ?Sized), path: u32) -> EmissionSample {
+fn sample(emit: &(impl Emit + ?Sized), path: u32) -> EmissionSample {
     let mut rng = Rng::new(Stream::Light, 16, path, 0);
     emit.sample(&mut rng)
 }
@@ -169,7 +169,7 @@ fn directions_follow_the_density_that_their_flux_is_divided_by() {
         let mut seen = vec![0; CELLS.count()];
         let (mut inverse, mut off) = (Vec::new(), 0);
         for path in 0..SAMPLES {
-            let emission = draw(&emit, path);
+            let emission = sample(&emit, path);
             let direction = emission.ray.direction;
             seen[CELLS.cell_index(direction)] += 1;
             let p = density(&world.params.casters, DVec3::ZERO, direction.as_dvec3(), 0.25 / PI);
@@ -208,7 +208,7 @@ fn guided_directions_follow_the_density_that_their_flux_is_divided_by() {
         let mut seen = vec![0; CELLS.count()];
         let (mut inverse, mut off) = (Vec::new(), 0);
         for path in 0..SAMPLES {
-            let emission = draw(&emit, path);
+            let emission = sample(&emit, path);
             seen[CELLS.cell_index(emission.ray.direction)] += 1;
             let p = maps.density(casters, emission.ray.direction, 1.0);
             // At borders of texels a direction may fall to either side.
@@ -252,14 +252,14 @@ fn is_the_same(what: &str, b: Builder, cell: impl Fn(&EmissionSample) -> usize, 
         // All that is known lies where nothing is.
         let poisoned = Maps::new(world, |_, texel| f32::from(texel == 0), |map| f32::from(map == 0) + 1e-6);
         let (aimed, any) = (Aimed { power: world.by_power() }, Maps::any(world));
-        let ways: [(&str, &dyn Emit); 3] = [
+        let emissions: [(&str, &dyn Emit); 3] = [
             ("aimed", &aimed),
             ("guided by anything", &any.emission(world)),
             ("guided to nothing", &poisoned.emission(world)),
         ];
-        let b = sums(&|path| draw(&world.by_power(), SAMPLES + path));
-        for (way, emit) in ways {
-            let a = sums(&|path| draw(emit, path));
+        let b = sums(&|path| sample(&world.by_power(), SAMPLES + path));
+        for (name, emit) in emissions {
+            let a = sums(&|path| sample(emit, path));
             let z: Vec<f64> = a
                 .iter()
                 .zip(&b)
@@ -268,12 +268,12 @@ fn is_the_same(what: &str, b: Builder, cell: impl Fn(&EmissionSample) -> usize, 
                 .collect();
             let worst = z.iter().fold(0.0f64, |worst, z| worst.max(z.abs()));
             let whole = (a[count].0 / b[count].0 - 1.0).abs();
-            println!("{what}, {way}: {} cells, worst {worst:.2} sigma; in all {whole:.5} apart", z.len());
-            assert!(worst < 4.5 && z.len() > 20, "{what}, {way}");
+            println!("{what}, {name}: {} cells, worst {worst:.2} sigma; in all {whole:.5} apart", z.len());
+            assert!(worst < 4.5 && z.len() > 20, "{what}, {name}");
             // No start is heavier than 8 times its weight by power.
-            let heaviest = (0..SAMPLES).map(|path| draw(emit, path).flux.x).fold(0.0, f32::max);
-            let max_flux = (0..1000).map(|path| draw(&world.by_power(), path).flux.x).fold(0.0, f32::max);
-            assert!(heaviest <= max_flux / BY_POWER * 1.0001, "{what}, {way}: {heaviest} of {max_flux}");
+            let heaviest = (0..SAMPLES).map(|path| sample(emit, path).flux.x).fold(0.0, f32::max);
+            let max_flux = (0..1000).map(|path| sample(&world.by_power(), path).flux.x).fold(0.0, f32::max);
+            assert!(heaviest <= max_flux / BY_POWER * 1.0001, "{what}, {name}: {heaviest} of {max_flux}");
         }
     });
 }
@@ -326,7 +326,7 @@ fn nothing_to_aim_at_is_emission_by_power() {
         world.params.casters = Casters { count, ..Casters::default() };
         let (aimed, power) = (Aimed { power: world.by_power() }, world.by_power());
         for path in 0..1000 {
-            let (a, b) = (draw(&aimed, path), draw(&power, path));
+            let (a, b) = (sample(&aimed, path), sample(&power, path));
             assert!(
                 (a.flux - b.flux).abs().max_element() < 1e-5 * b.flux.x && a.ray.direction == b.ray.direction
             );

@@ -36,8 +36,8 @@ struct Case {
     deposits: Deposits,
 }
 
-/// A scene that lends its tables: Lambert, rough metal, coat.
-fn lender() -> Scene {
+/// A scene for its tables: Lambert, rough metal, coat.
+fn materials_scene() -> Scene {
     let mut b = Builder::default();
     let ids = [lambert(0.7), metal(0.9, 0.5), coated(0.5, 0.4)].map(|material| b.material(material));
     for (at, id) in ids.into_iter().enumerate() {
@@ -179,7 +179,7 @@ fn all_agree(scene: &Scene, case: &Case) -> Vec<u32> {
 #[test]
 fn every_gather_on_the_gpu_finds_what_brute_force_finds() {
     let Some(gpu) = gpu() else { return };
-    let scene = lender();
+    let scene = materials_scene();
     let case = |(seed, spread)| random_case(seed, 300, 500, if seed == 4 { 0.9 } else { 0.1 }, spread);
     let cases = [(1, 0.01), (2, 0.3), (3, 1.0), (4, 30.0), (5, 1000.0), (6, 1.0e4)].map(case);
     for &hardware in gpu.tracers() {
@@ -215,7 +215,7 @@ fn a_variant_from_outside_runs_on_the_cpu() {
         gather: &stripes_passes::GATHER,
         ..stripes::Stripes::VARIANT
     };
-    let scene = lender();
+    let scene = materials_scene();
     for (seed, spread) in [(1, 0.3), (2, 10.0), (3, 1000.0)] {
         let case = random_case(seed, 300, 500, 0.1, spread);
         let cpu = RunnerChoice::Cpu { threads: 2 };
@@ -258,7 +258,7 @@ mod careless {
 #[test]
 fn detects_a_gather_that_misses_a_deposit() {
     static CARELESS: Variant = Variant { gather: &careless::GATHER, ..careless::Careless::VARIANT };
-    let scene = lender();
+    let scene = materials_scene();
     let mut case = random_case(1, 300, 600, 0.1, 1.0);
     // One that is taken.
     case.deposits.geometry[500] = DepositGeometry {
@@ -285,13 +285,13 @@ proptest! {
         seed in any::<u32>(), points in 1_u32..400, deposits in 1_u32..600, spread in -2.0_f32..3.0,
     ) {
         let case = random_case(seed, points, deposits, 0.1, 10.0_f32.powf(spread));
-        all_agree(&lender(), &case);
+        all_agree(&materials_scene(), &case);
     }
 
     #[test]
     fn every_gather_does_without_nine_points_in_ten(seed in any::<u32>()) {
         let case = random_case(seed, 300, 300, 0.9, 1.0);
-        all_agree(&lender(), &case);
+        all_agree(&materials_scene(), &case);
     }
 
     #[test]
@@ -310,7 +310,7 @@ proptest! {
 #[test]
 fn random_cases_have_what_they_test() {
     let case = random_case(1, 300, 600, 0.1, 1.0);
-    let words = by_brute(&lender(), &case);
+    let words = by_brute(&materials_scene(), &case);
     let taken: u32 = words.chunks(WORDS as usize).map(|point| point[WORDS as usize - 1]).sum();
     let at_bound = case.points.iter().flat_map(|p| {
         case.deposits.geometry.iter().filter(move |d| (d.position - p.position).length() == p.radius)
@@ -325,7 +325,7 @@ fn random_cases_have_what_they_test() {
 
 #[test]
 fn nothing_and_little_are_gathered_alike() {
-    let scene = lender();
+    let scene = materials_scene();
     let mut case = random_case(2, 100, 50, 0.3, 1.0);
     let one = (case.deposits.geometry[0], case.deposits.light[0]);
     case.deposits = Deposits::default();
@@ -339,7 +339,7 @@ fn nothing_and_little_are_gathered_alike() {
 /// 1e6 equal deposits in one spot: the sum is the integer product, on any number of threads.
 #[test]
 fn many_deposits_in_one_spot_sum_exactly() {
-    let scene = lender();
+    let scene = materials_scene();
     let point = PointGeometry { position: Vec3::ONE, radius: 0.01, normal: Vec3::Y, depth: 1 };
     let shading = PointShading {
         to_viewer: Vec3::Y,
@@ -372,7 +372,7 @@ fn many_deposits_in_one_spot_sum_exactly() {
 /// The disc test rounds: a deposit a hair beyond the radius is taken, and its cell may be the next one.
 #[test]
 fn every_gather_takes_what_rounding_puts_into_the_disc() {
-    let scene = lender();
+    let scene = materials_scene();
     let point = PointGeometry { position: Vec3::new(0.3, 0.5, 0.5), radius: 0.3, normal: Vec3::Z, depth: 1 };
     let shading = PointShading {
         to_viewer: Vec3::Z,

@@ -44,7 +44,7 @@ fn albedo(material: Material, cos: f32) -> (f64, f64) {
 
 const COSINES: [f32; 6] = [1.0, 0.8, 0.5, 0.25, 0.1, 0.03];
 
-/// What is drawn at a wall is the same light by the same numbers, whichever side of an axis a rounding puts its normal on.
+/// What is sampled at a wall is the same light by the same numbers, whichever side of an axis a rounding puts its normal on.
 #[test]
 fn frames_of_walls_do_not_hang_on_roundings() {
     for axis in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z] {

@@ -16,7 +16,7 @@ use caustics_kernels::math::cone::RayCone;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::path::PATH;
-use caustics_kernels::pass::collect::{Beyond, Start};
+use caustics_kernels::pass::collect::{CameraSuffix, Start};
 use caustics_kernels::pass::shoot::receive::Receive;
 use caustics_kernels::pass::{collect, shoot};
 use caustics_kernels::surface::media::MediaStack;
@@ -229,14 +229,14 @@ fn a_path_and_its_reverse_have_the_same_throughput() {
         );
         let Some((at, light)) = last.0 else { continue };
         let forth = light.flux * light.to_light.dot(at.normal);
-        // Back along the light; which lobe a path takes is drawn anew until it is the same path.
+        // Back along the light; which lobe a path takes is sampled anew until it is the same path.
         let back = Ray::endless(at.position + 1e-4 * light.to_light, light.to_light);
         let same = (0..64).find_map(|attempt| {
             let rng = Rng::new(Stream::Reference, 6, attempt, index);
             let cone = RayCone::at_eye(0.001);
             let path = collect::collected(
                 Start { ray: back, cone, rng },
-                Beyond::new(&world.params),
+                CameraSuffix::new(&world.params),
                 &world.params,
                 world.features,
                 world.tables(),
@@ -272,9 +272,9 @@ impl caustics_kernels::light::emit::Emit for Single {
 struct Last(Option<(DepositGeometry, DepositLight)>);
 
 impl Receive for Last {
-    type Way = ();
+    type PathState = ();
 
-    fn receive(&mut self, _way: &mut (), geometry: DepositGeometry, light: DepositLight) {
+    fn receive(&mut self, _path_state: &mut (), geometry: DepositGeometry, light: DepositLight) {
         self.0.get_or_insert((geometry, light));
     }
 }

@@ -300,7 +300,7 @@ fn caustics_that_starve_are_told() {
             .all(|word| warnings[0].contains(word))
     );
     assert_eq!(frame(&on_floor(3.0), &settings).1.warnings(), [""; 0]);
-    // Fewer may miss by chance.
+    // Fewer may miss at random.
     let few = Settings { light_paths: 1000, ..settings.clone() };
     assert_eq!(frame(&on_floor(300.0), &few).1.warnings(), [""; 0]);
 

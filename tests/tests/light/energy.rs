@@ -210,8 +210,8 @@ fn rooms_balance(caustics: Caustics, names: &[&str], max_frames: u32, bound: f64
         assert!(3.0 * residual.error < bound, "{name}: too noisy to tell: {residual:?}");
         // 3.5 errors: one false alarm in 140 runs of 15 rooms; but never beyond the bound. 1e-6 for rounding, where a room of
         // closed albedos has no noise.
-        let chance = 3.5 * residual.error + 1e-6;
-        assert!(residual.value.abs() < chance.min(bound), "{name}: {residual:?}");
+        let noise = 3.5 * residual.error + 1e-6;
+        assert!(residual.value.abs() < noise.min(bound), "{name}: {residual:?}");
     }
 }
 

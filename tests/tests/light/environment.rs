@@ -1,4 +1,4 @@
-//! Light from all around: where its image lies, how directions are drawn, and what it makes of a scene.
+//! Light from all around: where its image lies, how directions are sampled, and what it makes of a scene.
 
 use caustics::scene::{EnvironmentMap, Scene};
 use caustics::session::RunnerChoice;
@@ -115,7 +115,7 @@ fn connections_follow_their_density_and_bring_the_irradiance() {
         irradiances.push(f64::from(c.radiance_over_pdf.x * c.to_light.y.max(0.0)));
         suns += u32::from(known.x > 100.0);
     }
-    // Every direction can be drawn.
+    // Every direction can be sampled.
     let (measure, error) = mean_and_error(&measures);
     println!("solid angle {measure:.4} +- {error:.4}");
     assert!((measure - 4.0 * std::f64::consts::PI).abs() < 4.0 * error && error < 0.2);
@@ -127,7 +127,7 @@ fn connections_follow_their_density_and_bring_the_irradiance() {
         f64::from(suns) / f64::from(SAMPLES)
     );
     assert!((irradiance - sum).abs() < 4.0 * error + 1e-4 * sum && error < 0.004 * sum);
-    // Three ten-thousandths of all directions have a third of the light, and are drawn as often.
+    // Three ten-thousandths of all directions have a third of the light, and are sampled as often.
     assert!(suns > SAMPLES / 5);
 }
 
@@ -394,7 +394,7 @@ fn the_ledger_of_the_sky_closes() {
     assert!((energy.emitted / emitted - 1.0).abs() < 0.02, "{} {emitted}", energy.emitted);
 }
 
-/// A scene without an environment does not know the code; the drawn light is parallel, so that its code is there.
+/// A scene without an environment does not know the code; the sampled light is parallel, so that its code is there.
 #[test]
 fn features_say_what_is_there() {
     let features = |scene: &Scene| scene.features(0.25);

@@ -1,4 +1,4 @@
-//! How camera paths find lights: all ways have the same mean, and what they leave to noise.
+//! How camera paths find lights: all settings have the same mean, and what they leave to noise.
 
 use std::f64::consts::PI;
 
@@ -47,16 +47,16 @@ fn every_way_finds_the_same_light() {
         ("sky", sky.build(), 50),
     ] {
         let power = blocks(&scene, LightSampler::Power, frames);
-        for way in [LightSampler::Resampled, LightSampler::Uniform] {
-            let scores = blocks(&scene, way, frames).scores(&power);
-            println!("{name}, {way:?}: {scores:?}");
+        for setting in [LightSampler::Resampled, LightSampler::Uniform] {
+            let scores = blocks(&scene, setting, frames).scores(&power);
+            println!("{name}, {setting:?}: {scores:?}");
             assert!(scores.ratio_error < 0.015, "the test is too blunt");
-            assert!(scores.fault().is_none(), "{name}, {way:?}: {:?}", scores.fault());
+            assert!(scores.fault().is_none(), "{name}, {setting:?}: {:?}", scores.fault());
         }
     }
 }
 
-/// Two lamps of different colours over a floor: without anything between them there is nothing to be drawn.
+/// Two lamps of different colours over a floor: without anything between them there is nothing to be sampled.
 #[test]
 fn two_point_lights_leave_no_noise() {
     let mut b = Builder::default();
@@ -71,8 +71,8 @@ fn two_point_lights_leave_no_noise() {
     }
     b.camera(DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO, 0.6);
     let scene = b.build();
-    for (way, is_clean) in [(LightSampler::Resampled, true), (LightSampler::Power, false)] {
-        let settings = settings(way, 1);
+    for (setting, is_clean) in [(LightSampler::Resampled, true), (LightSampler::Power, false)] {
+        let settings = settings(setting, 1);
         let features = scene.features(settings.specular_roughness);
         let camera = &scene.cameras[0];
         let mut session =
@@ -95,13 +95,13 @@ fn two_point_lights_leave_no_noise() {
                 worst = worst.max(((found.as_dvec3() - expected) / expected).abs().max_element());
             }
         }
-        println!("{way:?}: {worst:.1e}");
-        assert_eq!(worst < 1.0e-4, is_clean, "{way:?}: {worst}");
+        println!("{setting:?}: {worst:.1e}");
+        assert_eq!(worst < 1.0e-4, is_clean, "{setting:?}: {worst}");
     }
 }
 
 /// A ceiling of a thousand emitters of very different powers: candidates leave less than half of the variance of one lamp by power,
-/// and that less than of one by chance.
+/// and that less than of one at random.
 #[test]
 fn of_a_thousand_emitters_near_ones_are_found() {
     let mut b = Builder::default();
@@ -117,11 +117,11 @@ fn of_a_thousand_emitters_near_ones_are_found() {
     b.camera(DVec3::new(0.0, 0.35, 1.0), DVec3::ZERO, 0.6);
     let scene = b.build();
     let [resampled, power, uniform] = [LightSampler::Resampled, LightSampler::Power, LightSampler::Uniform]
-        .map(|way| blocks(&scene, way, 200));
+        .map(|setting| blocks(&scene, setting, 200));
     let variance = |of: &Blocks| (0..48).map(|block| of.block(block).error.powi(2)).sum::<f64>();
-    for way in [&resampled, &uniform] {
-        let scores = way.scores(&power);
-        println!("{scores:?}, variance {:.3} of that by power", variance(way) / variance(&power));
+    for rendered in [&resampled, &uniform] {
+        let scores = rendered.scores(&power);
+        println!("{scores:?}, variance {:.3} of that by power", variance(rendered) / variance(&power));
         assert!(scores.fault().is_none(), "{:?}", scores.fault());
     }
     assert!(variance(&resampled) < 0.5 * variance(&power));

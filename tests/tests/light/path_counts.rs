@@ -17,29 +17,30 @@ use caustics_tests::statistics::Mean;
 const WIDTH: u32 = 32;
 const HEIGHT: u32 = 18;
 
-/// A way to render caustics.
+/// A configuration that renders caustics.
 #[derive(Clone, Copy)]
-struct Way {
+struct Configuration {
     name: &'static str,
     method: &'static Method,
     emission: &'static Emission,
     history: &'static History,
 }
 
-const BY_POWER: Way = Way { name: "by power", method: &BASIC, emission: &POWER, history: &NONE };
-const WAYS: [Way; 7] = [
+const BY_POWER: Configuration =
+    Configuration { name: "by power", method: &BASIC, emission: &POWER, history: &NONE };
+const CONFIGURATIONS: [Configuration; 7] = [
     BY_POWER,
-    Way { name: "aimed", emission: &AIMED, ..BY_POWER },
-    Way { name: "guided", emission: &GUIDED, ..BY_POWER },
-    Way { name: "validated", history: &VALIDATED, ..BY_POWER },
-    Way { name: "guided, validated", emission: &GUIDED, history: &VALIDATED, ..BY_POWER },
-    Way { name: "progressive", method: &PROGRESSIVE, ..BY_POWER },
-    Way { name: "kim2019", method: &KIM2019, ..BY_POWER },
+    Configuration { name: "aimed", emission: &AIMED, ..BY_POWER },
+    Configuration { name: "guided", emission: &GUIDED, ..BY_POWER },
+    Configuration { name: "validated", history: &VALIDATED, ..BY_POWER },
+    Configuration { name: "guided, validated", emission: &GUIDED, history: &VALIDATED, ..BY_POWER },
+    Configuration { name: "progressive", method: &PROGRESSIVE, ..BY_POWER },
+    Configuration { name: "kim2019", method: &KIM2019, ..BY_POWER },
 ];
 
 /// Mean over runs of a view at rest of what the caustics of their frames sum up to. Frames of a run depend on each other where a
 /// history or an emission keeps something.
-fn energy(scene: &Scene, way: Way, paths_per_pixel: f64, frames: u32, runs: u32) -> Mean {
+fn energy(scene: &Scene, configuration: Configuration, paths_per_pixel: f64, frames: u32, runs: u32) -> Mean {
     let light_paths = (paths_per_pixel * f64::from(WIDTH * HEIGHT)).round() as u32;
     let run = |seed| {
         let settings = Settings {
@@ -47,15 +48,16 @@ fn energy(scene: &Scene, way: Way, paths_per_pixel: f64, frames: u32, runs: u32)
             height: HEIGHT,
             light_paths,
             seed,
-            emission: way.emission,
-            history: way.history,
+            emission: configuration.emission,
+            history: configuration.history,
             ..Settings::default()
         };
         let features = scene.features(settings.specular_roughness);
         let cpu = RunnerChoice::Cpu { threads: 1 };
         let camera = &scene.cameras[0];
-        let mut session = Session::new(&cpu, scene, camera, &settings, way.method, &PHOTONS_GRID, features)
-            .expect("a session opens");
+        let mut session =
+            Session::new(&cpu, scene, camera, &settings, configuration.method, &PHOTONS_GRID, features)
+                .expect("a session opens");
         let mut sum = 0.0;
         for frame in 0..frames {
             session.frame(frame).expect("a frame runs");
@@ -76,20 +78,27 @@ fn energy(scene: &Scene, way: Way, paths_per_pixel: f64, frames: u32, runs: u32)
 
 /// Compares numbers of paths with ten paths a pixel, `budget` paths of each in so many runs; the largest error that is allowed of a
 /// mean.
-fn have_one_energy(scene: &Scene, ways: &[Way], per_pixel: &[f64], budget: f64, runs: u32, error: f64) {
+fn have_one_energy(
+    scene: &Scene,
+    configurations: &[Configuration],
+    per_pixel: &[f64],
+    budget: f64,
+    runs: u32,
+    error: f64,
+) {
     let frames = |paths: f64| {
         let paths = paths * f64::from(WIDTH * HEIGHT);
         (budget / f64::from(runs) / paths).ceil() as u32
     };
     let mut wrong = Vec::new();
-    for &way in ways {
-        let many = energy(scene, way, 10.0, 4 * frames(10.0), runs);
+    for &configuration in configurations {
+        let many = energy(scene, configuration, 10.0, 4 * frames(10.0), runs);
         for &paths in per_pixel {
-            let few = energy(scene, way, paths, frames(paths), runs);
+            let few = energy(scene, configuration, paths, frames(paths), runs);
             let z = (few.value - many.value) / few.error.hypot(many.error);
             let line = format!(
                 "{}, {paths} paths a pixel, {} frames: {:.4} +- {:.4} of ten paths, z {z:.2}",
-                way.name,
+                configuration.name,
                 frames(paths),
                 few.value / many.value,
                 few.error.hypot(many.error) / many.value,
@@ -107,9 +116,11 @@ fn have_one_energy(scene: &Scene, ways: &[Way], per_pixel: &[f64], budget: f64, 
 #[test]
 fn caustics_of_few_light_paths_have_the_energy_of_many() {
     let scene = committed("mirror-room");
-    let ways = WAYS.map(|way| way.name);
-    let [aimed, guided, kept] = ["aimed", "guided", "guided, validated"]
-        .map(|name| WAYS[ways.iter().position(|way| *way == name).expect("a way")]);
+    let configurations = CONFIGURATIONS.map(|configuration| configuration.name);
+    let [aimed, guided, kept] = ["aimed", "guided", "guided, validated"].map(|name| {
+        CONFIGURATIONS
+            [configurations.iter().position(|configuration| *configuration == name).expect("a configuration")]
+    });
     have_one_energy(&scene, &[aimed, guided, kept], &[0.01, 0.1, 1.0], 8000.0, 24, 0.15);
 }
 
@@ -120,7 +131,7 @@ mod release {
     #[ignore = "minutes"]
     fn caustics_of_few_light_paths_have_the_energy_of_many_sharply() {
         for scene in [committed("mirror-room"), open_air().build()] {
-            have_one_energy(&scene, &WAYS, &[0.01, 0.03, 0.1, 0.3, 1.0, 3.0], 400_000.0, 32, 0.02);
+            have_one_energy(&scene, &CONFIGURATIONS, &[0.01, 0.03, 0.1, 0.3, 1.0, 3.0], 400_000.0, 32, 0.02);
         }
     }
 
@@ -128,7 +139,7 @@ mod release {
     #[test]
     #[ignore = "a minute"]
     fn splats_of_few_light_paths_have_the_energy_of_many_sharply() {
-        let way = Way { name: "yang2021", method: &YANG2021, ..BY_POWER };
-        have_one_energy(&committed("mirror-room"), &[way], &[0.01, 0.1, 1.0], 400_000.0, 32, 0.05);
+        let configuration = Configuration { name: "yang2021", method: &YANG2021, ..BY_POWER };
+        have_one_energy(&committed("mirror-room"), &[configuration], &[0.01, 0.1, 1.0], 400_000.0, 32, 0.05);
     }
 }

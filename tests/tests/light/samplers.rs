@@ -42,7 +42,7 @@ fn under_a_light() -> Scene {
     b.build()
 }
 
-/// The light of mirrors, glass, textures and lamps in three rooms: means of blocks differ by chance alone, in both layers.
+/// The light of mirrors, glass, textures and lamps in three rooms: means of blocks differ by noise alone, in both layers.
 #[test]
 fn every_sampler_finds_the_same_light() {
     for (name, method, frames) in
@@ -90,7 +90,7 @@ fn variance(scene: &Scene, settings: &Settings, counts: &[u32]) -> Vec<f64> {
     means.iter().map(of_means).collect()
 }
 
-/// Direct light of a lamp in plain view is a smooth integrand: its variance falls faster than by chance, and so with several batches.
+/// Direct light of a lamp in plain view is a smooth integrand: its variance falls faster than that of independent samples, and so with several batches.
 #[test]
 fn smooth_light_converges_faster_than_by_chance() {
     let scene = under_a_light();
@@ -201,7 +201,7 @@ fn by_independent_numbers_and_sobol(scene: &Scene, frames: u32, seed: u32) -> [B
 /// times 1 + `bias` does in nine of ten.
 fn sobol_is_unbiased(frames: u32, repeats: u32, error: f64, bias: f64) {
     let scene = rough_glass_between_lights();
-    // 24 blocks at a joint chance of 0.27 %, that of |z| > 3 [Sidak 1967]; Student's t of 126 degrees of freedom for it.
+    // 24 blocks at a joint probability of 0.27 %, that of |z| > 3 [Sidak 1967]; Student's t of 126 degrees of freedom for it.
     let (whole, of_blocks) = (3.0, 4.0);
     let mut found = 0;
     for seed in 0..repeats {

@@ -43,9 +43,10 @@ fn settings(seed: u32, specular_roughness: f32) -> Settings {
 }
 
 /// Which light is the light paths', and how those start.
-type Way = (Caustics, &'static Emission);
+type Configuration = (Caustics, &'static Emission);
 
-const WAYS: [Way; 3] = [(Caustics::First, &GUIDED), (Caustics::First, &AIMED), (Caustics::Any, &POWER)];
+const CONFIGURATIONS: [Configuration; 3] =
+    [(Caustics::First, &GUIDED), (Caustics::First, &AIMED), (Caustics::Any, &POWER)];
 
 /// How much is rendered.
 struct Budget {
@@ -84,7 +85,7 @@ const SMALL_LIGHT: Budget =
 
 impl Budget {
     /// The split at this threshold.
-    fn split(&self, scene: &Scene, (caustics, emission): Way, threshold: f32, seed: u32) -> Blocks {
+    fn split(&self, scene: &Scene, (caustics, emission): Configuration, threshold: f32, seed: u32) -> Blocks {
         let render = |radius_px, method, seed| {
             let light_paths = self.light_paths;
             let settings =
@@ -118,22 +119,30 @@ fn agrees(what: &str, scene: &Scene, budget: &Budget) {
 
 /// The same for some thresholds; the reference has the first.
 fn agrees_at(thresholds: &[f32], what: &str, scene: &Scene, budget: &Budget) {
-    agree_at(thresholds, &WAYS, what, scene, budget);
+    agree_at(thresholds, &CONFIGURATIONS, what, scene, budget);
 }
 
-/// The same for some ways.
-fn agree_at(thresholds: &[f32], ways: &[Way], what: &str, scene: &Scene, budget: &Budget) {
+/// The same for some configurations.
+fn agree_at(
+    thresholds: &[f32],
+    configurations: &[Configuration],
+    what: &str,
+    scene: &Scene,
+    budget: &Budget,
+) {
     // What finds lights by candidates is judged by what does not.
     let reference = Settings { light_sampler: LightSampler::Power, ..settings(1, thresholds[0]) };
     let truth = Blocks::render(&CPU, scene, &reference, &PATH, &PHOTONS_GRID, budget.samples);
     let mut shares = Vec::new();
     let mut faults = Vec::new();
-    let splits = ways.iter().flat_map(|&way| thresholds.iter().map(move |&threshold| (way, threshold)));
-    for ((way, threshold), seed) in splits.zip(2..) {
-        let split = budget.split(scene, way, threshold, seed);
+    let splits = configurations
+        .iter()
+        .flat_map(|&configuration| thresholds.iter().map(move |&threshold| (configuration, threshold)));
+    for ((configuration, threshold), seed) in splits.zip(2..) {
+        let split = budget.split(scene, configuration, threshold, seed);
         let scores = split.scores(&truth);
         println!(
-            "{what}, {way:?}, threshold {threshold}: ratio {:.4} +- {:.4}, z {:.2}, mean square z of {} blocks {:.2}, \
+            "{what}, {configuration:?}, threshold {threshold}: ratio {:.4} +- {:.4}, z {:.2}, mean square z of {} blocks {:.2}, \
              largest {:.2}; caustic share {:.3}",
             scores.ratio,
             scores.ratio_error,
@@ -203,7 +212,7 @@ fn coarse_smooth_things() -> Scene {
     b.build()
 }
 
-/// Camera and light paths that meet have each drawn a channel; colours come out as of one path that drew once.
+/// Camera and light paths that meet have each sampled a channel; colours come out as of one path that drew once.
 #[test]
 fn room_of_dispersive_glass_is_the_reference() {
     let budget = Budget { samples: 400, frames: 150, light_paths: 12_000, ..LARGE_LIGHT };
@@ -220,20 +229,20 @@ fn lights_of_every_type_are_split_alike() {
         ("things that blend", blended_room().build()),
     ];
     for (what, scene) in rooms {
-        let render = |way: Way, seed| {
-            let (caustics, emission) = way;
+        let render = |configuration: Configuration, seed| {
+            let (caustics, emission) = configuration;
             let light_paths = 8000;
             let settings =
                 Settings { light_paths, caustics, emission, max_bounces: 4, ..settings(seed, 0.25) };
             Blocks::render(&CPU, &scene, &settings, &BASIC, &PHOTONS_GRID, 60)
         };
         let published = render((Caustics::Any, &POWER), 1);
-        let ways = [&POWER, &AIMED, &GUIDED].map(|emission| (Caustics::First, emission));
-        for (way, seed) in ways.into_iter().zip(2..) {
-            let split = render(way, seed);
+        let configurations = [&POWER, &AIMED, &GUIDED].map(|emission| (Caustics::First, emission));
+        for (configuration, seed) in configurations.into_iter().zip(2..) {
+            let split = render(configuration, seed);
             let scores = split.scores(&published);
-            println!("{what}, {way:?}: {scores:?}, caustic share {:.3}", split.caustic_share);
-            assert_eq!(scores.fault(), None, "{what}, {way:?}");
+            println!("{what}, {configuration:?}: {scores:?}, caustic share {:.3}", split.caustic_share);
+            assert_eq!(scores.fault(), None, "{what}, {configuration:?}");
             assert!(
                 scores.ratio_error < 0.02 && split.caustic_share > 0.003,
                 "the test has lost its subject"
@@ -307,7 +316,7 @@ mod release {
         // The frosted block takes deposits. Of `any`, one of those that shine along its narrow lobes to the eye is 3 % of the
         // mean of its block over 1000 frames, and about one comes in so many: seed by seed such a block is 4 % too dark or as
         // it should be, with dispersion and without.
-        agree_at(&[0.1], &WAYS[..2], "dispersive glass", &scene, &LARGE_LIGHT);
+        agree_at(&[0.1], &CONFIGURATIONS[..2], "dispersive glass", &scene, &LARGE_LIGHT);
     }
 
     /// Panes, leaves and a lamp that blend, before and behind what casts caustics.

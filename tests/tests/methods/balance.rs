@@ -192,7 +192,7 @@ fn numbers_of_light_paths_repeat_and_go_on() {
     }
 }
 
-/// Validation paths are as many and as bright in every frame: what is lent in a still view is all that there is.
+/// Validation paths are as many and as bright in every frame: what is reused in a still view is all that there is.
 #[test]
 fn a_history_lends_as_much_where_numbers_of_light_paths_change() {
     let scene = committed("ring");

@@ -32,7 +32,7 @@ struct Input {
     width: u32,
     height: u32,
     radiance: Vec<Vec3>,
-    seen: Vec<Vec3>,
+    prefix: Vec<Vec3>,
     geometry: Vec<PointGeometry>,
     shading: Vec<PointShading>,
     /// One plus the relative variance of each pixel, as a history knows it; 0: there is none.
@@ -54,7 +54,7 @@ impl Input {
             width,
             height,
             radiance: pixels.iter().map(|&(x, y)| Vec3::new(1.0, 0.5, 0.25) * light(x, y)).collect(),
-            seen: vec![Vec3::ZERO; pixels.len()],
+            prefix: vec![Vec3::ZERO; pixels.len()],
             geometry: pixels.iter().map(geometry).collect(),
             shading: vec![shading; pixels.len()],
             noise: 0.0,
@@ -83,9 +83,9 @@ impl Input {
         for pixel in 0..input.radiance.len() {
             let mut rng = Rng::new(Stream::Camera, seed, pixel as u32, 0);
             let (a, b, c) = (rng.next4(), rng.next4(), rng.next4());
-            input.seen[pixel] = Vec3::new(a.x, a.y, 0.0) * 0.3;
+            input.prefix[pixel] = Vec3::new(a.x, a.y, 0.0) * 0.3;
             let bright = if a.w < 0.01 { 1000.0 } else { 1.0 };
-            input.radiance[pixel] = input.seen[pixel] + Vec3::new(a.y, a.z, a.x * 0.01) * bright;
+            input.radiance[pixel] = input.prefix[pixel] + Vec3::new(a.y, a.z, a.x * 0.01) * bright;
             let geometry = &mut input.geometry[pixel];
             geometry.position.z = b.x;
             geometry.radius = 0.5 + b.y;
@@ -131,7 +131,7 @@ impl Input {
         let buffers = buffers(&steps, &params);
         let mut runner = session::open(choice, &scene, scene.features(0.25), &buffers).unwrap();
         runner.write("path_radiance", cast_slice(&self.radiance)).unwrap();
-        runner.write("seen_radiance", cast_slice(&self.seen)).unwrap();
+        runner.write("prefix_radiance", cast_slice(&self.prefix)).unwrap();
         runner.write("point_geometry", cast_slice(&self.geometry)).unwrap();
         runner.write("point_shading", cast_slice(&self.shading)).unwrap();
         runner.write("path_noise", cast_slice(&vec![self.noise; self.radiance.len()])).unwrap();
@@ -193,7 +193,7 @@ fn texture_and_throughput_stay() {
         shading.red_green = to_half(red) | to_half(1.0) << 16;
         shading.blue_roughness_metallic = to_half(0.5);
         input.radiance[pixel] = shading.throughput * Vec3::new(red, 1.0, 0.5);
-        input.seen[pixel] = Vec3::ZERO;
+        input.prefix[pixel] = Vec3::ZERO;
     }
     for (before, after) in input.radiance.iter().zip(input.filtered()) {
         assert!((*before - after).abs().max_element() <= 1.0e-5, "{before} became {after}");
@@ -256,9 +256,9 @@ fn no_light_crosses_an_edge() {
 #[test]
 fn what_came_before_the_point_stays() {
     let mut input = Input::plane(33, 21, |_, _| 1.0);
-    for (pixel, seen) in input.seen.iter_mut().enumerate() {
-        *seen = if pixel % 7 == 0 { Vec3::splat(16.0) } else { Vec3::ZERO };
-        input.radiance[pixel] += *seen;
+    for (pixel, prefix) in input.prefix.iter_mut().enumerate() {
+        *prefix = if pixel % 7 == 0 { Vec3::splat(16.0) } else { Vec3::ZERO };
+        input.radiance[pixel] += *prefix;
     }
     for (before, after) in input.radiance.iter().zip(input.filtered()) {
         assert_eq!(*before, after);
@@ -359,7 +359,7 @@ fn the_order_of_pixels_does_not_matter() {
     let input = Input::noisy(61, 45, 3);
     let mut turned = input.clone();
     turned.radiance.reverse();
-    turned.seen.reverse();
+    turned.prefix.reverse();
     turned.geometry.reverse();
     turned.shading.reverse();
     let mut back = turned.filtered();

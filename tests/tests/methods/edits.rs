@@ -103,9 +103,9 @@ fn shows_the_same(edited: &Scene, written: &Scene) -> u32 {
     let nearest = |(place, light): &(Vec3, Light)| {
         let off = |(at, other): &(Vec3, Light)| {
             let size = (other.area - light.area).abs() / light.area.max(1e-9);
-            let chance = (other.pdf_light_choice / light.pdf_light_choice - 1.0).abs();
+            let probability = (other.pdf_light_choice / light.pdf_light_choice - 1.0).abs();
             let turn = (other.direction - light.direction).length();
-            (*at - *place - shift).length().max(turn).max(size).max(chance)
+            (*at - *place - shift).length().max(turn).max(size).max(probability)
         };
         ours.iter().map(off).fold(f32::MAX, f32::min)
     };

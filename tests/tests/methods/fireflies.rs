@@ -34,7 +34,7 @@ fn layer(scene: &Scene, fireflies: Fireflies, seed: u32) -> Vec<Vec3> {
     session.image().expect("an image").path
 }
 
-/// What is above eight times the mean of the 24 pixels around, of what is not steady, is taken from a pixel and from no other.
+/// What is above eight times the mean of the 24 pixels around, of what came after a non-delta bounce, is taken from a pixel and from no other.
 #[test]
 fn samples_are_bounded_by_the_pixels_around() {
     let scene = committed("mirror-room");
@@ -42,15 +42,15 @@ fn samples_are_bounded_by_the_pixels_around() {
     let mut session = open(&scene, &settings(Fireflies::Bounded, 1), &BASIC);
     session.frame(0).expect("a frame runs");
     let bounded = session.image().expect("an image").path;
-    let steady: Vec<Vec3> = session.read("steady_radiance").expect("what is steady");
+    let delta_prefix: Vec<Vec3> = session.read("delta_prefix_radiance").expect("radiance of delta prefixes");
     let mean = |value: Vec3| f64::from(value.element_sum()) / 3.0;
-    let loose = |pixel: usize| mean(kept[pixel] - steady[pixel]);
+    let non_delta = |pixel: usize| mean(kept[pixel] - delta_prefix[pixel]);
     let mut taken = 0;
     for pixel in 0..kept.len() {
         let others = around(pixel, 2, SIZE).into_iter().filter(|other| *other != pixel);
-        let around: Vec<f64> = others.map(loose).collect();
+        let around: Vec<f64> = others.map(non_delta).collect();
         let limit = f64::from(MAX_OVER_MEAN) * around.iter().sum::<f64>() / around.len() as f64;
-        let expected = mean(steady[pixel]) + loose(pixel).min(limit.max(0.0));
+        let expected = mean(delta_prefix[pixel]) + non_delta(pixel).min(limit.max(0.0));
         let found = mean(bounded[pixel]);
         assert!((found - expected).abs() <= 1.0e-3 * expected + 1.0e-6, "{pixel}: {found}, {expected}");
         if bounded[pixel] == kept[pixel] {
@@ -58,7 +58,7 @@ fn samples_are_bounded_by_the_pixels_around() {
         }
         taken += 1;
         // Its colour stays.
-        let (was, is) = (kept[pixel] - steady[pixel], bounded[pixel] - steady[pixel]);
+        let (was, is) = (kept[pixel] - delta_prefix[pixel], bounded[pixel] - delta_prefix[pixel]);
         assert!((was.normalize() - is.normalize()).length() < 1.0e-2, "{pixel}: {was}, {is}");
     }
     println!("{taken} of {} pixels", kept.len());
@@ -72,8 +72,8 @@ fn bounds_take_variance_and_little_light() {
         [("mirror-room", 0.7, 0.02), ("glossy-room", 0.7, 0.02), ("cornell-box", 1.0, 0.01)]
     {
         let scene = committed(name);
-        let [kept, bounded] = [Fireflies::Kept, Fireflies::Bounded].map(|way| {
-            let frames: Vec<Vec<Vec3>> = (0..24).map(|seed| layer(&scene, way, seed)).collect();
+        let [kept, bounded] = [Fireflies::Kept, Fireflies::Bounded].map(|setting| {
+            let frames: Vec<Vec<Vec3>> = (0..24).map(|seed| layer(&scene, setting, seed)).collect();
             let value = |frame: &[Vec3], pixel: usize| f64::from(frame[pixel].element_sum());
             let mean = |pixel| frames.iter().map(|frame| value(frame, pixel)).sum::<f64>() / 24.0;
             let means: Vec<f64> = (0..frames[0].len()).map(mean).collect();
@@ -101,7 +101,7 @@ fn what_is_steady_and_what_converges_stay() {
     b.panel(light, DVec3::new(-0.6, 0.8, 0.0), -0.03 * DVec3::X, 0.03 * DVec3::Y);
     b.camera(DVec3::new(0.0, 1.0, 2.0), DVec3::new(0.0, 0.7, 0.0), 0.8);
     let scene = b.build();
-    let [kept, bounded] = [Fireflies::Kept, Fireflies::Bounded].map(|way| layer(&scene, way, 1));
+    let [kept, bounded] = [Fireflies::Kept, Fireflies::Bounded].map(|setting| layer(&scene, setting, 1));
     let bright: Vec<usize> = (0..kept.len()).filter(|pixel| kept[*pixel].x > 400.0).collect();
     let columns = || bright.iter().map(|pixel| pixel % SIZE.0);
     // In two places.

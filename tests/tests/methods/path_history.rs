@@ -206,7 +206,7 @@ fn squares(layer: &[Vec3], truth: &[Vec3]) -> f64 {
     pairs.map(|(a, b)| f64::from((a.min(Vec3::ONE) - b.min(Vec3::ONE)).length_squared())).sum()
 }
 
-/// In the frame behind a cut nothing is lent, to the bit, and one thread finds what two do.
+/// In the frame behind a cut nothing is reused, to the bit, and one thread finds what two do.
 #[test]
 fn a_cut_equals_no_history() {
     let scene = committed("camera-cut");
@@ -215,7 +215,7 @@ fn a_cut_equals_no_history() {
     assert!(none[11] != kept[11] && none[13] != kept[13], "there is a history elsewhere");
 }
 
-/// Behind dispersive glass a pixel sees another channel in every frame, which says nothing of the others: nothing is lent.
+/// Behind dispersive glass a pixel sees another channel in every frame, which says nothing of the others: nothing is reused.
 #[test]
 fn behind_dispersive_glass_nothing_is_lent() {
     let mut b = Builder::default();
@@ -237,7 +237,7 @@ fn behind_dispersive_glass_nothing_is_lent() {
     assert!(none == kept, "and it is what this frame found");
 }
 
-/// Light of a class that is chosen by chance, as below a coat, is the same in the mean: direct light is lent without the chance of the
+/// Light of a class that is chosen at random, as below a coat, is unbiased: direct light is reused without the probability of the
 /// class, all other light with it.
 #[test]
 fn what_lies_below_a_coat_keeps_its_light() {

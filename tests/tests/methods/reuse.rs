@@ -1,4 +1,4 @@
-//! Histories: what the frame before lends, in scenes that stand still and under a moving camera.
+//! Histories: reused light of the previous frame, in scenes that stand still and under a moving camera.
 
 mod curved;
 

@@ -100,7 +100,7 @@ fn errors(scene: &Scene, settings: &Settings, count: u32) -> Vec<(&'static str, 
         .collect()
 }
 
-/// Where caster, lamp or receiver move, lent light never costs more than it gives.
+/// Where caster, lamp or receiver move, reused light never costs more than it gives.
 #[test]
 fn a_sliding_receiver_is_never_worse_than_without_history() {
     is_never_worse(&["sliding-receiver"]);

@@ -72,7 +72,7 @@ fn a_picture_of_tiles_is_the_picture_to_the_bit() {
     }
 }
 
-/// Settings by which frames learn from those before them, and lend to those after.
+/// Settings by which frames learn from those before them, and are reused by those after.
 fn learning(tiles: u32) -> Settings {
     Settings {
         balances: true,

@@ -79,7 +79,7 @@ fn discs_are_as_wide_as_deposits_were_few() {
     assert!(narrow > 100 && between > 1000 && wide > 1000);
 }
 
-/// What goes by the radius of the settings, a denoiser's planes and what a history lends, knows nothing of wider discs.
+/// What goes by the radius of the settings, a denoiser's planes and what a history reuses, knows nothing of wider discs.
 #[test]
 fn discs_that_widen_change_nothing_else() {
     let scene = committed("cornell-box");
@@ -95,7 +95,7 @@ fn discs_that_widen_change_nothing_else() {
     assert!(plain.0 == wide.0, "what is smoothed");
     assert!(
         plain.1 == wide.1 && wide.1.iter().filter(|samples| **samples > 3.0).count() > 1000,
-        "what is lent"
+        "what is reused"
     );
     assert!(wide.2.iter().sum::<f32>() > 1.5 * plain.2.iter().sum::<f32>());
 }

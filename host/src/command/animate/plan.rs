@@ -66,7 +66,7 @@ impl Plan {
         }
         check_fps(*fps)?;
         let mut cell = axes.cell()?;
-        if !axes.has(&HISTORY) && cell.method.lends {
+        if !axes.has(&HISTORY) && cell.method.supports_history {
             cell.history = &history::VALIDATED;
         }
         if !axes.has(&PATH_HISTORY) && cell.history.settings.is_some() {

@@ -14,7 +14,7 @@ pub struct Record {
     pub frame: u32,
     /// What it shows (s).
     pub time_s: f64,
-    /// False where it was there already, and was rendered again for what it lends.
+    /// False where it was there already, and was rendered again for its history.
     pub written: bool,
     /// Wall time of posing and of all passes (ms).
     pub total_ms: f64,

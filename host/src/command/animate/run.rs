@@ -33,7 +33,7 @@ pub struct Run {
     pub identity: Identity,
     /// The frame that scene and session stand at.
     pub posed: Option<u32>,
-    /// Whether what a history lends is on disk.
+    /// Whether what a history reuses is on disk.
     pub keeper: Keeper,
 }
 

@@ -15,7 +15,7 @@ use caustics_kernels::method::path::PATH;
 
 use super::distance::Distance;
 use super::edited::{Edited, camera_edit};
-use super::lane::{Lane, Way};
+use super::lane::{JobConfiguration, Lane};
 use super::look::{Layer, Shown, suiting};
 use super::pace::Pace;
 use super::recording::Recording;
@@ -233,13 +233,13 @@ impl<'a> Engine<'a> {
     fn follow(&mut self, wish: &Wish, camera: &SceneCamera) -> anyhow::Result<()> {
         let cell = wish.cells[0].clone().effective();
         let size = self.pace.size(wish.size, wish.target_fps);
-        let way = self.way(cell, size, false);
-        if self.moving.as_ref().is_none_or(|lane| lane.key != way.key()) {
-            let was = self.moving.take().map(|lane| lane.way.cell.key());
-            if was.is_some_and(|was| was != way.cell.key()) {
+        let configuration = self.configuration(cell, size, false);
+        if self.moving.as_ref().is_none_or(|lane| lane.key != configuration.key()) {
+            let was = self.moving.take().map(|lane| lane.configuration.cell.key());
+            if was.is_some_and(|was| was != configuration.cell.key()) {
                 self.pace.forget();
             }
-            let mut lane = self.open(way, camera)?;
+            let mut lane = self.open(configuration, camera)?;
             lane.stop_by(&self.shared.is_over);
             self.moving = Some(lane);
         }
@@ -289,16 +289,16 @@ impl<'a> Engine<'a> {
             }
             return Ok(());
         };
-        let way = self.way(cell, wish.size, true);
+        let configuration = self.configuration(cell, wish.size, true);
         match &mut self.still[side] {
-            Some(lane) if lane.key == way.key() => {
+            Some(lane) if lane.key == configuration.key() => {
                 if begins {
                     lane.restart(&self.edited.scene, camera)?;
                 }
             }
             lane => {
                 *lane = None;
-                let mut lane = self.open(way, camera)?;
+                let mut lane = self.open(configuration, camera)?;
                 lane.stop_by(&self.shared.stop);
                 self.still[side] = Some(lane);
             }
@@ -306,13 +306,13 @@ impl<'a> Engine<'a> {
         Ok(())
     }
 
-    fn way(&self, cell: Cell, size: [u32; 2], averages: bool) -> Way {
+    fn configuration(&self, cell: Cell, size: [u32; 2], averages: bool) -> JobConfiguration {
         let features = cell.features(&self.edited.scene, self.options.view.specular_roughness);
-        Way { cell, size, averages, features }
+        JobConfiguration { cell, size, averages, features }
     }
 
-    fn open(&self, way: Way, camera: &SceneCamera) -> anyhow::Result<Lane> {
-        Lane::open(way, &self.options.machine, &self.options.view, &self.edited.scene, camera)
+    fn open(&self, configuration: JobConfiguration, camera: &SceneCamera) -> anyhow::Result<Lane> {
+        Lane::open(configuration, &self.options.machine, &self.options.view, &self.edited.scene, camera)
     }
 
     /// Renders a frame of what converges.

@@ -1,4 +1,4 @@
-//! A way to render that converges: the same frames as those of `render`, summed.
+//! A configuration that converges: the same frames as those of `render`, summed.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -23,9 +23,9 @@ use crate::command::report::Report;
 /// Estimating the error takes at most one part in so many of the time.
 const ESTIMATES: u32 = 16;
 
-/// What a session is opened for.
+/// Configuration that a session is opened for.
 #[derive(Clone, Debug)]
-pub struct Way {
+pub struct JobConfiguration {
     /// How to render.
     pub cell: Cell,
     /// Size of its frames (px).
@@ -36,10 +36,10 @@ pub struct Way {
     pub features: Features,
 }
 
-impl Way {
+impl JobConfiguration {
     /// Text of all that it is.
     pub fn key(&self) -> String {
-        let Way { cell, size, averages, features } = self;
+        let JobConfiguration { cell, size, averages, features } = self;
         format!("{} {size:?} {averages} {features:?}", cell.key())
     }
 
@@ -60,7 +60,7 @@ pub struct Lane {
     /// What it was opened for, as text.
     pub key: String,
     /// How it renders.
-    pub way: Way,
+    pub configuration: JobConfiguration,
     /// Its settings.
     pub settings: Settings,
     /// The session, and where it runs.
@@ -79,18 +79,28 @@ pub struct Lane {
 impl Lane {
     /// Opens a session at the pose at hand.
     pub fn open(
-        way: Way,
+        configuration: JobConfiguration,
         machine: &Machine,
         view: &View,
         scene: &Scene,
         camera: &SceneCamera,
     ) -> anyhow::Result<Lane> {
-        let settings = way.settings(view)?;
-        let opened = opened(&way.cell, machine, scene, camera, &settings, way.features)?;
+        let settings = configuration.settings(view)?;
+        let opened = opened(&configuration.cell, machine, scene, camera, &settings, configuration.features)?;
         let sums = Accumulation::in_batches(settings.batches_of_frames());
         let (report, error) = (Report::default(), f64::INFINITY);
         let estimates = Share::new(ESTIMATES, Duration::ZERO);
-        Ok(Lane { key: way.key(), way, settings, opened, sums, report, error, estimates, frames: 0 })
+        Ok(Lane {
+            key: configuration.key(),
+            configuration,
+            settings,
+            opened,
+            sums,
+            report,
+            error,
+            estimates,
+            frames: 0,
+        })
     }
 
     /// Lets the flag end its frames.

@@ -18,9 +18,10 @@ use crate::command::identity::{attributes, end, identity};
 
 /// The EXR file of what a lane has summed: that of `render`, byte for byte but for the seconds that it took.
 pub fn exr(lane: &Lane, scene: &Scene, camera: &str, file: &Path) -> anyhow::Result<Vec<u8>> {
-    let Lane { opened, settings, sums, way, report, .. } = lane;
+    let Lane { opened, settings, sums, configuration, report, .. } = lane;
     let session = &opened.session;
-    let identity = identity(scene, camera, settings, way.cell.method, opened.gather, &opened.choice, session);
+    let identity =
+        identity(scene, camera, settings, configuration.cell.method, opened.gather, &opened.choice, session);
     let mut attributes = attributes(identity, file, session);
     end(&mut attributes, sums.frames(), report.wall.as_secs_f64());
     let variance = sums.variance().map(|variance| (variance, sums.frames()));

@@ -58,7 +58,7 @@ pub fn text(said: &Said<'_>) -> String {
     if let Some(lane) = lane {
         value["picture"] = lane_status(lane);
         if let Some(camera) = said.camera.filter(|_| !moves) {
-            let (cell, frames) = (&lane.way.cell, lane.sums.frames());
+            let (cell, frames) = (&lane.configuration.cell, lane.sums.frames());
             let shot = save::Shot {
                 camera: &camera.name,
                 is_edited: said.is_edited,
@@ -103,10 +103,10 @@ fn camera_status(scene: &Scene, wish: &Wish, camera: &SceneCamera) -> Value {
 }
 
 fn lane_status(lane: &Lane) -> Value {
-    let [width, height] = lane.way.size;
+    let [width, height] = lane.configuration.size;
     json!({
         "device": lane.opened.session.device(), "why": lane.opened.reason, "gather": lane.opened.gather,
-        "method": lane.way.cell.method.name, "size": lane.way.size, "frames": lane.report.frames(),
+        "method": lane.configuration.cell.method.name, "size": lane.configuration.size, "frames": lane.report.frames(),
         "frame_ms": lane.report.frame_ms(), "pass_ms": lane.report.pass_ms(),
         "rates": lane.report.rates(u64::from(width) * u64::from(height)), "counters": lane.report.counters,
         "warnings": lane.report.counters.warnings(), "light_paths": lane.report.light_paths(),

@@ -33,7 +33,7 @@ pub enum Against {
     /// Nothing.
     #[default]
     Nothing,
-    /// Another way to render.
+    /// Another configuration.
     Other,
     /// What path tracing of everything converges to.
     Reference,
@@ -247,7 +247,7 @@ impl Wish {
     }
 }
 
-/// A way to render while all stands still and frames are averaged, as `render` does it: no history can help.
+/// The configuration while all stands still and frames are averaged, as `render` does it: no history can help.
 pub fn still(cell: &Cell) -> Cell {
     let mut cell = cell.clone();
     for axis in [&HISTORY, &PATH_HISTORY] {

@@ -33,7 +33,7 @@ pub struct EnvironmentImage {
 }
 
 impl EnvironmentImage {
-    /// These radiances, as far as light can be drawn by them, made small enough for the tables.
+    /// These radiances, as far as light can be sampled by them, made small enough for the tables.
     pub fn new(width: u32, height: u32, texels: Vec<Vec3>) -> EnvironmentImage {
         assert!(!texels.is_empty() && texels.len() as u64 == u64::from(width) * u64::from(height));
         let mut image = EnvironmentImage { width, height, texels: texels.into_iter().map(usable).collect() };
@@ -74,7 +74,7 @@ impl EnvironmentImage {
     }
 }
 
-/// A radiance that light can be drawn by: what is negative or no number is none, what is infinite very much.
+/// A radiance that light can be sampled by: what is negative or no number is none, what is infinite very much.
 fn usable(radiance: Vec3) -> Vec3 {
     Vec3::from_array(
         radiance.to_array().map(|channel| if channel > 0.0 { channel.min(MAX_RADIANCE) } else { 0.0 }),

@@ -6,7 +6,7 @@ use caustics_kernels::interface::scene::SceneTables;
 use caustics_kernels::texture::emission::emission_at;
 use glam::DVec3;
 
-/// Places on all triangles together, at most. Beyond, a triangle's chance of being chosen is less exact, not its light.
+/// Places on all triangles together, at most. Beyond, a triangle's probability of being chosen is less exact, not its light.
 const MAX_PLACES: f32 = 1.0e7;
 /// Steps along a triangle's edge, at most and at least.
 const STEPS: (f32, f32) = (8.0, 1000.0);

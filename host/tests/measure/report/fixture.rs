@@ -19,7 +19,7 @@ pub const ROUGH: &str = "moving <b> & \"glass\"";
 const SIZE: (u32, u32) = (240, 135);
 
 /// Method, gather, history, time of a path a pixel (ms), error at one path a pixel.
-const WAYS: [(&str, &str, &str, f64, f64); 7] = [
+const CONFIGURATIONS: [(&str, &str, &str, f64, f64); 7] = [
     ("kim2019", "photons-grid", "none", 24.0, 0.21),
     ("basic", "photons-grid", "none", 25.0, 0.16),
     ("basic", "points-grid", "none", 21.0, 0.16),
@@ -33,7 +33,7 @@ const WAYS: [(&str, &str, &str, f64, f64); 7] = [
 pub fn write(folder: &Path) -> Vec<CellResult> {
     let mut cells = Vec::new();
     for (scene, is_moving) in [("mirror-room", false), (ROUGH, true)] {
-        for (method, gather, history, ms, error) in WAYS {
+        for (method, gather, history, ms, error) in CONFIGURATIONS {
             for paths in [0.25, 0.5, 1.0, 2.0, 4.0] {
                 cells.push(cell(scene, [method, gather, history, "scene"], paths, ms, error, is_moving));
             }

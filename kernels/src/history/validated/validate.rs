@@ -2,7 +2,7 @@
 //! changed. In a scene where nothing moves nothing changes, to the bit; where the number of light
 //! paths does, nothing but the rounding of a flux.
 //!
-//! A path keeps its numbers for eight frames, and paths take turns in drawing new ones; in that frame a path only
+//! A path keeps its numbers for eight frames, and paths take turns in sampling new ones; in that frame a path only
 //! remembers. All marks are made where things were in the frame before. They start by power whatever the frame's emission is:
 //! one that learns starts them elsewhere in the next frame, where their light would seem to have moved.
 
@@ -75,7 +75,7 @@ impl<'a> Compare<'a> {
         Compare { path, params, instances, deposits, cells }
     }
 
-    /// Frames count from the one in which the path draws new numbers.
+    /// Frames count from the one in which the path samples new numbers.
     #[inline(always)]
     fn turn(&self) -> u32 {
         self.params.frame.wrapping_add(self.path)
@@ -101,7 +101,7 @@ impl<'a> Compare<'a> {
 
 impl Receive for Compare<'_> {
     /// Deposits of the path so far.
-    type Way = u32;
+    type PathState = u32;
 
     #[inline(always)]
     fn receive(&mut self, count: &mut u32, geometry: DepositGeometry, light: DepositLight) {

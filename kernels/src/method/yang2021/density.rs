@@ -1,5 +1,5 @@
 //! `density.update`, `density.sum`: from the feedback of the last frame's photons to the density map of this one [Yang and
-//! Ouyang 2021], and the pyramid of sums that paths are drawn from.
+//! Ouyang 2021], and the pyramid of sums that paths are sampled from.
 //!
 //! Densities are relative: 1 is the mean of a map. So the clamp below bounds the flux of a path, at an eighth of the mean
 //! eight times that of a uniform start, and an eighth of the paths go on looking where no photon was seen.

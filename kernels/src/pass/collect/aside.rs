@@ -29,18 +29,18 @@ pub struct Shadow {
     pub non_specular: Vec3,
 }
 
-/// A sum of light that a path brings: `radiance`, `seen`, `direct.radiance` and `steady` of [`PathLight`].
+/// A sum of light that a path brings: `radiance`, `prefix`, `direct.radiance` and `delta_prefix` of [`PathLight`].
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sum {
     /// All of it.
     Radiance,
     /// What the non-specular class of the point reflects nothing of.
-    Seen,
+    Prefix,
     /// Direct light that this class reflects.
     Direct,
-    /// What was found before the first draw from a lobe that has a width.
-    Steady,
+    /// What was found before the first non-delta bounce.
+    DeltaPrefix,
 }
 
 /// Words of a record: those of a shadow ray, or the path's own.
@@ -52,7 +52,7 @@ pub const ROOM: usize = WORDS * (FEW_LIGHTS as usize + 3);
 type Place = Record<WORDS, ROOM>;
 
 // Places of the words of the path's own record, beside its sums.
-const CHANCE: usize = 12;
+const CLASS_PROBABILITY: usize = 12;
 const DISTANCE: usize = 13;
 const CONE: usize = 14;
 
@@ -80,10 +80,10 @@ impl<'a> Aside<'a> {
         let mut aside = Aside { words, features, own, pencil: [by_origin, by_direction] };
         aside.set(Sum::Radiance, Vec3::ZERO);
         if features.has(Features::PARTS) {
-            aside.set(Sum::Seen, Vec3::ZERO);
+            aside.set(Sum::Prefix, Vec3::ZERO);
             aside.set(Sum::Direct, Vec3::ZERO);
-            aside.set(Sum::Steady, Vec3::ZERO);
-            aside.set_chance(0.0);
+            aside.set(Sum::DeltaPrefix, Vec3::ZERO);
+            aside.set_class_probability(0.0);
         }
         aside
     }
@@ -106,10 +106,10 @@ impl<'a> Aside<'a> {
         self.set(sum, self.sum(sum) + light);
     }
 
-    /// Sets the chance of the point's non-specular class.
+    /// Sets the probability of the point's non-specular class.
     #[inline(always)]
-    pub fn set_chance(&mut self, chance: f32) {
-        self.own.put(self.words, CHANCE, chance.to_bits());
+    pub fn set_class_probability(&mut self, class_probability: f32) {
+        self.own.put(self.words, CLASS_PROBABILITY, class_probability.to_bits());
     }
 
     /// All that was found.
@@ -117,10 +117,10 @@ impl<'a> Aside<'a> {
     pub fn light(&self) -> PathLight {
         let mut light = PathLight { radiance: self.sum(Sum::Radiance), ..PathLight::default() };
         if self.features.has(Features::PARTS) {
-            light.seen = self.sum(Sum::Seen);
-            let chance = f32::from_bits(self.own.take(self.words, CHANCE));
-            light.direct = PointDirect { radiance: self.sum(Sum::Direct), chance };
-            light.steady = self.sum(Sum::Steady);
+            light.prefix = self.sum(Sum::Prefix);
+            let class_probability = f32::from_bits(self.own.take(self.words, CLASS_PROBABILITY));
+            light.direct = PointDirect { radiance: self.sum(Sum::Direct), class_probability };
+            light.delta_prefix = self.sum(Sum::DeltaPrefix);
         }
         light
     }

@@ -1,8 +1,8 @@
 //! What camera paths are traced for. A pass says which path an invocation traces and what it leaves of it; all else is
 //! [`follow`], which such passes share, on a GPU in one entry point (`joint`).
 
-use super::watch::Watch;
-use super::{Beyond, PathLight, Start, follow};
+use super::observer::PathObserver;
+use super::{CameraSuffix, PathLight, Start, follow};
 use crate::interface::NONE;
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
@@ -12,7 +12,7 @@ use crate::platform::Atomics;
 use crate::trace::Tracer;
 
 /// What an invocation of a pass traces a camera path for.
-pub trait Errand: Watch {
+pub trait Errand: PathObserver {
     /// What the path is traced with: what the scene needs, and what the pass asks for beside.
     #[inline(always)]
     fn features(&self, features: Features) -> Features {
@@ -32,7 +32,7 @@ pub struct Wanted {
     /// Its random numbers.
     pub stream: Stream,
     /// What it does behind its collection point.
-    pub beyond: Beyond,
+    pub suffix: CameraSuffix,
 }
 
 /// Runs an errand.
@@ -46,11 +46,11 @@ pub fn run<E: Errand, T: Tracer, C: Atomics>(
     counters: &mut C,
 ) {
     let features = errand.features(features);
-    let Wanted { pixel, stream, beyond } = errand.wanted();
+    let Wanted { pixel, stream, suffix } = errand.wanted();
     let (mut light, mut kept) = (PathLight::default(), E::Kept::default());
     if pixel != NONE {
         let start = Start::new(stream, pixel, params);
-        (light, kept) = follow(start, beyond, params, features, scene, tracer, &mut errand, counters);
+        (light, kept) = follow(start, suffix, params, features, scene, tracer, &mut errand, counters);
     }
     errand.leave(&light, &kept);
 }

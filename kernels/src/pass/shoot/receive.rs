@@ -11,21 +11,21 @@ use spirv_std::glam::Vec3;
 
 /// Receives the deposits of a light path. What else it may ask to see of the way costs nothing where it does not.
 pub trait Receive {
-    /// What changes along a path. A receiver on a GPU holds buffers and does not change: a compiler there may die of
+    /// State of a path, which changes along it. A receiver on a GPU holds buffers and does not change: a compiler there may die of
     /// buffers that a loop carries.
-    type Way: Copy + Default;
+    type PathState: Copy + Default;
 
     /// A path starts.
     #[inline(always)]
-    fn start(&mut self, _way: &mut Self::Way, _emission: &EmissionSample) {}
+    fn start(&mut self, _path_state: &mut Self::PathState, _emission: &EmissionSample) {}
     /// The path meets a surface, before it deposits there.
     #[inline(always)]
-    fn arrive(&mut self, _way: &mut Self::Way, _ray: &Ray, _hit: &Hit, _here: &Vertex) {}
+    fn arrive(&mut self, _path_state: &mut Self::PathState, _ray: &Ray, _hit: &Hit, _here: &Vertex) {}
     /// The path leaves a surface with this flux (W).
     #[inline(always)]
-    fn scatter(&mut self, _way: &mut Self::Way, _departure: &BsdfSample, _flux: Vec3) {}
+    fn scatter(&mut self, _path_state: &mut Self::PathState, _departure: &BsdfSample, _flux: Vec3) {}
     /// Takes one deposit.
-    fn receive(&mut self, way: &mut Self::Way, geometry: DepositGeometry, light: DepositLight);
+    fn receive(&mut self, path_state: &mut Self::PathState, geometry: DepositGeometry, light: DepositLight);
 }
 
 /// Stores deposits for a gather.
@@ -54,7 +54,7 @@ impl Store<'_> {
 
 impl Receive for Store<'_> {
     /// Deposits of the path that found no room.
-    type Way = u32;
+    type PathState = u32;
 
     #[inline(always)]
     fn start(&mut self, _dropped: &mut u32, emission: &EmissionSample) {

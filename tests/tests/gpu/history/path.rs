@@ -10,7 +10,8 @@ use caustics_tests::table::Table;
 use super::{Animation, steps};
 
 const PATHS: &str = "0.5 % of the paths may diverge, as in the twin test of camera paths; a judgement is of up to 225 of them";
-const FLIPS: &str = "the nearest lender may be another one of two that are as near, or one on the bound";
+const FLIPS: &str =
+    "the nearest history point may be another one of two that are as near, or one on the bound";
 
 /// Frames before the one that is compared: enough that light which did not change knows its variance.
 const FRAMES_BEFORE: u32 = 6;

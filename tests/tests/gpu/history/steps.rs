@@ -149,14 +149,14 @@ fn diverges(a: &[Deposit], b: &[Deposit]) -> bool {
         || records(&a, &b, Tolerance::EXACT, tolerance).iter().any(|difference| difference.exceeding > 0)
 }
 
-/// What the frame before lends.
+/// Light of the previous frame that is reused.
 fn reprojected(twin: &mut Twin) -> Vec<Difference> {
     let (cpu, gpu) = twin.records::<Reprojected>("reprojected");
     let (points, _) = twin.records::<PointGeometry>("point_geometry");
-    let lending = cpu.iter().filter(|reprojected| reprojected.samples > 0.0).count();
-    assert!(lending > cpu.len() / 2, "only {lending} points borrow");
+    let reusing = cpu.iter().filter(|reprojected| reprojected.samples > 0.0).count();
+    assert!(reusing > cpu.len() / 2, "only {reusing} points reuse light");
     let scale = cpu.iter().map(|reprojected| reprojected.mean.max_element()).sum::<f32>() / cpu.len() as f32;
-    let flips = "the nearest lender may be another one of two that are as near, or one on the bound";
+    let flips = "the nearest history point may be another one of two that are as near, or one on the bound";
     let fields = records(&cpu, &gpu, Tolerance::EXACT, |field| {
         let absolute = match field.name {
             "mean" => 1.0e-4 * scale,

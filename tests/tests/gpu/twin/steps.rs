@@ -99,7 +99,7 @@ fn compare_events(twin: &mut Twin, events: &[ScatterIn], table: &mut Table) {
     twin.write("scatter_in", events);
     twin.step(&STEP_SCATTER, events.len());
     let (cpu, gpu) = twin.head::<ScatterOut>("scatter_out", events.len());
-    let choices = Tolerance::EXACT.except(1.0e-4, "a random number within ulps of a lobe's chance");
+    let choices = Tolerance::EXACT.except(1.0e-4, "a random number within ulps of a lobe's probability");
     let near = Tolerance::relative(1.0e-4, 1.0, "the rule for twins").except(1.0e-4, choices.reason);
     let peak = Tolerance::relative(1.0e-4, 1.0, "the rule for twins: single steps to 1e-4");
     let differences = records(&cpu, &gpu, choices, |field| match field.name {

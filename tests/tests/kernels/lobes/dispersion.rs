@@ -23,7 +23,7 @@ const CARRIED: [Vec3; 4] = [Vec3::ONE, Vec3::new(0.7, 0.25, 0.05), Vec3::new(0.6
 const COSINES: [f32; 5] = [1.0, 0.76, 0.75, 0.74, 0.3];
 
 /// Each sample of white glass keeps the sum of what the path carries, reflects all channels by their own reflectance or transmits one by
-/// its own index. In the mean each channel is reflected and transmitted by its own Fresnel formula.
+/// its own index. In expectation each channel is reflected and transmitted by its own Fresnel formula.
 #[test]
 fn smooth_faces_reflect_all_channels_and_transmit_one() {
     let count = 100_000;

@@ -60,9 +60,9 @@ fn connections_follow_their_density() {
     let fit = Fit::new(&seen, &expected);
     println!("light samples: {:.0} of {}", fit.chi_square, fit.cells);
     assert!(fit.passes(), "{fit:?}");
-    let chance = f64::from(scene.lights.iter().find(|l| l.triangle == NONE).unwrap().pdf_light_choice);
-    let error = (chance * (1.0 - chance) / f64::from(SAMPLES)).sqrt();
-    assert!((f64::from(to_points) / f64::from(SAMPLES) - chance).abs() < 4.0 * error);
+    let probability = f64::from(scene.lights.iter().find(|l| l.triangle == NONE).unwrap().pdf_light_choice);
+    let error = (probability * (1.0 - probability) / f64::from(SAMPLES)).sqrt();
+    assert!((f64::from(to_points) / f64::from(SAMPLES) - probability).abs() < 4.0 * error);
 }
 
 /// Irradiance by a lamp overhead, in units of its radiance: connections have the known mean; and where the lamp is near, no more

@@ -2,7 +2,7 @@
 
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::math::rng::{Rng, Stream};
-use caustics_kernels::surface::rough_dielectric::reflection_chance;
+use caustics_kernels::surface::rough_dielectric::reflection_probability;
 use caustics_tests::scenes::{glass, pane};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -78,8 +78,8 @@ impl Moments {
     }
 
     /// Second moment of weights where reflection is chosen with this probability.
-    fn at(&self, chance: f64) -> f64 {
-        self.reflected / chance + self.transmitted / (1.0 - chance)
+    fn at(&self, probability: f64) -> f64 {
+        self.reflected / probability + self.transmitted / (1.0 - probability)
     }
 
     /// The least of all.
@@ -101,7 +101,7 @@ fn the_choice_before_the_facet_is_near_the_best_one() {
                     let material = Material { roughness, ..glass(ior) };
                     let alpha = roughness * roughness;
                     let moments = Moments::new(f64::from(cos), f64::from(alpha), f64::from(eta));
-                    let second = moments.at(f64::from(reflection_chance(&material, cos, eta)));
+                    let second = moments.at(f64::from(reflection_probability(&material, cos, eta)));
                     excess += second / moments.minimum() - 1.0;
                     largest = largest.max(second);
                     let at = |cos: f32| caustics_kernels::surface::fresnel::dielectric(cos, eta);

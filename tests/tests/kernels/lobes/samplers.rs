@@ -121,7 +121,7 @@ fn detects_samples_of_another_roughness() {
         let (surface, interface) = seen_from(material, viewer(0.5), eta, true);
         let other = Material { roughness: 0.42, ..material };
         for class in [Classes::SPECULAR, Classes::NON_SPECULAR] {
-            if surface.class_chance(class) > 0.1 {
+            if surface.class_probability(class) > 0.1 {
                 let expected = expect(&seen_from(other, viewer(0.5), eta, true).0, class, 0.4);
                 assert!(!Fit::new(&count(&surface, interface, class), &expected).passes());
             }
@@ -129,7 +129,7 @@ fn detects_samples_of_another_roughness() {
     }
 }
 
-/// The chance of a class is the share of samples that take it; four standard errors of the binomial law.
+/// The probability of a class is the share of samples that take it; four standard errors of the binomial law.
 #[test]
 fn classes_are_taken_by_their_chance() {
     for (name, material, eta) in cases() {
@@ -138,12 +138,12 @@ fn classes_are_taken_by_their_chance() {
             let class_of =
                 |path| surface.sample(interface, Rng::new(Stream::Light, 6, path, 0).next4()).class;
             let taken = (0..SAMPLES).filter(|&path| class_of(path) == Classes::SPECULAR).count();
-            let chance = f64::from(surface.class_chance(Classes::SPECULAR));
-            let both = chance + f64::from(surface.class_chance(Classes::NON_SPECULAR));
+            let probability = f64::from(surface.class_probability(Classes::SPECULAR));
+            let both = probability + f64::from(surface.class_probability(Classes::NON_SPECULAR));
             assert!((both - 1.0).abs() < 1e-5, "{name}: {both}");
-            let error = (chance * (1.0 - chance) / f64::from(SAMPLES)).max(0.0).sqrt();
+            let error = (probability * (1.0 - probability) / f64::from(SAMPLES)).max(0.0).sqrt();
             let share = taken as f64 / f64::from(SAMPLES);
-            assert!((share - chance).abs() <= 4.0 * error + 1e-6, "{name} {cos}: {share} {chance}");
+            assert!((share - probability).abs() <= 4.0 * error + 1e-6, "{name} {cos}: {share} {probability}");
         }
     }
 }

@@ -8,7 +8,7 @@ use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::interface::texture::MaterialTextures;
 use caustics_kernels::math::rng::{Rng, Stream};
-use caustics_kernels::texture::cut_out::chance;
+use caustics_kernels::texture::cut_out::hash_float;
 use caustics_kernels::trace::Tracer;
 use caustics_tests::chi_square::Fit;
 use caustics_tests::direct::*;
@@ -142,10 +142,10 @@ fn are_independent(pairs: Pairs) -> bool {
 
 #[test]
 fn chances_of_layers_and_of_rays_are_independent() {
-    // A path after so many draws, as collect and shoot ask for keys.
-    let key = |stream: Stream, path: u32, frame: u32, draws: u32, number: u32| {
+    // A path after a number of samples, as collect and shoot ask for keys.
+    let key = |stream: Stream, path: u32, frame: u32, samples: u32, number: u32| {
         let mut rng = Rng::new(stream, 3, path, frame);
-        for _ in 0..draws {
+        for _ in 0..samples {
             rng.next4();
         }
         rng.ray_key(number)
@@ -153,22 +153,22 @@ fn chances_of_layers_and_of_rays_are_independent() {
     let camera = |path: u32| key(Stream::Camera, path, 0, 1, 0);
     for step in [1, 2, 3, 64, 1000, 1 << 20] {
         assert!(
-            are_independent(&|i| (chance(camera(i), 17, 0), chance(camera(i), 17 + step, 0))),
+            are_independent(&|i| (hash_float(camera(i), 17, 0), hash_float(camera(i), 17 + step, 0))),
             "triangles {step}"
         );
         assert!(
-            are_independent(&|i| (chance(camera(i), i, 0), chance(camera(i), i + step, 0))),
+            are_independent(&|i| (hash_float(camera(i), i, 0), hash_float(camera(i), i + step, 0))),
             "triangles {step}"
         );
         assert!(
-            are_independent(&|i| (chance(camera(i), 17, 3), chance(camera(i), 17, 3 + step))),
+            are_independent(&|i| (hash_float(camera(i), 17, 3), hash_float(camera(i), 17, 3 + step))),
             "instances {step}"
         );
         assert!(
-            are_independent(&|i| (chance(camera(i), 5, 0), chance(camera(i + step), 5, 0))),
+            are_independent(&|i| (hash_float(camera(i), 5, 0), hash_float(camera(i + step), 5, 0))),
             "paths {step}"
         );
-        let frame = |frame| move |i| chance(key(Stream::Camera, i, frame, 1, 0), 5, 0);
+        let frame = |frame| move |i| hash_float(key(Stream::Camera, i, frame, 1, 0), 5, 0);
         assert!(are_independent(&|i| (frame(0)(i), frame(step)(i))), "frames {step}");
     }
     let others: [(&str, &dyn Fn(u32) -> u32); 4] = [
@@ -178,13 +178,16 @@ fn chances_of_layers_and_of_rays_are_independent() {
         ("a light path", &|i| key(Stream::Light, i, 0, 1, 0)),
     ];
     for (what, other) in others {
-        assert!(are_independent(&|i| (chance(camera(i), 9, 0), chance(other(i), 9, 0))), "{what}");
-        let draw = |i| Rng::new(Stream::Camera, 3, i, 0).next4();
-        assert!(are_independent(&|i| (draw(i).x, chance(other(i), 9, 0))), "{what} and what is drawn");
+        assert!(are_independent(&|i| (hash_float(camera(i), 9, 0), hash_float(other(i), 9, 0))), "{what}");
+        let sample = |i| Rng::new(Stream::Camera, 3, i, 0).next4();
+        assert!(
+            are_independent(&|i| (sample(i).x, hash_float(other(i), 9, 0))),
+            "{what} and what is sampled"
+        );
     }
     // A hash of the key alone lets all layers decide alike, one of the triangle alone all rays.
-    assert!(!are_independent(&|i| (chance(camera(i), 0, 0), chance(camera(i), 0, 0))));
-    assert!(!are_independent(&|i| (chance(0, i % 64, 0), chance(0, (i + 1) % 64, 0))));
+    assert!(!are_independent(&|i| (hash_float(camera(i), 0, 0), hash_float(camera(i), 0, 0))));
+    assert!(!are_independent(&|i| (hash_float(0, i % 64, 0), hash_float(0, (i + 1) % 64, 0))));
 }
 
 /// A pane with a texture in a lit room.

@@ -4,7 +4,7 @@ use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::math::cone::RayCone;
 use caustics_kernels::math::rng::{Rng, Stream};
-use caustics_kernels::pass::collect::{Beyond, Start, collected};
+use caustics_kernels::pass::collect::{CameraSuffix, Start, collected};
 use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
 use glam::DVec3;
@@ -124,14 +124,14 @@ fn compare(what: &str, things: &Builder, events: &[Event], eye: DVec3, screen: f
         let world = World::new(&scene, &settings(8, 8, 1));
         let (mut tracer, mut tally) = (world.tracer(), Tally::default());
 
-        // The kernels choose among lobes by chance: take the path that follows the oracle's.
+        // The kernels choose among lobes at random: take the path that follows the oracle's.
         let mut paths = (0..1000).map(|path| {
             let ray = Ray::endless(eye.as_vec3(), direction.as_vec3());
             let rng = Rng::new(Stream::Camera, 0, path, 0);
             let cone = RayCone::at_eye(spread as f32);
             collected(
                 Start { ray, cone, rng },
-                Beyond::new(&world.params),
+                CameraSuffix::new(&world.params),
                 &world.params,
                 world.features,
                 world.tables(),

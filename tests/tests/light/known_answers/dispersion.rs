@@ -143,7 +143,7 @@ fn glass_in_a_dispersive_liquid_reflects_by_the_relative_index() {
     }
 }
 
-/// What a light of one colour emits goes on whole: nothing is drawn of what it has not.
+/// What a light of one colour emits goes on whole: nothing is sampled of what it has not.
 #[test]
 fn light_of_one_channel_stays_whole() {
     let mut b = above_a_floor();
@@ -198,21 +198,21 @@ struct Images(Vec<(usize, DVec3, DVec3)>);
 
 impl Receive for Images {
     /// The direction from the light, and faces passed.
-    type Way = (Vec3, u32);
+    type PathState = (Vec3, u32);
 
-    fn start(&mut self, way: &mut (Vec3, u32), emission: &EmissionSample) {
-        *way = (emission.ray.direction, 0);
+    fn start(&mut self, path_state: &mut (Vec3, u32), emission: &EmissionSample) {
+        *path_state = (emission.ray.direction, 0);
     }
 
-    fn scatter(&mut self, way: &mut (Vec3, u32), departure: &BsdfSample, _: Vec3) {
-        way.1 += u32::from(departure.sampled.transmitted);
+    fn scatter(&mut self, path_state: &mut (Vec3, u32), departure: &BsdfSample, _: Vec3) {
+        path_state.1 += u32::from(departure.sampled.transmitted);
     }
 
-    fn receive(&mut self, way: &mut (Vec3, u32), geometry: DepositGeometry, light: DepositLight) {
-        if (geometry.scatterings, way.1) == (2, 2) {
+    fn receive(&mut self, path_state: &mut (Vec3, u32), geometry: DepositGeometry, light: DepositLight) {
+        if (geometry.scatterings, path_state.1) == (2, 2) {
             let channel = (0..3).find(|&channel| light.flux[channel] > 0.0).expect("it carries light");
             assert_eq!(light.flux[channel], light.flux.element_sum(), "a path has one channel");
-            self.0.push((channel, way.0.as_dvec3(), -light.to_light.as_dvec3()));
+            self.0.push((channel, path_state.0.as_dvec3(), -light.to_light.as_dvec3()));
         }
     }
 }

@@ -156,15 +156,15 @@ fn an_eye_in_a_block_that_is_an_instance_sees_what_one_in_a_copy_does() {
         ("stretched and mirrored", json!({ "scale": [2.0, -1.5, 1.2] })),
     ];
     for (place, node) in places {
-        for (way, moves, copies) in
+        for (placement, moves, copies) in
             [("copied", false, u64::MAX), ("stored once", false, 0), ("moving", true, 0)]
         {
             let mut scene = on_a_node(node.clone(), moves, copies);
             let is_instance = !scene.instanced.instances.is_empty();
-            assert_eq!(is_instance, way != "copied");
+            assert_eq!(is_instance, placement != "copied");
             scene.set_environment(EnvironmentMap::constant(Vec3::ONE)).expect("a sky");
             let seen = seen_over(&scene, 1, 4, |cos| 2.25 * (1.0 - fresnel(cos, 1.5)));
-            near(&format!("{place}, {way}"), seen, 1.0, 1e-4);
+            near(&format!("{place}, {placement}"), seen, 1.0, 1e-4);
         }
     }
 }

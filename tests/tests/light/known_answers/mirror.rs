@@ -8,7 +8,7 @@ use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::math::cone::RayCone;
 use caustics_kernels::math::offset;
 use caustics_kernels::math::rng::{Rng, Stream};
-use caustics_kernels::pass::collect::{Beyond, Collected, Start, camera_ray, collected};
+use caustics_kernels::pass::collect::{CameraSuffix, Collected, Start, camera_ray, collected};
 use caustics_kernels::trace::Tracer;
 use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
@@ -23,7 +23,7 @@ fn plane_mirror_makes_a_virtual_light() {
     virtual_light(0.0);
 }
 
-/// The same on a floor of which 60 % is a mirror and the rest takes deposits: a point is made by the chance of its class,
+/// The same on a floor of which 60 % is a mirror and the rest takes deposits: a point is made by the probability of its class,
 /// and divided by it once.
 #[test]
 fn a_mixture_takes_its_share_of_the_virtual_light() {
@@ -126,7 +126,7 @@ fn mirrored_view(world: &World<'_>, mirror: u32, plane: f64) -> Vec<Option<Colle
             let ray = Ray::endless(origin, mirrored.as_vec3());
             Some(collected(
                 Start { ray, cone, rng },
-                Beyond::new(&shorter),
+                CameraSuffix::new(&shorter),
                 &shorter,
                 world.features,
                 world.tables(),

@@ -52,7 +52,7 @@ fn lossless_things_in_a_uniform_room_are_invisible() {
 }
 
 /// A closed room whose walls emit 1 and reflect a colour holds the sum of its powers everywhere, of as many as paths have
-/// bounces. Paths end by chance where little is left of what left their first wall, 0.6 in the brightest channel: at the third
+/// bounces. Paths end at random where little is left of what left their first wall, 0.6 in the brightest channel: at the third
 /// scattering with 1 - 0.6^3 / 0.3, and with 1 - 0.6 at each behind it, where 0.3 came.
 #[test]
 fn paths_in_a_coloured_room_end_by_chance_and_lose_nothing() {

@@ -8,8 +8,8 @@ use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::light::emit::EmissionSample;
 use caustics_kernels::math::rng::Stream;
-use caustics_kernels::pass::collect::watch::{CollectionPoint, Watch};
-use caustics_kernels::pass::collect::{Beyond, Start, follow};
+use caustics_kernels::pass::collect::observer::{CollectionPoint, PathObserver};
+use caustics_kernels::pass::collect::{CameraSuffix, Start, follow};
 use caustics_kernels::pass::shoot::receive::Receive;
 use caustics_kernels::pass::shoot::shoot;
 use caustics_kernels::surface::class::Classes;
@@ -151,7 +151,7 @@ fn the_class_of_rough_glass_moves_light_between_layers_only() {
 #[derive(Default)]
 struct Escapes(Vec<f64>);
 
-impl Watch for Escapes {
+impl PathObserver for Escapes {
     type Kept = ();
 
     fn collect(&mut self, (): &mut (), _: &CollectionPoint) {}
@@ -166,13 +166,13 @@ impl Watch for Escapes {
 struct Fluxes(Vec<f64>);
 
 impl Receive for Fluxes {
-    type Way = f32;
+    type PathState = f32;
 
-    fn start(&mut self, way: &mut f32, emission: &EmissionSample) {
-        *way = emission.flux.x;
+    fn start(&mut self, path_state: &mut f32, emission: &EmissionSample) {
+        *path_state = emission.flux.x;
     }
-    fn scatter(&mut self, way: &mut f32, _: &BsdfSample, flux: Vec3) {
-        self.0.push(f64::from(flux.x / *way));
+    fn scatter(&mut self, path_state: &mut f32, _: &BsdfSample, flux: Vec3) {
+        self.0.push(f64::from(flux.x / *path_state));
     }
     fn receive(&mut self, _: &mut f32, _: DepositGeometry, _: DepositLight) {}
 }
@@ -182,7 +182,7 @@ impl Receive for Fluxes {
 /// prefixes are, weights are seen to grow.
 #[test]
 fn weights_of_paths_through_white_rough_glass_do_not_grow() {
-    let furnace = |roughness: f32, beyond: Beyond| {
+    let furnace = |roughness: f32, suffix: CameraSuffix| {
         let mut b = Builder::default();
         let frosted = b.material(Material { roughness, ..glass(1.5) });
         b.sphere(frosted, DVec3::ZERO, 1.0, 96, 48);
@@ -196,7 +196,7 @@ fn weights_of_paths_through_white_rough_glass_do_not_grow() {
             let start = Start::new(Stream::Reference, pixel, &world.params);
             follow(
                 start,
-                beyond,
+                suffix,
                 &world.params,
                 world.features,
                 world.tables(),
@@ -223,12 +223,12 @@ fn weights_of_paths_through_white_rough_glass_do_not_grow() {
         }
         let largest = fluxes.0.iter().fold(0.0, |largest: f64, flux| largest.max(*flux));
         println!(
-            "roughness {roughness}, {beyond:?}: mean {mean:.4}, second moment {second:.4}, light paths at most {largest:.4}"
+            "roughness {roughness}, {suffix:?}: mean {mean:.4}, second moment {second:.4}, light paths at most {largest:.4}"
         );
         (mean, second, largest)
     };
     for roughness in [0.1, 0.2, 0.3, 0.5, 1.0] {
-        let (mean, second, largest) = furnace(roughness, Beyond::ALL);
+        let (mean, second, largest) = furnace(roughness, CameraSuffix::ALL);
         // The camera sees the ball alone. Facets f / pdf in f32: 1e-3 a scattering.
         assert!(
             mean < 1.0 && second <= mean + 0.005 && largest < 1.01,
@@ -236,7 +236,8 @@ fn weights_of_paths_through_white_rough_glass_do_not_grow() {
         );
     }
     // Of a prefix that may end at a point, before that is reached.
-    let (mean, second, _) = furnace(0.5, Beyond { follows: Classes::ALL, finds: Classes::NON_SPECULAR });
+    let (mean, second, _) =
+        furnace(0.5, CameraSuffix { follows: Classes::ALL, finds: Classes::NON_SPECULAR });
     assert!(second > 1.1 * mean, "a choice before the facet is noisier: {mean} {second}");
 }
 

@@ -53,13 +53,13 @@ fn column(b: &mut Builder, material: u32) {
     }
 }
 
-/// What the last of these frames, under an eye that moves sideways, was lent where a point is seen in the thing.
+/// What the last of these frames, under an eye that moves sideways, reused where a point is seen in the thing.
 struct Given {
     /// The caustics, by pixel.
     layer: Vec<f64>,
     /// Pixels that see a point in the thing.
     inside: Vec<usize>,
-    /// Share of them that were lent light.
+    /// Share of them that reused light.
     found: f64,
     /// Mean number of frames that their light holds.
     held: f64,
@@ -111,7 +111,7 @@ fn the_image_in_a_ball_is_where_the_mirror_equation_says() {
 #[test]
 fn curved_mirrors_and_glass_keep_their_history_under_a_moving_eye() {
     let light_paths = 60_000;
-    // A ball of glass is seen by chance, in part: its prefixes take turns in being mirrored at its front.
+    // A ball of glass is seen at random, in part: its prefixes take turns in being mirrored at its front.
     for (name, scene, min_found) in
         [("ball", room(metal(0.9, 0.0), ball), 0.97), ("glass", room(glass(1.5), ball), 0.75)]
     {

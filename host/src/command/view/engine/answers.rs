@@ -51,7 +51,7 @@ impl Engine<'_> {
         self.converged()?;
         let lane = self.still[0].as_mut().context("a session was opened")?;
         let [x, y] = [0, 1].map(|axis| {
-            let size = lane.way.size[axis];
+            let size = lane.configuration.size[axis];
             // A place beyond the image is its border.
             ((place[axis] * f64::from(size)) as u32).min(size - 1)
         });

@@ -1,4 +1,4 @@
-//! The trait of `collect`: who watches a camera path. It costs nothing where nobody does.
+//! The trait of `collect`: observers of a camera path. They cost nothing where there are none.
 
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::interface::ray::{Hit, Ray};
@@ -6,9 +6,9 @@ use crate::surface::scatter::BsdfSample;
 use crate::surface::vertex::Vertex;
 use spirv_std::glam::Vec3;
 
-/// Sees what a camera path meets and does.
-pub trait Watch {
-    /// What it keeps of a path. A watcher on a GPU holds buffers and does not change: a compiler there may die of buffers that a
+/// Observes what a camera path meets and does.
+pub trait PathObserver {
+    /// What it keeps of a path. An observer on a GPU holds buffers and does not change: a compiler there may die of buffers that a
     /// loop carries.
     type Kept: Copy + Default;
 
@@ -47,10 +47,10 @@ impl CollectionPoint {
     }
 }
 
-/// Who waits for the point alone.
-pub struct ForPoint;
+/// Keeps the collection point, and nothing else.
+pub struct PointObserver;
 
-impl Watch for ForPoint {
+impl PathObserver for PointObserver {
     type Kept = CollectionPoint;
 
     #[inline(always)]
